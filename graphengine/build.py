@@ -1,0 +1,235 @@
+"""From files to a checked assembly, and from that to a running session: the only room that sees world and network both.
+
+Nothing below `build` reads globals, the environment or the working directory, so sessions live side by side.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from graphengine import check, document, spec
+from graphengine.backend import DryWorld, Network, TopicClaim, World
+from graphengine.diagnostics import Findings, Span, UsageError
+from graphengine.files import Files, NotFoundError
+from graphengine.node_context import Services, SimulationClock
+from graphengine.plan import Plan, make_plan
+from graphengine.registry import Registry, default_registry
+from graphengine.resolve import Override, resolve
+from graphengine.session import GraphRun, Session
+from graphengine.spec import GraphUse, Loaded, SceneSpec
+from graphengine.stage import Stage, normalize
+from graphengine.template import load_graph
+
+
+@dataclass(slots=True)
+class Assembly:
+    """Everything that was read and checked: graphs with their plans, the stage, and the world if there is one."""
+
+    path: Path
+    findings: Findings
+    plans: list[Plan] = field(default_factory=list)
+    claims: list[TopicClaim] = field(default_factory=list)
+    world: World = field(default_factory=lambda: DryWorld(Stage()))
+    has_scene: bool = False
+    seed: int = 0
+
+    @property
+    def runnable(self) -> bool:
+        """Whether nothing keeps it from running."""
+        return not self.findings.errors
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """What a caller may change about a file without touching it.
+
+    Attributes:
+        overrides: values for inputs of nodes, as `[robot/][graph/]Node.port`.
+        allowed: folders beside the given file's own that files may be read from.
+        seed: of every generator.
+        robot_state: publish what robot_state_publisher would, for every robot.
+        scene: scene to put a single graph into; its own `scene:` key when empty.
+        registry: node types; the installed ones when None.
+    """
+
+    overrides: Mapping[str, Any] = field(default_factory=dict)
+    allowed: Sequence[Path] = ()
+    seed: int = 0
+    robot_state: bool = False
+    scene: Path | None = None
+    registry: Registry | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Use:
+    """A graph file to be put somewhere."""
+
+    path: Path
+    name: str
+    parameters: Mapping[str, Any]
+    at: str
+    span: Span | None = None
+
+
+def assemble(path: Path, options: Options | None = None) -> Assembly:
+    """Read, resolve, plan and check a scene or a graph file; every mistake is among the findings."""
+    options = options or Options()
+    assembly = Assembly(path, Findings(), seed=options.seed)
+    files = Files.of(path, options.allowed)
+    found = document.load(path, assembly.findings)
+    if found is None:
+        return assembly
+    kind = spec.kind_of(found)
+    if kind == "scene":
+        uses = _scene_uses(assembly, path, files, options)
+    elif kind == "graph":
+        uses = _graph_uses(assembly, path, found, files, options)
+    else:
+        what = "this is a robot file; run a scene that uses it" if kind == "robot" else "a file is a scene or a graph"
+        assembly.findings.add(
+            "G107", f"no key `scene` or `graph`: {what}", found.span().part(0, 1), "see `graphrun schema scene`"
+        )
+        return assembly
+    _plan(assembly, uses, files, options)
+    return assembly
+
+
+def _scene_uses(assembly: Assembly, path: Path, files: Files, options: Options) -> list[_Use]:
+    """Load a scene's world; the graphs it uses, the scene's own first, then each robot's."""
+    from graphengine.world.model import load_world  # MuJoCo takes a quarter of a second to import
+
+    scene = spec.read(SceneSpec, path, assembly.findings)
+    if scene is None:
+        return []
+    uses = _file_uses(scene, scene.spec.graphs, "", {}, files, assembly.findings)
+    loaded = load_world(scene, files, assembly.findings, seed=options.seed)
+    if loaded is None:
+        return uses
+    assembly.world, assembly.has_scene = loaded.simulation, True
+    for name, robot in loaded.robots.items():
+        bindings = {"robot": f"/{name}"}
+        for source, graphs in robot.graphs:
+            uses += _file_uses(source, graphs, name, bindings, files, assembly.findings)
+        if options.robot_state or scene.spec.robots[name].robot_state:
+            prim = assembly.world.stage.find(f"/{name}")
+            root = str(prim.facts.get("articulation_root") or prim.facts.get("base_link"))
+            bindings = {"robot": f"/{name}", "root": root}
+            uses.append(_Use(files.find("graphs/robot_state.yaml", path.parent), f"{name}/robot_state", bindings, ""))
+    return uses
+
+
+def _file_uses(
+    source: Loaded[Any],
+    graphs: Mapping[str, GraphUse],
+    robot: str,
+    bindings: Mapping[str, Any],
+    files: Files,
+    findings: Findings,
+) -> list[_Use]:
+    uses = []
+    for name, use in graphs.items():
+        span = source.document.span("graphs", name, "use")
+        try:
+            path = files.find(use.use, source.folder)
+        except NotFoundError as error:
+            findings.add("S101", f"graph {name!r}: {error.message}", span, *error.help)
+            continue
+        full = f"{robot}/{name}" if robot else name
+        uses.append(_Use(path, full, {**bindings, **use.parameters}, use.at, span))
+    return uses
+
+
+def _graph_uses(assembly: Assembly, path: Path, found: document.Document, files: Files, options: Options) -> list[_Use]:
+    """A single graph, in the scene that it or the caller names."""
+    data = found.data if isinstance(found.data, dict) else {}
+    name = str(data.get("graph", "graph"))
+    scene_path = options.scene
+    if scene_path is None and isinstance(data.get("scene"), str) and data["scene"]:
+        try:
+            scene_path = files.find(data["scene"], path.parent)
+        except NotFoundError as error:
+            assembly.findings.add("S101", f"scene: {error.message}", found.span("scene"), *error.help)
+    if scene_path is not None:
+        _scene_uses(assembly, scene_path, Files.of(scene_path, [*files.roots]), options)
+    return [_Use(path, name, {}, "")]
+
+
+def _plan(assembly: Assembly, uses: Sequence[_Use], files: Files, options: Options) -> None:
+    """Resolve and plan every graph, then set all nodes up dry."""
+    registry = options.registry or default_registry()
+    overrides = [Override.parse(text, value) for text, value in options.overrides.items()]
+    findings = assembly.findings
+    for use in uses:
+        declared = _declared_parameters(use.path)
+        parameters = {k: v for k, v in use.parameters.items() if k in declared or k not in ("robot", "root")}
+        flat = load_graph(use.path, parameters, files, findings)
+        if flat is None:
+            continue
+        at = use.at or flat.spec.at or f"/World/{flat.spec.graph}"
+        graph = resolve(
+            flat, use.name, normalize(at) if at.startswith("/") else f"/{at}", registry, findings, overrides
+        )
+        plan = make_plan(graph, findings)
+        if plan is not None:
+            assembly.plans.append(plan)
+            check.lint_structure(plan, findings)
+    unused = [override.text for override in overrides if not override.used]
+    if unused:
+        nodes = [f"{plan.graph.name}/{instance.id}" for plan in assembly.plans for instance in plan.graph.instances]
+        raise UsageError(f"--set {unused[0]} matches no input; nodes: {', '.join(nodes[:20])}")
+    assembly.claims = check.dry_setup(assembly.plans, _dry(assembly.world), findings, prims_known=assembly.has_scene)
+    lints = check.LintContext(assembly.plans, assembly.world.stage, assembly.claims, findings)
+    check.lint_claims(lints)
+
+
+def _declared_parameters(path: Path) -> Sequence[str]:
+    found = document.load(path, Findings())
+    declared = found.data.get("parameters") if found and isinstance(found.data, dict) else None
+    return list(declared) if isinstance(declared, dict) else []
+
+
+def _dry(world: World) -> World:
+    """The same prims without physics: a dry setup must not touch the world that will run."""
+    return DryWorld(world.stage, world.tick_period, world.substeps)
+
+
+def start(
+    assembly: Assembly,
+    network: Network,
+    *,
+    domain_id: int = 0,
+    domain_from_environment: int | None = None,
+    log: Callable[[str, str, str], None] | None = None,
+) -> Session:
+    """A session of a checked assembly, stopped at time 0; it owns the world and the network from here on.
+
+    Args:
+        assembly: without errors.
+        network: endpoints for the topics.
+        domain_id: the session's ROS 2 domain.
+        domain_from_environment: ROS_DOMAIN_ID where the caller found one.
+        log: told severity, prim path and text of what nodes say.
+
+    Raises:
+        CheckError: the assembly has errors.
+        GraphError: a node could not be set up.
+    """
+    assembly.findings.raise_errors()
+    world = assembly.world
+    services = Services(world, network, assembly.seed, domain_id, domain_from_environment)
+    if log is not None:
+        services.log = log
+    clock = SimulationClock(world.tick_period)
+    numerator, denominator = world.tick_period
+    step_clock = SimulationClock((numerator, denominator * world.substeps))
+    runs: list[GraphRun] = []
+    for plan in assembly.plans:
+        on_step = plan.graph.runs == "physics_step"
+        variables = check.make_variables(plan)
+        executor = check.make_executor(plan, services, step_clock if on_step else clock, variables)
+        executor.setup()
+        runs.append(GraphRun(executor, variables, on_step))
+    return Session(services, clock, step_clock, runs)

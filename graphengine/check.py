@@ -1,0 +1,211 @@
+"""Dry setup of every node, and what can be told from the answers: claims, lints, findings at their place in the file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import networkx as nx
+
+from graphengine.backend import DryNetwork, TopicClaim, World
+from graphengine.diagnostics import ContextError, Finding, Findings, GraphError, Span
+from graphengine.executor import Executor
+from graphengine.node_context import GraphVariable, NodeContext, Services, SimulationClock
+from graphengine.plan import Plan
+from graphengine.registry import LINTS
+from graphengine.resolve import Instance
+from graphengine.stage import Stage
+
+
+@dataclass(slots=True)
+class LintContext:
+    """What a lint may look at, and where it tells."""
+
+    graphs: Sequence[Plan]
+    stage: Stage
+    claims: Sequence[TopicClaim]
+    findings: Findings
+
+    def instance(self, prim_path: str) -> Instance | None:
+        """The node at a prim path."""
+        for plan in self.graphs:
+            for instance in plan.graph.instances:
+                if f"{plan.graph.prim_path}/{instance.id}" == prim_path:
+                    return instance
+        return None
+
+
+def dry_setup(plans: Sequence[Plan], world: World, findings: Findings, *, prims_known: bool) -> list[TopicClaim]:
+    """Set up every node over a world and no network; what nodes ask for is the answer, what is wrong becomes findings.
+
+    Args:
+        plans: the graphs in the order they run.
+        world: where prims are looked up.
+        findings: where mistakes go.
+        prims_known: whether the stage is that of a scene; without one, missing prims are no mistakes.
+    """
+    services = Services(world, DryNetwork())
+    skipped = 0
+    for plan in plans:
+        clock = SimulationClock(world.tick_period)
+        executor = make_executor(plan, services, clock)
+
+        def failed(index: int, error: GraphError, plan: Plan = plan) -> None:
+            nonlocal skipped
+            prim_missing = isinstance(error, ContextError) and error.code in ("G301", "G302", "G303")
+            if prim_missing and not prims_known:
+                skipped += 1
+            elif (finding := explain(plan.graph.instances[index], error)) not in findings.items:
+                findings.items.append(finding)
+
+        executor.setup(failed)
+        executor.close()
+        for instance in plan.graph.instances:  # the same instances run later, from their defaults
+            instance.node.reset()
+            instance.node.clear()
+    if skipped:
+        findings.add(
+            "N102", f"{skipped} nodes ask for prims, which were not checked", None, "give the scene with --scene"
+        )
+    return services.claims
+
+
+def make_executor(
+    plan: Plan, services: Services, clock: SimulationClock, variables: dict[str, GraphVariable] | None = None
+) -> Executor:
+    """An executor whose nodes get contexts over the services."""
+    own = variables if variables is not None else make_variables(plan)
+    rate = 1.0 / clock.delta
+
+    def context_of(index: int) -> NodeContext:
+        prim_path = f"{plan.graph.prim_path}/{plan.graph.instances[index].id}"
+        return NodeContext(services, clock, plan.graph.name, prim_path, rate if index in plan.certain else None, own)
+
+    return Executor(plan, context_of, lambda: (clock.frame, clock.time))
+
+
+def make_variables(plan: Plan) -> dict[str, GraphVariable]:
+    """A graph's variables at their defaults."""
+    return {name: GraphVariable(default) for name, default in plan.graph.variables.items()}
+
+
+def explain(instance: Instance, error: GraphError) -> Finding:
+    """A failed setup at the place of the input that asked for the impossible."""
+    if not isinstance(error, ContextError):
+        return Finding("G307", f"{instance.id}: {error}", instance.span, related=instance.entry.via)
+    return Finding(
+        error.code,
+        f"{instance.id}: {error.message}",
+        _place(instance, error.value),
+        error.help,
+        related=instance.entry.via,
+    )
+
+
+def _place(instance: Instance, value: object) -> Span:
+    """The input whose value is, or holds, the offending one; else the node."""
+    for port in instance.cls.fields.values():
+        if port.side != "inputs" or port.field not in instance.literals:
+            continue
+        held = getattr(instance.node, port.field)
+        if held is value or (isinstance(held, str | tuple) and held == value):
+            return instance.entry.span("inputs", port.name)
+        if isinstance(held, tuple) and value in held:
+            literal = instance.entry.spec.inputs[port.name]
+            position = (held.index(value),) if isinstance(literal, list | tuple) else ()
+            return instance.entry.span("inputs", port.name, *position)
+    return instance.span
+
+
+def lint_structure(plan: Plan, findings: Findings) -> None:
+    """Nodes that never run."""
+    running = set(plan.order)
+    for instance in plan.graph.instances:
+        if instance.index in running:
+            continue
+        if instance.cls.kind() == "data":
+            hint = "wire its outputs to a node with an execution input, or remove it"
+            findings.add(
+                "W102", f"nothing that runs uses {instance.id}", instance.span, hint, related=instance.entry.via
+            )
+        else:
+            events = [i.id for i in plan.graph.instances if i.cls.kind() == "event"]
+            hint = (
+                f"wire its execution input, for instance from {events[0]}"
+                if events
+                else "the graph has no event node, such as OnPlaybackTick"
+            )
+            findings.add("W101", f"no event reaches {instance.id}", instance.span, hint, related=instance.entry.via)
+
+
+def lint_claims(context: LintContext) -> None:
+    """Topics and frames that cannot live together, and lints that know node types."""
+    _check_topic_types(context)
+    _check_transforms(context)
+    for code in sorted(LINTS):
+        for function in LINTS[code]:
+            function(context)
+
+
+def _spans(context: LintContext, claim: TopicClaim) -> Span | None:
+    instance = context.instance(claim.node)
+    return instance.span if instance else None
+
+
+def _check_topic_types(context: LintContext) -> None:
+    first: dict[tuple[int, str], TopicClaim] = {}
+    for claim in sorted(context.claims, key=lambda c: c.direction):  # publishers first
+        other = first.setdefault((claim.ros_context, claim.topic), claim)
+        if other.message_type != claim.message_type:
+            span = _spans(context, other)
+            context.findings.add(
+                "G305",
+                f"{claim.topic} is {claim.message_type} here and {other.message_type} at {other.node}",
+                _spans(context, claim),
+                "a topic has one message type; rename one of them",
+                related=[(span, "the other one")] if span else [],
+            )
+
+
+def _check_transforms(context: LintContext) -> None:
+    groups: dict[tuple[int, str], list[tuple[str, str, TopicClaim]]] = {}
+    for claim in context.claims:
+        for parent, child in claim.transforms:
+            groups.setdefault((claim.ros_context, claim.topic.rpartition("/")[0]), []).append((parent, child, claim))
+    for (_, namespace), edges in groups.items():
+        _check_parents(context, edges)
+        _check_pieces(context, namespace, edges)
+
+
+def _check_parents(context: LintContext, edges: Iterable[tuple[str, str, TopicClaim]]) -> None:
+    parents: dict[str, tuple[str, TopicClaim]] = {}
+    for parent, child, claim in edges:
+        known, first = parents.setdefault(child, (parent, claim))
+        if first is claim and known == parent:
+            continue
+        span = _spans(context, first)
+        context.findings.add(
+            "G306",
+            f"frame {child!r} has two parents: {known!r} from {first.node}, {parent!r} from {claim.node}",
+            _spans(context, claim),
+            "a frame has one parent and one publisher; rename a frame, or remove one of the two",
+            related=[(span, "the other one")] if span else [],
+        )
+
+
+def _check_pieces(context: LintContext, namespace: str, edges: Sequence[tuple[str, str, TopicClaim]]) -> None:
+    tree: nx.Graph[str] = nx.Graph()
+    for parent, child, _ in edges:
+        tree.add_edge(parent, child)
+    pieces = list(nx.connected_components(tree))
+    if len(pieces) < 2:
+        return
+    roots = [f"{{{', '.join(sorted(piece))}}}" for piece in pieces]
+    claim = edges[-1][2]
+    context.findings.add(
+        "W203",
+        f"the TF tree{f' of {namespace}' if namespace else ''} is in {len(pieces)} pieces: {' and '.join(roots)}",
+        _spans(context, claim),
+        "robot_state_publisher is missing, which joins them by the robot's fixed joints; "
+        "start it, or run with --robot-state, or publish the missing edge",
+    )

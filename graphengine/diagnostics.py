@@ -1,0 +1,307 @@
+"""Findings with codes, places and remedies; and the exception tree.
+
+GraphError                  everything that this package raises on purpose
+├── CheckError              findings that keep a graph or scene from being built
+├── ContextError            what a node asked for is not there, or not legal
+│   ├── PrimError           no prim at that path, or one of the wrong kind
+│   │   └── AmbiguousPrimError   two prims at that path
+│   ├── JointError          no such joint
+│   └── TopicError          a topic, namespace or QoS profile that ROS 2 would refuse
+├── NodeError               a node raised while it computed
+├── PhysicsError            the simulation diverged
+├── TransportError          the network could not be joined, or a peer's library failed
+└── UsageError              a command line that makes no sense (exit code 2)
+"""
+
+from __future__ import annotations
+
+import difflib
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+Severity = Literal["error", "warning", "note"]
+
+CODES: dict[str, str] = {
+    "G101": "file cannot be read",
+    "G102": "YAML syntax",
+    "G103": "duplicate key",
+    "G104": "YAML feature that is not allowed",
+    "G105": "file too large or too deep",
+    "G106": "unknown key",
+    "G107": "missing key",
+    "G108": "wrong type of value",
+    "G109": "value out of range",
+    "G110": "unknown format version",
+    "G111": "unknown parameter",
+    "G201": "unknown node type",
+    "G202": "malformed connection",
+    "G203": "unknown node in a connection",
+    "G204": "unknown port",
+    "G205": "wrong direction of a port",
+    "G206": "types of a connection do not match",
+    "G207": "two wires into one data input",
+    "G208": "missing required input",
+    "G209": "cycle of data nodes",
+    "G210": "cycle of execution",
+    "G211": "wrong type of a port's value",
+    "G212": "port's value out of range",
+    "G213": "type of a port cannot be told",
+    "G214": "subgraph that cannot be expanded",
+    "G301": "no such prim",
+    "G302": "ambiguous prim path",
+    "G303": "no such joint",
+    "G304": "name that ROS 2 refuses",
+    "G305": "one topic with two message types",
+    "G306": "one TF frame with two parents",
+    "G307": "node cannot be set up",
+    "S101": "file of a scene not found",
+    "S102": "world that MuJoCo cannot load",
+    "S103": "robot description that cannot be loaded",
+    "S104": "no such link, joint or prim in the robot",
+    "S105": "name used twice",
+    "S106": "model that cannot be built",
+    "W101": "node that no event reaches",
+    "W102": "data node that nothing uses",
+    "W103": "set value on a wired input",
+    "W104": "wire that reads the previous value",
+    "W105": "reader and writer in no stated order",
+    "W201": "wheel radius differs from the robot's",
+    "W202": "wheel distance differs from the robot's",
+    "W203": "TF tree in more than one piece",
+    "W204": "timestep of the world is overruled",
+    "N101": "old name of a node type",
+    "N102": "prims were not checked",
+    "N103": "physics setting that was resolved",
+}
+"""Every code there is: G for graphs, S for scenes, W for lints, N for notes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """The lines of a file, kept for carets."""
+
+    path: str
+    lines: tuple[str, ...] = field(repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """A place in a file; line and column count from 1."""
+
+    source: Source
+    line: int
+    column: int
+    length: int = 1
+
+    def __str__(self) -> str:
+        return f"{self.source.path}:{self.line}:{self.column}"
+
+    def part(self, offset: int, length: int) -> Span:
+        """The place of a part of this one, on the same line."""
+        return Span(self.source, self.line, self.column + offset, max(length, 1))
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing to tell about a file: what, where, what is legal, what to do."""
+
+    code: str
+    message: str
+    span: Span | None = None
+    help: tuple[str, ...] = ()
+    related: tuple[tuple[Span, str], ...] = ()
+
+    @property
+    def severity(self) -> Severity:
+        """Errors for G and S, warnings for W, notes for N."""
+        return {"W": "warning", "N": "note"}.get(self.code[0], "error")  # type: ignore[return-value]
+
+    def render(self) -> str:
+        """Text for people: place, sentence, source line, caret, help."""
+        where = f"{self.span}: " if self.span else ""
+        parts = [f"{where}{self.severity} {self.code}: {self.message}"]
+        if self.span:
+            parts += _excerpt(self.span)
+        parts += [f"  {line}" for line in self.help]
+        for span, label in self.related:
+            parts.append(f"  {span}: {label}")
+            parts += _excerpt(span)
+        return "\n".join(parts)
+
+    def record(self) -> dict[str, Any]:
+        """The same for machines."""
+        return {
+            "code": self.code,
+            "title": CODES[self.code],
+            "severity": self.severity,
+            "message": self.message,
+            **_place(self.span),
+            "help": list(self.help),
+            "related": [{**_place(span), "message": label} for span, label in self.related],
+        }
+
+
+def _place(span: Span | None) -> dict[str, Any]:
+    if span is None:
+        return {"path": None, "line": None, "column": None, "length": None}
+    return {"path": span.source.path, "line": span.line, "column": span.column, "length": span.length}
+
+
+_WIDTH = 160
+
+
+def _excerpt(span: Span) -> list[str]:
+    """The source line and a caret below it; a window of it where the line is very long."""
+    if not 1 <= span.line <= len(span.source.lines):
+        return []
+    line = span.source.lines[span.line - 1].replace("\t", " ")
+    start = max(0, min(span.column - 1 - _WIDTH // 2, len(line) - _WIDTH)) if len(line) > _WIDTH else 0
+    text = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in line[start : start + _WIDTH])
+    at = span.column - 1 - start
+    return [f"{span.line:>6} | {text}", f"       | {' ' * at}{'^' * max(1, min(span.length, len(text) - at))}"]
+
+
+@dataclass(slots=True)
+class Findings:
+    """A list that grows while a file is read, so that one run tells everything."""
+
+    items: list[Finding] = field(default_factory=list)
+
+    def add(
+        self,
+        code: str,
+        message: str,
+        span: Span | None = None,
+        *help: str,
+        related: Iterable[tuple[Span, str]] = (),
+    ) -> None:
+        """Append a finding; equal findings are kept once; empty help lines are dropped."""
+        assert code in CODES, code
+        finding = Finding(code, message, span, tuple(line for line in help if line), tuple(related))
+        if finding not in self.items:
+            self.items.append(finding)
+
+    @property
+    def errors(self) -> list[Finding]:
+        """Those that keep the graph from running."""
+        return [f for f in self.items if f.severity == "error"]
+
+    @property
+    def warnings(self) -> list[Finding]:
+        """Those that count as errors with --strict."""
+        return [f for f in self.items if f.severity == "warning"]
+
+    def sorted(self) -> list[Finding]:
+        """By file in order of appearance, then by place."""
+        files: dict[str, int] = {}
+        for item in self.items:
+            files.setdefault(item.span.source.path if item.span else "", len(files))
+
+        def key(item: Finding) -> tuple[int, int, int, str]:
+            span = item.span
+            if span is None:
+                return (files[""], 0, 0, item.code)
+            return (files[span.source.path], span.line, span.column, item.code)
+
+        return sorted(self.items, key=key)
+
+    def raise_errors(self) -> None:
+        """Raise a CheckError if there is any error."""
+        if self.errors:
+            raise CheckError(self.sorted())
+
+
+def to_json(findings: Sequence[Finding]) -> str:
+    """All findings as one JSON document."""
+    return json.dumps([finding.record() for finding in findings], indent=2)
+
+
+def did_you_mean(name: str, legal: Iterable[str], wording: str = "did you mean {}?") -> str:
+    """A suggestion when a legal name is near, else the empty string."""
+    names = sorted(set(legal))
+    near = difflib.get_close_matches(name[:200], names, n=3, cutoff=0.6)
+    if not near:
+        folded = {n.lower(): n for n in names}
+        near = [folded[name.lower()]] if name.lower() in folded else []
+    return wording.format(" or ".join(repr(n) for n in near)) if near else ""
+
+
+def listing(names: Iterable[str], what: str = "legal") -> str:
+    """`legal: a, b, c`, cut after 20 names."""
+    all_names = list(names)
+    if not all_names:
+        return f"{what}: none"
+    more = f", … ({len(all_names) - 20} more)" if len(all_names) > 20 else ""
+    return f"{what}: {', '.join(all_names[:20])}{more}"
+
+
+class GraphError(Exception):
+    """Root of what this package raises on purpose."""
+
+
+class CheckError(GraphError):
+    """Findings that keep a graph or scene from being built."""
+
+    def __init__(self, findings: Sequence[Finding]) -> None:
+        super().__init__("\n".join(finding.render() for finding in findings))
+        self.findings = tuple(findings)
+
+
+class ContextError(GraphError):
+    """What a node asked for in `setup` is not there, or not legal.
+
+    Args:
+        message: what is wrong.
+        value: the input's value that asked for it, by which the place in the file is found.
+        help: what is legal, what to do.
+    """
+
+    code = "G307"
+
+    def __init__(self, message: str, value: object = None, *help: str) -> None:
+        super().__init__("\n".join((message, *(line for line in help if line))))
+        self.message = message
+        self.value = value
+        self.help = tuple(line for line in help if line)
+
+
+class PrimError(ContextError):
+    """No prim at that path, or one of the wrong kind."""
+
+    code = "G301"
+
+
+class AmbiguousPrimError(PrimError):
+    """A path that could mean two prims."""
+
+    code = "G302"
+
+
+class JointError(ContextError):
+    """No such joint."""
+
+    code = "G303"
+
+
+class TopicError(ContextError):
+    """A topic, namespace or QoS profile that ROS 2 would refuse."""
+
+    code = "G304"
+
+
+class NodeError(GraphError):
+    """A node raised while it computed; the cause is chained."""
+
+
+class PhysicsError(GraphError):
+    """The simulation diverged."""
+
+
+class TransportError(GraphError):
+    """The network could not be joined, or a peer's library failed."""
+
+
+class UsageError(GraphError):
+    """A command line that makes no sense."""

@@ -1,0 +1,94 @@
+"""Where files that files name are looked for, and where they may not be.
+
+A reference is looked up beside the file that names it, then among the graphs and scenes that ship with the package. What a
+file names must lie in the folder of the file the user gave, in what ships, or in a folder the user allowed: a scene from a
+stranger reads nothing else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from graphengine.diagnostics import did_you_mean
+
+
+def shipped() -> Path:
+    """The folder that holds `graphs/` and `scenes/`: in a wheel the package's data, else the checkout."""
+    package = Path(__file__).resolve().parent
+    data = package / "_data"
+    return data if data.is_dir() else package.parent
+
+
+class NotFoundError(Exception):
+    """No such file, or not one that may be read; the arguments are what, and lines of help."""
+
+    def __init__(self, message: str, *help: str) -> None:
+        super().__init__(message)
+        self.message = message
+        self.help = help
+
+
+@dataclass(frozen=True, slots=True)
+class Files:
+    """The folders that references may lead into."""
+
+    roots: tuple[Path, ...]
+
+    @staticmethod
+    def of(given: Path, allowed: Sequence[Path] = ()) -> Files:
+        """For a file that the user gave."""
+        return Files((given.resolve().parent, shipped(), *(path.resolve() for path in allowed)))
+
+    def find(self, reference: str, folder: Path) -> Path:
+        """The file that a reference in a file of `folder` means.
+
+        Raises:
+            NotFoundError: it is nowhere, or outside of what may be read.
+        """
+        base = shipped()
+        places = [folder / reference, base / reference, base / "scenes" / reference, base / "graphs" / reference]
+        for place in places:
+            if place.is_file():
+                if not self.may_read(place):
+                    raise NotFoundError(
+                        f"{reference!r} lies outside the folder of the file you gave",
+                        f"allow it with --allow {place.resolve().parent}",
+                    )
+                return place
+        looked = list(dict.fromkeys(str(place.parent) for place in places[:2]))
+        raise NotFoundError(f"no file {reference!r}", self._near(reference, places), f"looked in {', '.join(looked)}")
+
+    def may_read(self, path: Path) -> bool:
+        """Whether a file lies below one of the roots, links followed."""
+        resolved = path.resolve()
+        return any(resolved.is_relative_to(root) for root in self.roots)
+
+    def _near(self, reference: str, places: Sequence[Path]) -> str:
+        names: list[str] = []
+        for place in places:
+            if place.parent.is_dir() and self.may_read(place.parent / "x"):
+                names += [
+                    str(Path(reference).parent / entry.name) for entry in place.parent.iterdir() if entry.is_file()
+                ]
+        return did_you_mean(reference, names)
+
+
+def find_given(name: str, folder: str) -> Path:
+    """The file that a command line means: a path, or the name of one that ships in `graphs` or `scenes`.
+
+    Raises:
+        NotFoundError: there is none.
+    """
+    base = shipped()
+    places = [Path(name), base / folder / name, base / folder / f"{name}.yaml", base / name]
+    for place in places:
+        if place.is_file():
+            return place
+    known = sorted(str(path.relative_to(base / folder).with_suffix("")) for path in (base / folder).rglob("*.yaml"))
+    raise NotFoundError(
+        f"no file {name!r}",
+        did_you_mean(name, known),
+        f"{folder} that ship: {', '.join(known)}" if known else "",
+    )

@@ -1,0 +1,429 @@
+"""A node is one class: ports as typed fields on top, a short `compute` below.
+
+    class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.DifferentialController"):
+        \"\"\"Wheel speeds of a two-wheeled base that follows a body twist.\"\"\"
+
+        exec_in = ExecIn()
+        linear_velocity: float = In(default=0.0, unit="m/s")
+        velocity_command: Doubles = Out(unit="rad/s", doc="[left, right]")
+
+        def compute(self) -> None: ...
+
+The class is slotted: every port is one attribute of the instance, the generated tick copies between them, and a test sets
+them in the constructor and reads them after `compute`. What kind of node it is follows from its shape:
+
+| kind   | shape                                                                                              |
+|--------|----------------------------------------------------------------------------------------------------|
+| data   | no execution ports; `volatile=True` when it reads what is outside its inputs                        |
+| action | `compute` returns None and fires its one ExecOut; when `gated=True`, or with several, it returns what to fire |
+| event  | an action or pusher without ExecIn, computed at the start of each pass                              |
+| pusher | `compute` is a generator of ports to fire; each yield runs what hangs on that port to its end       |
+| latent | has `update`, called once a tick while `active`; it returns what to fire in the next pass           |
+"""
+
+from __future__ import annotations
+
+import builtins
+import inspect
+import math
+import re
+import typing
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeVar, dataclass_transform, overload
+
+from graphengine.diagnostics import GraphError, did_you_mean, listing
+from graphengine.types import ANY, EXECUTION, PortType, UnionType, coerce, parse
+
+if TYPE_CHECKING:
+    from graphengine.context import Context
+
+T = TypeVar("T")
+Side = Literal["inputs", "outputs", "state"]
+Kind = Literal["data", "action", "event", "pusher", "latent"]
+Fire = int | None
+"""What `compute` of a gated node returns: ExecOut ports joined by `|`, or None for nothing."""
+
+_MISSING: Any = object()
+
+
+@dataclass(frozen=True, slots=True)
+class Port:
+    """One port of a node type, as OmniGraph names it and as Python does."""
+
+    field: str
+    name: str
+    side: Side
+    type: PortType | UnionType
+    default: Any = None
+    doc: str = ""
+    unit: str = ""
+    ge: float | None = None
+    gt: float | None = None
+    le: float | None = None
+    lt: float | None = None
+    tokens: tuple[str, ...] = ()
+    required: bool = False
+    setup: bool = False
+    control: bool = False
+    extension: bool = False
+    couple: str = ""
+    component: bool = False
+    bound_in_setup: bool = False
+    mask: int = 0
+
+    @property
+    def is_exec(self) -> bool:
+        """Whether it carries execution rather than a value."""
+        return self.type == EXECUTION
+
+    @property
+    def constraint(self) -> str:
+        """Legal values in words, or the empty string."""
+        if self.tokens:
+            return "one of " + ", ".join(self.tokens)
+        signs = (("≥", self.ge), (">", self.gt), ("≤", self.le), ("<", self.lt))
+        return " and ".join(f"{sign} {bound:g}" for sign, bound in signs if bound is not None)
+
+    def check(self, value: Any) -> Any:
+        """A literal in the port's representation.
+
+        Raises:
+            TypeError: it is of another type.
+            ValueError: it is out of range.
+        """
+        if isinstance(self.type, UnionType):
+            return value
+        value = coerce(value, self.type)
+        if self.tokens and value not in self.tokens:
+            raise ValueError(f"expected {self.constraint}")
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            low_enough = (self.le is None or value <= self.le) and (self.lt is None or value < self.lt)
+            high_enough = (self.ge is None or value >= self.ge) and (self.gt is None or value > self.gt)
+            if math.isnan(value) or not (low_enough and high_enough):
+                raise ValueError(f"expected a value {self.constraint}" if self.constraint else "expected a number")
+        return value
+
+
+class _Field:
+    """What stands behind a port's name in the class body until the class is made."""
+
+    def __init__(
+        self, side: Side, default: Any = _MISSING, factory: Callable[[], Any] | None = None, **facts: Any
+    ) -> None:
+        self.side = side
+        self.default = default
+        self.factory = factory
+        self.facts = facts
+
+
+class ExecIn:
+    """An execution input. On an instance it says how often it fired in the running activation."""
+
+    def __init__(self, *, name: str = "", doc: str = "", control: bool = False) -> None:
+        self.name, self.doc, self.control = name, doc, control
+
+    if TYPE_CHECKING:
+
+        def __get__(self, instance: object, owner: type) -> int: ...
+
+        def __set__(self, instance: object, value: int) -> None: ...
+
+
+class ExecOut:
+    """An execution output. On an instance it is what `compute` returns or yields to fire it."""
+
+    def __init__(self, *, name: str = "", doc: str = "") -> None:
+        self.name, self.doc, self.control = name, doc, False
+
+    if TYPE_CHECKING:
+
+        def __get__(self, instance: object, owner: type) -> int: ...
+
+
+@overload
+def In(*, default: T, **facts: Any) -> T: ...
+@overload
+def In(**facts: Any) -> Any: ...
+def In(*, default: Any = _MISSING, **facts: Any) -> Any:
+    """An input: a literal or a wire.
+
+    Args:
+        default: value when neither is given; without it the type's zero is used and the constructor demands the argument.
+        facts: `doc`, `unit`, `ge`, `gt`, `le`, `lt`, `tokens` (the legal texts), `name` (OmniGraph's name where it is not
+            the field's), `type` (OmniGraph's type where the annotation does not say it, such as a union), `required` (a
+            literal or a wire must be there), `setup` (read in `setup`; when it changes the node is set up again),
+            `extension` (not a port of the reference), `couple` and `component` (ports of union type with the same couple
+            resolve together; a component is one number of the tuple).
+    """
+    return _Field("inputs", default, **facts)
+
+
+def Out(*, default: Any = _MISSING, init: Literal[False] = False, **facts: Any) -> Any:
+    """An output; goes back to its default on stop. `facts` as for `In`."""
+    return _Field("outputs", default, **facts)
+
+
+def State(*, default: Any = _MISSING, factory: Callable[[], Any] | None = None, init: Literal[False] = False) -> Any:
+    """A value kept between computes; goes back to its default on stop. Without a default it holds what `setup` binds."""
+    return _Field("state", default, factory)
+
+
+_ANNOTATIONS: dict[Any, PortType] = {bool: PortType("bool"), int: PortType("int64"), float: PortType("double")}
+_ANNOTATIONS |= {str: PortType("string"), Any: ANY}
+
+
+def camel_case(field: str) -> str:
+    """OmniGraph's spelling of a Python field: `linear_velocity` is `linearVelocity`."""
+    head, *tail = field.split("_")
+    return head + "".join(word[:1].upper() + word[1:] for word in tail)
+
+
+@dataclass_transform(kw_only_default=True, field_specifiers=(In, Out, State))
+class NodeMeta(type):
+    """Turns the fields of a class body into slots and a table of ports."""
+
+    def __new__(
+        mcs,
+        name: str,
+        bases: tuple[type, ...],
+        namespace: dict[str, Any],
+        *,
+        type: str = "",
+        gated: bool = False,
+        counts: bool = False,
+        volatile: bool = False,
+        aliases: Sequence[str] = (),
+    ) -> NodeMeta:
+        """See `Node` for the keywords."""
+        fields = {k: v for k, v in namespace.items() if isinstance(v, _Field | ExecIn | ExecOut)}
+        inherited = [base for base in bases if isinstance(base, NodeMeta)]
+        taken = {member for base in inherited for member in dir(base)}
+        for field_name in fields:
+            if field_name in taken or re.match(r"_|(type|tuple|input|id|hash|min|max|range|object)\Z", field_name):
+                raise TypeError(
+                    f"{name}.{field_name}: the name is taken; call it {field_name}_in or {field_name}_out with name="
+                )
+        for field_name in fields:
+            del namespace[field_name]
+        slots = [k for k, v in fields.items() if not isinstance(v, ExecOut)]
+        namespace["__slots__"] = (*slots, "active") if "update" in namespace and "active" not in taken else tuple(slots)
+        cls = super().__new__(mcs, name, bases, namespace)
+        cls._make_ports(fields)  # type: ignore[attr-defined]
+        cls.type_name = type  # type: ignore[attr-defined]
+        cls.gated = gated or len([p for p in cls.ports.values() if p.is_exec and p.side == "outputs"]) > 1  # type: ignore[attr-defined]
+        cls.counts = counts or any(getattr(base, "counts", False) for base in inherited)  # type: ignore[attr-defined]
+        cls.volatile = volatile or any(getattr(base, "volatile", False) for base in inherited)  # type: ignore[attr-defined]
+        cls.aliases = tuple(aliases)  # type: ignore[attr-defined]
+        return cls
+
+    def __init__(cls, name: str, bases: tuple[type, ...], namespace: dict[str, Any], **_: Any) -> None:
+        super().__init__(name, bases, namespace)
+
+
+class Node(metaclass=NodeMeta):
+    """Base of every node type.
+
+    Class keywords: `type` is the registered OmniGraph name (a class without one is a base for others); `gated` marks an action
+    whose single ExecOut fires only when `compute` returns it; `counts` computes once for each activation instead of once a
+    region run; `volatile` marks a data node that reads more than its inputs; `aliases` are older registered names.
+
+    Raises:
+        TypeError: the constructor was given a port that is not an input, or a value of the wrong type.
+        ValueError: a value out of range.
+    """
+
+    __slots__ = ("__weakref__",)
+
+    type_name: ClassVar[str]
+    aliases: ClassVar[tuple[str, ...]]
+    gated: ClassVar[bool]
+    counts: ClassVar[bool]
+    volatile: ClassVar[bool]
+    fields: ClassVar[dict[str, Port]] = {}
+    """Ports by Python name, base classes first."""
+    ports: ClassVar[dict[str, Port]] = {}
+    """Ports by `side:name`, as in `inputs:wheelRadius`."""
+    _factories: ClassVar[dict[str, Callable[[], Any]]] = {}
+
+    def __init__(self, **values: Any) -> None:
+        cls = type(self)
+        for port in cls.fields.values():
+            if port.side == "inputs":
+                setattr(self, port.field, 0 if port.is_exec else port.default)
+        if hasattr(cls, "update"):
+            self.active = False  # type: ignore[misc]
+        self.clear()
+        for name, value in values.items():
+            known = cls.fields.get(name)
+            if known is None or known.side != "inputs" or known.is_exec:
+                inputs = [p.field for p in cls.fields.values() if p.side == "inputs" and not p.is_exec]
+                hint = did_you_mean(name, inputs) or listing(inputs, "inputs")
+                raise TypeError(f"{cls.__name__} has no input {name!r}; {hint}")
+            try:
+                setattr(self, name, known.check(value))
+            except (TypeError, ValueError) as error:
+                raise type(error)(f"{cls.__name__}.{name}: {error}, got {value!r}") from None
+
+    active: bool
+    """Of a latent node: whether `update` is to be called."""
+
+    @classmethod
+    def kind(cls) -> Kind:
+        """What the node's shape makes it."""
+        exec_ports = [port for port in cls.fields.values() if port.is_exec]
+        if not exec_ports:
+            return "data"
+        if hasattr(cls, "update"):
+            return "latent"
+        if inspect.isgeneratorfunction(cls.compute):
+            return "pusher"
+        return "action" if any(port.side == "inputs" for port in exec_ports) else "event"
+
+    def setup(self, context: Context) -> None:
+        """Ask the context for what the node needs; inputs marked `setup` have their values."""
+
+    def compute(self) -> Any:
+        """Read inputs, write outputs; see the module for what each kind returns."""
+
+    def reset(self) -> None:
+        """Forget what the defaults of Out and State do not cover; called on stop."""
+
+    def reads(self) -> Iterable[str]:
+        """Keys of what the node reads beside its inputs and the clock, such as `variable:speed`."""
+        return ()
+
+    def writes(self) -> Iterable[str]:
+        """Keys of what the node changes beside its outputs."""
+        return ()
+
+    @classmethod
+    def dynamic_ports(cls, literals: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Fields that the node grows from its literals, by Python name; made once, before wires are read."""
+        return {}
+
+    def clear(self) -> None:
+        """Set Out and State back to their defaults."""
+        for port in type(self).fields.values():
+            if port.side == "outputs" and not port.is_exec:
+                setattr(self, port.field, port.default)
+            elif port.side == "state" and not port.bound_in_setup:
+                factory = self._factories.get(port.field)
+                setattr(self, port.field, factory() if factory else port.default)
+        if hasattr(type(self), "update"):
+            self.active = False  # type: ignore[misc]
+
+    @classmethod
+    def _make_ports(cls, fields: dict[str, Any]) -> None:
+        """Merge a class body's fields with those of its bases into the tables of ports."""
+        inherited: dict[str, Port] = {}
+        factories: dict[str, Callable[[], Any]] = {}
+        for base in reversed(cls.__mro__[1:]):
+            inherited |= base.__dict__.get("fields", {})
+            factories |= base.__dict__.get("_factories", {})
+        hints = typing.get_type_hints(cls, include_extras=True) if fields else {}
+        mask = 1 << sum(1 for port in inherited.values() if port.is_exec and port.side == "outputs")
+        for name, field in fields.items():
+            if isinstance(field, ExecIn | ExecOut):
+                side: Side = "inputs" if isinstance(field, ExecIn) else "outputs"
+                ogn_name = field.name or camel_case(name)
+                port = Port(name, ogn_name, side, EXECUTION, doc=field.doc, control=field.control)
+                if side == "outputs":
+                    port = replace(port, mask=mask)
+                    setattr(cls, name, mask)
+                    mask <<= 1
+            else:
+                port = _value_port(cls.__name__, name, field, hints.get(name))
+                if field.factory:
+                    factories[name] = field.factory
+            inherited[name] = port
+        cls.fields = inherited
+        cls.ports = {f"{port.side}:{port.name}": port for port in inherited.values()}
+        cls._factories = factories
+
+
+def _value_port(owner: str, name: str, field: _Field, hint: Any) -> Port:
+    facts = dict(field.facts)
+    explicit = facts.pop("type", None)
+    port_type: PortType | UnionType | None = ANY if field.side == "state" else None
+    if explicit:
+        port_type = parse(explicit)
+    elif port_type is None:
+        extras = getattr(hint, "__metadata__", ())
+        port_type = next((extra for extra in extras if isinstance(extra, PortType | UnionType)), None)
+        if port_type is None:
+            port_type = _ANNOTATIONS.get(hint)
+    if port_type is None:
+        raise TypeError(
+            f"{owner}.{name}: no port type is known for {hint!r}; annotate it with one of graphengine.types"
+        )
+    ogn_name = facts.pop("name", "") or camel_case(name)
+    facts["tokens"] = tuple(facts.get("tokens", ()))
+    port = Port(name, ogn_name, field.side, port_type, **facts)
+    if field.default is _MISSING:
+        zero = None if isinstance(port_type, UnionType) else port_type.zero
+        return replace(port, default=zero, bound_in_setup=field.side == "state" and field.factory is None)
+    if field.side == "state":
+        return replace(port, default=field.default)
+    try:
+        return replace(port, default=port.check(field.default))
+    except (TypeError, ValueError) as error:
+        raise TypeError(f"{owner}.{name}: default {field.default!r}: {error}") from None
+
+
+_grown: dict[tuple[NodeMeta, tuple[tuple[str, str], ...]], type[Node]] = {}
+
+
+def grown(cls: type[Node], literals: Mapping[str, Any]) -> type[Node]:
+    """The class with its dynamic ports as slots; the same literals give the same class."""
+    ports = cls.dynamic_ports(literals)
+    if not ports:
+        return cls
+    key = (
+        cls,
+        tuple((name, repr(getattr(field, "facts", "")) + type(field).__name__) for name, field in ports.items()),
+    )
+    if key not in _grown:
+        namespace = {"__module__": cls.__module__, "__doc__": cls.__doc__, "__qualname__": cls.__qualname__, **ports}
+        made = NodeMeta(cls.__name__, (cls,), namespace, type=cls.type_name, gated=cls.gated, counts=cls.counts)
+        _grown[key] = typing.cast("type[Node]", made)
+    return _grown[key]
+
+
+def node(
+    type: str, *, volatile: bool = False, aliases: Sequence[str] = ()
+) -> Callable[[Callable[..., Any]], builtins.type[Node]]:
+    """Make a data node of a function: arguments become inputs, the return value the output `value`.
+
+    Args:
+        type: registered name.
+        volatile: the function reads more than its arguments.
+        aliases: older registered names.
+    """
+
+    def make(function: Callable[..., Any]) -> NodeMeta:
+        signature = inspect.signature(function)
+        names = list(signature.parameters)
+        annotations = dict(typing.get_type_hints(function, include_extras=True))
+        namespace: dict[str, Any] = {"__module__": function.__module__, "__doc__": function.__doc__}
+        for name, parameter in signature.parameters.items():
+            default = _MISSING if parameter.default is parameter.empty else parameter.default
+            namespace[name] = _Field("inputs", default)
+        namespace["value"] = _Field("outputs")
+        annotations["value"] = annotations.pop("return")
+
+        def compute(self: Any) -> None:
+            self.value = function(*[getattr(self, name) for name in names])
+
+        namespace |= {"__annotations__": annotations, "compute": compute}
+        return NodeMeta(function.__name__, (Node,), namespace, type=type, volatile=volatile, aliases=aliases)
+
+    return make  # type: ignore[return-value]
+
+
+Pushes = Generator[int, None, None]
+"""Return type of a pusher's `compute`."""
+
+
+class NodeClassError(GraphError):
+    """A node class that cannot be registered."""

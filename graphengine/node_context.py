@@ -1,0 +1,334 @@
+"""The Context that nodes get: names and checks from the stage, handles from a world and a network.
+
+The same class serves a dry setup, over stand-ins, and a running session; so what `check` sees is what `run` does.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from graphengine.backend import Network, TopicClaim, World
+from graphengine.context import (
+    Articulation,
+    Body,
+    Clock,
+    Frame,
+    FrameLink,
+    Lidar,
+    Publisher,
+    RobotDescription,
+    Subscription,
+)
+from graphengine.diagnostics import ContextError, PrimError, TopicError, listing
+from graphengine.ros import names
+from graphengine.stage import Prim, PrimKind, Stage
+from graphengine.transform_tree import expand
+
+
+@dataclass(slots=True)
+class Services:
+    """What all contexts of a session share."""
+
+    world: World
+    network: Network
+    seed: int = 0
+    domain_id: int = 0
+    """The session's ROS 2 domain, which handle 0 means."""
+    domain_from_environment: int | None = None
+    """ROS_DOMAIN_ID, where the caller found one."""
+    log: Callable[[str, str, str], None] = lambda severity, node, message: None
+    claims: list[TopicClaim] = field(default_factory=list)
+    mailboxes: dict[str, QueueMailbox] = field(default_factory=dict)
+    render_products: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def stage(self) -> Stage:
+        """The prim tree."""
+        return self.world.stage
+
+
+class SimulationClock:
+    """Time counted in ticks: `tick * numerator / denominator`, so that nothing adds up."""
+
+    __slots__ = ("_denominator", "_numerator", "_past", "delta", "frame", "monotonic_time", "time", "wall_time")
+
+    def __init__(self, period: tuple[int, int]) -> None:
+        self._numerator, self._denominator = period
+        self.delta: float = period[0] / period[1]
+        self.wall_time = 0.0
+        self._past = 0
+        self.set_frame(0)
+
+    def set_frame(self, frame: int) -> None:
+        """Go to a tick since play."""
+        self.frame = frame
+        self.time: float = frame * self._numerator / self._denominator
+        self.monotonic_time: float = (self._past + frame) * self._numerator / self._denominator
+
+    def stop(self) -> None:
+        """Back to 0; monotonic time stays where it is."""
+        self._past += self.frame
+        self.set_frame(0)
+
+
+class QueueMailbox:
+    """Items by tick: posted in one, taken in the next; more than 1000 in a tick are an error."""
+
+    LIMIT = 1000
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self._posted: list[Any] = []
+        self._visible: list[Any] = []
+
+    def post(self, item: Any = None) -> None:
+        """Queue an item for the next tick.
+
+        Raises:
+            ContextError: the queue is full.
+        """
+        if len(self._posted) >= self.LIMIT:
+            raise ContextError(
+                f"more than {self.LIMIT} events {self.name!r} in one tick", self.name, "an event may raise itself"
+            )
+        self._posted.append(item)
+
+    def take(self) -> Sequence[Any]:
+        """Items posted before this tick."""
+        taken, self._visible = self._visible, []
+        return taken
+
+    def freeze(self) -> None:
+        """Begin a tick; what was not taken in the last one is gone."""
+        self._visible, self._posted = self._posted, []
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self._posted, self._visible = [], []
+
+
+class GraphVariable:
+    """A graph's variable and what it was when the last two ticks began."""
+
+    __slots__ = ("_before", "_now", "default", "value")
+
+    def __init__(self, default: Any) -> None:
+        self.default = self.value = self._before = self._now = default
+
+    @property
+    def changed(self) -> bool:
+        """Whether it changed during the last tick."""
+        return bool(np.any(self._before != self._now))
+
+    def freeze(self) -> None:
+        """Begin a tick."""
+        self._before, self._now = self._now, self.value
+
+    def clear(self) -> None:
+        """Back to the default."""
+        self.value = self._before = self._now = self.default
+
+
+class NodeContext:
+    """One node's door to the session."""
+
+    def __init__(
+        self,
+        services: Services,
+        clock: Clock,
+        graph: str,
+        prim_path: str,
+        rate: float | None,
+        variables: Mapping[str, GraphVariable],
+    ) -> None:
+        self._services = services
+        self._graph = graph
+        self._rate = rate
+        self._variables = variables
+        self.clock = clock
+        self.prim_path = prim_path
+
+    def _find(self, path: str, *kinds: PrimKind) -> Prim:
+        prim = self._services.stage.find(path)
+        if kinds and prim.kind not in kinds:
+            wanted = " or ".join(kinds)
+            inside = [child.path for child in prim.descendants() if child.kind in kinds]
+            raise PrimError(
+                f"{path!r} is a {prim.kind}, not a {wanted}", path, listing(inside, "below it") if inside else ""
+            )
+        return prim
+
+    def body(self, prim: str) -> Body:
+        """The rigid body at, or carrying, a prim."""
+        found = self._services.stage.find(prim)
+        if not any(ancestor.body is not None for ancestor in found.ancestors()):
+            bodies = [p.path for p in found.descendants() if p.body is not None]
+            raise PrimError(
+                f"{prim!r} is a {found.kind} that no rigid body carries",
+                prim,
+                listing(bodies[:5], "bodies below it") if bodies else "",
+            )
+        return self._services.world.body(found)
+
+    def frame(self, prim: str) -> Frame:
+        """The pose of any prim."""
+        return self._services.world.frame(self._services.stage.find(prim))
+
+    def transform_tree(self, targets: Sequence[str], parent: str = "") -> Sequence[FrameLink]:
+        """The edges that target prims expand to."""
+        stage = self._services.stage
+        return expand(
+            stage,
+            [stage.find(target) for target in targets],
+            stage.find(parent) if parent else None,
+            self._services.world.frame,
+        )
+
+    def _robot(self, path: str) -> Prim:
+        stage = self._services.stage
+        prim = stage.find(path)
+        robot = stage.stands_for_robot(prim)
+        if robot is None:
+            owner = stage.robot_of(prim)
+            stands = (
+                [p for p in (owner.path, owner.facts.get("base_link"), owner.facts.get("articulation_root")) if p]
+                if owner
+                else []
+            )
+            robots = [p.path for p in stage.prims("robot")]
+            raise PrimError(
+                f"{path!r} does not stand for a robot",
+                path,
+                listing(dict.fromkeys(stands), f"what stands for {owner.path}") if owner else listing(robots, "robots"),
+            )
+        return robot
+
+    def articulation(self, prim: str) -> Articulation:
+        """The robot that a prim stands for."""
+        return self._services.world.articulation(self._robot(prim))
+
+    def joint_names(self, prim: str) -> Sequence[str]:
+        """Names under which a robot's joints are published."""
+        robot = self._robot(prim)
+        overrides = {p.name: p.frame_name for p in robot.descendants() if p.kind == "joint"}
+        return tuple(overrides.get(name, name) for name in robot.facts.get("joints", ()))
+
+    def robot_description(self, prim: str) -> RobotDescription:
+        """The description of the robot that a prim stands for."""
+        robot = self._robot(prim)
+        stage = self._services.stage
+        links = [stage.find(path) for path in robot.facts.get("moving_links", ())]
+        moving = expand(stage, links, None, self._services.world.frame)
+        carried = tuple(
+            FrameLink(link.parent.frame_name, edge.child_name, self._services.world.frame(link.parent), edge.child)
+            for link, edge in zip(links, moving, strict=True)
+            if link.parent is not None
+        )
+        return RobotDescription(robot.facts.get("urdf", ""), tuple(robot.facts.get("fixed_transforms", ())), carried)
+
+    def render_product(self, prim: str, width: int, height: int) -> str:
+        """Path of the render product of a sensor or camera prim."""
+        found = self._find(prim, "lidar", "camera")
+        slug = found.path.strip("/").replace("/", "_")
+        path = f"/Render/{slug}" if found.kind == "lidar" else f"/Render/{slug}_{width}x{height}"
+        self._services.render_products[path] = found.path
+        return path
+
+    def lidar(self, render_product: str) -> Lidar:
+        """The lidar behind a render product, or at a prim path."""
+        path = self._services.render_products.get(render_product, render_product)
+        return self._services.world.lidar(self._find(path, "lidar"))
+
+    def ros_context(self, domain_id: int, use_environment: bool) -> int:
+        """Handle of a ROS 2 domain: the domain's number and one."""
+        environment = self._services.domain_from_environment
+        domain = environment if use_environment and environment is not None else domain_id
+        if not 0 <= domain <= 232:
+            raise TopicError(f"{domain} is not a ROS 2 domain", domain_id, "legal: 0 to 232")
+        return domain + 1
+
+    def _claim(
+        self, direction: str, message_type: str, topic: str, namespace: str, start: str, outermost: bool, **facts: Any
+    ) -> TopicClaim:
+        if not namespace:
+            collected = self._services.stage.namespaces(start or self.prim_path)
+            namespace = names.join_namespaces(collected, outermost)
+        full = names.full_topic(namespace, topic)
+        claim = TopicClaim(self.prim_path, self._graph, full, message_type, direction, **facts)
+        self._services.claims.append(claim)
+        return claim
+
+    def publisher(
+        self,
+        message_type: str,
+        topic: str,
+        *,
+        namespace: str = "",
+        namespace_from: str = "",
+        outermost_namespace: bool = False,
+        qos_profile: str = "",
+        queue_size: int = 10,
+        latched: bool = False,
+        ros_context: int = 0,
+        rate: float | None = None,
+        frame_id: str = "",
+        transforms: Sequence[tuple[str, str]] = (),
+    ) -> Publisher:
+        """A topic to write to."""
+        claim = self._claim(
+            "publish",
+            message_type,
+            topic,
+            namespace,
+            namespace_from,
+            outermost_namespace,
+            qos=names.parse_qos(qos_profile, queue_size, latched),
+            ros_context=ros_context,
+            rate=rate if rate is not None else self._rate,
+            latched=latched,
+            frame_id=frame_id,
+            transforms=tuple(transforms),
+        )
+        return self._services.network.publisher(claim)
+
+    def subscription(
+        self,
+        message_type: str,
+        topic: str,
+        *,
+        namespace: str = "",
+        outermost_namespace: bool = False,
+        qos_profile: str = "",
+        queue_size: int = 10,
+        ros_context: int = 0,
+    ) -> Subscription:
+        """A topic to read from."""
+        qos = names.parse_qos(qos_profile, queue_size, False)
+        claim = self._claim(
+            "subscribe", message_type, topic, namespace, "", outermost_namespace, qos=qos, ros_context=ros_context
+        )
+        return self._services.network.subscription(claim)
+
+    def variable(self, name: str) -> GraphVariable:
+        """A variable of the node's graph."""
+        if name not in self._variables:
+            raise ContextError(f"the graph has no variable {name!r}", name, listing(self._variables, "variables"))
+        return self._variables[name]
+
+    def mailbox(self, name: str) -> QueueMailbox:
+        """A named queue of the session."""
+        return self._services.mailboxes.setdefault(name, QueueMailbox(name))
+
+    def random(self) -> np.random.Generator:
+        """A generator seeded by the session's seed and the node's prim path."""
+        digest = hashlib.blake2b(f"{self._services.seed} {self.prim_path}".encode(), digest_size=16).digest()
+        return np.random.Generator(np.random.Philox(key=int.from_bytes(digest, "little")))
+
+    def log(self, severity: Literal["info", "warning", "error"], message: str) -> None:
+        """Tell the user."""
+        self._services.log(severity, self.prim_path, message)

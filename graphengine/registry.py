@@ -1,0 +1,148 @@
+"""Node types by name: registered names, short names of built-ins, names from before Isaac Sim 4.5; and lints.
+
+A YAML file never names Python code: types come from the package `nodes`, from entry points of the group `graphengine.nodes`,
+and from modules that the user imports on the command line.
+"""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import importlib.metadata
+import pkgutil
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from graphengine.diagnostics import GraphError, did_you_mean
+from graphengine.node import Node
+
+if TYPE_CHECKING:
+    from graphengine.check import LintContext
+
+GROUP = "graphengine.nodes"
+
+OLD_PREFIXES: dict[str, tuple[str, ...]] = {
+    "omni.isaac.core_nodes.": ("isaacsim.core.nodes.",),
+    "omni.isaac.ros2_bridge.": ("isaacsim.ros2.bridge.",),
+    "omni.isaac.wheeled_robots.": ("isaacsim.robot.wheeled_robots.",),
+    "omni.isaac.sensor.": ("isaacsim.sensors.physics.", "isaacsim.sensors.rtx."),
+    "omni.isaac.range_sensor.": ("isaacsim.sensors.physx.",),
+}
+"""Prefixes of registered names before Isaac Sim 4.5, and where those types went."""
+
+_SHORT_PREFIXES = ("Ogn", "Isaac", "ROS2")
+
+LintFunction = Callable[["LintContext"], None]
+L = TypeVar("L", bound=LintFunction)
+LINTS: dict[str, list[LintFunction]] = {}
+
+
+def lint(code: str) -> Callable[[L], L]:
+    """Register a check that knows node types; it runs on every scene after the dry setup."""
+
+    def register(function: L) -> L:
+        LINTS.setdefault(code, []).append(function)
+        return function
+
+    return register
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """A node type, and the current name if an old one was used."""
+
+    cls: type[Node]
+    old_name: bool = False
+
+
+@dataclass(slots=True)
+class Registry:
+    """All node types that a file can name."""
+
+    types: dict[str, type[Node]] = field(default_factory=dict)
+    short_names: dict[str, str] = field(default_factory=dict)
+    owners: dict[str, str] = field(default_factory=dict)
+    """Distribution or module that brought each type."""
+    broken: dict[str, str] = field(default_factory=dict)
+    """Plugins that could not be imported, and why."""
+
+    def find(self, name: str) -> Found | None:
+        """The type that a name means, or None."""
+        if name in self.types:
+            return Found(self.types[name])
+        if name in self.short_names:
+            return Found(self.types[self.short_names[name]])
+        for old, news in OLD_PREFIXES.items():
+            if name.startswith(old):
+                last = name.removeprefix(old)
+                for new in news:
+                    for spelling in (last, last.removeprefix("Ogn"), f"Ogn{last}"):
+                        if new + spelling in self.types:
+                            return Found(self.types[new + spelling], old_name=True)
+        return None
+
+    def suggest(self, name: str) -> str:
+        """Names near to one that is unknown, or where the legal ones are listed."""
+        return did_you_mean(name, [*self.short_names, *self.types]) or "`graphrun nodes` lists every type"
+
+    def add_module(self, module: ModuleType, owner: str, *, built_in: bool = False) -> None:
+        """Register every node class of a module, and of its submodules if it is a package.
+
+        Raises:
+            GraphError: two classes want one name.
+        """
+        names = sorted(
+            info.name for info in pkgutil.walk_packages(getattr(module, "__path__", []), module.__name__ + ".")
+        )
+        modules = [module, *map(importlib.import_module, names)]
+        for member in modules:
+            for cls in _classes(vars(member).values(), member.__name__):
+                self.add(cls, owner, built_in=built_in)
+
+    def add(self, cls: type[Node], owner: str = "", *, built_in: bool = False) -> None:
+        """Register one node class under its name, its aliases and, for a built-in, its short names."""
+        for name in (cls.type_name, *cls.aliases):
+            other = self.types.setdefault(name, cls)
+            if other is not cls:
+                raise GraphError(
+                    f"two node types are called {name!r}: {other.__module__}.{other.__name__} of {self.owners[name]}, "
+                    f"and {cls.__module__}.{cls.__name__} of {owner}"
+                )
+            self.owners[name] = owner
+        if built_in:
+            for short in short_names(cls.type_name):
+                self.short_names.setdefault(short, cls.type_name)
+
+
+def short_names(type_name: str) -> list[str]:
+    """The last part of a registered name, and the same without `Ogn`, `Isaac` and `ROS2` in front."""
+    last = type_name.rpartition(".")[2]
+    names = [last]
+    for prefix in _SHORT_PREFIXES:
+        names += [name.removeprefix(prefix) for name in list(names) if name.startswith(prefix)]
+    return list(dict.fromkeys(names))
+
+
+def _classes(values: Iterable[Any], module: str) -> list[type[Node]]:
+    found = [
+        v for v in values if isinstance(v, type) and issubclass(v, Node) and v.type_name and v.__module__ == module
+    ]
+    return list(dict.fromkeys(found))
+
+
+@functools.cache
+def default_registry() -> Registry:
+    """Built-in types and those of installed plugins; a plugin that cannot be imported is remembered, not fatal."""
+    registry = Registry()
+    registry.add_module(importlib.import_module("nodes"), "graphengine", built_in=True)
+    for entry in sorted(importlib.metadata.entry_points(group=GROUP), key=lambda e: (e.name, e.value)):
+        if entry.value == "nodes":
+            continue
+        owner = entry.dist.name if entry.dist else entry.name
+        try:
+            registry.add_module(entry.load(), owner)
+        except Exception as error:  # a plugin may fail in any way; its types are then simply not there
+            registry.broken[owner] = f"{type(error).__name__}: {error}"
+    return registry

@@ -1,0 +1,85 @@
+"""Whom a transport can meet: the ROS 2 domain, and how far discovery reaches."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+from graphengine.diagnostics import TransportError, did_you_mean, listing
+
+DiscoveryRange = Literal["SUBNET", "LOCALHOST", "OFF", "SYSTEM_DEFAULT"]
+
+MAX_DOMAIN_ID = 232
+"""The ports of a domain start at 7400 + 250 times its id, and ports end at 65535."""
+
+
+@dataclass(frozen=True, slots=True)
+class Domain:
+    """A ROS 2 domain as one process sees it.
+
+    Args:
+        id: participants with different ids never meet.
+        discovery_range: how far to look; OFF meets nobody outside of this process.
+        static_peers: hosts to look at besides; OFF and SYSTEM_DEFAULT pass over them.
+        cyclone_uri: the user's own configuration of Cyclone DDS, which overrides ours.
+
+    Raises:
+        TransportError: no such domain can be.
+    """
+
+    id: int = 0
+    discovery_range: DiscoveryRange = "SUBNET"
+    static_peers: tuple[str, ...] = ()
+    cyclone_uri: str = ""
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.id <= MAX_DOMAIN_ID:
+            raise TransportError(f"ROS domain id {self.id} is not in 0 to {MAX_DOMAIN_ID}")
+        if self.discovery_range not in get_args(DiscoveryRange):
+            raise TransportError(f"no discovery range {self.discovery_range!r}\n{listing(get_args(DiscoveryRange))}")
+
+    def __str__(self) -> str:
+        return f"domain {self.id}, discovery range {self.discovery_range}"
+
+    @classmethod
+    def from_environment(cls, environ: Mapping[str, str]) -> Domain:
+        """The domain that ROS 2 programs with this environment are in.
+
+        ROS 2 itself takes LOCALHOST for a range that it does not know and 0 for a malformed ROS_LOCALHOST_ONLY; here
+        both are errors, because either is a typing mistake that hides the robot.
+
+        Raises:
+            TransportError: a variable has a value that makes no sense.
+        """
+        alone = environ.get("ROS_LOCALHOST_ONLY", "")
+        if alone not in ("", "0", "1"):
+            raise TransportError(f"ROS_LOCALHOST_ONLY is {alone!r}\nlegal: 0, 1")
+        peers = tuple(peer for peer in environ.get("ROS_STATIC_PEERS", "").split(";") if peer)
+        return cls(
+            _domain_id(environ.get("ROS_DOMAIN_ID", "")),
+            "LOCALHOST" if alone == "1" else _range(environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "")),
+            () if alone == "1" else peers,
+            environ.get("CYCLONEDDS_URI", ""),
+        )
+
+
+def _domain_id(text: str) -> int:
+    try:
+        number = int(text, 0) if text else 0
+    except ValueError:
+        number = -1
+    if not 0 <= number <= MAX_DOMAIN_ID:
+        raise TransportError(f"ROS_DOMAIN_ID is {text!r}\nlegal: a whole number from 0 to {MAX_DOMAIN_ID}")
+    return number
+
+
+def _range(text: str) -> DiscoveryRange:
+    for legal in get_args(DiscoveryRange):
+        if text == legal:
+            return legal  # type: ignore[no-any-return]
+    if text:
+        near = did_you_mean(text, get_args(DiscoveryRange))
+        help = "\n".join(line for line in (near, listing(get_args(DiscoveryRange))) if line)
+        raise TransportError(f"ROS_AUTOMATIC_DISCOVERY_RANGE is {text!r}\n{help}")
+    return "SUBNET"

@@ -1,0 +1,40 @@
+"""The contract of a transport: bytes of one CDR message in, bytes out, topics by full name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+from graphengine.context import QoS
+
+
+class Writer(Protocol):
+    """One topic to write encoded messages to."""
+
+    @property
+    def matched(self) -> bool:
+        """Whether a reader is there now."""
+
+    def write(self, data: bytes) -> None:
+        """Send one CDR message, encapsulation header included; never blocks for longer than the reliability's 100 ms."""
+
+
+class Reader(Protocol):
+    """One topic that is read; it delivers for as long as the transport is open."""
+
+
+class Transport(Protocol):
+    """A way to the network, or to a test. Every writer and reader is owned, and closed, by it."""
+
+    @property
+    def description(self) -> str:
+        """One line for people: what carries the messages, on which domain and discovery range."""
+
+    def writer(self, topic: str, message_type: str, qos: QoS) -> Writer:
+        """A writer on a topic such as `/dd100_0000/odom`; `message_type` as in `nav_msgs/msg/Odometry`."""
+
+    def reader(self, topic: str, message_type: str, qos: QoS, deliver: Callable[[bytes], None]) -> Reader:
+        """A reader that calls `deliver` with each CDR message, from a thread of the transport or from its caller's."""
+
+    def close(self) -> None:
+        """Leave the network; safe to call twice."""

@@ -1,0 +1,376 @@
+"""What the three kinds of file may hold: graph, scene, robot. Frozen, picklable, checked by pydantic once.
+
+Every model's JSON Schema is what `graphrun schema` prints, so descriptions here are what an editor shows.
+"""
+
+from __future__ import annotations
+
+import os
+import types
+import typing
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from graphengine import document as documents
+from graphengine.diagnostics import Findings, did_you_mean, listing
+from graphengine.document import Document, Location
+
+FORMAT = 1
+
+
+class Spec(BaseModel):
+    """Base of everything that is read from YAML: no unknown keys, no conversions, no changes."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=200)]
+Vector = Annotated[tuple[float, float, float], Field(strict=False)]
+Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
+Format = Annotated[Literal[1], Field(description="Version of the file format; missing means 1.")]
+
+
+class ParameterSpec(Spec):
+    """A value that whoever uses the graph can give, substituted for `$(name)`."""
+
+    type: str = Field(description="A port type such as double, string or target.")
+    default: Any = None
+    doc: str = ""
+
+
+class VariableSpec(Spec):
+    """A typed variable of the graph, written and read by its nodes."""
+
+    type: str
+    default: Any = None
+    doc: str = ""
+
+
+class NodeSpec(Spec):
+    """A node: its type, or the subgraph that stands in its place, and the values of its inputs."""
+
+    type: str = Field(default="", description="Registered OmniGraph name, or for built-ins its last part.")
+    subgraph: str = Field(default="", description="A graph file with declared inputs and outputs, in place of type.")
+    inputs: dict[str, Any] = Field(default={}, description="Values by port name.")
+    doc: str = ""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _short_form(cls, data: Any) -> Any:
+        return {"type": data} if isinstance(data, str) else data
+
+    @model_validator(mode="after")
+    def _type_or_subgraph(self) -> NodeSpec:
+        if bool(self.type) == bool(self.subgraph):
+            raise ValueError("a node needs a type, or a subgraph in its place")
+        return self
+
+
+class GraphSpec(Spec):
+    """A graph file: nodes, the wires between them, and where the graph stands in the prim tree."""
+
+    format: Format = 1
+    graph: Name = Field(description="Name of the graph.")
+    doc: str = ""
+    at: str = Field(default="", description="The graph's own prim; namespaces are collected from here.")
+    parameters: dict[Name, ParameterSpec] = {}
+    runs: Literal["tick", "physics_step"] = "tick"
+    variables: dict[Name, VariableSpec] = {}
+    nodes: dict[Name, NodeSpec] = {}
+    connections: tuple[str, ...] = Field(
+        default=(), description="One wire a line: Node.port -> Node.port", strict=False
+    )
+    inputs: dict[str, str] = Field(default={}, description="Ports that the graph has as a subgraph: name to Node.port.")
+    outputs: dict[str, str] = Field(
+        default={}, description="Ports that the graph has as a subgraph: name to Node.port."
+    )
+    layout: dict[Name, tuple[float, float]] = Field(
+        default={}, description="Node to [x, y], for pictures.", strict=False
+    )
+    scene: str = Field(default="", description="What `graphrun run` loads for this graph.")
+
+
+class Orientation(Spec):
+    """A rotation: about the fixed x, then y, then z axis as in URDF, or a unit quaternion with the scalar last."""
+
+    rpy_deg: Vector | None = None
+    quaternion_xyzw: Annotated[tuple[float, float, float, float], Field(strict=False)] | None = None
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Orientation:
+        if (self.rpy_deg is None) == (self.quaternion_xyzw is None):
+            raise ValueError("give rpy_deg: [roll, pitch, yaw] or quaternion_xyzw: [x, y, z, w]")
+        return self
+
+
+UPRIGHT = Orientation(rpy_deg=(0.0, 0.0, 0.0))
+
+
+class GraphUse(Spec):
+    """A graph file put somewhere, with values for its parameters."""
+
+    use: str
+    at: str = Field(default="", description="Overrides the graph file's own `at`.")
+    parameters: dict[Name, Any] = {}
+
+
+class PhysicsSpec(Spec):
+    """How often graphs tick, and how often physics integrates inside a tick."""
+
+    tick_rate: Positive = Field(default=60.0, le=10_000, description="Graph ticks, and physics ticks, a second.")
+    substeps: int = Field(default=4, ge=1, le=1000, description="MuJoCo steps in a tick.")
+
+
+class RobotUse(Spec):
+    """A robot file put into a scene."""
+
+    use: str
+    position: Vector = (0.0, 0.0, 0.0)
+    orientation: Orientation = UPRIGHT
+    namespace: str | None = Field(default=None, description="Replaces the robot file's namespace on its base link.")
+    robot_state: bool = Field(default=False, description="Publish what robot_state_publisher would.")
+
+
+class SceneSpec(Spec):
+    """A scene file: a world, the robots in it, and the graphs that belong to no robot."""
+
+    format: Format = 1
+    scene: Name
+    doc: str = ""
+    world: str = Field(description="MJCF file of everything that is not a robot.")
+    physics: PhysicsSpec = PhysicsSpec()
+    settle: bool = Field(default=False, description="Let robots come to rest before t = 0.")
+    robots: dict[Name, RobotUse] = {}
+    graphs: dict[Name, GraphUse] = {}
+
+
+class DriveSpec(Spec):
+    """A joint's drive in SI units."""
+
+    damping: NotNegative = Field(default=0.0, description="N m s/rad, or N s/m.")
+    stiffness: NotNegative = Field(default=0.0, description="N m/rad, or N/m.")
+    target_velocity: float = Field(default=0.0, description="rad/s, or m/s, until something commands the joint.")
+    max_acceleration: Positive | None = Field(
+        default=None, description="Limit on the slope of the velocity set point, rad/s2."
+    )
+
+
+class UsdDriveSpec(Spec):
+    """A joint's drive as USD stores it: angles in degrees."""
+
+    damping: NotNegative = Field(default=0.0, description="N m s/deg.")
+    stiffness: NotNegative = Field(default=0.0, description="N m/deg.")
+    target_velocity: float = Field(default=0.0, description="deg/s.")
+
+
+class JointSpec(Spec):
+    """What is changed about a joint of the robot description."""
+
+    enabled: bool = True
+    position: Vector | None = Field(default=None, description="Overrides the joint's origin in its parent link, m.")
+    drive: DriveSpec | None = None
+    usd_drive: UsdDriveSpec | None = None
+    armature: NotNegative = Field(default=0.0, description="Rotor inertia seen at the joint, kg m2.")
+
+    @model_validator(mode="after")
+    def _one_drive(self) -> JointSpec:
+        if self.drive and self.usd_drive:
+            raise ValueError("a joint has a drive or a usd_drive, not both")
+        return self
+
+
+class MaterialSpec(Spec):
+    """A physics material."""
+
+    static_friction: NotNegative = 0.5
+    dynamic_friction: NotNegative = 0.5
+    restitution: float = Field(default=0.0, ge=0, le=1)
+    combine: Literal["average", "min", "multiply", "max"] = "average"
+    bind: tuple[str, ...] = Field(default=(), description="Links whose colliders take it.", strict=False)
+
+
+class FrameSpec(Spec):
+    """An empty Xform."""
+
+    parent: str = Field(description="Prim below which it stands, relative to the robot.")
+    position: Vector = (0.0, 0.0, 0.0)
+    orientation: Orientation = UPRIGHT
+
+
+class SensorSpec(FrameSpec):
+    """A sensor on a link."""
+
+    type: Literal["lidar", "realsense_d455"]
+    profile: str = Field(default="", description="Name of a sensor profile, such as microscan3_9m_20hz.")
+    no_return: Literal["inf", "max", "minus_one"] = Field(
+        "inf", description="What a lidar reports where it hits nothing."
+    )
+    noise_std: NotNegative = Field(default=0.0, description="Standard deviation of a lidar's distances, m.")
+
+
+class RobotSpec(Spec):
+    """A robot file: a description, what is changed about it, what is mounted on it, and its graphs."""
+
+    format: Format = 1
+    robot: Name
+    doc: str = ""
+    extends: str = Field(default="", description="A robot file that this one changes.")
+    urdf: str = Field(default="", description="URDF file.")
+    base_link: str = Field(default="base_link", description="Root link; the free joint moves it.")
+    articulation_root: str = Field(
+        default="", description="Link that graphs address the robot by; the base link when empty."
+    )
+    joints: dict[str, JointSpec] = {}
+    keep_only_joints: tuple[str, ...] = Field(
+        (), description="Disables every other joint of the description.", strict=False
+    )
+    wheel_colliders: dict[str, Literal["as_urdf", "ellipsoid"]] = Field(
+        default={}, description="Wheel link to collider shape."
+    )
+    materials: dict[Name, MaterialSpec] = {}
+    frames: dict[Name, FrameSpec] = {}
+    sensors: dict[Name, SensorSpec] = {}
+    namespaces: dict[str, str] = Field(default={}, description="`isaac:namespace` by prim, relative to the robot.")
+    name_overrides: dict[str, str] = Field(
+        default={}, description="`isaac:nameOverride` by prim, relative to the robot."
+    )
+    graphs: dict[Name, GraphUse] = {}
+
+
+S = TypeVar("S", bound=Spec)
+
+_PLAIN: Mapping[str, tuple[str, str]] = {
+    "missing": ("G107", "missing key {name!r}"),
+    "extra_forbidden": ("G106", "unknown key {name!r}"),
+    "literal_error": ("G109", "{name}: expected {expected}, got {input}"),
+    "greater_than": ("G109", "{name}: expected a value > {gt}, got {input}"),
+    "greater_than_equal": ("G109", "{name}: expected a value ≥ {ge}, got {input}"),
+    "less_than": ("G109", "{name}: expected a value < {lt}, got {input}"),
+    "less_than_equal": ("G109", "{name}: expected a value ≤ {le}, got {input}"),
+    "string_pattern_mismatch": ("G109", "{input} is not a name: letters, digits and '_', not beginning with a digit"),
+    "string_type": ("G108", "{name}: expected text, got {input}"),
+    "string_too_long": ("G109", "{name}: text too long"),
+    "float_type": ("G108", "{name}: expected a number, got {input}"),
+    "int_type": ("G108", "{name}: expected a whole number, got {input}"),
+    "bool_type": ("G108", "{name}: expected true or false, got {input}"),
+    "dict_type": ("G108", "{name}: expected a mapping, got {input}"),
+    "model_type": ("G108", "{name}: expected a mapping, got {input}"),
+    "model_attributes_type": ("G108", "{name}: expected a mapping, got {input}"),
+    "tuple_type": ("G108", "{name}: expected a list, got {input}"),
+    "finite_number": ("G109", "{name}: expected a finite number"),
+}
+
+
+def validate(model: type[S], document: Document, data: Any, findings: Findings) -> S | None:
+    """Plain data as a spec; what is wrong with it goes to `findings`, each at its place in the document."""
+    if isinstance(data, dict) and isinstance(data.get("format"), int) and data["format"] != FORMAT:
+        findings.add(
+            "G110",
+            f"format {data['format']} is not one this version reads",
+            document.span("format"),
+            f"this version reads format {FORMAT}; a file with a higher number needs a newer graphengine",
+        )
+        return None
+    try:
+        return model.model_validate(data)
+    except ValidationError as errors:
+        for error in errors.errors(include_url=False):
+            _report(model, document, typing.cast("dict[str, Any]", error), findings)
+        return None
+
+
+def _report(model: type[Spec], document: Document, error: dict[str, Any], findings: Findings) -> None:
+    location: Location = tuple(error["loc"])
+    kind, name = error["type"], str(location[-1]) if location else "file"
+    code, template = _PLAIN.get(kind, ("G108", "{name}: {msg}"))
+    shown = repr(error["input"]) if not isinstance(error["input"], dict | list) else type(error["input"]).__name__
+    shown = {"dict": "a mapping", "list": "a list", "None": "nothing"}.get(shown, shown[:60])
+    message = template.format(
+        name=name, input=shown, msg=error["msg"].removeprefix("Value error, "), **error.get("ctx", {})
+    )
+    if kind == "extra_forbidden":
+        legal = _keys(model, location[:-1])
+        near = did_you_mean(name, legal)
+        findings.add(code, message[:200], document.key_span(*location), near or listing(legal))
+    elif kind == "missing" and isinstance(location[-1], int):
+        findings.add("G108", f"{location[-2]}: too few values", document.span(*location[:-1]))
+    elif kind == "missing":
+        parent = location[:-1]
+        span = document.key_span(*parent) if parent else document.span().part(0, 1)
+        findings.add(
+            code,
+            message,
+            span,
+            f"it stands for: {_description(model, location)}" if _description(model, location) else "",
+        )
+    else:
+        findings.add(code, message, document.span(*location))
+
+
+def _models_at(model: Any, location: Location) -> list[type[BaseModel]]:
+    """The spec classes that may stand at a location, by walking annotations."""
+    origin, arguments = typing.get_origin(model), typing.get_args(model)
+    if origin is Annotated:
+        return _models_at(arguments[0], location)
+    if origin in (typing.Union, types.UnionType):
+        return [found for argument in arguments for found in _models_at(argument, location)]
+    if isinstance(model, type) and issubclass(model, BaseModel):
+        if not location:
+            return [model]
+        known = model.model_fields.get(str(location[0]))
+        return _models_at(known.annotation, location[1:]) if known else []
+    if origin in (dict, tuple) and location:
+        return _models_at(arguments[1] if origin is dict else arguments[0], location[1:])
+    return []
+
+
+def _keys(model: type[Spec], location: Location) -> list[str]:
+    return [key for found in _models_at(model, location) for key in found.model_fields]
+
+
+def _description(model: type[Spec], location: Location) -> str:
+    for found in _models_at(model, location[:-1]):
+        known = found.model_fields.get(str(location[-1]))
+        if known and known.description:
+            return known.description
+    return ""
+
+
+class Loaded(typing.Generic[S]):
+    """A spec with the document it came from, so that later findings know their place."""
+
+    __slots__ = ("document", "spec")
+
+    def __init__(self, spec: S, document: Document) -> None:
+        self.spec = spec
+        self.document = document
+
+    @property
+    def folder(self) -> Path:
+        """Where relative paths in the file begin."""
+        return self.document.path.parent
+
+
+KINDS: dict[str, type[Spec]] = {"graph": GraphSpec, "scene": SceneSpec, "robot": RobotSpec}
+
+
+def read(
+    model: type[S], path: str | os.PathLike[str], findings: Findings, shown_as: str | None = None
+) -> Loaded[S] | None:
+    """Read and check one file against one model."""
+    document = documents.load(path, findings, shown_as)
+    if document is None:
+        return None
+    spec = validate(model, document, document.data, findings)
+    return Loaded(spec, document) if spec is not None else None
+
+
+def kind_of(document: Document) -> str | None:
+    """Which of the three kinds of file a document is, by its naming key."""
+    if not isinstance(document.data, dict):
+        return None
+    return next((kind for kind in KINDS if kind in document.data), None)

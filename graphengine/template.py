@@ -1,0 +1,329 @@
+"""Graph files with their parameters filled in and their subgraphs put in place: one flat list of nodes and wires."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from graphengine import document as documents
+from graphengine import types
+from graphengine.diagnostics import Findings, Span, did_you_mean, listing
+from graphengine.document import Document, Location, Value
+from graphengine.files import Files, NotFoundError
+from graphengine.spec import GraphSpec, Loaded, NodeSpec, validate
+
+MAX_NODES = 20_000
+MAX_SUBGRAPH_DEPTH = 16
+
+_PARAMETER = re.compile(r"\$\$|\$\(([^)]*)\)")
+_END = re.compile(
+    r"(?P<node>[A-Za-z_][A-Za-z0-9_]*)\.(?:(?P<side>inputs|outputs|state):)?(?P<port>[A-Za-z_][A-Za-z0-9_:]*)\Z"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class NodeEntry:
+    """A node of the flat graph; inside a subgraph its id is `Instance/Node`."""
+
+    id: str
+    spec: NodeSpec
+    document: Document
+    location: Location
+    via: tuple[tuple[Span, str], ...] = ()
+    """Where the subgraphs it came through were used."""
+
+    def span(self, *location: str | int) -> Span:
+        """Place of something below the node in its own file."""
+        return self.document.span(*self.location, *location)
+
+    def key_span(self, *location: str | int) -> Span:
+        """Place of a key below the node."""
+        return self.document.key_span(*self.location, *location)
+
+
+@dataclass(frozen=True, slots=True)
+class WireEnd:
+    """One end of a wire: a node's id and a port, with the side if the file gave it."""
+
+    node: str
+    port: str
+    side: str
+    span: Span
+
+    def __str__(self) -> str:
+        return f"{self.node}.{self.port}"
+
+
+@dataclass(frozen=True, slots=True)
+class WireEntry:
+    """A wire of the flat graph."""
+
+    source: WireEnd
+    target: WireEnd
+    span: Span
+    via: tuple[tuple[Span, str], ...] = ()
+
+
+@dataclass(slots=True)
+class FlatGraph:
+    """A graph file after parameters and subgraphs: what resolve works on."""
+
+    loaded: Loaded[GraphSpec]
+    nodes: list[NodeEntry] = field(default_factory=list)
+    wires: list[WireEntry] = field(default_factory=list)
+
+    @property
+    def spec(self) -> GraphSpec:
+        """The outermost file."""
+        return self.loaded.spec
+
+
+def load_graph(
+    path: Path, bindings: Mapping[str, Any], files: Files, findings: Findings, shown_as: str | None = None
+) -> FlatGraph | None:
+    """Read a graph file, fill in its parameters and expand its subgraphs."""
+    loaded = _load(path, bindings, findings, shown_as or str(path), None)
+    if loaded is None:
+        return None
+    flat = FlatGraph(loaded)
+    _expand(flat, loaded, "", (), (path.resolve(),), files, findings)
+    return flat
+
+
+def _load(
+    path: Path, bindings: Mapping[str, Any], findings: Findings, shown_as: str, use_span: Span | None
+) -> Loaded[GraphSpec] | None:
+    document = documents.load(path, findings, shown_as)
+    if document is None:
+        return None
+    values = _parameter_values(document, bindings, findings, use_span)
+    data = _substitute(document.root, (), values, findings)
+    spec = validate(GraphSpec, document, data, findings)
+    return Loaded(spec, document) if spec is not None else None
+
+
+def _parameter_values(
+    document: Document, bindings: Mapping[str, Any], findings: Findings, use_span: Span | None
+) -> dict[str, Any]:
+    """Declared parameters with the values given for them, else their defaults."""
+    declared = document.find("parameters")
+    names = declared.data if declared is not None and isinstance(declared.data, dict) else {}
+    for name in bindings:
+        if name not in names:
+            where = use_span or document.span("graph")
+            findings.add(
+                "G111",
+                f"the graph has no parameter {name!r}",
+                where,
+                did_you_mean(name, names) or listing(names, "parameters"),
+            )
+    values: dict[str, Any] = {}
+    for name, value in names.items():
+        data = value.to_data()
+        if not isinstance(data, dict) or not isinstance(data.get("type"), str):
+            continue
+        try:
+            port_type = types.parse(data["type"])
+        except ValueError as error:
+            findings.add("G211", str(error), document.span("parameters", name, "type"))
+            continue
+        if name not in bindings and data.get("default") is None:
+            where = use_span or document.key_span("parameters", name)
+            findings.add(
+                "G107",
+                f"parameter {name!r} of graph {document.source.path} has no default and was given no value",
+                where,
+            )
+            values[name] = None
+            continue
+        given = bindings.get(name, data.get("default"))
+        try:
+            coerced = types.coerce(given, port_type) if isinstance(port_type, types.PortType) else given
+        except (TypeError, ValueError) as error:
+            where = (use_span if name in bindings else None) or document.span("parameters", name, "default")
+            findings.add("G211", f"parameter {name!r} is a {port_type}: {error}, got {given!r}", where)
+            coerced = given
+        values[name] = coerced[0] if port_type == types.TARGET and len(coerced) == 1 else coerced
+    return values
+
+
+def _substitute(value: Value, location: Location, values: Mapping[str, Any], findings: Findings) -> Any:
+    """Plain data with `$(name)` replaced; keys, types and the parameters themselves are left alone."""
+    if isinstance(value.data, dict):
+        return {
+            key: item.to_data()
+            if _is_literal((*location, key))
+            else _substitute(item, (*location, key), values, findings)
+            for key, item in value.data.items()
+        }
+    if isinstance(value.data, list):
+        return [_substitute(item, (*location, i), values, findings) for i, item in enumerate(value.data)]
+    if not isinstance(value.data, str) or "$" not in value.data:
+        return value.data
+    whole = _PARAMETER.fullmatch(value.data)
+    if whole and whole[1] in values:
+        found = values[whole[1]]
+        return list(found) if isinstance(found, tuple) else found
+
+    def replacement(match: re.Match[str]) -> str:
+        if match[0] == "$$":
+            return "$"
+        if match[1] not in values:
+            span = value.span.part(match.start(), len(match[0])) if value.plain else value.span
+            findings.add(
+                "G111",
+                f"no parameter {match[1]!r}",
+                span,
+                did_you_mean(match[1], values) or listing(values, "parameters"),
+            )
+            return match[0]
+        return str(values[match[1]])
+
+    return _PARAMETER.sub(replacement, value.data)
+
+
+def _is_literal(location: Location) -> bool:
+    top = location[0]
+    if top in ("parameters", "graph", "format", "connections", "layout"):
+        return True
+    return top == "nodes" and (len(location) == 3 and location[2] in ("type", "subgraph"))
+
+
+def _expand(
+    flat: FlatGraph,
+    loaded: Loaded[GraphSpec],
+    prefix: str,
+    via: tuple[tuple[Span, str], ...],
+    stack: tuple[Path, ...],
+    files: Files,
+    findings: Findings,
+) -> dict[str, Loaded[GraphSpec]]:
+    """Append a file's nodes and wires; subgraphs first become nodes, then the wires to them are led through."""
+    subgraphs: dict[str, Loaded[GraphSpec]] = {}
+    for name, spec in loaded.spec.nodes.items():
+        entry = NodeEntry(prefix + name, spec, loaded.document, ("nodes", name), via)
+        if not spec.subgraph:
+            flat.nodes.append(entry)
+            if len(flat.nodes) > MAX_NODES:
+                findings.add("G105", f"more than {MAX_NODES} nodes in one graph", entry.span())
+                return subgraphs
+            continue
+        inner = _open_subgraph(entry, loaded.folder, stack, files, findings)
+        if inner is not None:
+            subgraphs[name] = inner
+            inner_via = (*via, (entry.key_span(), f"in subgraph {entry.id}"))
+            _expand(
+                flat, inner, f"{prefix}{name}/", inner_via, (*stack, inner.document.path.resolve()), files, findings
+            )
+    for number, text in enumerate(loaded.spec.connections):
+        wire = _parse_wire(loaded.document, ("connections", number), text, findings)
+        if wire is not None:
+            source, target, span = wire
+            outer = _lead_through(source, subgraphs, "outputs", findings)
+            inner_end = _lead_through(target, subgraphs, "inputs", findings)
+            if outer is not None and inner_end is not None:
+                flat.wires.append(WireEntry(_prefixed(prefix, outer), _prefixed(prefix, inner_end), span, via))
+    return subgraphs
+
+
+def _prefixed(prefix: str, end: WireEnd) -> WireEnd:
+    return WireEnd(prefix + end.node, end.port, end.side, end.span)
+
+
+def _open_subgraph(
+    entry: NodeEntry, folder: Path, stack: tuple[Path, ...], files: Files, findings: Findings
+) -> Loaded[GraphSpec] | None:
+    span = entry.span("subgraph")
+    try:
+        path = files.find(entry.spec.subgraph, folder)
+    except NotFoundError as error:
+        findings.add("G214", f"subgraph: {error.message}", span, *error.help)
+        return None
+    if path.resolve() in stack:
+        loop = " -> ".join(p.name for p in (*stack[stack.index(path.resolve()) :], path))
+        findings.add("G214", f"a subgraph that contains itself: {loop}", span)
+        return None
+    if len(stack) > MAX_SUBGRAPH_DEPTH:
+        findings.add("G214", f"subgraphs nested more than {MAX_SUBGRAPH_DEPTH} deep", span)
+        return None
+    inner = _load(path, {}, findings, str(path), span)
+    if inner is None:
+        return None
+    for name in entry.spec.inputs:
+        findings.add(
+            "G214",
+            f"{name!r}: values for a subgraph's inputs are wired, not set",
+            entry.key_span("inputs", name),
+            "wire a Constant node",
+        )
+    return inner
+
+
+def _parse_wire(
+    document: Document, location: Location, text: str, findings: Findings
+) -> tuple[WireEnd, WireEnd, Span] | None:
+    value = document.find(*location)
+    assert value is not None
+    parts = re.split(r"\s*->\s*", text)
+    ends: list[WireEnd] = []
+    offset = 0
+    for part in parts:
+        offset = text.index(part, offset) if part else offset
+        span = value.span.part(offset, len(part)) if value.plain and value.span.length == len(text) else value.span
+        offset += len(part)
+        match = _END.match(part)
+        if match is None or len(parts) != 2:
+            legal = "write `Node.port -> Other.port`, as in `OnPlaybackTick.tick -> SubscribeTwist.execIn`"
+            what = f"{part!r} is not `Node.port`" if len(parts) == 2 else "a connection has one arrow"
+            findings.add("G202", what, span if len(parts) == 2 else value.span, legal)
+            return None
+        ends.append(WireEnd(match["node"], match["port"], match["side"] or "", span))
+    return ends[0], ends[1], value.span
+
+
+def _lead_through(
+    end: WireEnd, subgraphs: Mapping[str, Loaded[GraphSpec]], side: str, findings: Findings
+) -> WireEnd | None:
+    """The end inside of a subgraph that a wire to one of its declared ports means."""
+    prefix = ""
+    while end.node in subgraphs:
+        spec = subgraphs[end.node].spec
+        declared = spec.outputs if side == "outputs" else spec.inputs
+        if end.port not in declared:
+            findings.add(
+                "G204",
+                f"subgraph {end.node!r} has no {side[:-1]} {end.port!r}",
+                end.span,
+                did_you_mean(end.port, declared) or listing(declared, side),
+            )
+            return None
+        match = _END.match(declared[end.port])
+        if match is None:
+            document = subgraphs[end.node].document
+            findings.add("G202", f"{declared[end.port]!r} is not `Node.port`", document.span(side, end.port))
+            return None
+        prefix += f"{end.node}/"
+        inner = _inner_subgraphs(subgraphs[end.node])
+        end = WireEnd(match["node"], match["port"], match["side"] or "", end.span)
+        if end.node not in inner:
+            break
+        findings.add(
+            "G214",
+            f"port {end} of a subgraph leads into another subgraph",
+            end.span,
+            "wire it inside of the subgraph's own file",
+        )
+        return None
+    return WireEnd(prefix + end.node, end.port, end.side, end.span)
+
+
+def _inner_subgraphs(loaded: Loaded[GraphSpec]) -> list[str]:
+    return [name for name, spec in loaded.spec.nodes.items() if spec.subgraph]
+
+
+def node_names(flat: FlatGraph) -> Iterator[str]:
+    """Ids of all nodes in order."""
+    return (node.id for node in flat.nodes)

@@ -1,0 +1,66 @@
+"""How target prims become edges of a TF tree, and what the frames are called.
+
+Rules of IsaacComputeTransformTree: a prim that stands for a robot gives every link, parents by kinematics; any other prim gives
+one edge. A frame is called by `isaac:nameOverride`, else by the last element of its path; of prims that want one name the one
+with the longest path keeps it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from graphengine.context import Frame, FrameLink
+from graphengine.stage import Prim, Stage
+
+
+def expand(
+    stage: Stage, targets: Sequence[Prim], parent: Prim | None, frame: Callable[[Prim], Frame]
+) -> list[FrameLink]:
+    """Edges for target prims, in order of targets and links.
+
+    Args:
+        stage: where the prims are.
+        targets: what to expand.
+        parent: prim of the parent frame; None for `world`.
+        frame: handle of a prim's pose.
+    """
+    edges: dict[Prim, Prim | None] = {}
+    for target in targets:
+        robot = stage.stands_for_robot(target)
+        if robot is None or target.kind not in ("robot", "link"):
+            edges.setdefault(target, parent)
+            continue
+        for link in robot.descendants():
+            if link.kind == "link" and link is not parent:
+                above = next((p for p in link.ancestors() if p is not link and p.kind == "link"), None)
+                edges.setdefault(link, above or parent)
+    named = frame_names([*edges, *(p for p in edges.values() if p is not None), *([parent] if parent else [])])
+    return [
+        FrameLink(
+            named[above] if above else "world",
+            named[prim],
+            frame(above) if above else None,
+            frame(prim),
+            optical=prim.kind == "camera",
+        )
+        for prim, above in edges.items()
+    ]
+
+
+def frame_names(prims: Sequence[Prim]) -> dict[Prim, str]:
+    """A name for each prim, no two alike."""
+    unique = list(dict.fromkeys(prims))
+    names: dict[Prim, str] = {}
+    taken: set[str] = set()
+    for prim in sorted(unique, key=lambda p: -len(p.path)):  # sorted is stable: the longest path chooses first
+        if prim.frame_name not in taken:
+            names[prim] = prim.frame_name
+            taken.add(prim.frame_name)
+    for prim in unique:
+        if prim in names:
+            continue
+        parts = prim.path.strip("/").split("/")
+        candidates = [prim.name, *(f"{ancestor}_{prim.name}" for ancestor in parts[1:-1]), "_".join(parts)]
+        names[prim] = next((name for name in candidates if name not in taken), "_".join(parts))
+        taken.add(names[prim])
+    return names

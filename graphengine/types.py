@@ -1,0 +1,269 @@
+"""OmniGraph's port types: their names, one Python representation each, and what may be wired to what.
+
+| OmniGraph                            | Python                            |
+|--------------------------------------|-----------------------------------|
+| bool; int, uint, int64, uint64, uchar | bool; int                        |
+| half, float, double, timecode        | float                             |
+| token, string, path, objectId        | str                               |
+| T[2..4], roles such as vectord[3]    | tuple of the above                |
+| quatd[4]                             | tuple (x, y, z, w)                |
+| T[], T[n][] of numbers               | numpy array of the exact dtype    |
+| token[], string[]                    | tuple of str                      |
+| target                               | tuple of prim paths               |
+| any, unions                          | what they are resolved to         |
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+_INTEGERS = {"uchar": (0, 2**8 - 1), "int": (-(2**31), 2**31 - 1), "uint": (0, 2**32 - 1)}
+_INTEGERS |= {"int64": (-(2**63), 2**63 - 1), "uint64": (0, 2**64 - 1)}
+_REALS = ("half", "float", "double", "timecode")
+_TEXTS = ("token", "string", "path", "objectId")
+_OTHERS = ("target", "execution", "any", "bundle")
+_DTYPES = {"bool": np.bool_, "uchar": np.uint8, "int": np.int32, "uint": np.uint32, "int64": np.int64}
+_DTYPES |= {"uint64": np.uint64, "half": np.float16, "float": np.float32, "double": np.float64, "timecode": np.float64}
+_PRECISION = {"d": "double", "f": "float", "h": "half"}
+_ROLES = {"vector": (3,), "point": (3,), "normal": (3,), "color": (3, 4), "texcoord": (2, 3), "quat": (4,)}
+_MATRICES = {"matrixd": (2, 3, 4), "frame": (4,), "transform": (4,)}
+
+_PATTERN = re.compile(r"(?P<name>[A-Za-z0-9]+?)(?P<tuple>\[[2-9]\])?(?P<array>\[\])?\Z")
+
+
+@dataclass(frozen=True, slots=True)
+class PortType:
+    """A concrete port type.
+
+    Attributes:
+        base: scalar type, such as `double`.
+        count: components of a tuple; 1 for a scalar. A `matrixd[4]` has 16.
+        array: whether it is an array of them.
+        role: `vector`, `quat`, …; storage and wiring do not depend on it.
+    """
+
+    base: str
+    count: int = 1
+    array: bool = False
+    role: str = ""
+
+    def __str__(self) -> str:
+        if self.role in _MATRICES:
+            name, size = self.role, f"[{math.isqrt(self.count)}]"
+        elif self.role:
+            name, size = self.role + self.base[0], f"[{self.count}]"
+        else:
+            name, size = self.base, f"[{self.count}]" if self.count > 1 else ""
+        return f"{name}{size}{'[]' if self.array else ''}"
+
+    @property
+    def is_number(self) -> bool:
+        """Whether its components are numbers or booleans."""
+        return self.base in _DTYPES
+
+    @property
+    def dtype(self) -> Any:
+        """Element type of its arrays."""
+        return _DTYPES[self.base]
+
+    @property
+    def zero(self) -> Any:
+        """OmniGraph's value of an attribute that was never set."""
+        if self.array and self.is_number:
+            return _frozen(np.zeros((0,) if self.count == 1 else (0, self.count), self.dtype))
+        if self.array or self.base == "target":
+            return ()
+        if self.role == "quat":
+            return (0.0, 0.0, 0.0, 1.0)
+        if self.role in _MATRICES:
+            return tuple(np.eye(math.isqrt(self.count)).ravel().tolist())
+        return _SCALAR_ZERO[self.base] if self.count == 1 else (_SCALAR_ZERO[self.base],) * self.count
+
+
+_SCALAR_ZERO: dict[str, Any] = dict.fromkeys(_INTEGERS, 0) | dict.fromkeys(_REALS, 0.0)
+_SCALAR_ZERO |= dict.fromkeys(_TEXTS, "") | {"bool": False, "any": None, "bundle": None, "execution": None}
+
+
+@dataclass(frozen=True, slots=True)
+class UnionType:
+    """One of several types, settled by the wires or by an explicit type in the file."""
+
+    alternatives: tuple[PortType, ...]
+
+    def __str__(self) -> str:
+        return " | ".join(str(alternative) for alternative in self.alternatives)
+
+
+ANY = PortType("any")
+EXECUTION = PortType("execution")
+TARGET = PortType("target")
+
+
+@functools.cache
+def parse(name: str) -> PortType | UnionType:
+    """The type of a name as `.ogn` files write it: `double`, `vectord[3]`, `token[]`, `float[3][]`, `float|double`.
+
+    Raises:
+        ValueError: no such type.
+    """
+    if "|" in name:
+        parts = [parse(part.strip()) for part in name.split("|")]
+        return UnionType(tuple(part for part in parts if isinstance(part, PortType)))
+    match = _PATTERN.match(name)
+    if match is None:
+        raise ValueError(f"{name!r} is not a port type")
+    word, count = match["name"], int(match["tuple"][1]) if match["tuple"] else 1
+    array = match["array"] is not None
+    if word == "path" or word in _OTHERS:
+        if count > 1:
+            raise ValueError(f"{name!r} is not a port type: {word} has no tuples")
+        return PortType(word, 1, array)
+    if word == "bool" or word in _INTEGERS or word in _REALS or word in _TEXTS:
+        return PortType(word, count, array)
+    if word in _MATRICES and count in _MATRICES[word]:
+        return PortType("double", count * count, array, word)
+    role, precision = word[:-1], word[-1:]
+    if role in _ROLES and precision in _PRECISION and count in _ROLES[role]:
+        return PortType(_PRECISION[precision], count, array, role)
+    raise ValueError(f"{name!r} is not a port type")
+
+
+def coerce(value: Any, port_type: PortType) -> Any:
+    """A literal in the one Python representation of a type.
+
+    Raises:
+        TypeError: the value is of another kind; the message says what is legal.
+        ValueError: an integer out of range, or a tuple of another length.
+    """
+    if port_type.base in ("any", "bundle"):
+        return value
+    if port_type.base == "target":
+        paths = (value,) if isinstance(value, str) else value
+        if not isinstance(paths, Sequence) or not all(isinstance(path, str) for path in paths):
+            raise TypeError("expected a prim path or a list of prim paths")
+        return tuple(path for path in paths if path)
+    if not port_type.array:
+        return _element(value, port_type)
+    if isinstance(value, str) or not isinstance(value, Sequence | np.ndarray):
+        raise TypeError(f"expected a list of {PortType(port_type.base, port_type.count, False, port_type.role)}")
+    items = value.tolist() if isinstance(value, np.ndarray) else value
+    elements = [_element(item, port_type) for item in items]
+    if not port_type.is_number:
+        return tuple(elements)
+    shape = (len(elements),) if port_type.count == 1 else (len(elements), port_type.count)
+    return _frozen(np.array(elements, port_type.dtype).reshape(shape))
+
+
+def _frozen(array: NDArray[Any]) -> NDArray[Any]:
+    """An array that wires and defaults can share."""
+    array.setflags(write=False)
+    return array
+
+
+def _element(value: Any, port_type: PortType) -> Any:
+    if port_type.count == 1:
+        return _scalar(value, port_type.base)
+    if isinstance(value, str) or not isinstance(value, Sequence | np.ndarray):
+        raise TypeError(f"expected a list of {port_type.count} values")
+    if len(value) != port_type.count:
+        raise ValueError(f"expected {port_type.count} values, got {len(value)}")
+    return tuple(_scalar(item, port_type.base) for item in value)
+
+
+def _scalar(value: Any, base: str) -> Any:
+    if isinstance(value, np.generic):
+        value = value.item()
+    if base == "bool":
+        if isinstance(value, bool):
+            return value
+        raise TypeError("expected true or false")
+    if base in _TEXTS:
+        if isinstance(value, str):
+            return value
+        raise TypeError("expected text" + (f'; write "{value}"' if isinstance(value, int | float) else ""))
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise TypeError("expected a whole number" if base in _INTEGERS else "expected a number")
+    if base in _INTEGERS:
+        low, high = _INTEGERS[base]
+        if isinstance(value, float):
+            raise TypeError("expected a whole number")
+        if not low <= value <= high:
+            raise ValueError(f"expected {low} to {high}")
+        return value
+    return float(value)
+
+
+def conversion(source: PortType, target: PortType) -> str | None:
+    """How a wire carries a value: `""` as it is, the name of a function that converts, None when it may not.
+
+    Roles do not matter. Booleans and integers widen to int64 and double, float to double; everything else takes a
+    converter node. An `any` takes everything.
+    """
+    if target.base == "any" and not target.array:
+        return ""
+    if (source.count, source.array) != (target.count, target.array):
+        return None
+    if source.base == target.base:
+        return ""
+    whole = source.base == "bool" or source.base in ("int", "uint", "int64", "uint64", "uchar")
+    if target.base == "int64" and whole and source.base != "uint64":
+        return "" if source.base != "bool" and not source.array else _converter("int64", source)
+    if target.base == "double" and whole:
+        return _converter("double", source)
+    if target.base == "double" and source.base in ("half", "float"):
+        return _converter("double", source) if source.array else ""
+    return None
+
+
+def _converter(base: str, source: PortType) -> str:
+    if source.array:
+        return f"{base}_array"
+    return base if source.count == 1 else f"{base}_tuple"
+
+
+CONVERTERS: dict[str, Any] = {
+    "double": float,
+    "int64": int,
+    "double_tuple": lambda value: tuple(map(float, value)),
+    "int64_tuple": lambda value: tuple(map(int, value)),
+    "double_array": lambda value: value.astype(np.float64),
+    "int64_array": lambda value: value.astype(np.int64),
+}
+"""Functions by the names that `conversion` gives."""
+
+
+def equal(one: Any, other: Any) -> bool:
+    """Whether two port values are the same, arrays included."""
+    if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
+        return isinstance(one, np.ndarray) and isinstance(other, np.ndarray) and np.array_equal(one, other)
+    return bool(one == other)
+
+
+Double = Annotated[float, parse("double")]
+Float = Annotated[float, parse("float")]
+Int = Annotated[int, parse("int")]
+Int64 = Annotated[int, parse("int64")]
+UInt = Annotated[int, parse("uint")]
+UInt64 = Annotated[int, parse("uint64")]
+UChar = Annotated[int, parse("uchar")]
+Token = Annotated[str, parse("token")]
+String = Annotated[str, parse("string")]
+Target = Annotated[tuple[str, ...], parse("target")]
+Tokens = Annotated[tuple[str, ...], parse("token[]")]
+Ints = Annotated[NDArray[np.int32], parse("int[]")]
+UChars = Annotated[NDArray[np.uint8], parse("uchar[]")]
+Floats = Annotated[NDArray[np.float32], parse("float[]")]
+Doubles = Annotated[NDArray[np.float64], parse("double[]")]
+Vector3d = Annotated[tuple[float, float, float], parse("vectord[3]")]
+Double3 = Annotated[tuple[float, float, float], parse("double[3]")]
+Double3s = Annotated[NDArray[np.float64], parse("double[3][]")]
+Double4s = Annotated[NDArray[np.float64], parse("double[4][]")]
+Quaterniond = Annotated[tuple[float, float, float, float], parse("quatd[4]")]

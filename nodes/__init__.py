@@ -1,0 +1,1 @@
+"""The node library: one family a file, one class a node type."""

@@ -1,0 +1,53 @@
+"""What every publisher has in common: where it publishes, with which QoS, and that nothing is built that nobody wants."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from graphengine.context import Context, Publisher
+from graphengine.node import ExecIn, In, Node, State
+from graphengine.types import String, UInt64
+
+
+class PublisherNode(Node):
+    """A node that sends one message an execution; a subclass gives `message_type`, `topicName` and `message`."""
+
+    message_type: ClassVar[str]
+    topic_name: str
+
+    exec_in = ExecIn()
+    context: UInt64 = In(default=0, setup=True, doc="handle from a ROS2Context; 0 is the session's domain")
+    node_namespace: String = In(
+        default="", setup=True, doc="used as it is; empty for `isaac:namespace` of the prims above"
+    )
+    qos_profile: String = In(
+        default="", setup=True, doc="JSON from a ROS2QoSProfile; empty for reliable, volatile, queueSize"
+    )
+    queue_size: UInt64 = In(default=10, setup=True, doc="history depth, when no QoS profile is given")
+
+    publisher: Publisher = State()
+
+    def setup(self, context: Context) -> None:
+        """Open the topic."""
+        self.publisher = self.open(context)
+
+    def open(self, context: Context, **facts: Any) -> Publisher:
+        """The topic that the ports name; `facts` as for `Context.publisher`."""
+        return context.publisher(
+            self.message_type,
+            self.topic_name,
+            namespace=self.node_namespace,
+            qos_profile=self.qos_profile,
+            queue_size=self.queue_size,
+            ros_context=self.context,
+            **facts,
+        )
+
+    def compute(self) -> None:
+        """Send a message, if anybody wants it."""
+        if self.publisher.wanted:
+            self.publisher.publish(self.message())
+
+    def message(self) -> Any:
+        """The message of this execution."""
+        raise NotImplementedError

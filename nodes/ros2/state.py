@@ -1,0 +1,155 @@
+"""Publishers of time and of a robot's state."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.context import Articulation, Context
+from graphengine.node import In, State
+from graphengine.ros import messages
+from graphengine.types import Doubles, Float, Quaterniond, String, Target, Tokens, UChars, Vector3d
+from nodes.ros2.publisher import PublisherNode
+
+
+class ROS2PublishClock(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishClock"):
+    """Publishes simulation time as rosgraph_msgs/Clock."""
+
+    message_type: ClassVar[str] = "rosgraph_msgs/msg/Clock"
+
+    topic_name: String = In(default="clock", setup=True)
+    time_stamp: float = In(default=0.0, unit="s")
+
+    def message(self) -> messages.Clock:
+        """The time."""
+        return messages.Clock(messages.stamp(self.time_stamp))
+
+
+_PRISMATIC = 1
+
+
+class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishJointState"):
+    """Publishes joints as sensor_msgs/JointState: from arrays where jointNames is given, else of a robot.
+
+    Lengths are scaled by k = 1 / stageMetersPerUnit, torques by its square, as the reference does; with metres k is 1. Efforts
+    of a robot are those of its drives after the last physics step.
+    """
+
+    message_type: ClassVar[str] = "sensor_msgs/msg/JointState"
+
+    target_prim: Target = In(setup=True, doc="prim that stands for the robot")
+    topic_name: String = In(default="joint_states", setup=True)
+    time_stamp: float = In(default=0.0, unit="s")
+    joint_names: Tokens = In(doc="joints that the arrays are for; of IsaacReadJointState")
+    joint_positions: Doubles = In(unit="rad, m")
+    joint_velocities: Doubles = In(unit="rad/s, m/s")
+    joint_efforts: Doubles = In(unit="N m, N")
+    joint_dof_types: UChars = In(doc="0 for a joint that turns, 1 for one that slides")
+    stage_meters_per_unit: Float = In(default=0.0, unit="m", doc="length of a stage unit")
+    sensor_time: Float = In(default=0.0, unit="s", doc="stamp, when above 0, in place of timeStamp")
+    resolution: float = In(
+        default=1e-4, ge=0.0, extension=True, doc="numbers are rounded to multiples of it; 0 for as they are"
+    )
+
+    articulation: Articulation | None = State(default=None)
+    names: Sequence[str] = State(default=())
+
+    def setup(self, context: Context) -> None:
+        """Bind the robot, if one is given, and open the topic."""
+        if self.target_prim:
+            self.articulation = context.articulation(self.target_prim[0])
+            self.names = context.joint_names(self.target_prim[0])
+        super().setup(context)
+
+    def message(self) -> messages.JointState:
+        """The state of all joints."""
+        if self.joint_names:
+            return self.message_of_arrays()
+        if self.articulation is None:
+            raise ValueError("neither jointNames nor targetPrim says which joints")
+        robot = self.articulation
+        return self.joint_state(self.time_stamp, self.names, robot.positions(), robot.velocities(), robot.efforts())
+
+    def message_of_arrays(self) -> messages.JointState:
+        """The state that the arrays describe."""
+        scale = self.stage_meters_per_unit
+        if not 0.0 < scale < float("inf"):
+            raise ValueError(f"stageMetersPerUnit must be above 0, it is {scale:g}; wire it from IsaacReadJointState")
+        arrays = (self.joint_positions, self.joint_velocities, self.joint_efforts, self.joint_dof_types)
+        if any(len(array) != len(self.joint_names) for array in arrays):
+            lengths = ", ".join(str(len(array)) for array in arrays)
+            raise ValueError(
+                f"{len(self.joint_names)} jointNames, but positions, velocities, efforts, dofTypes have {lengths}"
+            )
+        k = 1.0 / scale
+        length = np.where(self.joint_dof_types == _PRISMATIC, k, 1.0)
+        torque = np.where(self.joint_dof_types == _PRISMATIC, k, k * k)
+        stamp = self.sensor_time if self.sensor_time > 0.0 else self.time_stamp
+        return self.joint_state(
+            stamp,
+            self.joint_names,
+            self.joint_positions * length,
+            self.joint_velocities * length,
+            self.joint_efforts * torque,
+        )
+
+    def joint_state(self, stamp: float, names: Sequence[str], *arrays: NDArray[np.float64]) -> messages.JointState:
+        """Positions, velocities and efforts, rounded."""
+        step = self.resolution
+        if step:
+            arrays = tuple(np.round(array / step) * step for array in arrays)
+        return messages.JointState(messages.header(stamp, ""), list(names), *arrays)
+
+
+class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishOdometry"):
+    """Publishes pose and twist as nav_msgs/Odometry; covariances are zero.
+
+    Unless publishRawVelocities is set, velocities are taken along the axes front = robotFront in the plane, side = up x front,
+    and up, which do not turn with the robot: feed velocities in the body's frame.
+    """
+
+    message_type: ClassVar[str] = "nav_msgs/msg/Odometry"
+
+    odom_frame_id: String = In(default="odom", setup=True, doc="frame of the pose")
+    chassis_frame_id: String = In(default="base_link", setup=True, doc="frame of the twist")
+    topic_name: String = In(default="odom", setup=True)
+    publish_raw_velocities: bool = In(default=False, doc="copy the velocities as they are")
+    time_stamp: float = In(default=0.0, unit="s")
+    position: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m")
+    orientation: Quaterniond = In(default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w)")
+    linear_velocity: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m/s")
+    angular_velocity: Vector3d = In(default=(0.0, 0.0, 0.0), unit="rad/s")
+    robot_front: Vector3d = In(default=(1.0, 0.0, 0.0), doc="direction that counts as x")
+
+    def setup(self, context: Context) -> None:
+        """Open the topic."""
+        self.publisher = self.open(context, frame_id=self.odom_frame_id)
+
+    def message(self) -> messages.Odometry:
+        """Pose and twist."""
+        linear, angular = self.linear_velocity, self.angular_velocity
+        if not self.publish_raw_velocities and self.robot_front != (1.0, 0.0, 0.0):
+            linear, angular = self.along_front(linear), self.along_front(angular)
+        pose = messages.Pose(messages.Point(*self.position), messages.Quaternion(*self.orientation))
+        twist = messages.Twist(messages.Vector3(*linear), messages.Vector3(*angular))
+        return messages.Odometry(
+            messages.header(self.time_stamp, self.odom_frame_id),
+            self.chassis_frame_id,
+            messages.PoseWithCovariance(pose, _NO_COVARIANCE),
+            messages.TwistWithCovariance(twist, _NO_COVARIANCE),
+        )
+
+    def along_front(self, velocity: Vector3d) -> Vector3d:
+        """A vector's components along front, side and up."""
+        x, y, _ = self.robot_front
+        length = (x * x + y * y) ** 0.5
+        if length == 0.0:
+            raise ValueError(f"robotFront must have a part in the plane, it is {self.robot_front}")
+        x, y = x / length, y / length
+        return velocity[0] * x + velocity[1] * y, velocity[1] * x - velocity[0] * y, velocity[2]
+
+
+_NO_COVARIANCE = np.zeros(36)

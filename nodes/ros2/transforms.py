@@ -1,0 +1,168 @@
+"""Publishers of TF: one transform, a tree, and what robot_state_publisher publishes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any, ClassVar
+
+from graphengine import rotation
+from graphengine.context import Context, FrameLink, Publisher, Quaternion, RobotDescription, Vector3
+from graphengine.node import ExecIn, In, Node, State
+from graphengine.ros import messages
+from graphengine.types import Double3s, Double4s, Quaterniond, String, Target, Tokens, UInt64, Vector3d
+from nodes.ros2.publisher import PublisherNode
+
+
+def transform(
+    time: float, parent: str, child: str, translation: Vector3, orientation: Quaternion
+) -> messages.TransformStamped:
+    """One edge of the tree."""
+    pose = messages.Transform(messages.Vector3(*translation), messages.Quaternion(*orientation))
+    return messages.TransformStamped(messages.header(time, parent), child, pose)
+
+
+class TransformPublisher(PublisherNode):
+    """A publisher of tf2_msgs/TFMessage; of the collected namespaces only the outermost counts."""
+
+    message_type: ClassVar[str] = "tf2_msgs/msg/TFMessage"
+
+    static_publisher: bool = In(
+        default=False, setup=True, doc="latched for late joiners, once after play, whoever listens"
+    )
+
+    sent: bool = State(default=False)
+
+    def open(self, context: Context, **facts: Any) -> Publisher:
+        """The topic, for latched or for changing transforms."""
+        return super().open(context, outermost_namespace=True, latched=self.static_publisher, **facts)
+
+    def compute(self) -> None:
+        """Send the transforms: each time, or once when static."""
+        if self.static_publisher:
+            if not self.sent:
+                self.publisher.publish(self.message())
+                self.sent = True
+        elif self.publisher.wanted:
+            self.publisher.publish(self.message())
+
+
+class ROS2PublishRawTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.ROS2PublishRawTransformTree"):
+    """Publishes one transform from values."""
+
+    parent_frame_id: String = In(default="odom", setup=True)
+    child_frame_id: String = In(default="base_link", setup=True)
+    topic_name: String = In(default="tf", setup=True)
+    time_stamp: float = In(default=0.0, unit="s")
+    translation: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m")
+    rotation_in: Quaterniond = In(default=(0.0, 0.0, 0.0, 1.0), name="rotation", doc="(x, y, z, w)")
+
+    def setup(self, context: Context) -> None:
+        """Open the topic."""
+        edge = (self.parent_frame_id, self.child_frame_id)
+        self.publisher = self.open(context, frame_id=self.parent_frame_id, transforms=[edge])
+
+    def message(self) -> messages.TFMessage:
+        """The transform."""
+        values = (self.parent_frame_id, self.child_frame_id, self.translation, self.rotation_in)
+        return messages.TFMessage([transform(self.time_stamp, *values)])
+
+
+class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.ROS2PublishTransformTree"):
+    """Publishes transforms from arrays, or of target prims; all of one compute share one stamp and one message."""
+
+    parent_prim: Target = In(setup=True, doc="parent frame of targetPrims; empty for the world")
+    target_prims: Target = In(setup=True, doc="what to publish when parentFrames is empty")
+    topic_name: String = In(default="tf", setup=True)
+    time_stamp: float = In(default=0.0, unit="s")
+    parent_frames: Tokens = In(setup=True, doc="of IsaacComputeTransformTree")
+    child_frames: Tokens = In(setup=True, doc="of IsaacComputeTransformTree")
+    translations: Double3s = In(unit="m")
+    orientations: Double4s = In(doc="(x, y, z, w)")
+
+    links: Sequence[FrameLink] = State(default=())
+
+    def setup(self, context: Context) -> None:
+        """Open the topic; the frames are known by now."""
+        edges = list(zip(self.parent_frames, self.child_frames, strict=False))
+        if not edges and self.target_prims:
+            self.links = context.transform_tree(self.target_prims, self.parent_prim[0] if self.parent_prim else "")
+            edges = [(link.parent_name, link.child_name) for link in self.links]
+        if not edges:
+            raise ValueError("neither parentFrames and childFrames nor targetPrims say what to publish")
+        self.publisher = self.open(context, frame_id=edges[0][0], transforms=edges)
+
+    def message(self) -> messages.TFMessage:
+        """All transforms."""
+        if not self.parent_frames:
+            return messages.TFMessage(linked(self.time_stamp, self.links))
+        arrays = (self.parent_frames, self.child_frames, self.translations, self.orientations)
+        lengths = [len(array) for array in arrays]
+        if len(set(lengths)) > 1:
+            raise ValueError(f"parentFrames, childFrames, translations, orientations have different lengths: {lengths}")
+        rows = zip(
+            self.parent_frames, self.child_frames, self.translations.tolist(), self.orientations.tolist(), strict=True
+        )
+        return messages.TFMessage([transform(self.time_stamp, *row) for row in rows])
+
+
+def linked(time: float, links: Iterable[FrameLink]) -> list[messages.TransformStamped]:
+    """Edges with their poses of now."""
+    edges = []
+    for link in links:
+        position, orientation = link.child.pose()
+        if link.optical:
+            orientation = rotation.multiply(orientation, (1.0, 0.0, 0.0, 0.0))
+        if link.parent is not None:
+            position, orientation = rotation.relative(link.parent.pose(), (position, orientation))
+        edges.append(transform(time, link.parent_name, link.child_name, position, orientation))
+    return edges
+
+
+class RobotStatePublisher(Node, type="graphengine.ros2.RobotStatePublisher"):
+    """Publishes what robot_state_publisher would: the description, fixed joints latched, moving links at a rate."""
+
+    exec_in = ExecIn()
+    context: UInt64 = In(default=0, setup=True, doc="handle from a ROS2Context; 0 is the session's domain")
+    node_namespace: String = In(
+        default="", setup=True, doc="used as it is; empty for `isaac:namespace` of the prims above"
+    )
+    target_prim: Target = In(required=True, setup=True, doc="prim that stands for the robot")
+    time_stamp: float = In(default=0.0, unit="s")
+    publish_frequency: float = In(default=20.0, gt=0.0, setup=True, unit="Hz", doc="of the moving links")
+
+    description: RobotDescription = State()
+    description_publisher: Publisher = State()
+    static_publisher: Publisher = State()
+    publisher: Publisher = State()
+    last: float = State(default=-1.0)
+    sent: bool = State(default=False)
+
+    def setup(self, context: Context) -> None:
+        """Open the three topics."""
+        self.description = context.robot_description(self.target_prim[0])
+        common: dict[str, Any] = {"namespace": self.node_namespace, "ros_context": self.context}
+        tf: dict[str, Any] = {**common, "outermost_namespace": True}
+        fixed = [(parent, child) for parent, child, _, _ in self.description.fixed]
+        moving = [(link.parent_name, link.child_name) for link in self.description.moving]
+        self.description_publisher = context.publisher(
+            "std_msgs/msg/String", "robot_description", latched=True, **common
+        )
+        self.static_publisher = context.publisher(
+            "tf2_msgs/msg/TFMessage", "tf_static", latched=True, transforms=fixed, **tf
+        )
+        self.publisher = context.publisher(
+            "tf2_msgs/msg/TFMessage", "tf", rate=self.publish_frequency, transforms=moving, **tf
+        )
+
+    def compute(self) -> None:
+        """Send the latched topics once, the moving links when they are due."""
+        if not self.sent:
+            self.description_publisher.publish(messages.String(self.description.urdf))
+            edges = [transform(self.time_stamp, *edge) for edge in self.description.fixed]
+            self.static_publisher.publish(messages.TFMessage(edges))
+            self.sent = True
+        turn = int(self.time_stamp * self.publish_frequency + 1e-9)
+        if turn > self.last:
+            self.last = turn
+            if self.publisher.wanted:
+                self.publisher.publish(messages.TFMessage(linked(self.time_stamp, self.description.moving)))

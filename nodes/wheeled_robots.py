@@ -1,0 +1,62 @@
+"""Controllers of wheeled bases (`isaacsim.robot.wheeled_robots`)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from graphengine.node import ExecIn, In, Node, Out, State
+from graphengine.types import Doubles
+
+
+class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.DifferentialController"):
+    """Wheel speeds of a two-wheeled base that follows a body twist.
+
+    With v and w limited and ramped: left = (2v - w d) / 2r, right = (2v + w d) / 2r. A limit of 0 is no limit. The linear ramp
+    acts when maxAcceleration and maxDeceleration are both set. Parameters take effect whenever they change.
+    """
+
+    exec_in = ExecIn()
+    wheel_radius: float = In(default=0.0, unit="m", doc="r; its absolute value counts")
+    wheel_distance: float = In(default=0.0, unit="m", doc="d, between the wheels' contact points")
+    dt: float = In(default=0.0, unit="s", doc="time between two computes; needed for ramps")
+    max_acceleration: float = In(default=0.0, unit="m/s2")
+    max_deceleration: float = In(default=0.0, unit="m/s2")
+    max_angular_acceleration: float = In(default=0.0, unit="rad/s2")
+    max_linear_speed: float = In(default=0.0, unit="m/s")
+    max_angular_speed: float = In(default=0.0, unit="rad/s")
+    max_wheel_speed: float = In(default=0.0, unit="rad/s")
+    linear_velocity: float = In(default=0.0, unit="m/s", doc="v, forward")
+    angular_velocity: float = In(default=0.0, unit="rad/s", doc="w, counter-clockwise")
+    velocity_command: Doubles = Out(default=[0.0, 0.0], unit="rad/s", doc="[left, right]")
+
+    previous_linear: float = State(default=0.0)
+    previous_angular: float = State(default=0.0)
+
+    def compute(self) -> None:
+        """Limit, ramp, and share out to the wheels."""
+        radius, distance = abs(self.wheel_radius), abs(self.wheel_distance)
+        if radius == 0.0 or distance == 0.0:
+            raise ValueError(f"wheelRadius and wheelDistance must not be 0, they are {radius:g} and {distance:g}")
+        if self.dt <= 0.0 and (self.max_acceleration or self.max_deceleration or self.max_angular_acceleration):
+            raise ValueError(
+                f"acceleration limits need dt > 0, it is {self.dt:g}; wire deltaSeconds of OnPlaybackTick to it"
+            )
+        linear = _limit(self.linear_velocity, abs(self.max_linear_speed))
+        angular = _limit(self.angular_velocity, abs(self.max_angular_speed))
+        if self.max_acceleration and self.max_deceleration:
+            faster = abs(linear) > abs(self.previous_linear) and linear * self.previous_linear >= 0.0
+            slope = abs(self.max_acceleration if faster else self.max_deceleration)
+            linear = self.previous_linear + _limit(linear - self.previous_linear, slope * self.dt)
+        if self.max_angular_acceleration:
+            step = abs(self.max_angular_acceleration) * self.dt
+            angular = self.previous_angular + _limit(angular - self.previous_angular, step)
+        self.previous_linear, self.previous_angular = linear, angular
+        limit = abs(self.max_wheel_speed)
+        left = (2.0 * linear - angular * distance) / (2.0 * radius)
+        right = (2.0 * linear + angular * distance) / (2.0 * radius)
+        self.velocity_command = np.array((_limit(left, limit), _limit(right, limit)))
+
+
+def _limit(value: float, limit: float) -> float:
+    """Within plus and minus the limit; 0 is no limit."""
+    return value if limit == 0.0 else min(max(value, -limit), limit)
