@@ -25,7 +25,7 @@ from graphengine.context import (
     Subscription,
 )
 from graphengine.diagnostics import ContextError, PrimError, TopicError, listing
-from graphengine.ros import names
+from graphengine.ros import names, qos
 from graphengine.stage import Prim, PrimKind, Stage
 from graphengine.transform_tree import expand
 
@@ -287,7 +287,7 @@ class NodeContext:
             namespace,
             namespace_from,
             outermost_namespace,
-            qos=names.parse_qos(qos_profile, queue_size, latched),
+            qos=qos.parse_qos(qos_profile, queue_size, latched),
             ros_context=ros_context,
             rate=rate if rate is not None else self._rate,
             latched=latched,
@@ -308,9 +308,9 @@ class NodeContext:
         ros_context: int = 0,
     ) -> Subscription:
         """A topic to read from."""
-        qos = names.parse_qos(qos_profile, queue_size, False)
+        quality = qos.parse_qos(qos_profile, queue_size, False)
         claim = self._claim(
-            "subscribe", message_type, topic, namespace, "", outermost_namespace, qos=qos, ros_context=ros_context
+            "subscribe", message_type, topic, namespace, "", outermost_namespace, qos=quality, ros_context=ros_context
         )
         return self._services.network.subscription(claim)
 
