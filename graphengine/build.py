@@ -12,7 +12,7 @@ from typing import Any
 
 from graphengine import check, document, spec
 from graphengine.backend import DryWorld, Network, TopicClaim, World
-from graphengine.diagnostics import Findings, Span, UsageError
+from graphengine.diagnostics import Findings, NodeError, Span, UsageError
 from graphengine.files import Files, NotFoundError
 from graphengine.node_context import Services, SimulationClock
 from graphengine.plan import Plan, make_plan
@@ -203,6 +203,7 @@ def start(
     domain_id: int = 0,
     domain_from_environment: int | None = None,
     log: Callable[[str, str, str], None] | None = None,
+    fault: Callable[[NodeError], None] | None = None,
 ) -> Session:
     """A session of a checked assembly, stopped at time 0; it owns the world and the network from here on.
 
@@ -212,6 +213,7 @@ def start(
         domain_id: the session's ROS 2 domain.
         domain_from_environment: ROS_DOMAIN_ID where the caller found one.
         log: told severity, prim path and text of what nodes say.
+        fault: told of a node that raised, whose branch alone then ends; without it the run stops.
 
     Raises:
         CheckError: the assembly has errors.
@@ -229,7 +231,7 @@ def start(
     for plan in assembly.plans:
         on_step = plan.graph.runs == "physics_step"
         variables = check.make_variables(plan)
-        executor = check.make_executor(plan, services, step_clock if on_step else clock, variables)
+        executor = check.make_executor(plan, services, step_clock if on_step else clock, variables, fault)
         executor.setup()
         runs.append(GraphRun(executor, variables, on_step))
     return Session(services, clock, step_clock, runs)

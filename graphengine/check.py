@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import networkx as nx
 
 from graphengine.backend import DryNetwork, TopicClaim, World
-from graphengine.diagnostics import ContextError, Finding, Findings, GraphError, Span
+from graphengine.diagnostics import ContextError, Finding, Findings, GraphError, JointError, NodeError, PrimError, Span
 from graphengine.executor import Executor
 from graphengine.node_context import GraphVariable, NodeContext, Services, SimulationClock
 from graphengine.plan import Plan
@@ -45,35 +45,48 @@ def dry_setup(plans: Sequence[Plan], world: World, findings: Findings, *, prims_
         prims_known: whether the stage is that of a scene; without one, missing prims are no mistakes.
     """
     services = Services(world, DryNetwork())
-    skipped = 0
     for plan in plans:
-        clock = SimulationClock(world.tick_period)
-        executor = make_executor(plan, services, clock)
-
-        def failed(index: int, error: GraphError, plan: Plan = plan) -> None:
-            nonlocal skipped
-            prim_missing = isinstance(error, ContextError) and error.code in ("G301", "G302", "G303")
-            if prim_missing and not prims_known:
-                skipped += 1
-            elif (finding := explain(plan.graph.instances[index], error)) not in findings.items:
-                findings.items.append(finding)
-
-        executor.setup(failed)
-        executor.close()
-        for instance in plan.graph.instances:  # the same instances run later, from their defaults
-            instance.node.reset()
-            instance.node.clear()
-    if skipped:
-        findings.add(
-            "N102", f"{skipped} nodes ask for prims, which were not checked", None, "give the scene with --scene"
-        )
+        _dry_setup_graph(plan, services, findings, prims_known=prims_known)
     return services.claims
 
 
+def _dry_setup_graph(plan: Plan, services: Services, findings: Findings, *, prims_known: bool) -> None:
+    skipped = 0
+    failed: set[int] = set()
+    sources: dict[int, set[int]] = {}
+    for wire in plan.graph.data_wires:
+        sources.setdefault(wire.target, set()).add(wire.source)
+
+    def fail(index: int, error: GraphError) -> None:
+        nonlocal skipped
+        failed.add(index)
+        if sources.get(index, set()) & failed:  # it may lack only what a failed node would have told it
+            return
+        if isinstance(error, PrimError | JointError) and not prims_known:
+            skipped += 1
+        elif (finding := explain(plan.graph.instances[index], error)) not in findings.items:
+            findings.items.append(finding)
+
+    executor = make_executor(plan, services, SimulationClock(services.world.tick_period))
+    executor.setup(fail)
+    executor.close()
+    for instance in plan.graph.instances:  # the same instances run later, from their defaults
+        instance.node.reset()
+        instance.node.clear()
+    if skipped:
+        nodes = f"{skipped} nodes of {plan.graph.name} ask" if skipped > 1 else f"a node of {plan.graph.name} asks"
+        span = plan.graph.flat.loaded.document.span("graph")
+        findings.add("N102", f"{nodes} for prims, which were not checked", span, "give the scene with --scene")
+
+
 def make_executor(
-    plan: Plan, services: Services, clock: SimulationClock, variables: dict[str, GraphVariable] | None = None
+    plan: Plan,
+    services: Services,
+    clock: SimulationClock,
+    variables: dict[str, GraphVariable] | None = None,
+    fault: Callable[[NodeError], None] | None = None,
 ) -> Executor:
-    """An executor whose nodes get contexts over the services."""
+    """An executor whose nodes get contexts over the services; `fault` hears of nodes that raise, else the run stops."""
     own = variables if variables is not None else make_variables(plan)
     rate = 1.0 / clock.delta
 
@@ -81,7 +94,7 @@ def make_executor(
         prim_path = f"{plan.graph.prim_path}/{plan.graph.instances[index].id}"
         return NodeContext(services, clock, plan.graph.name, prim_path, rate if index in plan.certain else None, own)
 
-    return Executor(plan, context_of, lambda: (clock.frame, clock.time))
+    return Executor(plan, context_of, lambda: (clock.frame, clock.time), fault)
 
 
 def make_variables(plan: Plan) -> dict[str, GraphVariable]:

@@ -63,7 +63,8 @@ class Port:
     le: float | None = None
     lt: float | None = None
     tokens: tuple[str, ...] = ()
-    required: bool = False
+    required: bool | str = False
+    """Whether a literal or a wire must be there; ports that share a word need one among them."""
     setup: bool = False
     control: bool = False
     extension: bool = False
@@ -152,7 +153,8 @@ def In(*, default: Any = _MISSING, **facts: Any) -> Any:
         default: value when neither is given; without it the type's zero is used and the constructor demands the argument.
         facts: `doc`, `unit`, `ge`, `gt`, `le`, `lt`, `tokens` (the legal texts), `name` (OmniGraph's name where it is not
             the field's), `type` (OmniGraph's type where the annotation does not say it, such as a union), `required` (a
-            literal or a wire must be there), `setup` (read in `setup`; when it changes the node is set up again),
+            literal or a wire must be there; a word where one of several ports will do), `setup` (read in `setup`; when it
+            changes the node is set up again),
             `extension` (not a port of the reference), `couple` and `component` (ports of union type with the same couple
             resolve together; a component is one number of the tuple).
     """

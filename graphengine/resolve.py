@@ -447,24 +447,25 @@ def settled_type(instance: Instance, port: Port) -> PortType | UnionType:
 
 
 def _check_required(graph: Graph, findings: Findings) -> None:
-    wired = {(wire.target, wire.target_field) for wire in graph.data_wires}
     for instance in graph.instances:
+        groups: dict[str, list[Port]] = {}
         for port in instance.cls.fields.values():
-            empty = (
-                port.side == "inputs"
-                and port.required
-                and types.equal(getattr(instance.node, port.field), port.default)
+            if port.side == "inputs" and port.required:
+                groups.setdefault(port.field if port.required is True else str(port.required), []).append(port)
+        for ports in groups.values():
+            empty = [types.equal(getattr(instance.node, port.field), port.default) for port in ports]
+            if not all(empty) or any(_has_wire(graph, instance, port) for port in ports):
+                continue
+            names = " or ".join(repr(port.name) for port in ports)
+            docs = "; ".join(f"{port.name}: {port.doc}" for port in ports if port.doc)
+            findings.add(
+                "G208",
+                f"{instance.id} needs its input {names}",
+                instance.span,
+                "set it below `inputs:`, or wire it",
+                docs,
+                related=instance.entry.via,
             )
-            if empty and (instance.index, port.field) not in wired and not _has_wire(graph, instance, port):
-                findings.add(
-                    "G208",
-                    f"{instance.id} needs its input {port.name!r}",
-                    instance.span,
-                    f"set it below `inputs:`, or wire it; {port.doc}"
-                    if port.doc
-                    else "set it below `inputs:`, or wire it",
-                    related=instance.entry.via,
-                )
 
 
 def _set_variables(graph: Graph, findings: Findings) -> None:

@@ -196,8 +196,8 @@ class IsaacArticulationController(Node, type="isaacsim.core.nodes.IsaacArticulat
     """Joint targets from arrays; they act from the next physics step on, and hold until the next command."""
 
     exec_in = ExecIn()
-    target_prim: Target = In(setup=True, doc="prim that stands for the robot")
-    robot_path: String = In(default="", setup=True, doc="the same as text; wins over targetPrim")
+    target_prim: Target = In(required="robot", setup=True, doc="prim that stands for the robot")
+    robot_path: String = In(default="", required="robot", setup=True, doc="the same as text; wins over targetPrim")
     joint_names: Tokens = In(doc="joints that the arrays are for; empty for all, or by index")
     joint_indices: Ints = In(doc="joints by number, where no names are given")
     position_command: Doubles = In(unit="rad, m", doc="one a joint; NaN leaves a joint alone")
@@ -210,8 +210,6 @@ class IsaacArticulationController(Node, type="isaacsim.core.nodes.IsaacArticulat
 
     def setup(self, context: Context) -> None:
         """Bind the robot, and the joints that are known by now."""
-        if not self.robot_path and not self.target_prim:
-            raise ValueError("neither targetPrim nor robotPath says which robot")
         self.articulation = context.articulation(self.robot_path or self.target_prim[0])
         self.select()
 

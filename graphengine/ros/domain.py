@@ -80,6 +80,6 @@ def _range(text: str) -> DiscoveryRange:
             return legal  # type: ignore[no-any-return]
     if text:
         near = did_you_mean(text, get_args(DiscoveryRange))
-        help = "\n".join(line for line in (near, listing(get_args(DiscoveryRange))) if line)
-        raise TransportError(f"ROS_AUTOMATIC_DISCOVERY_RANGE is {text!r}\n{help}")
+        lines = (f"ROS_AUTOMATIC_DISCOVERY_RANGE is {text!r}", near, listing(get_args(DiscoveryRange)))
+        raise TransportError("\n".join(filter(None, lines)))
     return "SUBNET"

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.context import Clock, Context, Lidar, Publisher, Scan
+from graphengine.diagnostics import ContextError, listing
 from graphengine.node import ExecIn, In, Node, State
 from graphengine.ros import messages
 from graphengine.types import String, Token, Tokens, UInt, UInt64
@@ -66,7 +67,7 @@ class ROS2RtxLidarHelper(Node, type="isaacsim.ros2.bridge.ROS2RtxLidarHelper"):
         """Bind the sensor and open the topic."""
         unknown = [name for name in self.selected_metadata if name not in _METADATA]
         if unknown:
-            raise ValueError(f"selectedMetadata {unknown[0]!r} is not available; legal: {', '.join(_METADATA)}")
+            raise ContextError(f"selectedMetadata {unknown[0]!r} is not available", unknown[0], listing(_METADATA))
         if self.enable_object_id_map:
             context.log("warning", "enableObjectIdMap has no effect: rays do not tell objects apart")
         self.clock = context.clock

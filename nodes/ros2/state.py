@@ -40,10 +40,10 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
 
     message_type: ClassVar[str] = "sensor_msgs/msg/JointState"
 
-    target_prim: Target = In(setup=True, doc="prim that stands for the robot")
+    target_prim: Target = In(required="joints", setup=True, doc="prim that stands for the robot")
     topic_name: String = In(default="joint_states", setup=True)
     time_stamp: float = In(default=0.0, unit="s")
-    joint_names: Tokens = In(doc="joints that the arrays are for; of IsaacReadJointState")
+    joint_names: Tokens = In(required="joints", doc="joints that the arrays are for; of IsaacReadJointState")
     joint_positions: Doubles = In(unit="rad, m")
     joint_velocities: Doubles = In(unit="rad/s, m/s")
     joint_efforts: Doubles = In(unit="N m, N")

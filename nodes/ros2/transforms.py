@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 from graphengine import rotation
 from graphengine.context import Context, FrameLink, Publisher, Quaternion, RobotDescription, Vector3
+from graphengine.diagnostics import ContextError
 from graphengine.node import ExecIn, In, Node, State
 from graphengine.ros import messages
 from graphengine.types import Double3s, Double4s, Quaterniond, String, Target, Tokens, UInt64, Vector3d
@@ -71,10 +72,10 @@ class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.RO
     """Publishes transforms from arrays, or of target prims; all of one compute share one stamp and one message."""
 
     parent_prim: Target = In(setup=True, doc="parent frame of targetPrims; empty for the world")
-    target_prims: Target = In(setup=True, doc="what to publish when parentFrames is empty")
+    target_prims: Target = In(required="frames", setup=True, doc="what to publish when parentFrames is empty")
     topic_name: String = In(default="tf", setup=True)
     time_stamp: float = In(default=0.0, unit="s")
-    parent_frames: Tokens = In(setup=True, doc="of IsaacComputeTransformTree")
+    parent_frames: Tokens = In(required="frames", setup=True, doc="of IsaacComputeTransformTree")
     child_frames: Tokens = In(setup=True, doc="of IsaacComputeTransformTree")
     translations: Double3s = In(unit="m")
     orientations: Double4s = In(doc="(x, y, z, w)")
@@ -88,7 +89,7 @@ class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.RO
             self.links = context.transform_tree(self.target_prims, self.parent_prim[0] if self.parent_prim else "")
             edges = [(link.parent_name, link.child_name) for link in self.links]
         if not edges:
-            raise ValueError("neither parentFrames and childFrames nor targetPrims say what to publish")
+            raise ContextError("parentFrames and childFrames are empty, and no targetPrims are given")
         self.publisher = self.open(context, frame_id=edges[0][0], transforms=edges)
 
     def message(self) -> messages.TFMessage:

@@ -1,0 +1,59 @@
+"""`graphrun`: one module a verb. Nothing heavy is imported until a verb runs."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+from collections.abc import Sequence
+
+from graphengine import __version__
+
+VERBS = {
+    "run": "run a scene or a graph",
+    "check": "tell everything that is wrong with scenes and graphs",
+    "show": "what a graph is made of, in which order it runs, what was generated",
+    "topics": "every topic of a scene: type, QoS, frame, rate, node",
+    "nodes": "node types and their ports",
+    "schema": "JSON Schema of the three kinds of file, for editors",
+}
+
+
+def make_parser(verb: str | None = None) -> argparse.ArgumentParser:
+    """The command line; only the verb that is meant brings its arguments."""
+    parser = argparse.ArgumentParser(
+        prog="graphrun", description="OmniGraph-style ActionGraphs in YAML, run against MuJoCo, seen by ROS 2."
+    )
+    parser.add_argument("--version", action="version", version=f"graphrun {__version__}")
+    verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
+    for name, summary in VERBS.items():
+        sub = verbs.add_parser(name, help=summary, description=f"{summary[0].upper()}{summary[1:]}.")
+        if name == verb:
+            module = importlib.import_module(f"graphengine.cli.{name}")
+            module.add_arguments(sub)
+            sub.set_defaults(function=module.execute)
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Exit code 0: as it should be; 1: errors in files or in the run; 2: a command line that makes no sense."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    parsed = make_parser(next((word for word in given if word in VERBS), None)).parse_args(given)
+    from graphengine.diagnostics import CheckError, GraphError, UsageError
+
+    try:
+        return int(parsed.function(parsed))
+    except UsageError as error:
+        print(f"graphrun {parsed.verb}: {error}", file=sys.stderr)
+        return 2
+    except CheckError as error:
+        print(error, file=sys.stderr)
+        return 1
+    except GraphError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    except BrokenPipeError:  # the reader, such as `head`, has seen enough
+        sys.stderr.close()
+        return 0
+    except KeyboardInterrupt:
+        return 130

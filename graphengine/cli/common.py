@@ -1,0 +1,145 @@
+"""What several verbs share: finding the given file, `--set`, and printing findings."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from graphengine.build import Assembly, Options
+    from graphengine.diagnostics import Findings
+
+
+def add_file_arguments(parser: argparse.ArgumentParser, *, many: bool = False) -> None:
+    """The file, and what may be changed about it from outside."""
+    help = "a scene or graph file, or the name of one that ships, such as dd100_warehouse or dd100/cmd_vel"
+    parser.add_argument("files" if many else "file", metavar="SCENE|GRAPH", nargs="+" if many else None, help=help)
+    parser.add_argument("--scene", metavar="SCENE", help="scene to put a single graph into")
+    parser.add_argument(
+        "--set",
+        metavar="NODE.PORT=VALUE",
+        action="append",
+        default=[],
+        help="value of an input; [ROBOT/][GRAPH/]NODE.PORT, globs allowed",
+    )
+    parser.add_argument(
+        "--robot-state", action="store_true", help="publish what robot_state_publisher would, for every robot"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="of every random generator (default 0)")
+    parser.add_argument(
+        "--allow",
+        metavar="FOLDER",
+        type=Path,
+        action="append",
+        default=[],
+        help="folder that files may also be read from",
+    )
+    parser.add_argument(
+        "--import", metavar="MODULE", dest="modules", action="append", default=[], help="Python module with node types"
+    )
+
+
+def find_file(name: str) -> Path:
+    """The file that the command line means, as short as it can be written.
+
+    Raises:
+        UsageError: there is none.
+    """
+    from graphengine.diagnostics import UsageError
+    from graphengine.files import NotFoundError, find_given
+
+    failures = []
+    for folder in ("scenes", "graphs"):
+        try:
+            path = find_given(name, folder)
+        except NotFoundError as error:
+            failures.append(error)
+            continue
+        relative = os.path.relpath(path)
+        return path if relative.startswith("..") else Path(relative)
+    hints = [line for failure in failures for line in failure.help if line]
+    raise UsageError("\n  ".join([printable(failures[0].message), *dict.fromkeys(map(printable, hints))]))
+
+
+def printable(text: str) -> str:
+    """Text that cannot steer a terminal."""
+    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
+
+
+def make_options(arguments: argparse.Namespace) -> Options:
+    """Options of `add_file_arguments`.
+
+    Raises:
+        UsageError: a `--set` without a value, or a module that cannot be imported.
+    """
+    from graphengine.build import Options
+
+    return Options(
+        overrides=dict(parse_set(text) for text in arguments.set),
+        allowed=arguments.allow,
+        seed=arguments.seed,
+        robot_state=arguments.robot_state,
+        scene=find_file(arguments.scene) if arguments.scene else None,
+        registry=make_registry(arguments.modules) if arguments.modules else None,
+    )
+
+
+def make_registry(modules: Sequence[str]) -> Any:
+    """The installed node types and those of the user's modules."""
+    import importlib
+
+    from graphengine.diagnostics import UsageError
+    from graphengine.registry import default_registry
+
+    registry = default_registry()
+    sys.path.insert(0, "")  # a module of the working directory, as with `python -m`
+    for name in modules:
+        try:
+            registry.add_module(importlib.import_module(name), name)
+        except ImportError as error:
+            raise UsageError(f"--import {name}: {error}") from None
+    return registry
+
+
+def parse_set(text: str) -> tuple[str, Any]:
+    """`Node.port=value` as target and YAML value."""
+    from graphengine import document
+    from graphengine.diagnostics import Findings, UsageError
+
+    target, equals, value = text.partition("=")
+    if not equals or "." not in target:
+        raise UsageError(f"--set {printable(text)}: write NODE.PORT=VALUE")
+    findings = Findings()
+    parsed = document.parse(value or '""', "--set", findings)
+    if parsed is None or findings.errors:
+        raise UsageError(f"--set {printable(text)}: {findings.errors[0].message}")
+    return target.strip(), parsed.data
+
+
+def assemble(arguments: argparse.Namespace) -> Assembly:
+    """The checked assembly of the given file."""
+    from graphengine import build
+
+    return build.assemble(find_file(arguments.file), make_options(arguments))
+
+
+def print_findings(findings: Findings, *, stream: Any = None) -> None:
+    """All findings in order, each with its excerpt."""
+    for finding in findings.sorted():
+        print(finding.render(), file=stream or sys.stderr)
+
+
+def table(rows: Sequence[Sequence[str]], *, indent: str = "") -> str:
+    """Columns as wide as they must be; the last one runs free."""
+    if not rows:
+        return ""
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    lines = []
+    for row in rows:
+        cells = [cell.ljust(width) for cell, width in zip(row[:-1], widths[:-1], strict=True)]
+        lines.append((indent + "  ".join([*cells, row[-1]])).rstrip())
+    return "\n".join(lines)

@@ -1,0 +1,193 @@
+"""`graphrun run`: a scene or graph, live on the network."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import re
+import signal
+import sys
+import time
+from types import FrameType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from graphengine.build import Assembly
+    from graphengine.ros.network import LiveNetwork
+    from graphengine.session import Session
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the verb."""
+    from graphengine.cli.common import add_file_arguments
+
+    add_file_arguments(parser)
+    parser.add_argument(
+        "--for", metavar="TIME", dest="duration", type=duration, help="simulation time to run: 10, 10s, 500ms, 2min"
+    )
+    parser.add_argument(
+        "--rate",
+        type=rate,
+        default=None,
+        help="realtime, max, or a factor of real time (default realtime; max for --transport memory)",
+    )
+    parser.add_argument("--transport", choices=("auto", "dds", "rclpy", "memory"), default="auto")
+    parser.add_argument("--keep-going", action="store_true", help="a node that raises ends its branch, not the run")
+
+
+def duration(text: str) -> float:
+    """Seconds of `10`, `10s`, `500ms`, `2min`."""
+    match = re.fullmatch(r"([0-9]*\.?[0-9]+)(s|ms|min|)", text.strip())
+    if match is None:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a time; write 10, 10s, 500ms or 2min")
+    return float(match[1]) * {"": 1.0, "s": 1.0, "ms": 1e-3, "min": 60.0}[match[2]]
+
+
+def rate(text: str) -> float:
+    """Seconds of simulation in a second of wall time; infinite for `max`."""
+    named = {"realtime": 1.0, "max": math.inf}
+    try:
+        factor = named[text] if text in named else float(text)
+    except ValueError:
+        factor = 0.0
+    if not factor > 0.0:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a rate; write realtime, max or a factor above 0")
+    return factor
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """0 when it ran to its end or was stopped, 1 with errors."""
+    from graphengine import build
+    from graphengine.cli.common import assemble, print_findings
+
+    assembly = assemble(arguments)
+    print_findings(assembly.findings)
+    if assembly.findings.errors:
+        assembly.world.close()
+        return 1
+    network, domain_id = _open_network(arguments, assembly)
+    console = Console(network)
+    environment = domain_id if "ROS_DOMAIN_ID" in os.environ else None
+    session = build.start(
+        assembly,
+        network,
+        domain_id=domain_id,
+        domain_from_environment=environment,
+        log=console.say,
+        fault=(lambda error: console.say("error", "", str(error))) if arguments.keep_going else None,
+    )
+    with session:
+        print(
+            f"{assembly.path}: {len(assembly.plans)} graphs, {_rate_of(session):g} Hz; {network.description}",
+            file=sys.stderr,
+        )
+        factor = arguments.rate or (math.inf if arguments.transport == "memory" else 1.0)
+        with _Signals(console):
+            try:
+                session.run(arguments.duration, None if math.isinf(factor) else factor, console.on_tick)
+            finally:
+                console.summarize(session)
+    return 0
+
+
+def _rate_of(session: Session) -> float:
+    return 1.0 / session.clock.delta
+
+
+def _open_network(arguments: argparse.Namespace, assembly: Assembly) -> tuple[LiveNetwork, int]:
+    """The network on the domain that the environment names."""
+    from dataclasses import replace
+
+    from graphengine.ros.domain import Domain
+    from graphengine.ros.network import LiveNetwork
+    from graphengine.ros.select import open_transport
+
+    domain = Domain.from_environment(os.environ)
+    name = re.sub(r"[^A-Za-z0-9_]", "_", assembly.path.stem)
+
+    def open_domain(number: int) -> Any:
+        return open_transport(arguments.transport, replace(domain, id=number), name, environ=os.environ)
+
+    return LiveNetwork(open_domain, domain.id, lambda text: print(f"warning: {text}", file=sys.stderr)), domain.id
+
+
+class _Signals:
+    """Ctrl-C and SIGTERM end the run after the tick; a second one ends the process."""
+
+    def __init__(self, console: Console) -> None:
+        self.console = console
+        self.before: dict[int, Any] = {}
+
+    def __enter__(self) -> None:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            self.before[number] = signal.signal(number, self._stop)
+
+    def _stop(self, number: int, frame: FrameType | None) -> None:
+        self.console.stopping = True
+        signal.signal(number, signal.SIG_DFL)
+
+    def __exit__(self, *_: object) -> None:
+        for number, handler in self.before.items():
+            signal.signal(number, handler)
+
+
+class Console:
+    """What a person sees of a run: a live line on a terminal, a plain line now and then elsewhere, a summary at the end."""
+
+    LIVE, PLAIN = 0.25, 10.0  # seconds of wall time between two lines
+
+    def __init__(self, network: LiveNetwork) -> None:
+        self.network = network
+        self.stopping = False
+        self.terminal = sys.stderr.isatty()
+        self.said: set[tuple[str, str, str]] = set()
+        self.start = self.last = time.perf_counter()
+        self.cpu_start = time.thread_time()
+        self.last_time = 0.0
+        self.last_sent = 0
+        self.last_cpu = self.cpu_start
+        self.last_frame = 0
+
+    def say(self, severity: str, node: str, message: str) -> None:
+        """A node's message, once."""
+        if (severity, node, message) not in self.said:
+            self.said.add((severity, node, message))
+            self._clear_line()
+            print(f"{severity}: {node + ': ' if node else ''}{message}", file=sys.stderr)
+
+    def on_tick(self, session: Session) -> bool:
+        """Called after each tick; False ends the run."""
+        now = time.perf_counter()
+        if now - self.last >= (self.LIVE if self.terminal else self.PLAIN):
+            elapsed, frames = now - self.last, session.clock.frame - self.last_frame
+            factor = (session.time - self.last_time) / elapsed
+            cpu = time.thread_time()
+            tick = (cpu - self.last_cpu) / frames if frames else 0.0
+            out = (self.network.sent - self.last_sent) / elapsed
+            line = f"t {session.time:9.2f} s   real time x{factor:<6.2f} tick {tick * 1e3:6.2f} ms   out {out:6.0f} messages/s"
+            print(
+                f"\r{line}\x1b[K" if self.terminal else line,
+                end="" if self.terminal else "\n",
+                file=sys.stderr,
+                flush=True,
+            )
+            self.last, self.last_time, self.last_sent = now, session.time, self.network.sent
+            self.last_cpu, self.last_frame = cpu, session.clock.frame
+        return not self.stopping
+
+    def _clear_line(self) -> None:
+        if self.terminal:
+            print("\r\x1b[K", end="", file=sys.stderr)
+
+    def summarize(self, session: Session) -> None:
+        """What was done, and how fast."""
+        self._clear_line()
+        wall = time.perf_counter() - self.start
+        ticks = session.clock.frame
+        tick = (time.thread_time() - self.cpu_start) / ticks if ticks else 0.0
+        print(
+            f"{ticks} ticks, {session.time:.3f} s of simulation in {wall:.3f} s (x{session.time / wall:.2f}), "
+            f"{tick * 1e3:.3f} ms a tick, {self.network.sent} messages",
+            file=sys.stderr,
+        )

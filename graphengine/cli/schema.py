@@ -1,0 +1,20 @@
+"""`graphrun schema`: JSON Schema for editors."""
+
+from __future__ import annotations
+
+import argparse
+import json
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the verb."""
+    parser.add_argument("kind", choices=("graph", "scene", "robot"))
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Print it."""
+    from graphengine.registry import default_registry
+    from graphengine.schema import make_schema
+
+    print(json.dumps(make_schema(arguments.kind, default_registry()), indent=2))
+    return 0

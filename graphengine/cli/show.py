@@ -1,0 +1,113 @@
+"""`graphrun show`: a graph's parts, its schedule, its generated source, or its picture."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from graphengine.plan import Call, Plan, Region
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the verb."""
+    from graphengine.cli.common import add_file_arguments
+
+    add_file_arguments(parser)
+    form = parser.add_mutually_exclusive_group()
+    form.add_argument(
+        "--schedule", action="store_true", help="the order in which nodes run, and what decides whether they do"
+    )
+    form.add_argument("--plan", action="store_true", help="the generated source of the tick")
+    form.add_argument("--mermaid", action="store_true", help="a picture, as Mermaid text")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """0 without errors, 1 with."""
+    from graphengine.cli.common import assemble, print_findings
+    from graphengine.codegen import write_source
+
+    assembly = assemble(arguments)
+    assembly.world.close()
+    if assembly.findings.errors:
+        print_findings(assembly.findings, stream=sys.stderr)
+        return 1
+    for number, plan in enumerate(assembly.plans):
+        if number:
+            print()
+        if arguments.mermaid:
+            print(mermaid(plan))
+        elif arguments.plan:
+            print(f"# {plan.graph.name}, {plan.graph.prim_path}\n{write_source(plan).text}", end="")
+        elif arguments.schedule:
+            print(schedule(plan))
+        else:
+            print(outline(plan))
+    return 0
+
+
+def outline(plan: Plan) -> str:
+    """Nodes with their types and set values, then the wires."""
+    graph = plan.graph
+    lines = [f"{graph.name}  at {graph.prim_path}, every {graph.runs.replace('_', ' ')}"]
+    for instance in graph.instances:
+        lines.append(f"  {instance.id}: {instance.cls.type_name}")
+        for port in instance.cls.fields.values():
+            if port.field in instance.literals:
+                unit = f" {port.unit}" if port.unit else ""
+                lines.append(f"    {port.name} = {getattr(instance.node, port.field)}{unit}")
+    lines += [f"  {wire}" for wire in sorted([*graph.exec_wires, *graph.data_wires], key=lambda wire: wire.order)]
+    return "\n".join(lines)
+
+
+def schedule(plan: Plan) -> str:
+    """Regions in the order they are opened, nodes in the order they run."""
+    graph = plan.graph
+    lines = [f"{graph.name}  at {graph.prim_path}, every {graph.runs.replace('_', ' ')}"]
+    constants = [graph.instances[refresh.node].id for refresh in plan.constants]
+    if constants:
+        lines.append(f"  once, before the first tick: {', '.join(constants)}")
+    for region in plan.regions:
+        lines.append(f"  {'each pass' if region.index == 0 else f'each time {region.title} fires'}")
+        lines += _calls(plan, region)
+    return "\n".join(lines)
+
+
+def _calls(plan: Plan, region: Region) -> Iterator[str]:
+    for call in region.calls:
+        for refresh in call.refreshes:
+            when = "when something it reads has changed" if refresh.if_stale else ""
+            yield _line(plan, refresh.node, "data", when)
+        yield _line(plan, call.node, call.kind, _when(plan, call))
+
+
+def _when(plan: Plan, call: Call) -> str:
+    if not call.guard:
+        return ""
+    sources = [str(wire.entry.source) for wire in plan.graph.exec_wires if wire.target == call.node]
+    return f"when {' or '.join(sources)} fires"
+
+
+def _line(plan: Plan, index: int, kind: str, when: str) -> str:
+    return f"    {plan.graph.instances[index].id:28} {kind:7} {when}".rstrip()
+
+
+def mermaid(plan: Plan) -> str:
+    """A flowchart: thick arrows carry execution, thin ones values."""
+    graph = plan.graph
+    lines = ["flowchart LR", f'  subgraph {_safe(graph.name)}["{graph.name}"]']
+    for instance in graph.instances:
+        short = instance.cls.type_name.rpartition(".")[2]
+        lines.append(f'    {_safe(graph.name)}_{instance.index}["{instance.id}<br/><small>{short}</small>"]')
+    for wire in sorted([*graph.exec_wires, *graph.data_wires], key=lambda wire: wire.order):
+        arrow = "==>" if wire in graph.exec_wires else "-->"
+        label = f"{wire.entry.source.port} to {wire.entry.target.port}"
+        name = _safe(graph.name)
+        lines.append(f'    {name}_{wire.source} {arrow}|"{label}"| {name}_{wire.target}')
+    return "\n".join([*lines, "  end"])
+
+
+def _safe(name: str) -> str:
+    return "".join(c if c.isalnum() else "_" for c in name)

@@ -1,0 +1,53 @@
+"""`graphrun topics`: what a scene says and hears, without running it."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import sys
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from graphengine.backend import TopicClaim
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the verb."""
+    from graphengine.cli.common import add_file_arguments
+
+    add_file_arguments(parser)
+    parser.add_argument("--format", choices=("text", "json"), default="text")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """0 without errors, 1 with."""
+    from graphengine.cli.common import assemble, print_findings, table
+
+    assembly = assemble(arguments)
+    assembly.world.close()
+    if assembly.findings.errors:
+        print_findings(assembly.findings, stream=sys.stderr)
+        return 1
+    claims = sorted(assembly.claims, key=lambda claim: (claim.topic, claim.direction, claim.node))
+    if arguments.format == "json":
+        print(json.dumps([dataclasses.asdict(claim) for claim in claims], indent=2))
+        return 0
+    rows = [("TOPIC", "", "TYPE", "RATE", "QOS", "FRAME", "NODE")]
+    rows += [_row(claim) for claim in claims]
+    print(table(rows))
+    return 0
+
+
+def _row(claim: TopicClaim) -> tuple[str, ...]:
+    arrow = "pub" if claim.direction == "publish" else "sub"
+    if claim.direction == "subscribe":
+        rate = ""
+    elif claim.latched:
+        rate = "once"
+    else:
+        rate = f"{claim.rate:g} Hz" if claim.rate else "on event"
+    qos = claim.qos
+    quality = f"{qos.reliability}, {qos.durability}, {qos.depth if qos.history == 'keepLast' else qos.history}"
+    frames = ", ".join(f"{parent} -> {child}" for parent, child in claim.transforms) or claim.frame_id
+    return claim.topic, arrow, claim.message_type, rate, quality, frames, claim.node

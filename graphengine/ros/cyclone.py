@@ -1,0 +1,195 @@
+"""Eclipse Cyclone DDS, wrapped: joining a domain as ROS 2 does, quality of service, and bytes in and out.
+
+Two functions of the package's C layer are not public: they alone move encoded bytes, and pin its version.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+import threading
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from cyclonedds import _clayer
+from cyclonedds.core import DDSException, Entity
+from cyclonedds.domain import Domain as DdsDomain
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.qos import Policy, Qos
+from cyclonedds.util import duration
+
+from graphengine.context import QoS
+from graphengine.diagnostics import TransportError
+from graphengine.ros.domain import Domain
+from graphengine.ros.qos import settled
+
+MAX_BLOCKING_MS = 100
+"""How long a write to a reader that does not keep up may last."""
+
+TIMEOUT: int = DDSException.DDS_RETCODE_TIMEOUT
+
+_ANY_STATE = 0x7F
+_BATCH = 64
+_UNLIMITED = -1
+_LOOPBACK = "127.0.0.1"
+_MAX_PARTICIPANTS = 32
+"""How many ROS 2 processes a host may have without multicast; rmw_cyclonedds_cpp has the same number."""
+
+
+def write(entity: Any, data: bytes) -> int:
+    """Send one CDR message; negative for one of Cyclone's error codes."""
+    code: int = _clayer.ddspy_write(entity._ref, data)
+    return code
+
+
+def take(entity: Any) -> Iterator[bytes]:
+    """Every message that a reader holds, oldest first; they are gone from the reader."""
+    while isinstance(samples := _clayer.ddspy_take(entity._ref, _ANY_STATE, _BATCH), list) and samples:
+        for data, info in samples:
+            if info.valid_data:
+                yield data
+
+
+def delete(entity: Any) -> None:
+    """Remove an entity, and all that was made from it, from the network; a second time does nothing."""
+    # What Python's collector would do, but now: references to the wrapper may linger, as in the traceback of an error.
+    Entity.__del__(entity)
+
+
+def reason(code: int) -> str:
+    """One of Cyclone's error codes in words."""
+    return str(DDSException(code)).strip()
+
+
+def endpoint_qos(qos: QoS, user_data: str) -> Qos:
+    """Policies of a writer or reader such that they match ROS 2 endpoints that were given the same profile."""
+    qos = settled(qos)
+    history = Policy.History.KeepAll if qos.history == "keepAll" else Policy.History.KeepLast(qos.depth)
+    lease = duration(seconds=qos.lease_duration) if qos.lease_duration else duration(infinite=True)
+    policies = [
+        history,
+        Policy.Reliability.Reliable(duration(milliseconds=MAX_BLOCKING_MS))
+        if qos.reliability == "reliable"
+        else Policy.Reliability.BestEffort,
+        Policy.Liveliness.ManualByTopic(lease)
+        if qos.liveliness == "manualByTopic"
+        else Policy.Liveliness.Automatic(lease),
+        # ROS 2 reads and writes the first version of XCDR only.
+        Policy.DataRepresentation(use_cdrv0_representation=True, use_xcdrv2_representation=False),
+        # Otherwise a writer that goes takes what late joiners should get, and readers see a disposed instance.
+        Policy.WriterDataLifecycle(autodispose=False),
+        Policy.Userdata(user_data.encode()),
+    ]
+    if qos.durability == "transientLocal":
+        policies.append(Policy.Durability.TransientLocal)
+        # Cyclone keeps for late joiners what this says, not what the history says.
+        policies.append(Policy.DurabilityService(0, history, _UNLIMITED, _UNLIMITED, _UNLIMITED))
+    if qos.deadline:
+        policies.append(Policy.Deadline(duration(seconds=qos.deadline)))
+    if qos.lifespan:
+        policies.append(Policy.Lifespan(duration(seconds=qos.lifespan)))
+    return Qos(*policies)
+
+
+@dataclass(slots=True)
+class _Joined:
+    """A DDS domain that this process is in, for all participants in it; Cyclone allows one configuration each."""
+
+    domain: Domain
+    entity: Any
+    participants: int = 0
+
+
+_joined: dict[int, _Joined] = {}
+_lock = threading.Lock()
+
+
+def join(domain: Domain, user_data: str) -> Any:
+    """A participant in a domain, with the configuration that its discovery range needs.
+
+    Raises:
+        TransportError: there is no network, or this process is in that domain with another configuration.
+    """
+    with _lock:
+        joined = _joined.get(domain.id)
+        if joined is None:
+            joined = _Joined(domain, _open(domain))
+        elif joined.domain != domain:
+            raise TransportError(f"this process is already in {joined.domain}: it cannot join {domain} besides")
+        try:
+            participant = DomainParticipant(domain.id, Qos(Policy.Userdata(user_data.encode())))
+        except DDSException as error:
+            if not joined.participants:
+                delete(joined.entity)
+            raise TransportError(f"cannot join {domain}: {error}") from error
+        joined.participants += 1
+        _joined[domain.id] = joined
+        return participant
+
+
+def leave(domain: Domain, participant: Any) -> None:
+    """Remove a participant; with the last one of a domain, Cyclone's threads and sockets for it go too."""
+    with _lock:
+        delete(participant)
+        joined = _joined[domain.id]
+        joined.participants -= 1
+        if not joined.participants:
+            delete(joined.entity)
+            del _joined[domain.id]
+
+
+def _open(domain: Domain) -> Any:
+    errors = []
+    for configuration in configurations(domain):
+        try:
+            return DdsDomain(domain.id, configuration)
+        except DDSException as error:
+            errors.append(str(error))
+    raise TransportError(f"cannot join {domain}: {errors[-1]}")
+
+
+def configurations(domain: Domain) -> list[str]:
+    """Configurations of Cyclone DDS for a domain, to be tried in order.
+
+    ROS 2's loopback traffic comes with loopback addresses, which Cyclone ignores unless `lo` is among its interfaces; where
+    `lo` is the only one, it cannot be named besides the one that Cyclone finds by itself.
+    """
+    if domain.cyclone_uri:
+        return [f"{_fragment(domain, '')},{domain.cyclone_uri}"]
+    if domain.discovery_range == "SYSTEM_DEFAULT":
+        return [""]
+    loopback = f'<NetworkInterface address="{_LOOPBACK}"{{}}/>'
+    if domain.discovery_range == "OFF":
+        return [_fragment(domain, loopback.format(""))]
+    both = '<NetworkInterface autodetermine="true"/>' + loopback.format(' multicast="true"')
+    return [_fragment(domain, both), _fragment(domain, loopback.format(""))]
+
+
+def _fragment(domain: Domain, interfaces: str) -> str:
+    """What rmw_cyclonedds_cpp configures for the same discovery range, and the interfaces."""
+    if domain.discovery_range == "SYSTEM_DEFAULT":
+        return ""
+    multicast = "true" if domain.discovery_range == "SUBNET" else "false"
+    general = f"<AllowMulticast>{multicast}</AllowMulticast>"
+    if interfaces:
+        general += f"<Interfaces>{interfaces}</Interfaces>"
+    if domain.discovery_range == "OFF":
+        # Only participants with the same tag meet.
+        discovery = f"<ParticipantIndex>none</ParticipantIndex><Tag>ros_discovery_off_{os.getpid()}</Tag>"
+    else:
+        peers = "".join(f'<Peer address="{address}"/>' for address in (_LOOPBACK, *map(_address, domain.static_peers)))
+        discovery = "<ParticipantIndex>auto</ParticipantIndex>"
+        discovery += f"<MaxAutoParticipantIndex>{_MAX_PARTICIPANTS}</MaxAutoParticipantIndex><Peers>{peers}</Peers>"
+    return (
+        f'<CycloneDDS><Domain Id="any"><General>{general}</General><Discovery>{discovery}</Discovery>'
+        "</Domain></CycloneDDS>"
+    )
+
+
+def _address(peer: str) -> str:
+    """The address of a host; Cyclone itself aborts the process over a name that cannot be resolved."""
+    try:
+        return socket.gethostbyname(peer)
+    except OSError as error:
+        raise TransportError(f"ROS_STATIC_PEERS names {peer!r}, which is no known host: {error}") from error

@@ -1,0 +1,73 @@
+"""DDS types of ROS messages: the names and the type information that Cyclone DDS announces and checks payloads with."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import types
+from typing import Any
+
+from cyclonedds.idl import IdlStruct
+from cyclonedds.idl import types as idl
+from cyclonedds.idl.annotations import final
+from rosbags.interfaces import Nodetype
+
+from graphengine.ros.messages import DEFINITIONS, message_class
+
+_SCALARS: dict[str, Any] = {
+    "bool": bool,
+    "byte": idl.uint8,
+    "char": idl.uint8,
+    "int8": idl.int8,
+    "uint8": idl.uint8,
+    "int16": idl.int16,
+    "uint16": idl.uint16,
+    "int32": idl.int32,
+    "uint32": idl.uint32,
+    "int64": idl.int64,
+    "uint64": idl.uint64,
+    "float32": idl.float32,
+    "float64": idl.float64,
+    "string": str,
+}
+
+
+def dds_name(message_type: str) -> str:
+    """The name of a message type on the wire: `nav_msgs::msg::dds_::Odometry_` for `nav_msgs/msg/Odometry`."""
+    package, kind, name = message_type.split("/")
+    return f"{package}::{kind}::dds_::{name}_"
+
+
+@functools.cache
+def idl_type(message_type: str) -> type[Any]:
+    """A class that describes the message to Cyclone DDS; it is never instantiated.
+
+    Raises:
+        MessageError: there is no such type.
+    """
+    message_class(message_type)
+    _, fields = DEFINITIONS.fielddefs[message_type]
+    namespace = {"__annotations__": {name: _idl(field) for name, field in fields}, "__module__": __name__}
+    name = dds_name(message_type)
+    made = types.new_class(
+        name.rpartition("::")[2],
+        (IdlStruct,),
+        {"typename": name.replace("::", ".")},
+        lambda body: body.update(namespace),
+    )
+    # ROS types are final for XTypes: an appendable one would have another encoding.
+    described: type[Any] = final(dataclasses.dataclass(made))
+    return described
+
+
+def _idl(description: Any) -> Any:
+    kind, detail = description
+    if kind == Nodetype.NAME:
+        return idl_type(detail)
+    if kind == Nodetype.BASE:
+        name, bound = detail
+        return idl.bounded_str[bound] if bound else _SCALARS[name]
+    element, count = detail
+    if kind == Nodetype.ARRAY:
+        return idl.array[_idl(element), count]
+    return idl.sequence[_idl(element), count] if count else idl.sequence[_idl(element)]
