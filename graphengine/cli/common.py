@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 def add_file_arguments(parser: argparse.ArgumentParser, *, many: bool = False) -> None:
     """The file, and what may be changed about it from outside."""
-    help = "a scene or graph file, or the name of one that ships, such as dd100_warehouse or dd100/cmd_vel"
-    parser.add_argument("files" if many else "file", metavar="SCENE|GRAPH", nargs="+" if many else None, help=help)
+    what = "a scene or graph file, or the name of one that ships, such as dd100_warehouse or dd100/cmd_vel"
+    parser.add_argument("files" if many else "file", metavar="SCENE|GRAPH", nargs="+" if many else None, help=what)
     parser.add_argument("--scene", metavar="SCENE", help="scene to put a single graph into")
     parser.add_argument(
         "--set",

@@ -33,7 +33,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.format == "json":
         print(json.dumps([dataclasses.asdict(claim) for claim in claims], indent=2))
         return 0
-    rows = [("TOPIC", "", "TYPE", "RATE", "QOS", "FRAME", "NODE")]
+    rows: list[tuple[str, ...]] = [("TOPIC", "", "TYPE", "RATE", "QOS", "FRAME", "NODE")]
     rows += [_row(claim) for claim in claims]
     print(table(rows))
     return 0

@@ -249,6 +249,6 @@ class DdsTransport:
                     writer.refresh()
 
 
-def _gid(entity: Any) -> messages.Gid:
-    """How ROS 2 calls an entity: the 16 bytes of its RTPS GUID."""
+def _gid(entity: Any) -> Any:
+    """How ROS 2 calls an entity: the 16 bytes of its RTPS GUID, as a Gid."""
     return messages.Gid(np.frombuffer(entity.guid.bytes, np.uint8))

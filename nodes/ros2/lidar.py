@@ -143,12 +143,11 @@ class ROS2RtxLidarHelper(Node, type="isaacsim.ros2.bridge.ROS2RtxLidarHelper"):
             points["emitter_id"] = hit
         if "ChannelId" in names:
             points["channel_id"] = hit
-        fields = [
-            messages.PointField(
-                name, offset, _FLOAT32 if kind.base.kind == "f" else _UINT32, int(np.prod(kind.shape, dtype=int))
-            )
-            for name, (kind, offset, *_) in (points.dtype.fields or {}).items()
-        ]
+        fields = []
+        for name in points.dtype.names or ():
+            kind, offset = points.dtype[name], points.dtype.fields[name][1]  # type: ignore[index]
+            code = _FLOAT32 if kind.base.kind == "f" else _UINT32
+            fields.append(messages.PointField(name, offset, code, int(np.prod(kind.shape, dtype=int))))
         data = points.view(np.uint8).reshape(-1) if len(points) else np.zeros(0, np.uint8)
         size = points.dtype.itemsize
         header = messages.header(self.stamp(scan), self.frame_id)
