@@ -1,0 +1,15 @@
+#!/bin/sh
+# Everything that must hold, on one Python: style, types, layers, tests. Makes its own environment in .venv-<version>.
+set -eu
+cd "$(dirname "$0")/.."
+python=${PYTHON:-python3}
+venv=.venv-$("$python" -c 'import sys; print("%d.%d" % sys.version_info[:2])')
+"$python" -m venv "$venv"
+"$venv/bin/pip" install --quiet --disable-pip-version-check --editable '.[test]'
+PATH="$PWD/$venv/bin:$PATH"
+export PATH
+ruff check .
+ruff format --check --quiet .
+mypy
+lint-imports --no-cache
+python -m pytest "$@"
