@@ -13,13 +13,13 @@ from typing import Any
 from graphengine import check, document, spec
 from graphengine.backend import DryWorld, Network, TopicClaim, World
 from graphengine.diagnostics import Findings, NodeError, Span, UsageError
-from graphengine.files import Files, NotFoundError
+from graphengine.files import Files, NotFoundError, shipped
 from graphengine.node_context import Services, SimulationClock
 from graphengine.plan import Plan, make_plan
 from graphengine.registry import Registry, default_registry
 from graphengine.resolve import Override, resolve
 from graphengine.session import GraphRun, Session
-from graphengine.spec import GraphUse, Loaded, SceneSpec
+from graphengine.spec import GraphUse, SceneSpec
 from graphengine.stage import Stage, normalize
 from graphengine.template import load_graph
 
@@ -104,42 +104,35 @@ def _scene_uses(assembly: Assembly, path: Path, files: Files, options: Options) 
     scene = spec.read(SceneSpec, path, assembly.findings)
     if scene is None:
         return []
-    uses = _file_uses(scene, scene.spec.graphs, "", {}, files, assembly.findings)
+    uses: list[_Use] = []
+    for graph, use in scene.spec.graphs.items():
+        span = scene.document.span("graphs", graph, "use")
+        uses += _find_use(use, graph, span, scene.folder, {}, files, assembly.findings)
     loaded = load_world(scene, files, assembly.findings, seed=options.seed)
     if loaded is None:
         return uses
     assembly.world, assembly.has_scene = loaded.simulation, True
     for name, robot in loaded.robots.items():
-        bindings = {"robot": f"/{name}"}
-        for source, graphs in robot.graphs:
-            uses += _file_uses(source, graphs, name, bindings, files, assembly.findings)
-        if options.robot_state or scene.spec.robots[name].robot_state:
-            prim = assembly.world.stage.find(f"/{name}")
+        prim = assembly.world.stage.find(robot.prim_path)
+        for graph, use in robot.spec.graphs.items():
+            span, folder = robot.file.span("graphs", graph, "use"), robot.file.folder("graphs", graph, "use")
+            uses += _find_use(use, f"{name}/{graph}", span, folder, {"robot": prim.path}, files, assembly.findings)
+        if options.robot_state or robot.use.robot_state:
             root = str(prim.facts.get("articulation_root") or prim.facts.get("base_link"))
-            bindings = {"robot": f"/{name}", "root": root}
-            uses.append(_Use(files.find("graphs/robot_state.yaml", path.parent), f"{name}/robot_state", bindings, ""))
+            path = files.find("graphs/robot_state.yaml", shipped())
+            uses.append(_Use(path, f"{name}/robot_state", {"robot": prim.path, "root": root}, ""))
     return uses
 
 
-def _file_uses(
-    source: Loaded[Any],
-    graphs: Mapping[str, GraphUse],
-    robot: str,
-    bindings: Mapping[str, Any],
-    files: Files,
-    findings: Findings,
+def _find_use(
+    use: GraphUse, name: str, span: Span, folder: Path, bindings: Mapping[str, Any], files: Files, findings: Findings
 ) -> list[_Use]:
-    uses = []
-    for name, use in graphs.items():
-        span = source.document.span("graphs", name, "use")
-        try:
-            path = files.find(use.use, source.folder)
-        except NotFoundError as error:
-            findings.add("S101", f"graph {name!r}: {error.message}", span, *error.help)
-            continue
-        full = f"{robot}/{name}" if robot else name
-        uses.append(_Use(path, full, {**bindings, **use.parameters}, use.at, span))
-    return uses
+    try:
+        path = files.find(use.use, folder)
+    except NotFoundError as error:
+        findings.add("S101", f"graph {name!r}: {error.message}", span, *error.help)
+        return []
+    return [_Use(path, name, {**bindings, **use.parameters}, use.at, span)]
 
 
 def _graph_uses(assembly: Assembly, path: Path, found: document.Document, files: Files, options: Options) -> list[_Use]:

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import difflib
 import json
+import unicodedata
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
@@ -96,7 +97,7 @@ class Span:
     length: int = 1
 
     def __str__(self) -> str:
-        return f"{self.source.path}:{self.line}:{self.column}"
+        return f"{printable(self.source.path)}:{self.line}:{self.column}"
 
     def part(self, offset: int, length: int) -> Span:
         """The place of a part of this one, on the same line."""
@@ -121,12 +122,13 @@ class Finding:
     def render(self) -> str:
         """Text for people: place, sentence, source line, caret, help."""
         where = f"{self.span}: " if self.span else ""
-        parts = [f"{where}{self.severity} {self.code}: {self.message}"]
+        first, *more = self.message.split("\n")
+        parts = [f"{where}{self.severity} {self.code}: {printable(first)}"]
         if self.span:
             parts += _excerpt(self.span)
-        parts += [f"  {line}" for line in self.help]
+        parts += [f"  {printable(line)}" for line in (*more, *self.help)]
         for span, label in self.related:
-            parts.append(f"  {span}: {label}")
+            parts.append(f"  {span}: {printable(label)}")
             parts += _excerpt(span)
         return "\n".join(parts)
 
@@ -150,17 +152,40 @@ def _place(span: Span | None) -> dict[str, Any]:
 
 
 _WIDTH = 160
+_LONGEST = 2000
+
+
+def printable(text: str) -> str:
+    """Text on one line that cannot steer a terminal, whatever a file or its name holds."""
+    text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
+    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
 
 
 def _excerpt(span: Span) -> list[str]:
     """The source line and a caret below it; a window of it where the line is very long."""
     if not 1 <= span.line <= len(span.source.lines):
         return []
-    line = span.source.lines[span.line - 1].replace("\t", " ")
-    start = max(0, min(span.column - 1 - _WIDTH // 2, len(line) - _WIDTH)) if len(line) > _WIDTH else 0
-    text = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in line[start : start + _WIDTH])
-    at = span.column - 1 - start
-    return [f"{span.line:>6} | {text}", f"       | {' ' * at}{'^' * max(1, min(span.length, len(text) - at))}"]
+    line = span.source.lines[span.line - 1].rstrip("\r").replace("\t", " ")
+    start = max(0, min(span.column - 1 - _WIDTH // 2, len(line) - _WIDTH))
+    text = printable(line[start : start + _WIDTH])
+    if start > 0:
+        text = f"…{text[1:]}"
+    if start + _WIDTH < len(line):
+        text = f"{text[:-1]}…"
+    at = max(span.column - 1 - start, 0)
+    before, below = text[:at].ljust(at), text[at : at + max(span.length, 1)] or " "
+    return [f"{span.line:>6} | {text}", f"       | {' ' * _width(before)}{'^' * max(_width(below), 1)}"]
+
+
+def _width(text: str) -> int:
+    """Columns that a terminal gives a text."""
+    return sum(
+        0 if unicodedata.combining(c) else 2 if unicodedata.east_asian_width(c) in ("W", "F") else 1 for c in text
+    )
+
+
+MAX_ERRORS = 1000
+"""So many mistakes are told; what follows is dropped."""
 
 
 @dataclass(slots=True)
@@ -168,6 +193,8 @@ class Findings:
     """A list that grows while a file is read, so that one run tells everything."""
 
     items: list[Finding] = field(default_factory=list)
+    _known: set[object] = field(default_factory=set, repr=False)
+    _errors: int = 0
 
     def add(
         self,
@@ -177,11 +204,22 @@ class Findings:
         *help: str,
         related: Iterable[tuple[Span, str]] = (),
     ) -> None:
-        """Append a finding; equal findings are kept once; empty help lines are dropped."""
-        assert code in CODES, code
-        finding = Finding(code, message, span, tuple(line for line in help if line), tuple(related))
-        if finding not in self.items:
-            self.items.append(finding)
+        """Append a finding; empty help lines are dropped."""
+        self.put(Finding(code, message, span, tuple(line for line in help if line), tuple(related)))
+
+    def put(self, finding: Finding) -> None:
+        """Append a finding; equal findings are kept once."""
+        assert finding.code in CODES, finding.code
+        if self._errors > MAX_ERRORS:
+            return
+        key = (finding.code, finding.message, str(finding.span), finding.help, tuple(map(str, finding.related)))
+        if key in self._known:
+            return
+        self._known.add(key)
+        self._errors += finding.severity == "error"
+        if self._errors > MAX_ERRORS:
+            finding = Finding("G105", f"more than {MAX_ERRORS} mistakes; the others are not told")
+        self.items.append(finding)
 
     @property
     def errors(self) -> list[Finding]:

@@ -6,8 +6,10 @@ is read in a loop, not by recursion, so that depth is a limit of ours and not of
 
 from __future__ import annotations
 
+import math
 import os
 import re
+import stat
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,10 +17,11 @@ from typing import Any
 
 import yaml
 
-from graphengine.diagnostics import Findings, Source, Span
+from graphengine.diagnostics import Findings, Source, Span, did_you_mean
 
 MAX_BYTES = 8_000_000
 MAX_DEPTH = 64
+"""Levels of nesting, those that aliases repeat counted."""
 MAX_VALUES = 400_000
 """Values in a document, counted again for each alias that repeats them."""
 
@@ -33,6 +36,32 @@ _HEX = re.compile(r"0x[0-9a-fA-F]+\Z")
 _FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?\Z")
 _INF = re.compile(r"([-+]?)\.(?:inf|Inf|INF)\Z")
 _NAN = re.compile(r"\.(?:nan|NaN|NAN)\Z")
+
+_LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
+"""What the parser takes for the end of a line."""
+_ILLEGAL = re.compile("[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]")
+_DIRECTIVE = re.compile(r"(?:[ \t]*(?:#.*)?(?:\r\n?|\n))*%TAG")
+
+_ADVICE: tuple[tuple[str, str], ...] = (
+    ("mapping values are not allowed", "quote a text that holds ': '; keys of one mapping begin in the same column"),
+    ("could not find expected ':'", "a key is followed by ':' and a blank; text of several words may need quotes"),
+    ("did not find expected key", "keys of one mapping begin in the same column"),
+    ("expected '-' indicator", "entries of one list begin with '- ' in the same column"),
+    ("expected ','", "a bracket is not closed, or a comma is missing"),
+    ("expected node content", "a bracket is not closed, or a value is missing"),
+    ("cannot start any token", "quote a text that begins with this character"),
+    ("alphabetic or numeric character", "quote a text that begins with '*' or '&'"),
+    ("unexpected end of stream", "a quote is not closed"),
+    ("unknown escape character", "in single quotes a backslash is itself; in double quotes write it twice"),
+    ("incompatible YAML document", "remove the line %YAML"),
+)
+"""What to do about the parser's complaints."""
+_OPENED = {
+    "while parsing a flow sequence": "the list that begins here",
+    "while parsing a flow mapping": "the mapping that begins here",
+    "while parsing a block mapping": "the mapping that begins here",
+    "while parsing a block collection": "the list that begins here",
+}
 
 Location = tuple[str | int, ...]
 
@@ -105,10 +134,15 @@ def load(path: str | os.PathLike[str], findings: Findings, shown_as: str | None 
     shown = shown_as or os.fspath(path)
     nowhere = Span(Source(shown, ()), 1, 1)
     try:
-        with open(path, "rb") as file:
-            raw = file.read(MAX_BYTES + 1)
-    except OSError as error:
-        findings.add("G101", f"cannot read {shown!r}: {error.strerror or error}", nowhere)
+        with open(path, "rb", opener=_open) as file:
+            regular = stat.S_ISREG(os.fstat(file.fileno()).st_mode)
+            raw = file.read(MAX_BYTES + 1) if regular else b""
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        findings.add("G101", f"cannot read {shown!r}: {reason}", nowhere)
+        return None
+    if not regular:
+        findings.add("G101", f"cannot read {shown!r}: not a regular file", nowhere)
         return None
     if len(raw) > MAX_BYTES:
         findings.add(
@@ -118,37 +152,57 @@ def load(path: str | os.PathLike[str], findings: Findings, shown_as: str | None 
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        line = raw.count(b"\n", 0, error.start) + 1
-        span = Span(Source(shown, ()), line, error.start - raw.rfind(b"\n", 0, error.start))
-        findings.add("G101", f"{shown!r} is not UTF-8 text: byte 0x{raw[error.start]:02x}", span)
+        before = _LINE_END.split(raw[: error.start].decode("utf-8", "ignore"))
+        source = Source(shown, tuple(_LINE_END.split(raw.decode("utf-8", "replace"))))
+        span = Span(source, len(before), len(before[-1]) + 1)
+        findings.add(
+            "G101", f"{shown!r} is not UTF-8 text: byte 0x{raw[error.start]:02x}", span, "save the file as UTF-8"
+        )
         return None
     return parse(text, shown, findings)
 
 
+def _open(path: str, flags: int) -> int:
+    """Open without waiting for the other end of a pipe."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+
+
 def parse(text: str, shown_as: str, findings: Findings) -> Document | None:
     """Read YAML text; `shown_as` is the path that messages name."""
-    source = Source(shown_as, tuple(text.split("\n")))
+    source = Source(shown_as, tuple(_LINE_END.split(text)))
+    if illegal := _ILLEGAL.search(text) or _DIRECTIVE.match(text):
+        before = _LINE_END.split(text[: illegal.end() - 1])
+        span = Span(source, len(before), len(before[-1]) + 1)
+        if illegal.re is _DIRECTIVE:
+            findings.add("G104", "tags are not allowed, nor the directive %TAG", span.part(-3, 4))
+        else:
+            findings.add("G102", f"YAML syntax: character U+{ord(illegal[0]):04X} is not allowed", span)
+        return None
     builder = _Builder(source, findings)
     try:
         for event in _events(text):
             if not builder.add(event):
                 return None
     except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        span = Span(source, mark.line + 1, mark.column + 1) if mark else Span(source, 1, 1)
-        problem = str(error.problem or error.context or "not YAML")
-        tabs = "indent with spaces, not tabs" if "\\t" in problem else ""
-        findings.add("G102", f"YAML syntax: {problem}", span, tabs)
+        _report_syntax(error, source, findings)
         return None
-    except yaml.reader.ReaderError as error:
-        position = error.position if isinstance(error.position, int) else 0
-        line = text.count("\n", 0, position) + 1
-        findings.add("G102", f"YAML syntax: character that YAML does not allow ({error.reason})", Span(source, line, 1))
-        return None
-    if builder.root is None:
+    if builder.root is None or builder.root.data is None:
         findings.add("G102", "the file is empty", Span(source, 1, 1))
         return None
     return Document(source, builder.root)
+
+
+def _report_syntax(error: yaml.MarkedYAMLError, source: Source, findings: Findings) -> None:
+    """The parser's complaint, where it arose or else where what it was reading began, and what to do about it."""
+    problem, context = str(error.problem or "not YAML"), str(error.context or "")
+    spans = [Span(source, m.line + 1, m.column + 1) for m in (error.problem_mark, error.context_mark) if m]
+    span = spans[-1 if context.startswith("while scanning a") else 0] if spans else Span(source, 1, 1)
+    line = source.lines[span.line - 1] if span.line <= len(source.lines) else ""
+    advice = next((text for needle, text in _ADVICE if needle in problem), "")
+    if "\t" in line[: span.column]:
+        advice = "indent with spaces, not tabs"
+    related = [(spans[1], _OPENED[context])] if context in _OPENED and len(spans) > 1 else []
+    findings.add("G102", f"YAML syntax: {problem}", span, advice, related=related)
 
 
 def _events(text: str) -> Iterator[Any]:
@@ -165,9 +219,13 @@ class _Open:
     value: Value
     key: str | None = None
     key_span: Span | None = None
+    drop: bool = False
+    """The key was refused, so its value goes nowhere."""
     anchor: str | None = None
     first: int = 0
     """Number of values before this one, to know its size when an alias repeats it."""
+    depth: int = 1
+    """Levels of nesting in it."""
 
 
 class _Builder:
@@ -178,7 +236,8 @@ class _Builder:
         self.findings = findings
         self.root: Value | None = None
         self.stack: list[_Open] = []
-        self.anchors: dict[str, tuple[Value, int]] = {}
+        self.anchors: dict[str, tuple[Value, int, int]] = {}
+        """Of each anchor the value, how many values it holds, and its levels of nesting."""
         self.count = 0
         self.documents = 0
 
@@ -195,7 +254,7 @@ class _Builder:
             return self._open(event)
         elif isinstance(event, yaml.MappingEndEvent | yaml.SequenceEndEvent):
             frame = self.stack.pop()
-            return self._place(frame.value, frame.anchor, self.count - frame.first)
+            return self._place(frame.value, frame.anchor, self.count - frame.first, frame.depth)
         elif isinstance(event, yaml.AliasEvent):
             return self._alias(event)
         return True
@@ -208,23 +267,34 @@ class _Builder:
     def _counted(self, span: Span, more: int = 1) -> bool:
         self.count += more
         if self.count > MAX_VALUES:
-            self.findings.add("G105", f"more than {MAX_VALUES} values in one file, aliases counted", span)
+            help = "split the file, or repeat less with aliases"
+            self.findings.add("G105", f"more than {MAX_VALUES} values in one file, aliases counted", span, help)
             return False
         return True
 
+    def _shallow(self, span: Span, levels: int) -> bool:
+        if len(self.stack) + levels > MAX_DEPTH:
+            self.findings.add("G105", f"nested more than {MAX_DEPTH} levels deep", span)
+            return False
+        return True
+
+    def _at_key(self) -> bool:
+        """Whether a key comes next."""
+        return bool(self.stack) and isinstance(self.stack[-1].value.data, dict) and self.stack[-1].key is None
+
     def _tag_refused(self, event: Any, span: Span) -> None:
-        if event.tag is not None and event.tag != "!":
-            self.findings.add("G104", f"tag {str(event.tag)[:80]!r} is not allowed", span, "write plain YAML values")
+        if event.tag is not None:
+            tag = str(event.tag).replace("tag:yaml.org,2002:", "!!")[:80]
+            self.findings.add("G104", f"tags are not allowed: {tag!r}", span, "remove it; quotes make a value a text")
 
     def _open(self, event: Any) -> bool:
         span = self._span(event)
-        if len(self.stack) >= MAX_DEPTH:
-            self.findings.add("G105", f"nested more than {MAX_DEPTH} levels deep", span)
+        if not self._shallow(span, 1):
             return False
         self._tag_refused(event, span)
-        is_key = bool(self.stack) and isinstance(self.stack[-1].value.data, dict) and self.stack[-1].key is None
-        if is_key:
-            self.findings.add("G104", "a key must be a string", span)
+        if self._at_key():
+            what = "mapping" if isinstance(event, yaml.MappingStartEvent) else "list"
+            self.findings.add("G104", f"a key must be a string, not a {what}", span, "quote it if it is a text")
             return False
         data: Any = {} if isinstance(event, yaml.MappingStartEvent) else []
         self.stack.append(_Open(Value(span, data), anchor=event.anchor, first=self.count))
@@ -234,39 +304,46 @@ class _Builder:
         span = self._span(event)
         self._tag_refused(event, span)
         plain = not event.style  # libyaml says "", the Python parser None
-        if self.stack and isinstance(self.stack[-1].value.data, dict) and self.stack[-1].key is None:
-            return self._key(event.value, plain, span)
+        if self._at_key():
+            return self._key(event, plain, span)
         data = self._resolve(event.value, span) if plain else event.value
-        return self._counted(span) and self._place(Value(span, data, plain=plain), event.anchor, 1)
+        return self._counted(span) and self._place(Value(span, data, plain=plain), event.anchor, 1, 0)
 
-    def _key(self, text: str, plain: bool, span: Span) -> bool:
-        frame = self.stack[-1]
+    def _key(self, event: Any, plain: bool, span: Span) -> bool:
+        frame, text = self.stack[-1], event.value
+        frame.key, frame.key_span, frame.drop = text, span, False
         if plain and text == "<<":
             self.findings.add("G104", "merge keys are not allowed", span, "write the keys out")
+            frame.drop = True
         elif plain and not isinstance(self._resolve(text, span), str):
-            self.findings.add("G104", f"a key must be a string, {text!r} is not", span, f'write "{text}"')
-        frame.key, frame.key_span = text, span
+            quoted = f'"{text[:80]}"' if text else '""'
+            self.findings.add("G104", f"a key must be a string, {text[:80]!r} is not", span, f"write {quoted}")
+            frame.drop = True
+        if event.anchor is not None:
+            self.anchors[event.anchor] = (Value(span, text, plain=plain), 1, 0)
         return True
 
     def _alias(self, event: Any) -> bool:
         span = self._span(event)
         if event.anchor not in self.anchors:
-            self.findings.add("G102", f"YAML syntax: alias of an unknown anchor {event.anchor!r}", span)
+            hint = did_you_mean(event.anchor, self.anchors) or "quote a text that begins with '*'"
+            self.findings.add("G102", f"YAML syntax: no anchor {event.anchor!r} before this", span, hint)
             return False
-        if self.stack and isinstance(self.stack[-1].value.data, dict) and self.stack[-1].key is None:
-            self.findings.add("G104", "a key must be a string, not an alias", span)
+        if self._at_key():
+            self.findings.add("G104", "a key must be a string, not an alias", span, "write the key out")
             return False
-        value, size = self.anchors[event.anchor]
-        return self._counted(span, size) and self._place(value, None, size)
+        value, size, depth = self.anchors[event.anchor]
+        return self._counted(span, size) and self._shallow(span, depth) and self._place(value, None, size, depth)
 
-    def _place(self, value: Value, anchor: str | None, size: int) -> bool:
+    def _place(self, value: Value, anchor: str | None, size: int, depth: int) -> bool:
         """Put a finished value where it belongs."""
         if anchor is not None:
-            self.anchors[anchor] = (value, size)
+            self.anchors[anchor] = (value, size, depth)
         if not self.stack:
             self.root = value
             return True
         frame = self.stack[-1]
+        frame.depth = max(frame.depth, depth + 1)
         if isinstance(frame.value.data, list):
             frame.value.data.append(value)
             return True
@@ -275,8 +352,10 @@ class _Builder:
         key, span, frame.key = frame.key, frame.key_span, None
         if key in frame.value.data:
             first = frame.value.keys[key]
-            self.findings.add("G103", f"key {key[:80]!r} stands twice", span, related=[(first, "first here")])
-        else:
+            self.findings.add(
+                "G103", f"key {key[:80]!r} stands twice", span, "rename or remove one", related=[(first, "first here")]
+            )
+        elif not frame.drop:
             frame.value.data[key] = value
             frame.value.keys[key] = span
         return True
@@ -287,15 +366,17 @@ class _Builder:
             return None
         if _BOOL.match(text):
             return text[0] in "tT"
-        if _INT.match(text):
+        if _INT.match(text) or _OCTAL.match(text) or _HEX.match(text):
             if len(text) > 40:
-                self.findings.add("G109", "an integer of more than 40 digits", span)
+                self.findings.add("G109", "a whole number of more than 40 characters", span)
                 return 0
-            return int(text)
-        if _OCTAL.match(text) or _HEX.match(text):
-            return int(text, 0) if len(text) <= 42 else 0
+            return int(text, 0 if text[:2] in ("0o", "0x") else 10)
         if _FLOAT.match(text):
-            return float(text)
+            number = float(text)
+            if math.isinf(number):
+                self.findings.add("G109", f"{text[:80]} is too large for a number", span, "infinity is written .inf")
+                return 0.0
+            return number
         if match := _INF.match(text):
             return float(match[1] + "inf")
         if _NAN.match(text):

@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
 import numpy as np
 
+from graphengine.diagnostics import PrimError
 from graphengine.node import ExecIn, In, Node, Out, State
+from graphengine.registry import lint
 from graphengine.types import Doubles
+from nodes.core import IsaacArticulationController
+
+if TYPE_CHECKING:
+    from graphengine.check import LintContext
+    from graphengine.resolve import Instance
+    from graphengine.stage import Prim
 
 
 class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.DifferentialController"):
@@ -60,3 +71,55 @@ class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.Different
 def _limit(value: float, limit: float) -> float:
     """Within plus and minus the limit; 0 is no limit."""
     return value if limit == 0.0 else min(max(value, -limit), limit)
+
+
+TOLERANCE = 0.01
+"""Share by which a controller's geometry may differ from the robot's before a lint tells."""
+
+
+@lint("W201")
+def lint_wheel_geometry(context: LintContext) -> None:
+    """Compare each controller's wheel radius and distance with those of the robot whose joints it drives."""
+    for controller, robot, joints in _driven(context):
+        node = controller.node
+        assert isinstance(node, DifferentialController)
+        radii = [robot.facts.get("wheel_radii", {}).get(joint) for joint in joints]
+        known = [radius for radius in radii if radius]
+        if known and _differs(node.wheel_radius, known[0]):
+            effect = f"the robot will drive at {known[0] / abs(node.wheel_radius):.3g} of the speed it is told"
+            span = controller.entry.span("inputs", "wheelRadius")
+            what = f"wheelRadius is {node.wheel_radius:g} m, but the wheels of {robot.path} have {known[0]:g} m"
+            context.findings.add("W201", what, span, effect, f"write wheelRadius: {known[0]:g}")
+        distance = robot.facts.get("wheel_distance")
+        if distance and _differs(node.wheel_distance, distance):
+            effect = (
+                f"turns will come out at {abs(node.wheel_distance) / distance:.3g} of what the wheel speeds should give"
+            )
+            span = controller.entry.span("inputs", "wheelDistance")
+            what = (
+                f"wheelDistance is {node.wheel_distance:g} m, but the wheels of {robot.path} are {distance:g} m apart"
+            )
+            context.findings.add("W202", what, span, effect, f"write wheelDistance: {distance:g}")
+
+
+def _driven(context: LintContext) -> Iterator[tuple[Instance, Prim, tuple[str, ...]]]:
+    """Controllers whose wheel speeds go to a robot's joints, with the robot and the joints."""
+    for plan in context.graphs:
+        for wire in plan.graph.data_wires:
+            source, target = plan.graph.instances[wire.source], plan.graph.instances[wire.target]
+            drives = target.node
+            if not isinstance(source.node, DifferentialController) or not isinstance(
+                drives, IsaacArticulationController
+            ):
+                continue
+            path = drives.robot_path or (drives.target_prim[0] if drives.target_prim else "")
+            try:
+                robot = context.stage.stands_for_robot(context.stage.find(path)) if path else None
+            except PrimError:
+                continue
+            if robot is not None:
+                yield source, robot, drives.joint_names or tuple(robot.facts.get("joints", ()))
+
+
+def _differs(value: float, true: float) -> bool:
+    return value != 0.0 and abs(abs(value) - true) > TOLERANCE * true

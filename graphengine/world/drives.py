@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 from graphengine.spec import JointSpec
 
@@ -47,13 +46,3 @@ def position_servo(joint: str) -> str:
 def velocity_servo(joint: str) -> str:
     """Name of the actuator that pulls a joint to its target velocity."""
     return f"{joint}.velocity"
-
-
-def add_servos(spec: Any, joint: str, drive: Drive, transmission: Any) -> None:
-    """Add a joint's servos to an MjSpec."""
-    if drive.stiffness > 0:
-        servo = spec.add_actuator(name=position_servo(joint), target=joint, trntype=transmission)
-        servo.set_to_position(kp=drive.stiffness)
-    if drive.damping > 0:
-        servo = spec.add_actuator(name=velocity_servo(joint), target=joint, trntype=transmission)
-        servo.set_to_velocity(kv=drive.damping)

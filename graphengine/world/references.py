@@ -22,7 +22,7 @@ MAX_COPIES = 20_000
 _FOLDERS = {"mesh": "meshdir", "skin": "meshdir", "flexcomp": "meshdir", "hfield": "meshdir", "texture": "texturedir"}
 """Which of the compiler's folders an element's files lie in; `assetdir` sets both."""
 _NAMED_BY_FILE = ("mesh", "hfield", "texture")
-_READABLE_MESHES = (".stl", ".obj", ".msh")
+READABLE_MESHES = (".stl", ".obj", ".msh")
 _GROWING = (
     ("texture", "width", "height"),
     ("hfield", "nrow", "ncol"),
@@ -59,12 +59,12 @@ class Library:
             around = (folder, *folder.resolve().parents)
             places = [place for parent in around for place in (parent / package / rest, parent / rest)]
         key = self._take(element, "filename", reference, places, "S103")
-        if key and Path(key).suffix.lower() not in _READABLE_MESHES:
+        if key and Path(key).suffix.lower() not in READABLE_MESHES:
             self.findings.add(
                 "S103",
                 f"MuJoCo cannot read {Path(reference).suffix!r} meshes",
                 element.place("filename"),
-                f"convert it to one of {', '.join(_READABLE_MESHES)}, or collide with a box, cylinder or sphere",
+                f"convert it to one of {', '.join(READABLE_MESHES)}, or collide with a box, cylinder or sphere",
             )
 
     def _model(self, path: Path, nested: list[Path]) -> Element | None:

@@ -12,6 +12,7 @@ from graphengine.files import Files, NotFoundError
 from graphengine.spec import RobotSpec, RobotUse
 from graphengine.world import urdf as descriptions
 from graphengine.world.drives import Drive, drive_of
+from graphengine.world.poses import rotate
 from graphengine.world.profiles import SensorProfile, read_profiles
 from graphengine.world.robotfile import RobotFile
 from graphengine.world.urdf import Joint, Urdf, shape_of
@@ -82,8 +83,9 @@ class Robot:
         driven = [joint for joint in self.moving if joint.name in self.drives and self.urdf.wheel(joint)]
         if len(driven) != 2:
             return None
+        axle = rotate(self.urdf.pose_in_root(driven[0].child)[1], driven[0].axis)
         centres = [wheel[1] for joint in driven if (wheel := self.urdf.wheel(joint))]
-        return abs(sum((a - b) * c for a, b, c in zip(*centres, driven[0].axis, strict=True)))
+        return abs(sum((a - b) * c for a, b, c in zip(*centres, axle, strict=True)))
 
 
 def load_robot(name: str, use: RobotUse, file: RobotFile, files: Files, findings: Findings) -> Robot | None:

@@ -1,0 +1,44 @@
+"""MuJoCo as the rest of this package imports it: it keeps quiet, and tells of trouble in ways that can be read.
+
+Left alone, MuJoCo prints each warning and appends it to ./MUJOCO_LOG.TXT. Warnings are counted in MjData all the same, which is
+where `Simulation` looks.
+"""
+
+from __future__ import annotations
+
+import mujoco
+
+
+def _ignore(_: str) -> None:
+    """Take a warning that is counted elsewhere."""
+
+
+if mujoco.get_mju_user_warning() is None:
+    mujoco.set_mju_user_warning(_ignore)
+
+RAYS_AND_PICTURES = 0
+"""Geom group of what both rays and cameras see."""
+PICTURES = 2
+"""Geom group of visuals that stand before a collider of the same body."""
+RAYS = 3
+"""Geom group of colliders behind visuals."""
+NEITHER = 4
+"""Geom group of what nothing sees."""
+OWN = 5
+"""Geom group that a robot's geoms are in while its own sensors cast rays."""
+
+
+def sort_geoms(model: mujoco.MjModel) -> None:
+    """Give each geom one of the groups above, so that a ray meets everything once.
+
+    Rays see colliders; of a body without any they see the visuals. Cameras see what they saw before: groups 0 to 2.
+    """
+    collides = (model.geom_contype | model.geom_conaffinity) != 0
+    solid_bodies = set(model.geom_bodyid[collides].tolist())
+    for geom in range(model.ngeom):
+        rays = bool(collides[geom]) or int(model.geom_bodyid[geom]) not in solid_bodies
+        pictures = model.geom_group[geom] <= 2
+        if rays:
+            model.geom_group[geom] = RAYS_AND_PICTURES if pictures else RAYS
+        else:
+            model.geom_group[geom] = PICTURES if pictures else NEITHER

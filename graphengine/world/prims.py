@@ -1,0 +1,214 @@
+"""The stage of a scene: prims for robots, their links, joints, materials, frames and sensors, and for the world's bodies.
+
+Mounts of sensors and frames are prims only. Physics knows nothing of them; their poses follow from the body that carries them.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection
+from typing import Any
+
+from graphengine.diagnostics import AmbiguousPrimError, Findings, PrimError, Span, did_you_mean, listing
+from graphengine.spec import SensorSpec
+from graphengine.stage import Prim, PrimKind, Stage
+from graphengine.world.engine import mujoco
+from graphengine.world.poses import from_orientation
+from graphengine.world.profiles import LidarProfile, RigProfile, angles
+from graphengine.world.robot import Robot
+
+
+def prim_name(name: str) -> str:
+    """A name as USD allows it: letters, digits and '_'."""
+    plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
+    return f"_{plain}" if plain[:1].isdigit() else plain
+
+
+def within(stage: Stage, robot: str, reference: str) -> Prim:
+    """The prim that a robot file means: a path below the robot, or a name that only one of its prims has.
+
+    Raises:
+        PrimError: there is none, or, as AmbiguousPrimError, more than one.
+    """
+    path = f"/{robot}/{reference}"
+    if path in stage:
+        return stage.find(path)
+    prims = list(stage.find(f"/{robot}").descendants())
+    named = [prim for prim in prims if prim.name == reference]
+    if len(named) > 1:
+        paths = [prim.path.removeprefix(f"/{robot}/") for prim in named]
+        raise AmbiguousPrimError(f"{reference!r} could mean {len(named)} prims", reference, listing(paths, "write one of"))
+    if not named:
+        names = {prim.name for prim in prims if prim.kind != "scope"}
+        near = did_you_mean(reference, names) or listing(sorted(names), "prims")
+        raise PrimError(f"the robot has no prim {reference!r}", reference, near)
+    return named[0]
+
+
+def add_robot(stage: Stage, robot: Robot, bodies: Collection[str], findings: Findings) -> None:
+    """Define a robot's prims.
+
+    Args:
+        stage: takes them.
+        robot: checked.
+        bodies: names in the physics model; a link that is not among them is a frame.
+        findings: takes prims that do not exist or exist twice.
+    """
+    _Builder(stage, robot, bodies, findings).build()
+
+
+class _Builder:
+    def __init__(self, stage: Stage, robot: Robot, bodies: Collection[str], findings: Findings) -> None:
+        self.stage = stage
+        self.robot = robot
+        self.bodies = bodies
+        self.findings = findings
+
+    def build(self) -> None:
+        """The robot, then what hangs on it, then what is written on prims."""
+        robot, file = self.robot, self.robot.file
+        links = self._links()
+        self.stage.find(robot.prim_path).facts.update(
+            base_link=links[robot.spec.base_link],
+            articulation_root=links[robot.articulation_root],
+            joints=tuple(joint.name for joint in robot.moving),
+            prismatic=tuple(joint.type == "prismatic" for joint in robot.moving),
+            wheel_radii=robot.wheel_radii,
+            track=robot.track,
+            urdf=robot.urdf_text,
+            fixed_transforms=robot.fixed_transforms,
+        )
+        self._joints(links)
+        for name, frame in robot.spec.frames.items():
+            pose = {"position": frame.position, "orientation": from_orientation(frame.orientation)}
+            self._mount("frames", name, "frame", frame.parent, pose)
+        for name, sensor in robot.spec.sensors.items():
+            self._sensor(name, sensor)
+        for reference, value in robot.spec.namespaces.items():
+            self._write("namespaces", reference, lambda prim, value=value: setattr(prim, "namespace", value))
+        if robot.use.namespace is not None:
+            self.stage.find(links[robot.spec.base_link]).namespace = robot.use.namespace
+        for reference, value in robot.spec.name_overrides.items():
+            self._write("name_overrides", reference, lambda prim, value=value: setattr(prim, "name_override", value))
+        for name, material in robot.spec.materials.items():
+            path, span = f"{robot.prim_path}/Materials/{name}", file.key_span("materials", name)
+            self._add(path, "material", span, facts=material.model_dump())
+
+    def _add(self, path: str, kind: PrimKind, span: Span, **facts: Any) -> Prim | None:
+        try:
+            return self.stage.add(path, kind, **facts)
+        except PrimError as error:
+            self.findings.add("S105", error.message, span, *error.help)
+            return None
+
+    def _links(self) -> dict[str, str]:
+        """Define the robot and its links; their paths by name."""
+        robot = self.robot
+        self.stage.add(
+            robot.prim_path,
+            "robot",
+            position=robot.use.position,
+            orientation=from_orientation(robot.use.orientation),
+            body=f"{robot.name}/{robot.spec.base_link}",
+        )
+        paths: dict[str, str] = {}
+        for link in robot.urdf.depth_first():
+            name = prim_name(link.name)
+            above = paths[link.carrier.parent] if link.carrier else f"{robot.prim_path}/Geometry"
+            position, orientation = link.carrier.pose if link.carrier else ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+            body = f"{robot.name}/{link.name}"
+            paths[link.name] = f"{above}/{name}"
+            self._add(
+                paths[link.name],
+                "link",
+                link.element.place("name"),
+                position=position,
+                orientation=orientation,
+                body=body if body in self.bodies else None,
+                name_override="" if name == link.name else link.name,
+                facts={"link": link.name},
+            )
+        return paths
+
+    def _joints(self, links: dict[str, str]) -> None:
+        for joint in self.robot.urdf.joints.values():
+            name = prim_name(joint.name)
+            self._add(
+                f"{self.robot.prim_path}/Physics/{name}",
+                "joint",
+                joint.element.place("name"),
+                name_override="" if name == joint.name else joint.name,
+                facts={
+                    "joint": joint.name,
+                    "type": joint.type,
+                    "enabled": joint.name not in self.robot.disabled,
+                    "parent": links[joint.parent],
+                    "child": links[joint.child],
+                    "drive": self.robot.drives.get(joint.name),
+                },
+            )
+
+    def _mount(self, section: str, name: str, kind: PrimKind, parent: str, pose: dict[str, Any], **facts: Any) -> str:
+        """Define a prim below the one that a robot file names; its path, empty if there is none."""
+        file = self.robot.file
+        try:
+            above = within(self.stage, self.robot.name, parent)
+        except PrimError as error:
+            self.findings.add("S104", error.message, file.span(section, name, "parent"), *error.help)
+            return ""
+        prim = self._add(f"{above.path}/{name}", kind, file.key_span(section, name), facts=facts, **pose)
+        return prim.path if prim is not None else ""
+
+    def _write(self, section: str, reference: str, change: Callable[[Prim], None]) -> None:
+        try:
+            change(within(self.stage, self.robot.name, reference))
+        except PrimError as error:
+            self.findings.add("S104", error.message, self.robot.file.key_span(section, reference), *error.help)
+
+    def _sensor(self, name: str, sensor: SensorSpec) -> None:
+        pose = {"position": sensor.position, "orientation": from_orientation(sensor.orientation)}
+        path = self._mount("sensors", name, "sensor", sensor.parent, pose, type=sensor.type)
+        profile = self.robot.profiles.get(name)
+        if not path or profile is None:
+            return
+        span = self.robot.file.key_span("sensors", name)
+        if profile.lidar is not None:
+            self._add(f"{path}/Lidar", "lidar", span, facts=_lidar_facts(profile.lidar, sensor, profile.sensor))
+        if profile.rig is not None:
+            self._rig(path, profile.rig, span)
+
+    def _rig(self, path: str, rig: RigProfile, span: Span) -> None:
+        housing = f"{path}/{rig.housing}"
+        self._add(housing, "sensor", span)
+        for name, part in rig.parts.items():
+            facts = part.model_dump(include={"size", "fov_deg", "clip", "depth", "rate"})
+            orientation = from_orientation(part.orientation)
+            self._add(f"{housing}/{name}", part.kind, span, position=part.position, orientation=orientation, facts=facts)
+
+
+def _lidar_facts(lidar: LidarProfile, sensor: SensorSpec, profile: str) -> dict[str, Any]:
+    return {
+        "profile": profile,
+        "rate": lidar.rate,
+        "angles": angles(lidar.beams),
+        "ranges": (lidar.near, lidar.far),
+        "no_return": sensor.no_return,
+        "noise_std": sensor.noise_std,
+    }
+
+
+def add_world(stage: Stage, model: mujoco.MjModel, robots: Collection[str]) -> None:
+    """Define a prim below /World for every body of the model that belongs to no robot."""
+    paths = {0: "/World"}
+    stage.add("/World", "scope")
+    for index in range(1, model.nbody):
+        body = model.body(index)
+        parent = int(model.body_parentid[index])
+        if parent not in paths or any(body.name.startswith(f"{robot}/") for robot in robots):
+            continue
+        path = f"{paths[parent]}/{prim_name(body.name)}"
+        paths[index] = path if path not in stage else f"{path}_{index}"
+        w, x, y, z = body.quat.tolist()
+        stage.add(
+            paths[index], "body", position=tuple(body.pos.tolist()), orientation=(x, y, z, w), body=body.name
+        )
