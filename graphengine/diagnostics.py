@@ -33,7 +33,7 @@ CODES: dict[str, str] = {
     "G106": "unknown key",
     "G107": "missing key",
     "G108": "wrong type of value",
-    "G109": "value out of range",
+    "G109": "value that is not legal",
     "G110": "unknown format version",
     "G111": "unknown parameter",
     "G201": "unknown node type",
@@ -258,9 +258,12 @@ def to_json(findings: Sequence[Finding]) -> str:
 
 def did_you_mean(name: str, legal: Iterable[str], wording: str = "did you mean {}?") -> str:
     """A suggestion when a legal name is near, else the empty string."""
-    names = sorted(set(legal))
-    near = difflib.get_close_matches(name[:200], names, n=3, cutoff=0.6)
-    if not near:
+    names, name = sorted(set(legal)), name[:200]
+    near = difflib.get_close_matches(name, names, n=3, cutoff=0.6)
+    if near:
+        scores = [difflib.SequenceMatcher(None, other, name).ratio() for other in near]
+        near = [other for other, score in zip(near, scores, strict=True) if score > scores[0] - 0.05]
+    else:
         folded = {n.lower(): n for n in names}
         near = [folded[name.lower()]] if name.lower() in folded else []
     return wording.format(" or ".join(repr(n) for n in near)) if near else ""
@@ -273,6 +276,18 @@ def listing(names: Iterable[str], what: str = "legal") -> str:
         return f"{what}: none"
     more = f", … ({len(all_names) - 20} more)" if len(all_names) > 20 else ""
     return f"{what}: {', '.join(all_names[:20])}{more}"
+
+
+def shown(value: object) -> str:
+    """A value from a file in few words, for `got …`."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if value is None:
+        return "nothing"
+    if isinstance(value, dict):
+        return "a mapping"
+    text = "a list" if isinstance(value, list) else repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 class GraphError(Exception):

@@ -40,7 +40,6 @@ _NAN = re.compile(r"\.(?:nan|NaN|NAN)\Z")
 _LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
 """What the parser takes for the end of a line."""
 _ILLEGAL = re.compile("[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]")
-_DIRECTIVE = re.compile(r"(?:[ \t]*(?:#.*)?(?:\r\n?|\n))*%TAG")
 
 _ADVICE: tuple[tuple[str, str], ...] = (
     ("mapping values are not allowed", "quote a text that holds ': '; keys of one mapping begin in the same column"),
@@ -49,6 +48,7 @@ _ADVICE: tuple[tuple[str, str], ...] = (
     ("expected '-' indicator", "entries of one list begin with '- ' in the same column"),
     ("expected ','", "a bracket is not closed, or a comma is missing"),
     ("expected node content", "a bracket is not closed, or a value is missing"),
+    ("tab character", "indent with spaces, not tabs"),
     ("cannot start any token", "quote a text that begins with this character"),
     ("alphabetic or numeric character", "quote a text that begins with '*' or '&'"),
     ("unexpected end of stream", "a quote is not closed"),
@@ -56,6 +56,8 @@ _ADVICE: tuple[tuple[str, str], ...] = (
     ("incompatible YAML document", "remove the line %YAML"),
 )
 """What to do about the parser's complaints."""
+_FROM_ITS_BEGINNING = ("while scanning a simple key", "while scanning a quoted scalar", "while scanning an a")
+"""What the parser was reading when the mistake lies where that began."""
 _OPENED = {
     "while parsing a flow sequence": "the list that begins here",
     "while parsing a flow mapping": "the mapping that begins here",
@@ -170,13 +172,14 @@ def _open(path: str, flags: int) -> int:
 def parse(text: str, shown_as: str, findings: Findings) -> Document | None:
     """Read YAML text; `shown_as` is the path that messages name."""
     source = Source(shown_as, tuple(_LINE_END.split(text)))
-    if illegal := _ILLEGAL.search(text) or _DIRECTIVE.match(text):
-        before = _LINE_END.split(text[: illegal.end() - 1])
+    if illegal := _ILLEGAL.search(text):
+        before = _LINE_END.split(text[: illegal.start()])
         span = Span(source, len(before), len(before[-1]) + 1)
-        if illegal.re is _DIRECTIVE:
-            findings.add("G104", "tags are not allowed, nor the directive %TAG", span.part(-3, 4))
-        else:
-            findings.add("G102", f"YAML syntax: character U+{ord(illegal[0]):04X} is not allowed", span)
+        findings.add("G102", f"YAML syntax: character U+{ord(illegal[0]):04X} is not allowed", span)
+        return None
+    tags = next((number for number, line in enumerate(source.lines, 1) if line.startswith("%TAG")), None)
+    if tags is not None:  # refused here because the parser takes minutes for very many of them
+        findings.add("G104", "tags are not allowed, nor the directive %TAG", Span(source, tags, 1, 4), "remove it")
         return None
     builder = _Builder(source, findings)
     try:
@@ -196,10 +199,9 @@ def _report_syntax(error: yaml.MarkedYAMLError, source: Source, findings: Findin
     """The parser's complaint, where it arose or else where what it was reading began, and what to do about it."""
     problem, context = str(error.problem or "not YAML"), str(error.context or "")
     spans = [Span(source, m.line + 1, m.column + 1) for m in (error.problem_mark, error.context_mark) if m]
-    span = spans[-1 if context.startswith("while scanning a") else 0] if spans else Span(source, 1, 1)
-    line = source.lines[span.line - 1] if span.line <= len(source.lines) else ""
+    span = spans[-1 if context.startswith(_FROM_ITS_BEGINNING) else 0] if spans else Span(source, 1, 1)
     advice = next((text for needle, text in _ADVICE if needle in problem), "")
-    if "\t" in line[: span.column]:
+    if "\t" in source.lines[span.line - 1][span.column - 1 : span.column]:
         advice = "indent with spaces, not tabs"
     related = [(spans[1], _OPENED[context])] if context in _OPENED and len(spans) > 1 else []
     findings.add("G102", f"YAML syntax: {problem}", span, advice, related=related)
@@ -267,8 +269,8 @@ class _Builder:
     def _counted(self, span: Span, more: int = 1) -> bool:
         self.count += more
         if self.count > MAX_VALUES:
-            help = "split the file, or repeat less with aliases"
-            self.findings.add("G105", f"more than {MAX_VALUES} values in one file, aliases counted", span, help)
+            message = f"more than {MAX_VALUES} values in one file, aliases counted"
+            self.findings.add("G105", message, span, "split the file, or repeat less with aliases")
             return False
         return True
 

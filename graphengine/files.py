@@ -7,6 +7,7 @@ stranger reads nothing else.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -50,28 +51,30 @@ class Files:
         base = shipped()
         places = [folder / reference, base / reference, base / "scenes" / reference, base / "graphs" / reference]
         for place in places:
-            if place.is_file():
+            if os.path.isfile(place):  # which takes a name that no file can have for one that is not there
                 if not self.may_read(place):
                     raise NotFoundError(
                         f"{reference!r} lies outside the folder of the file you gave",
                         f"allow it with --allow {place.resolve().parent}",
                     )
                 return place
-        looked = list(dict.fromkeys(str(place.parent) for place in places[:2]))
+        looked = list(dict.fromkeys(repr(str(place.parent)) for place in places[:2]))
         raise NotFoundError(f"no file {reference!r}", self._near(reference, places), f"looked in {', '.join(looked)}")
 
     def may_read(self, path: Path) -> bool:
         """Whether a file lies below one of the roots, links followed."""
-        resolved = path.resolve()
+        try:
+            resolved = path.resolve()
+        except (OSError, RuntimeError, ValueError):  # a name that no file can have, a loop of links
+            return False
         return any(resolved.is_relative_to(root) for root in self.roots)
 
     def _near(self, reference: str, places: Sequence[Path]) -> str:
         names: list[str] = []
         for place in places:
-            if place.parent.is_dir() and self.may_read(place.parent / "x"):
-                names += [
-                    str(Path(reference).parent / entry.name) for entry in place.parent.iterdir() if entry.is_file()
-                ]
+            if self.may_read(place.parent) and os.access(place.parent, os.R_OK) and os.path.isdir(place.parent):
+                files = [name for name in os.listdir(place.parent) if os.path.isfile(place.parent / name)]
+                names += [str(Path(reference).parent / name) for name in files]
         return did_you_mean(reference, names)
 
 
@@ -84,7 +87,7 @@ def find_given(name: str, folder: str) -> Path:
     base = shipped()
     places = [Path(name), base / folder / name, base / folder / f"{name}.yaml", base / name]
     for place in places:
-        if place.is_file():
+        if os.path.isfile(place):
             return place
     known = sorted(str(path.relative_to(base / folder).with_suffix("")) for path in (base / folder).rglob("*.yaml"))
     raise NotFoundError(

@@ -84,8 +84,10 @@ class Registry:
         return None
 
     def suggest(self, name: str) -> str:
-        """Names near to one that is unknown, or where the legal ones are listed."""
-        return did_you_mean(name, [*self.short_names, *self.types]) or "`graphrun nodes` lists every type"
+        """Names near to one that is unknown, or where the legal ones are listed, and which plugins are missing."""
+        near = did_you_mean(name, [*self.short_names, *self.types]) or "`graphrun nodes` lists every type"
+        missing = [f"{plugin} could not be imported ({problem})" for plugin, problem in self.broken.items()]
+        return "; ".join([near, *missing])
 
     def add_module(self, module: ModuleType, owner: str, *, built_in: bool = False) -> None:
         """Register every node class of a module, and of its submodules if it is a package.
@@ -97,23 +99,35 @@ class Registry:
             info.name for info in pkgutil.walk_packages(getattr(module, "__path__", []), module.__name__ + ".")
         )
         modules = [module, *map(importlib.import_module, names)]
-        for member in modules:
-            for cls in _classes(vars(member).values(), member.__name__):
-                self.add(cls, owner, built_in=built_in)
+        classes = [cls for member in modules for cls in _classes(vars(member).values(), member.__name__)]
+        for cls in classes:
+            self._refuse_clash(cls, owner)
+        for cls in classes:
+            self.add(cls, owner, built_in=built_in)
 
     def add(self, cls: type[Node], owner: str = "", *, built_in: bool = False) -> None:
-        """Register one node class under its name, its aliases and, for a built-in, its short names."""
+        """Register one node class under its name, its aliases and, for a built-in, its short names.
+
+        Raises:
+            GraphError: another class has the name.
+        """
+        self._refuse_clash(cls, owner)
         for name in (cls.type_name, *cls.aliases):
-            other = self.types.setdefault(name, cls)
-            if other is not cls:
-                raise GraphError(
-                    f"two node types are called {name!r}: {other.__module__}.{other.__name__} of {self.owners[name]}, "
-                    f"and {cls.__module__}.{cls.__name__} of {owner}"
-                )
+            self.types[name] = cls
             self.owners[name] = owner
         if built_in:
             for short in short_names(cls.type_name):
                 self.short_names.setdefault(short, cls.type_name)
+
+    def _refuse_clash(self, cls: type[Node], owner: str) -> None:
+        for name in (cls.type_name, *cls.aliases):
+            taken = self.short_names.get(name, name)
+            other = self.types.get(taken, cls)
+            if other is not cls:
+                raise GraphError(
+                    f"two node types are called {name!r}: {other.__module__}.{other.__qualname__} of "
+                    f"{self.owners[taken]}, and {cls.__module__}.{cls.__qualname__} of {owner}"
+                )
 
 
 def short_names(type_name: str) -> list[str]:
@@ -143,6 +157,6 @@ def default_registry() -> Registry:
         owner = entry.dist.name if entry.dist else entry.name
         try:
             registry.add_module(entry.load(), owner)
-        except Exception as error:  # a plugin may fail in any way; its types are then simply not there
-            registry.broken[owner] = f"{type(error).__name__}: {error}"
+        except (Exception, SystemExit) as error:  # a plugin may fail in any way; its types are then simply not there
+            registry.broken[f"{owner}: {entry.value}"] = f"{type(error).__name__}: {error}"
     return registry

@@ -12,10 +12,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from graphengine import document as documents
-from graphengine.diagnostics import Findings, did_you_mean, listing
+from graphengine.diagnostics import MAX_ERRORS, Findings, did_you_mean, listing, shown
 from graphengine.document import Document, Location
 
 FORMAT = 1
@@ -24,11 +24,19 @@ FORMAT = 1
 class Spec(BaseModel):
     """Base of everything that is read from YAML: no unknown keys, no conversions, no changes."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+
+def _plain_path(path: str) -> str:
+    if any(part in (".", "..") for part in path.split("/")):
+        raise ValueError("a prim path is written without '.' and '..'")
+    return path
 
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=200)]
 Vector = Annotated[tuple[float, float, float], Field(strict=False)]
+PrimPath = Annotated[str, AfterValidator(_plain_path)]
+Connection = Annotated[str, Field(max_length=1000)]
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
 Format = Annotated[Literal[1], Field(description="Version of the file format; missing means 1.")]
@@ -65,8 +73,10 @@ class NodeSpec(Spec):
 
     @model_validator(mode="after")
     def _type_or_subgraph(self) -> NodeSpec:
-        if bool(self.type) == bool(self.subgraph):
+        if not self.type and not self.subgraph:
             raise ValueError("a node needs a type, or a subgraph in its place")
+        if self.type and self.subgraph:
+            raise ValueError("a node has a type or a subgraph, not both")
         return self
 
 
@@ -76,12 +86,12 @@ class GraphSpec(Spec):
     format: Format = 1
     graph: Name = Field(description="Name of the graph.")
     doc: str = ""
-    at: str = Field(default="", description="The graph's own prim; namespaces are collected from here.")
+    at: PrimPath = Field(default="", description="The graph's own prim; namespaces are collected from here.")
     parameters: dict[Name, ParameterSpec] = {}
     runs: Literal["tick", "physics_step"] = "tick"
     variables: dict[Name, VariableSpec] = {}
     nodes: dict[Name, NodeSpec] = {}
-    connections: tuple[str, ...] = Field(
+    connections: tuple[Connection, ...] = Field(
         default=(), description="One wire a line: Node.port -> Node.port", strict=False
     )
     inputs: dict[str, str] = Field(default={}, description="Ports that the graph has as a subgraph: name to Node.port.")
@@ -114,7 +124,7 @@ class GraphUse(Spec):
     """A graph file put somewhere, with values for its parameters."""
 
     use: str
-    at: str = Field(default="", description="Overrides the graph file's own `at`.")
+    at: PrimPath = Field(default="", description="Overrides the graph file's own `at`.")
     parameters: dict[Name, Any] = {}
 
 
@@ -247,13 +257,13 @@ _PLAIN: Mapping[str, tuple[str, str]] = {
     "missing": ("G107", "missing key {name!r}"),
     "extra_forbidden": ("G106", "unknown key {name!r}"),
     "literal_error": ("G109", "{name}: expected {expected}, got {input}"),
-    "greater_than": ("G109", "{name}: expected a value > {gt}, got {input}"),
-    "greater_than_equal": ("G109", "{name}: expected a value ≥ {ge}, got {input}"),
-    "less_than": ("G109", "{name}: expected a value < {lt}, got {input}"),
-    "less_than_equal": ("G109", "{name}: expected a value ≤ {le}, got {input}"),
+    "greater_than": ("G109", "{name}: expected a value > {gt:g}, got {input}"),
+    "greater_than_equal": ("G109", "{name}: expected a value ≥ {ge:g}, got {input}"),
+    "less_than": ("G109", "{name}: expected a value < {lt:g}, got {input}"),
+    "less_than_equal": ("G109", "{name}: expected a value ≤ {le:g}, got {input}"),
     "string_pattern_mismatch": ("G109", "{input} is not a name: letters, digits and '_', not beginning with a digit"),
     "string_type": ("G108", "{name}: expected text, got {input}"),
-    "string_too_long": ("G109", "{name}: text too long"),
+    "string_too_long": ("G109", "{name}: text of more than {max_length} characters"),
     "float_type": ("G108", "{name}: expected a number, got {input}"),
     "int_type": ("G108", "{name}: expected a whole number, got {input}"),
     "bool_type": ("G108", "{name}: expected true or false, got {input}"),
@@ -261,13 +271,15 @@ _PLAIN: Mapping[str, tuple[str, str]] = {
     "model_type": ("G108", "{name}: expected a mapping, got {input}"),
     "model_attributes_type": ("G108", "{name}: expected a mapping, got {input}"),
     "tuple_type": ("G108", "{name}: expected a list, got {input}"),
-    "finite_number": ("G109", "{name}: expected a finite number"),
+    "too_long": ("G108", "{name}: expected {max_length} values, got {actual_length}"),
+    "finite_number": ("G109", "{name}: expected a finite number, got {input}"),
+    "value_error": ("G109", "{name}: {msg}"),
 }
 
 
 def validate(model: type[S], document: Document, data: Any, findings: Findings) -> S | None:
     """Plain data as a spec; what is wrong with it goes to `findings`, each at its place in the document."""
-    if isinstance(data, dict) and isinstance(data.get("format"), int) and data["format"] != FORMAT:
+    if isinstance(data, dict) and type(data.get("format")) is int and data["format"] != FORMAT:
         findings.add(
             "G110",
             f"format {data['format']} is not one this version reads",
@@ -278,58 +290,73 @@ def validate(model: type[S], document: Document, data: Any, findings: Findings) 
     try:
         return model.model_validate(data)
     except ValidationError as errors:
-        for error in errors.errors(include_url=False):
+        for error in errors.errors(include_url=False)[:MAX_ERRORS]:
             _report(model, document, typing.cast("dict[str, Any]", error), findings)
         return None
 
 
 def _report(model: type[Spec], document: Document, error: dict[str, Any], findings: Findings) -> None:
-    location: Location = tuple(error["loc"])
-    kind, name = error["type"], str(location[-1]) if location else "file"
+    location, kind = tuple(error["loc"]), error["type"]
+    is_key = bool(location) and location[-1] == "[key]"
+    location = location[:-1] if is_key else location
+    name = _name(location)
     code, template = _PLAIN.get(kind, ("G108", "{name}: {msg}"))
-    shown = repr(error["input"]) if not isinstance(error["input"], dict | list) else type(error["input"]).__name__
-    shown = {"dict": "a mapping", "list": "a list", "None": "nothing"}.get(shown, shown[:60])
     message = template.format(
-        name=name, input=shown, msg=error["msg"].removeprefix("Value error, "), **error.get("ctx", {})
+        name=name,
+        input=shown(error["input"]),
+        msg=error["msg"].removeprefix("Value error, "),
+        **{key: value for key, value in error.get("ctx", {}).items() if key != "error"},
     )
     if kind == "extra_forbidden":
-        legal = _keys(model, location[:-1])
+        models = _models_at(model, location[:-1])
+        legal = [key for found in models for key in found.model_fields]
+        hint = "values of ports stand below `inputs:`" if NodeSpec in models else ""
         near = did_you_mean(name, legal)
-        findings.add(code, message[:200], document.key_span(*location), near or listing(legal))
+        advice = (near,) if near else (listing(legal, "keys"), hint)
+        findings.add(code, message, document.key_span(*location), *advice)
     elif kind == "missing" and isinstance(location[-1], int):
-        findings.add("G108", f"{location[-2]}: too few values", document.span(*location[:-1]))
+        at = location[:-1]
+        wanted = [len(typing.get_args(found)) for found in _annotations_at(model, at)]
+        findings.add("G108", f"{_name(at)}: expected {max(wanted, default=0)} values, got fewer", document.span(*at))
     elif kind == "missing":
         parent = location[:-1]
         span = document.key_span(*parent) if parent else document.span().part(0, 1)
-        findings.add(
-            code,
-            message,
-            span,
-            f"it stands for: {_description(model, location)}" if _description(model, location) else "",
-        )
+        meaning = _description(model, location)
+        findings.add(code, message, span, f"it stands for: {meaning}" if meaning else "")
     else:
-        findings.add(code, message, document.span(*location))
+        value = document.find(*location)
+        whole = is_key or (value is not None and isinstance(value.data, dict))
+        span = document.key_span(*location) if whole else document.span(*location)
+        findings.add(code, message, span, "" if is_key else _description(model, location))
 
 
-def _models_at(model: Any, location: Location) -> list[type[BaseModel]]:
-    """The spec classes that may stand at a location, by walking annotations."""
-    origin, arguments = typing.get_origin(model), typing.get_args(model)
+def _name(location: Location) -> str:
+    """A key in words: `nodes`, `position[1]`, `file` for all of it."""
+    names = [part for part in location if isinstance(part, str)]
+    numbers = location[location.index(names[-1]) + 1 :] if names else location
+    return (names[-1] if names else "file") + "".join(f"[{number}]" for number in numbers)
+
+
+def _annotations_at(annotation: Any, location: Location) -> list[Any]:
+    """What may stand at a location: spec classes, tuples, scalars."""
+    origin, arguments = typing.get_origin(annotation), typing.get_args(annotation)
     if origin is Annotated:
-        return _models_at(arguments[0], location)
+        return _annotations_at(arguments[0], location)
     if origin in (typing.Union, types.UnionType):
-        return [found for argument in arguments for found in _models_at(argument, location)]
-    if isinstance(model, type) and issubclass(model, BaseModel):
-        if not location:
-            return [model]
-        known = model.model_fields.get(str(location[0]))
-        return _models_at(known.annotation, location[1:]) if known else []
-    if origin in (dict, tuple) and location:
-        return _models_at(arguments[1] if origin is dict else arguments[0], location[1:])
+        return [found for argument in arguments for found in _annotations_at(argument, location)]
+    if not location:
+        return [annotation]
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        known = annotation.model_fields.get(str(location[0]))
+        return _annotations_at(known.annotation, location[1:]) if known else []
+    if origin in (dict, tuple):
+        return _annotations_at(arguments[1] if origin is dict else arguments[0], location[1:])
     return []
 
 
-def _keys(model: type[Spec], location: Location) -> list[str]:
-    return [key for found in _models_at(model, location) for key in found.model_fields]
+def _models_at(model: type[Spec], location: Location) -> list[type[BaseModel]]:
+    found = _annotations_at(model, location)
+    return [one for one in found if isinstance(one, type) and issubclass(one, BaseModel)]
 
 
 def _description(model: type[Spec], location: Location) -> str:

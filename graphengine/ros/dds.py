@@ -10,7 +10,6 @@ from __future__ import annotations
 import atexit
 import logging
 import threading
-import time
 from collections.abc import Callable
 from typing import Any
 
@@ -23,10 +22,10 @@ from cyclonedds.util import duration
 
 from graphengine.context import QoS
 from graphengine.diagnostics import TransportError
-from graphengine.ros import cyclone, messages, names
+from graphengine.ros import cyclone, messages, names, rosout
 from graphengine.ros.domain import Domain
 from graphengine.ros.idl import idl_type
-from graphengine.ros.qos import LATCHED, PARAMETER_EVENTS, ROSOUT
+from graphengine.ros.qos import LATCHED, PARAMETER_EVENTS
 
 _log = logging.getLogger(__name__)
 
@@ -34,7 +33,6 @@ GRAPH_TOPIC = "ros_discovery_info"
 """Where every ROS 2 process tells which nodes it has, and which endpoints these have."""
 GRAPH_TYPE = "rmw_dds_common/msg/ParticipantEntitiesInfo"
 
-_LEVELS = {"info": messages.Log.INFO, "warning": messages.Log.WARN, "error": messages.Log.ERROR}
 _FOREVER = duration(infinite=True)
 
 
@@ -142,7 +140,7 @@ class DdsTransport:
             self._waitset = WaitSet(self._participant)
             self._waitset.attach(self._wake)
             self._graph = self._endpoint(DataWriter, GRAPH_TOPIC, GRAPH_TYPE, LATCHED)
-            self._rosout = self.writer("/rosout", "rcl_interfaces/msg/Log", ROSOUT)
+            self._rosout = self.writer(rosout.TOPIC, rosout.TYPE, rosout.QOS)
             self.writer("/parameter_events", "rcl_interfaces/msg/ParameterEvent", PARAMETER_EVENTS)
         except BaseException:
             cyclone.leave(domain, self._participant)
@@ -178,12 +176,9 @@ class DdsTransport:
 
     def log(self, severity: str, text: str) -> None:
         """Tell people who watch /rosout; severities are info, warning and error."""
-        name = f"{self._namespace}/{self._name}".strip("/").replace("/", ".")
-        level = _LEVELS.get(severity, messages.Log.INFO)
-        stamp = messages.Time(*divmod(time.time_ns(), 1_000_000_000))
         with self._lock:
             if not self._closed:
-                self._rosout.write(messages.encode(messages.Log(stamp, level, name, text, "", "", 0)))
+                self._rosout.write(rosout.record(self._namespace, self._name, severity, text))
 
     def close(self) -> None:
         """Withdraw the node, end the thread, and leave the network; safe to call twice."""

@@ -242,7 +242,7 @@ def _known(message_type: str) -> None:
 
 _SCALARS = {
     "bool": "?",
-    "byte": "B",
+    "byte": "b",  # rosbags takes it for signed, ROS 2 does not
     "char": "B",
     "int8": "b",
     "uint8": "B",
@@ -255,7 +255,7 @@ _SCALARS = {
     "float32": "<f",
     "float64": "<d",
 }
-_DTYPES = {"bool": "bool", "byte": "uint8", "char": "uint8"}
+_DTYPES: dict[str, tuple[str, ...]] = {"byte": ("uint8", "int8"), "char": ("uint8",)}
 
 
 def _fault(value: Any, description: Any, place: str) -> str:
@@ -273,12 +273,12 @@ def _fault(value: Any, description: Any, place: str) -> str:
     if kind == Nodetype.ARRAY and hasattr(value, "__len__") and len(value) != count:
         return f"{place} has {len(value)} elements, not {count}"
     if element[0] == Nodetype.BASE and element[1][0] != "string":
-        dtype = np.dtype(_DTYPES.get(element[1][0], element[1][0]))
+        dtypes = _DTYPES.get(element[1][0], (element[1][0],))
         if not isinstance(value, np.ndarray):
-            return f"{place} is {type(value).__name__}, not a numpy array of {dtype}"
-        if value.dtype != dtype or value.ndim != 1 or not value.flags.c_contiguous:
+            return f"{place} is {type(value).__name__}, not a numpy array of {dtypes[0]}"
+        if value.dtype.name not in dtypes or value.ndim != 1 or not value.flags.c_contiguous:
             layout = "" if value.flags.c_contiguous else "non-contiguous "
-            return f"{place} is a {layout}{value.ndim}-dimensional array of {value.dtype}, not a row of {dtype}"
+            return f"{place} is a {layout}{value.ndim}-dimensional array of {value.dtype}, not a row of {dtypes[0]}"
         return ""
     if not isinstance(value, list | tuple):
         return f"{place} is {type(value).__name__}, not a list"

@@ -6,7 +6,7 @@ where `Simulation` looks.
 
 from __future__ import annotations
 
-import mujoco
+import mujoco as mujoco  # the name is exported
 
 
 def _ignore(_: str) -> None:

@@ -6,7 +6,7 @@ Mounts of sensors and frames are prims only. Physics knows nothing of them; thei
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from typing import Any
 
 from graphengine.diagnostics import AmbiguousPrimError, Findings, PrimError, Span, did_you_mean, listing
@@ -37,7 +37,9 @@ def within(stage: Stage, robot: str, reference: str) -> Prim:
     named = [prim for prim in prims if prim.name == reference]
     if len(named) > 1:
         paths = [prim.path.removeprefix(f"/{robot}/") for prim in named]
-        raise AmbiguousPrimError(f"{reference!r} could mean {len(named)} prims", reference, listing(paths, "write one of"))
+        raise AmbiguousPrimError(
+            f"{reference!r} could mean {len(named)} prims", reference, listing(paths, "write one of")
+        )
     if not named:
         names = {prim.name for prim in prims if prim.kind != "scope"}
         near = did_you_mean(reference, names) or listing(sorted(names), "prims")
@@ -85,11 +87,11 @@ class _Builder:
         for name, sensor in robot.spec.sensors.items():
             self._sensor(name, sensor)
         for reference, value in robot.spec.namespaces.items():
-            self._write("namespaces", reference, lambda prim, value=value: setattr(prim, "namespace", value))
+            self._write("namespaces", reference, "namespace", value)
         if robot.use.namespace is not None:
             self.stage.find(links[robot.spec.base_link]).namespace = robot.use.namespace
         for reference, value in robot.spec.name_overrides.items():
-            self._write("name_overrides", reference, lambda prim, value=value: setattr(prim, "name_override", value))
+            self._write("name_overrides", reference, "name_override", value)
         for name, material in robot.spec.materials.items():
             path, span = f"{robot.prim_path}/Materials/{name}", file.key_span("materials", name)
             self._add(path, "material", span, facts=material.model_dump())
@@ -159,9 +161,9 @@ class _Builder:
         prim = self._add(f"{above.path}/{name}", kind, file.key_span(section, name), facts=facts, **pose)
         return prim.path if prim is not None else ""
 
-    def _write(self, section: str, reference: str, change: Callable[[Prim], None]) -> None:
+    def _write(self, section: str, reference: str, attribute: str, value: str) -> None:
         try:
-            change(within(self.stage, self.robot.name, reference))
+            setattr(within(self.stage, self.robot.name, reference), attribute, value)
         except PrimError as error:
             self.findings.add("S104", error.message, self.robot.file.key_span(section, reference), *error.help)
 
@@ -183,7 +185,9 @@ class _Builder:
         for name, part in rig.parts.items():
             facts = part.model_dump(include={"size", "fov_deg", "clip", "depth", "rate"})
             orientation = from_orientation(part.orientation)
-            self._add(f"{housing}/{name}", part.kind, span, position=part.position, orientation=orientation, facts=facts)
+            self._add(
+                f"{housing}/{name}", part.kind, span, position=part.position, orientation=orientation, facts=facts
+            )
 
 
 def _lidar_facts(lidar: LidarProfile, sensor: SensorSpec, profile: str) -> dict[str, Any]:
@@ -209,6 +213,4 @@ def add_world(stage: Stage, model: mujoco.MjModel, robots: Collection[str]) -> N
         path = f"{paths[parent]}/{prim_name(body.name)}"
         paths[index] = path if path not in stage else f"{path}_{index}"
         w, x, y, z = body.quat.tolist()
-        stage.add(
-            paths[index], "body", position=tuple(body.pos.tolist()), orientation=(x, y, z, w), body=body.name
-        )
+        stage.add(paths[index], "body", position=tuple(body.pos.tolist()), orientation=(x, y, z, w), body=body.name)

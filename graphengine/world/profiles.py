@@ -83,7 +83,9 @@ def read_profiles(robot: RobotFile, files: Files, findings: Findings) -> dict[st
             try:
                 path = files.find(f"sensors/{profile}.yaml", robot.folder("sensors", name, "profile"))
             except NotFoundError as error:
-                findings.add("S101", f"no sensor profile {profile!r}", span, error.help[0].replace("sensors/", ""), _known())
+                findings.add(
+                    "S101", f"no sensor profile {profile!r}", span, error.help[0].replace("sensors/", ""), _known()
+                )
                 continue
             loaded[profile] = read(SensorProfile, path, findings)
         entry = loaded[profile]
@@ -98,4 +100,6 @@ def read_profiles(robot: RobotFile, files: Files, findings: Findings) -> dict[st
 
 
 def _known() -> str:
-    return "profiles that ship: " + ", ".join(sorted(path.stem for path in (shipped() / "scenes/sensors").glob("*.yaml")))
+    return "profiles that ship: " + ", ".join(
+        sorted(path.stem for path in (shipped() / "scenes/sensors").glob("*.yaml"))
+    )

@@ -94,7 +94,9 @@ class Library:
         if element.tag == "replicate":
             copies *= (numbers(element.get("count", "1"), 1) or (1.0,))[0]
         if depth > MAX_DEPTH or copies > MAX_COPIES:
-            what = f"nested more than {MAX_DEPTH} levels deep" if depth > MAX_DEPTH else f"more than {MAX_COPIES} copies"
+            what = (
+                f"nested more than {MAX_DEPTH} levels deep" if depth > MAX_DEPTH else f"more than {MAX_COPIES} copies"
+            )
             self.findings.add("S102", what, element.span)
             return
         children: list[Element] = []

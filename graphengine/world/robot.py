@@ -84,15 +84,17 @@ class Robot:
         if len(driven) != 2:
             return None
         axle = rotate(self.urdf.pose_in_root(driven[0].child)[1], driven[0].axis)
-        centres = [wheel[1] for joint in driven if (wheel := self.urdf.wheel(joint))]
-        return abs(sum((a - b) * c for a, b, c in zip(*centres, axle, strict=True)))
+        one, other = (wheel[1] for joint in driven if (wheel := self.urdf.wheel(joint)))
+        return abs(sum((a - b) * c for a, b, c in zip(one, other, axle, strict=True)))
 
 
 def load_robot(name: str, use: RobotUse, file: RobotFile, files: Files, findings: Findings) -> Robot | None:
     """Check a robot file against its description; what is wrong goes to `findings`."""
     spec = file.spec
     if not spec.urdf:
-        findings.add("G107", "missing key 'urdf'", file.chain[0].document.span().part(0, 1), "the file of the description")
+        findings.add(
+            "G107", "missing key 'urdf'", file.chain[0].document.span().part(0, 1), "the file of the description"
+        )
         return None
     try:
         path = files.find(spec.urdf, file.folder("urdf"))
@@ -124,7 +126,9 @@ def _check_names(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
     spec = file.spec
     if spec.base_link != urdf.root:
         span = file.span("base_link")
-        findings.add("S104", f"{spec.base_link!r} is not the description's root link", span, f"write base_link: {urdf.root}")
+        findings.add(
+            "S104", f"{spec.base_link!r} is not the description's root link", span, f"write base_link: {urdf.root}"
+        )
     if spec.articulation_root:
         _known("link", spec.articulation_root, urdf.links, file.span("articulation_root"), findings)
     for joint in spec.joints:
@@ -211,5 +215,3 @@ def _check_colliders(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
             if not urdf.links[link].colliders:
                 span = file.span("materials", name, "bind", index)
                 findings.add("S104", f"link {link!r} has no collider to bind a material to", span)
-
-

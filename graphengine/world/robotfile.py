@@ -66,7 +66,9 @@ def read_robot(path: Path, files: Files, findings: Findings) -> RobotFile | None
             return None
         if paths[-1].resolve() in [path.resolve() for path in paths[:-1]] or len(paths) > MAX_CHAIN:
             way = " extends ".join(path.name for path in paths)
-            findings.add("S103", f"robot files in a ring: {way}" if len(paths) <= MAX_CHAIN else f"too long: {way}", span)
+            findings.add(
+                "S103", f"robot files in a ring: {way}" if len(paths) <= MAX_CHAIN else f"too long: {way}", span
+            )
             return None
     if len(chain) == 1:
         return RobotFile(chain[0].spec, tuple(chain))

@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
 from fractions import Fraction
 from typing import TypeVar
 
+import numpy as np
+
 from graphengine.diagnostics import PhysicsError, PrimError, listing
-from graphengine.stage import Prim, Stage
-from graphengine.world.drives import Drive
-from graphengine.world.engine import mujoco
-from graphengine.world.handles import Carried, Handle, Joints
+from graphengine.stage import Prim, PrimKind, Stage
+from graphengine.world.drives import Drive, SetPoints, velocity_servo
+from graphengine.world.engine import mujoco, sort_geoms
+from graphengine.world.handles import CarriedPrim, Handle, Joints
 from graphengine.world.lidar import RayLidar
 
 SETTLED_SPEED = 1e-4
 """m/s and rad/s below which everything counts as at rest."""
 SETTLED_FOR = 0.1
-"""Seconds that it has to stay so: a falling robot has no speed at first."""
+"""Seconds that it has to stay so: what begins to fall has no speed at first."""
 SETTLE_LIMIT = 5.0
-"""Seconds after which a scene starts whether at rest or not."""
+"""Seconds after which a scene starts, at rest or not."""
+
+_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+"""What it takes to go on bit by bit: with less, the solver's warm start is missing."""
 
 H = TypeVar("H", bound=Handle)
 
@@ -27,39 +30,181 @@ H = TypeVar("H", bound=Handle)
 class Simulation:
     """Physics and sensors of a scene.
 
-    A step is `mj_step2` followed by `mj_step1`: the trajectory of `mj_step`, and poses and velocities that belong to the state
-    after the step, where `mj_step` leaves those of the state before.
+    A step is `mj_step2`, then `mj_step1`: the trajectory of `mj_step` bit by bit, but poses and velocities belong to the state
+    after the step, where `mj_step` leaves those of the state before it.
 
     Args:
         model: compiled; its timestep is one substep.
         stage: prims whose `body` names bodies of the model.
-        tick_rate: ticks a second, exact.
+        tick_rate: ticks a second.
         substeps: physics steps in a tick.
         seed: of the sensors' noise.
-        settle: let everything come to rest first; what then is the state at t = 0.
+        settle: let everything come to rest first; what then is, is the state at the start.
+
+    Raises:
+        PhysicsError: it diverged while it settled.
     """
 
     def __init__(
-        self, model: mujoco.MjModel, stage: Stage, tick_rate: Fraction, substeps: int, seed: int = 0, settle: bool = False
+        self,
+        model: mujoco.MjModel,
+        stage: Stage,
+        tick_rate: Fraction,
+        substeps: int,
+        *,
+        seed: int = 0,
+        settle: bool = False,
     ) -> None:
-        self.model = model
-        self.data = mujoco.MjData(model)
         self.stage = stage
         self.tick_period = (tick_rate.denominator, tick_rate.numerator)
         self.substeps = substeps
         self.seed = seed
         self.tick = 0
-        self.settled_after = 0.0
-        """Seconds that settling took."""
+        self.settled_after: float | None = None
+        """Seconds that settling took; None when it was not asked for, or did not come to an end."""
         self._handles: dict[tuple[type[Handle], str], Handle] = {}
-        self._ramps: dict[int, tuple[float, float]] = {}
-        """Velocity servos whose set point is on its way: target, and change a step."""
-        # A diverged state must stay to be seen; MuJoCo would silently begin anew.
-        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
-        self._warnings = self.data.warning.number
-        mujoco.mj_step1(model, self.data)
+        self.rebind(model, mujoco.MjData(model))
         if settle:
             self._settle()
-        self._start = mujoco.mj_getState  # replaced below
-        self._save_start()
-        self.zero_commands()
+        self._start = np.empty(mujoco.mj_stateSize(model, _STATE))
+        mujoco.mj_getState(self.model, self.data, self._start, _STATE)
+        self._command_start()
+
+    def rebind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        """Go on with another model, such as one with a robot more; every handle finds its place in it."""
+        # A diverged state must stay where it can be seen; by default MuJoCo silently begins anew.
+        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+        sort_geoms(model)
+        mujoco.mj_step1(model, data)
+        self.model, self.data = model, data
+        self.set_points = SetPoints(data.ctrl, data.qfrc_applied)
+        self._control, self._applied = data.ctrl, data.qfrc_applied
+        self._warnings = data.warning.number
+        self._servos: list[tuple[int, Drive]] = []
+        for prim in self.stage.prims("joint"):
+            drive, robot = prim.facts["drive"], self.stage.robot_of(prim)
+            if drive is not None and drive.damping > 0 and robot is not None:
+                servo = model.actuator(velocity_servo(f"{robot.name}/{prim.facts['joint']}")).id
+                self.set_points.changes[servo] = drive.max_acceleration * model.opt.timestep
+                self._servos.append((servo, drive))
+        for handle in self._handles.values():
+            handle.bind()
+
+    @property
+    def time(self) -> float:
+        """Simulation time of this tick, s."""
+        return self.tick * self.tick_period[0] / self.tick_period[1]
+
+    def body(self, prim: Prim) -> CarriedPrim:
+        """The rigid body at, or carrying, a prim."""
+        return self._handle(CarriedPrim, prim)
+
+    def frame(self, prim: Prim) -> CarriedPrim:
+        """The pose of a prim."""
+        return self._handle(CarriedPrim, prim)
+
+    def articulation(self, robot: Prim) -> Joints:
+        """The joints of a robot prim."""
+        self._expect(robot, "robot")
+        return self._handle(Joints, robot)
+
+    def lidar(self, prim: Prim) -> RayLidar:
+        """The ray-casting sensor at a lidar prim."""
+        self._expect(prim, "lidar")
+        return self._handle(RayLidar, prim)
+
+    def _handle(self, kind: type[H], prim: Prim) -> H:
+        handle = self._handles.get((kind, prim.path))
+        if not isinstance(handle, kind):
+            handle = kind(self, prim)
+            self._handles[kind, prim.path] = handle
+        return handle
+
+    def _expect(self, prim: Prim, kind: PrimKind) -> None:
+        if prim.kind != kind:
+            near = [other.path for other in prim.descendants() if other.kind == kind] or [
+                other.path for other in self.stage.prims(kind)
+            ]
+            raise PrimError(f"{prim.path} is a {prim.kind}, not a {kind}", prim.path, listing(near, f"each {kind}"))
+
+    def step(self) -> None:
+        """Take over what joints were told and integrate one substep.
+
+        Raises:
+            PhysicsError: the state is not finite any more, or MuJoCo could not go on properly.
+        """
+        if self.set_points.pending:
+            self.set_points.take_over(self._control, self._applied)
+        mujoco.mj_step2(self.model, self.data)
+        mujoco.mj_step1(self.model, self.data)
+        if any(self._warnings.tolist()):
+            raise PhysicsError(_trouble(self.model, self.data))
+
+    def begin_tick(self, tick: int) -> None:
+        """Tell the sensors that this is tick n, at n times the tick period."""
+        self.tick = tick
+
+    def zero_commands(self) -> None:
+        """Set the target velocity and effort of every robot's joints to zero; drives bring them there."""
+        for servo, _ in self._servos:
+            self.set_points.targets[servo] = 0.0
+        self.set_points.efforts[:] = 0.0
+        self.set_points.pending = True
+
+    def reset(self) -> None:
+        """Go back to the state at the start; what follows is the same again, bit by bit."""
+        mujoco.mj_resetData(self.model, self.data)
+        mujoco.mj_setState(self.model, self.data, self._start, _STATE)
+        mujoco.mj_step1(self.model, self.data)
+        self.set_points.targets[:] = self._control
+        self.set_points.efforts[:] = 0.0
+        self._command_start()
+        self.tick = 0
+        for handle in self._handles.values():
+            handle.reset()
+
+    def close(self) -> None:
+        """Forget the handles."""
+        self._handles.clear()
+
+    def _command_start(self) -> None:
+        for servo, drive in self._servos:
+            self.set_points.targets[servo] = drive.target_velocity
+        self.set_points.pending = True
+
+    def _settle(self) -> None:
+        step, velocities = self.model.opt.timestep, self.data.qvel
+        still = 0
+        for count in range(1, round(SETTLE_LIMIT / step) + 1):
+            self.step()
+            still = still + 1 if np.abs(velocities).max(initial=0.0) < SETTLED_SPEED else 0
+            if still * step >= SETTLED_FOR:
+                self.settled_after = count * step
+                break
+        self.data.time = 0.0
+
+
+def _trouble(model: mujoco.MjModel, data: mujoco.MjData) -> str:
+    """What MuJoCo's counters of warnings say, and what to do about it."""
+    kinds = mujoco.mjtWarning
+    told = [kind for kind in range(int(kinds.mjNWARNING)) if data.warning[kind].number]
+    place = {kind: data.warning[kind].lastinfo for kind in told}
+    at = f"at t = {data.time:.4f} s"
+    if kinds.mjWARN_BADCTRL in told:
+        name = model.actuator(place[kinds.mjWARN_BADCTRL]).name.rpartition(".")[0]
+        return f"{at}: the command of joint {name!r} is not a finite number"
+    if kinds.mjWARN_CONTACTFULL in told or kinds.mjWARN_CNSTRFULL in told:
+        return f'{at}: no memory left for contacts\ngive the world more: <size memory="100M"/>'
+    if kinds.mjWARN_BADQPOS in told and not {kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC} & set(told):
+        joint = int(np.searchsorted(model.jnt_qposadr, place[kinds.mjWARN_BADQPOS], side="right")) - 1
+    else:
+        dofs = [
+            place[kind] for kind in (kinds.mjWARN_BADQACC, kinds.mjWARN_BADQVEL, kinds.mjWARN_INERTIA) if kind in told
+        ]
+        joint = int(model.dof_jntid[dofs[0]]) if dofs else 0
+    body = model.body(model.jnt_bodyid[joint]).name
+    return (
+        f"the simulation diverged {at}: the motion of joint {model.joint(joint).name!r} of body {body!r} is not finite any more\n"
+        "raise physics.substeps, lower the drive's damping or stiffness, give it a max_acceleration, "
+        "or give the joint an armature"
+    )

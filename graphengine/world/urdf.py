@@ -167,7 +167,9 @@ def _named(root: Element, tag: str, findings: Findings) -> Iterator[Element]:
         if not name:
             findings.add("S103", f"a {tag} without a name", element.span)
         elif name in seen:
-            findings.add("S105", f"two {tag}s named {name!r}", element.place("name"), related=[(seen[name].span, "first here")])
+            findings.add(
+                "S105", f"two {tag}s named {name!r}", element.place("name"), related=[(seen[name].span, "first here")]
+            )
         elif len(seen) == MAX_LINKS:
             findings.add("S103", f"more than {MAX_LINKS} {tag}s", element.span)
             return

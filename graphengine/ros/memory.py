@@ -1,0 +1,178 @@
+"""A transport that never leaves the process, for tests and headless runs; what was written can be read back."""
+
+from __future__ import annotations
+
+import itertools
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+from graphengine.context import QoS
+from graphengine.diagnostics import TransportError, listing
+from graphengine.ros import messages
+from graphengine.ros.qos import mismatch, settled
+
+
+class MemoryWriter:
+    """One topic of a `MemoryTransport` to write to."""
+
+    def __init__(self, transport: MemoryTransport, topic: str, message_type: str, qos: QoS) -> None:
+        self.topic = topic
+        self.message_type = message_type
+        self.qos = settled(qos)
+        self._transport = transport
+        latched, unlimited = self.qos.durability == "transientLocal", self.qos.history == "keepAll"
+        depth = (None if unlimited else self.qos.depth) if latched else 0
+        self.kept: deque[tuple[int, bytes]] = deque(maxlen=depth)
+        """Numbered messages for those who come late."""
+
+    @property
+    def matched(self) -> bool:
+        """Whether a reader is there, or the transport stands for one."""
+        return self._transport.serves(self)
+
+    def write(self, data: bytes) -> None:
+        """Hand one message to every reader that matches, at once.
+
+        Raises:
+            TransportError: the writer is closed.
+        """
+        self._transport.send(self, data)
+
+    def close(self) -> None:
+        """Leave the topic; a second time does nothing."""
+        self._transport.remove(self)
+
+
+class MemoryReader:
+    """One topic of a `MemoryTransport` to read from."""
+
+    def __init__(
+        self,
+        transport: MemoryTransport,
+        topic: str,
+        message_type: str,
+        qos: QoS,
+        deliver: Callable[[bytes], None],
+    ) -> None:
+        self.topic = topic
+        self.message_type = message_type
+        self.qos = settled(qos)
+        self.deliver = deliver
+        self._transport = transport
+
+    def matches(self, writer: MemoryWriter) -> bool:
+        """Whether topic, type and quality of service fit."""
+        same = (self.topic, self.message_type) == (writer.topic, writer.message_type)
+        return same and not mismatch(writer.qos, self.qos)
+
+    def close(self) -> None:
+        """Leave the topic; a second time does nothing."""
+        self._transport.remove(self)
+
+
+class MemoryTransport:
+    """Topics within one process, with the rules of DDS on who matches whom and what late joiners get.
+
+    Args:
+        wants_all: every writer counts as matched, so that everything is built and kept.
+    """
+
+    description = "memory: nothing leaves this process"
+
+    def __init__(self, *, wants_all: bool = False) -> None:
+        self._wants_all = wants_all
+        self._closed = False
+        self._numbers = itertools.count()
+        self._writers: list[MemoryWriter] = []
+        self._readers: list[MemoryReader] = []
+        self._sent: dict[str, list[tuple[str, bytes]]] = {}
+
+    def writer(self, topic: str, message_type: str, qos: QoS) -> MemoryWriter:
+        """A writer on a topic.
+
+        Raises:
+            TransportError: there is no such type, or the transport is closed.
+        """
+        self._admit(topic, message_type)
+        writer = MemoryWriter(self, topic, message_type, qos)
+        self._writers.append(writer)
+        return writer
+
+    def reader(self, topic: str, message_type: str, qos: QoS, deliver: Callable[[bytes], None]) -> MemoryReader:
+        """A reader on a topic; `deliver` runs in the thread that writes.
+
+        Raises:
+            TransportError: as for `writer`.
+        """
+        self._admit(topic, message_type)
+        reader = MemoryReader(self, topic, message_type, qos, deliver)
+        self._readers.append(reader)
+        if reader.qos.durability == "transientLocal":
+            missed = sorted(kept for writer in self._writers if reader.matches(writer) for kept in writer.kept)
+            for _, data in missed if reader.qos.history == "keepAll" else missed[-reader.qos.depth :]:
+                deliver(data)
+        return reader
+
+    def raw(self, topic: str) -> list[bytes]:
+        """Every message that was written to a topic, encoded, oldest first."""
+        return [data for _, data in self._sent.get(topic, [])]
+
+    def messages(self, topic: str) -> list[Any]:
+        """Every message that was written to a topic, oldest first."""
+        return [messages.decode(data, message_type) for message_type, data in self._sent.get(topic, [])]
+
+    def inject(self, topic: str, message: Any) -> None:
+        """Deliver a message, or bytes, to the readers of a topic as a peer that matches them all would.
+
+        Raises:
+            TransportError: nobody reads that topic, or not with the message's type.
+        """
+        readers = [reader for reader in self._readers if reader.topic == topic]
+        if not readers:
+            raise TransportError(
+                f"nobody reads {topic}\n{listing(sorted({r.topic for r in self._readers}), 'topics that are read')}"
+            )
+        if not isinstance(message, bytes):
+            found = messages.message_type(message)
+            for reader in readers:
+                if reader.message_type != found:
+                    raise TransportError(f"{topic} is read as {reader.message_type}, not as {found}")
+            message = messages.encode(message)
+        for reader in readers:
+            reader.deliver(message)
+
+    def close(self) -> None:
+        """End all deliveries; what was written can still be read back."""
+        self._closed = True
+        self._writers.clear()
+        self._readers.clear()
+
+    def serves(self, writer: MemoryWriter) -> bool:
+        """Whether what a writer would write is wanted."""
+        return writer in self._writers and (self._wants_all or any(r.matches(writer) for r in self._readers))
+
+    def send(self, writer: MemoryWriter, data: bytes) -> None:
+        """Keep and deliver one message of a writer.
+
+        Raises:
+            TransportError: the writer is closed.
+        """
+        if writer not in self._writers:
+            raise TransportError(f"{writer.topic}: the writer is closed")
+        self._sent.setdefault(writer.topic, []).append((writer.message_type, data))
+        writer.kept.append((next(self._numbers), data))
+        for reader in tuple(self._readers):
+            if reader.matches(writer):
+                reader.deliver(data)
+
+    def remove(self, endpoint: MemoryWriter | MemoryReader) -> None:
+        """Forget an endpoint."""
+        endpoints: list[Any] = self._writers if isinstance(endpoint, MemoryWriter) else self._readers
+        if endpoint in endpoints:
+            endpoints.remove(endpoint)
+
+    def _admit(self, topic: str, message_type: str) -> None:
+        if self._closed:
+            raise TransportError(f"{topic}: the transport is closed")
+        messages.message_class(message_type)

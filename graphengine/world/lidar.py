@@ -1,0 +1,142 @@
+"""A lidar that casts rays into the collision geometry.
+
+Sample n belongs to the first tick at or after n / rate seconds, found in integers, so rates do not drift: 20 Hz at 60 ticks a
+second is every third tick, 7 Hz is every eighth or ninth. It is cast when somebody first asks in that tick, and what is cast
+does not depend on who asks: noise comes from a counter-based generator keyed by seed, prim and sample.
+
+Rays meet what collides, and of a body without colliders what is drawn (`engine.sort_geoms`). The sensor's own robot is put
+into a geom group of its own for the time of a cast, as `bodyexclude` takes out a single body and a robot has many.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.context import Scan
+from graphengine.stage import Prim
+from graphengine.world.engine import OWN, RAYS, RAYS_AND_PICTURES, mujoco
+from graphengine.world.handles import CarriedPrim, Handle
+
+if TYPE_CHECKING:
+    from graphengine.world.simulation import Simulation
+
+_SEEN = np.array([group in (RAYS_AND_PICTURES, RAYS) for group in range(6)], np.uint8)
+_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+
+
+class RayLidar(Handle):
+    """The ray-casting sensor at a lidar prim, whose facts are its profile."""
+
+    def __init__(self, simulation: Simulation, prim: Prim) -> None:
+        facts = prim.facts
+        self.rate: float = facts["rate"]
+        self.angles: tuple[float, float, float] = facts["angles"]
+        self.ranges: tuple[float, float] = facts["ranges"]
+        first, last, increment = self.angles
+        beams = round((last - first) / increment) + 1
+        azimuth = first + increment * np.arange(beams)
+        self.directions = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros(beams)], axis=1)
+        self.directions.flags.writeable = False
+        period = Fraction(*simulation.tick_period) * Fraction(repr(self.rate))
+        self._samples, self._ticks = period.numerator, period.denominator
+        self._noise: float = facts.get("noise_std", 0.0)
+        text = f"{simulation.seed} {prim.path}".encode()
+        self._key = int.from_bytes(hashlib.blake2b(text, digest_size=16).digest(), "little")
+        self._rays = np.empty((beams, 3))
+        self._distances = np.empty(beams)
+        self._geoms = np.empty(beams, np.int32)
+        self._newest: Scan | None = None
+        self._mount = CarriedPrim(simulation, prim)
+        super().__init__(simulation, prim)
+
+    def bind(self) -> None:
+        """Find the geoms of the sensor's own robot, and how bright all are."""
+        self._mount.bind()
+        model = self._simulation.model
+        tree = model.body_rootid[self._mount.body]
+        self._own = np.flatnonzero(model.body_rootid[model.geom_bodyid] == tree) if tree else np.empty(0, np.intp)
+        colours = np.where((model.geom_matid < 0)[:, None], model.geom_rgba, _material_colours(model))
+        self._brightness = (255 * (colours[:, :3] @ _LUMINANCE)).astype(np.float32)
+
+    def reset(self) -> None:
+        """Forget the newest sample."""
+        self._newest = None
+
+    def _sample(self, tick: int) -> int:
+        """The newest sample whose time has come at a tick."""
+        return tick * self._samples // self._ticks
+
+    @property
+    def due(self) -> bool:
+        """Whether a new sample falls into this tick; the first tick has one."""
+        tick = self._simulation.tick
+        return tick == 1 or (tick > 1 and self._sample(tick) > self._sample(tick - 1))
+
+    def scan(self) -> Scan:
+        """The newest sample, cast when first asked for in its tick and shared by all who ask.
+
+        If nobody asked then, what is cast now has the sample's number and this tick's time, and is not kept.
+        """
+        index = self._sample(self._simulation.tick)
+        if self._newest is not None and self._newest.index == index:
+            return self._newest
+        scan = self._cast(index)
+        if self.due:
+            self._newest = scan
+        return scan
+
+    def _cast(self, index: int) -> Scan:
+        near, far = self.ranges
+        model = self._simulation.model
+        position, rotation = self._mount.pose()
+        np.matmul(self.directions, _matrix(rotation).T, out=self._rays)
+        groups = model.geom_group[self._own]
+        model.geom_group[self._own] = OWN
+        try:
+            mujoco.mj_multiRay(
+                model,
+                self._simulation.data,
+                np.array(position),
+                self._rays.reshape(-1),
+                _SEEN,
+                True,
+                -1,
+                self._geoms,
+                self._distances,
+                None,
+                len(self._rays),
+                far,
+            )
+        finally:
+            model.geom_group[self._own] = groups
+        hit = (self._distances >= near) & (self._distances <= far)
+        distances = self._distances
+        if self._noise:
+            generator = np.random.Generator(np.random.Philox(key=self._key, counter=index << 128))
+            distances = np.clip(distances + generator.normal(0.0, self._noise, len(distances)), near, far)
+        ranges = np.where(hit, distances, np.inf).astype(np.float32)
+        intensities = np.where(hit, self._brightness[self._geoms], np.float32(0))
+        return Scan(self._simulation.time, index, ranges, intensities)
+
+
+def _matrix(rotation: tuple[float, float, float, float]) -> NDArray[np.float64]:
+    """Rotation matrix of a unit quaternion (x, y, z, w)."""
+    x, y, z, w = rotation
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def _material_colours(model: mujoco.MjModel) -> NDArray[np.float32]:
+    """For each geom the colour of its material, or of any where it has none."""
+    colours: NDArray[np.float32] = model.mat_rgba[model.geom_matid] if model.nmat else model.geom_rgba
+    return colours

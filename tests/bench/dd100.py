@@ -1,0 +1,159 @@
+"""What the main job costs beside physics and rays, against encoding and writing the same messages in a bare loop, in one run.
+
+`python tests/bench/dd100.py [SECONDS]` runs `dd100_warehouse` as fast as it can over DDS, with a second process that reads every
+topic. It prints ratios, the real-time factor and the resident memory; nothing is asserted.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from graphengine import build
+from graphengine.context import QoS
+from graphengine.files import find_given
+from graphengine.ros import messages
+from graphengine.ros.dds import DdsTransport
+from graphengine.ros.domain import Domain
+from graphengine.ros.network import LiveNetwork, LivePublisher
+from graphengine.ros.qos import LATCHED
+
+DOMAIN = Domain(87, "LOCALHOST")
+
+
+class Stopwatch:
+    """Adds up the time of wrapped calls."""
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+        self.calls = 0
+
+    def wrap(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """The same function, timed."""
+
+        def timed(*arguments: Any) -> Any:
+            start = time.perf_counter()
+            try:
+                return function(*arguments)
+            finally:
+                self.seconds += time.perf_counter() - start
+                self.calls += 1
+
+        return timed
+
+
+def read_everything(topics: list[str]) -> None:
+    """The second process: a reader on each `topic=type`, until it is killed."""
+    transport = DdsTransport(DOMAIN, "reader")
+    for entry in topics:
+        topic, message_type = entry.split("=")
+        transport.reader(topic, message_type, LATCHED if topic.endswith("static") else QoS(), lambda data: None)
+    print("ready", flush=True)
+    time.sleep(3600)
+
+
+def resident_megabytes() -> float:
+    """Memory of this process now."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def main(simulated: float) -> None:
+    """Run and print."""
+    assembly = build.assemble(find_given("dd100_warehouse", "scenes"))
+    topics = {f"{claim.topic}={claim.message_type}" for claim in assembly.claims if claim.direction == "publish"}
+    reader = subprocess.Popen([sys.executable, __file__, "--read", *sorted(topics)], stdout=subprocess.PIPE, text=True)
+    network = LiveNetwork(lambda domain: DdsTransport(DOMAIN, "bench"), DOMAIN.id, print)
+    rays = Stopwatch()
+    world: Any = assembly.world
+    make_lidar = world.lidar
+
+    def timed_lidar(prim: Any) -> Any:
+        lidar = make_lidar(prim)
+        return TimedLidar(lidar, rays)
+
+    world.lidar = timed_lidar
+    steps = Stopwatch()
+    world.step = steps.wrap(world.step)
+    try:
+        with build.start(assembly, network) as session:
+            assert reader.stdout is not None
+            reader.stdout.readline()
+            publishers = _record(session)
+            session.step(1)
+            deadline = time.monotonic() + 20
+            while not all(p.wanted for p in publishers.values()) and time.monotonic() < deadline:
+                time.sleep(0.05)
+            session.step(60)  # warm
+            recorded.clear()
+            steps.seconds = rays.seconds = 0.0
+            steps.calls = rays.calls = 0
+            early = resident_megabytes()
+            start = time.perf_counter()
+            session.run(simulated)
+            wall = time.perf_counter() - start
+            late = resident_megabytes()
+            bare = _bare_loop()
+    finally:
+        reader.kill()
+    engine = wall - steps.seconds - rays.seconds
+    print(f"{simulated:g} s of simulation in {wall:.3f} s: real-time factor {simulated / wall:.1f} (bar 10)")
+    print(f"steps {steps.seconds:.3f} s ({steps.seconds / steps.calls * 1e6:.0f} us each), rays {rays.seconds:.3f} s")
+    print(f"rays: {rays.seconds / max(rays.calls, 1) * 1e3:.2f} ms a scan, {rays.calls} scans")
+    print(f"rest {engine:.3f} s; encoding and writing the same {len(recorded)} messages in a bare loop {bare:.3f} s")
+    print(f"ratio {engine / bare:.2f} (bar 1.5)")
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
+    print(f"resident {early:.0f} MB at the start, {late:.0f} MB at the end, {peak:.0f} MB at most (bar 350)")
+
+
+class TimedLidar:
+    """A lidar whose casting is timed."""
+
+    def __init__(self, lidar: Any, watch: Stopwatch) -> None:
+        self._lidar = lidar
+        self.scan = watch.wrap(lidar.scan)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._lidar, name)
+
+
+recorded: list[tuple[Any, Any]] = []
+
+
+def _record(session: Any) -> dict[str, LivePublisher]:
+    """Note every message with its writer, on the way out."""
+    publishers = {}
+    for run in session.graphs:
+        for node in run.executor.nodes:
+            publisher = getattr(node, "publisher", None)
+            if isinstance(publisher, LivePublisher):
+                publishers[publisher.topic] = publisher
+    original = LivePublisher.publish
+
+    def publish(self: LivePublisher, message: Any) -> None:
+        recorded.append((self._writer, message))
+        original(self, message)
+
+    LivePublisher.publish = publish  # type: ignore[method-assign]
+    return publishers
+
+
+def _bare_loop() -> float:
+    """Encode and write what was recorded, and nothing else."""
+    start = time.perf_counter()
+    for writer, message in recorded:
+        writer.write(messages.encode(message))
+    return time.perf_counter() - start
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] == ["--read"]:
+        read_everything(sys.argv[2:])
+    else:
+        main(float(sys.argv[1]) if sys.argv[1:] else 30.0)

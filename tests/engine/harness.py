@@ -1,0 +1,207 @@
+"""Graphs from YAML text to running: one executor for rules of a pass, a real Session for rules of a tick."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from graphengine.backend import DryEndpoint, DryNetwork, DryWorld, TopicClaim
+from graphengine.check import make_executor, make_variables
+from graphengine.context import Publisher
+from graphengine.diagnostics import Findings, NodeError
+from graphengine.executor import Executor
+from graphengine.files import Files
+from graphengine.node import Node
+from graphengine.node_context import NodeContext, Services, SimulationClock
+from graphengine.plan import Plan, make_plan
+from graphengine.registry import Registry
+from graphengine.resolve import Graph, Override, resolve
+from graphengine.session import GraphRun, Session
+from graphengine.stage import Stage
+from graphengine.template import load_graph
+from tests.engine import nodes_for_tests
+
+REGISTRY = Registry()
+REGISTRY.add_module(nodes_for_tests, "tests", built_in=True)
+
+
+class Journal(DryNetwork):
+    """A network on which every message is a line of the journal."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+        self.logged: list[str] = []
+        self.frozen = 0
+
+    def publisher(self, claim: TopicClaim) -> Publisher:
+        return _Pen(claim.topic, self.lines)
+
+    def freeze(self) -> None:
+        self.frozen += 1
+
+    def log(self, severity: str, message: str) -> None:
+        self.logged.append(f"{severity}: {message}")
+
+    def read(self) -> list[str]:
+        """What was written since it was last read."""
+        lines = list(self.lines)
+        self.lines.clear()
+        return lines
+
+
+class _Pen(DryEndpoint):
+    def __init__(self, topic: str, lines: list[str]) -> None:
+        super().__init__(topic)
+        self.lines = lines
+
+    def publish(self, message: Any) -> None:
+        self.lines.append(message)
+
+
+def write(folder: Path, text: str, name: str = "g.yaml") -> Path:
+    """A graph file; `format` and `graph` are added when the text does not say them."""
+    text = textwrap.dedent(text).lstrip("\n")
+    path = folder / name
+    path.write_text(text if "graph:" in text else f"graph: {path.stem}\n{text}", encoding="utf-8")
+    return path
+
+
+def resolved(
+    path: Path, findings: Findings, bindings: Mapping[str, Any] | None = None, overrides: Sequence[Override] = ()
+) -> Graph | None:
+    """A file up to its instances and wires."""
+    flat = load_graph(path, bindings or {}, Files.of(path), findings)
+    return resolve(flat, path.stem, f"/World/{path.stem}", REGISTRY, findings, overrides) if flat is not None else None
+
+
+def planned(path: Path, findings: Findings) -> Plan | None:
+    """A file up to its plan; None when something is wrong with it."""
+    graph = resolved(path, findings)
+    return make_plan(graph, findings) if graph is not None and not findings.errors else None
+
+
+class Bench:
+    """One graph that runs pass by pass, latent nodes after each, without a session."""
+
+    def __init__(self, path: Path, *, keep_going: bool = False) -> None:
+        self.findings = Findings()
+        plan = planned(path, self.findings)
+        assert plan is not None, "\n".join(finding.render() for finding in self.findings.items)
+        self.plan = plan
+        self.journal = Journal()
+        self.services = Services(DryWorld(Stage()), self.journal)
+        self.clock = SimulationClock((1, 100))
+        self.variables = make_variables(plan)
+        self.faults: list[NodeError] = []
+        self.executor = make_executor(plan, self.services, self.clock, self.variables)
+        if keep_going:
+            self.executor = Executor(plan, self._context_of, self._now, self.faults.append)
+
+    def _context_of(self, index: int) -> NodeContext:
+        plan = self.plan
+        prim_path = f"{plan.graph.prim_path}/{plan.graph.instances[index].id}"
+        return NodeContext(self.services, self.clock, plan.graph.name, prim_path, None, self.variables)
+
+    def _now(self) -> tuple[int, float]:
+        return self.clock.frame, self.clock.time
+
+    def __getitem__(self, node_id: str) -> Any:
+        """A node by its name in the file."""
+        return self.plan.graph.by_id(node_id).node
+
+    def index(self, node_id: str) -> int:
+        return self.plan.graph.by_id(node_id).index
+
+    def setup(self) -> Bench:
+        self.executor.setup()
+        return self
+
+    def tick(self) -> list[str]:
+        """One pass, then the latent nodes; what was written meanwhile."""
+        for mailbox in self.services.mailboxes.values():
+            mailbox.freeze()
+        self.clock.set_frame(self.clock.frame + 1)
+        self.executor.run_pass()
+        self.executor.run_latent()
+        return self.journal.read()
+
+    def ticks(self, count: int) -> list[list[str]]:
+        return [self.tick() for _ in range(count)]
+
+    @property
+    def codes(self) -> list[str]:
+        return [finding.code for finding in self.findings.items]
+
+    def message(self, code: str) -> str:
+        """Message of the only finding with a code."""
+        (found,) = (finding.message for finding in self.findings.items if finding.code == code)
+        return found
+
+
+class Physics(DryWorld):
+    """A world that writes down what the session asks of it."""
+
+    def __init__(self, journal: Journal, tick_period: tuple[int, int], substeps: int) -> None:
+        super().__init__(Stage(), tick_period, substeps)
+        self.journal = journal
+        self.closed = 0
+
+    def step(self) -> None:
+        self.journal.lines.append("step")
+
+    def begin_tick(self, tick: int) -> None:
+        self.journal.lines.append(f"begin {tick}")
+
+    def zero_commands(self) -> None:
+        self.journal.lines.append("zero commands")
+
+    def reset(self) -> None:
+        self.journal.lines.append("reset")
+
+    def close(self) -> None:
+        self.closed += 1
+
+
+class Play:
+    """A real session of some graphs, in the order given; `play.lines()` is what happened since last asked."""
+
+    def __init__(self, *paths: Path, tick_period: tuple[int, int] = (1, 60), substeps: int = 1) -> None:
+        self.journal = Journal()
+        self.world = Physics(self.journal, tick_period, substeps)
+        self.services = Services(self.world, self.journal)
+        numerator, denominator = tick_period
+        self.clock = SimulationClock(tick_period)
+        self.step_clock = SimulationClock((numerator, denominator * substeps))
+        runs: list[GraphRun] = []
+        self.plans: list[Plan] = []
+        for path in paths:
+            findings = Findings()
+            plan = planned(path, findings)
+            assert plan is not None, "\n".join(finding.render() for finding in findings.items)
+            on_step = plan.graph.runs == "physics_step"
+            variables = make_variables(plan)
+            executor = make_executor(plan, self.services, self.step_clock if on_step else self.clock, variables)
+            executor.setup()
+            runs.append(GraphRun(executor, variables, on_step))
+            self.plans.append(plan)
+        self.session = Session(self.services, self.clock, self.step_clock, runs)
+        self.journal.lines.clear()
+
+    def node(self, node_id: str, graph: int = 0) -> Any:
+        return self.plans[graph].graph.by_id(node_id).node
+
+    def tick(self) -> list[str]:
+        """One tick; what the nodes wrote."""
+        self.session.step()
+        return self.lines()
+
+    def lines(self) -> list[str]:
+        """What the nodes wrote since last asked, without what the world did."""
+        return [line for line in self.journal.read() if not line.startswith(("step", "begin"))]
+
+
+def sources(node: Node) -> list[str]:
+    """Names of a node's data inputs."""
+    return [p.name for p in type(node).fields.values() if p.side == "inputs" and not p.is_exec]

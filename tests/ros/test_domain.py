@@ -1,0 +1,55 @@
+from __future__ import annotations
+
+import pytest
+
+from graphengine.diagnostics import TransportError
+from graphengine.ros.domain import Domain
+
+
+def test_an_empty_environment_means_domain_0_and_the_subnet() -> None:
+    assert Domain.from_environment({}) == Domain(0, "SUBNET", (), "")
+    assert Domain.from_environment({"ROS_DOMAIN_ID": "", "ROS_AUTOMATIC_DISCOVERY_RANGE": ""}) == Domain()
+
+
+def test_everything_that_ros_2_reads_is_read() -> None:
+    environ = {
+        "ROS_DOMAIN_ID": "42",
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        "ROS_STATIC_PEERS": "10.0.0.7;robot.local;",
+        "CYCLONEDDS_URI": "<CycloneDDS/>",
+    }
+    assert Domain.from_environment(environ) == Domain(42, "LOCALHOST", ("10.0.0.7", "robot.local"), "<CycloneDDS/>")
+    assert Domain.from_environment({"ROS_DOMAIN_ID": "0x10"}).id == 16
+
+
+def test_localhost_only_overrules_range_and_peers() -> None:
+    environ = {"ROS_LOCALHOST_ONLY": "1", "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", "ROS_STATIC_PEERS": "10.0.0.7"}
+    assert Domain.from_environment(environ) == Domain(0, "LOCALHOST")
+    assert Domain.from_environment({"ROS_LOCALHOST_ONLY": "0"}) == Domain()
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "legal"),
+    [
+        ("ROS_DOMAIN_ID", "one", "0 to 232"),
+        ("ROS_DOMAIN_ID", "-1", "0 to 232"),
+        ("ROS_DOMAIN_ID", "233", "0 to 232"),
+        ("ROS_DOMAIN_ID", "1.5", "0 to 232"),
+        ("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHSOT", "did you mean 'LOCALHOST'?"),
+        ("ROS_AUTOMATIC_DISCOVERY_RANGE", "NOT_SET", "legal: SUBNET, LOCALHOST, OFF, SYSTEM_DEFAULT"),
+        ("ROS_LOCALHOST_ONLY", "true", "legal: 0, 1"),
+    ],
+)
+def test_a_value_that_makes_no_sense_is_an_error_that_tells_what_does(name: str, value: str, legal: str) -> None:
+    with pytest.raises(TransportError) as caught:
+        Domain.from_environment({name: value})
+    assert name in str(caught.value)
+    assert repr(value) in str(caught.value)
+    assert legal in str(caught.value)
+
+
+def test_a_domain_that_cannot_be_cannot_be_made() -> None:
+    with pytest.raises(TransportError, match="not in 0 to 232"):
+        Domain(233)
+    with pytest.raises(TransportError, match="no discovery range 'FAR'"):
+        Domain(0, "FAR")  # type: ignore[arg-type]
