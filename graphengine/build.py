@@ -53,6 +53,7 @@ class Options:
         robot_state: publish what robot_state_publisher would, for every robot.
         scene: scene to put a single graph into; its own `scene:` key when empty.
         registry: node types; the installed ones when None.
+        near: the working directory, where messages are to name paths from there.
     """
 
     overrides: Mapping[str, Any] = field(default_factory=dict)
@@ -61,6 +62,7 @@ class Options:
     robot_state: bool = False
     scene: Path | None = None
     registry: Registry | None = None
+    near: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +80,7 @@ def assemble(path: Path, options: Options | None = None) -> Assembly:
     """Read, resolve, plan and check a scene or a graph file; every mistake is among the findings."""
     options = options or Options()
     assembly = Assembly(path, Findings(), seed=options.seed)
-    files = Files.of(path, options.allowed)
+    files = Files.of(path, options.allowed, options.near)
     found = document.load(path, assembly.findings)
     if found is None:
         return assembly
@@ -146,7 +148,7 @@ def _graph_uses(assembly: Assembly, path: Path, found: document.Document, files:
         except NotFoundError as error:
             assembly.findings.add("S101", f"scene: {error.message}", found.span("scene"), *error.help)
     if scene_path is not None:
-        _scene_uses(assembly, scene_path, Files.of(scene_path, [*files.roots]), options)
+        _scene_uses(assembly, scene_path, Files.of(scene_path, files.roots, options.near), options)
     return [_Use(path, name, {}, "")]
 
 

@@ -64,8 +64,8 @@ def _dry_setup_graph(plan: Plan, services: Services, findings: Findings, *, prim
             return
         if isinstance(error, PrimError | JointError) and not prims_known:
             skipped += 1
-        elif (finding := explain(plan.graph.instances[index], error)) not in findings.items:
-            findings.items.append(finding)
+        else:
+            findings.put(explain(plan.graph.instances[index], error))
 
     executor = make_executor(plan, services, SimulationClock(services.world.tick_period))
     executor.setup(fail)
@@ -104,29 +104,29 @@ def make_variables(plan: Plan) -> dict[str, GraphVariable]:
 
 def explain(instance: Instance, error: GraphError) -> Finding:
     """A failed setup at the place of the input that asked for the impossible."""
-    if not isinstance(error, ContextError):
-        return Finding("G307", f"{instance.id}: {error}", instance.span, related=instance.entry.via)
-    return Finding(
-        error.code,
-        f"{instance.id}: {error.message}",
-        _place(instance, error.value),
-        error.help,
-        related=instance.entry.via,
-    )
+    via = instance.entry.via
+    if isinstance(error, ContextError):
+        place = _place(instance, error.value)
+        return Finding(error.code, f"{instance.id}: {error.message}", place, error.help, via)
+    if isinstance(error.__cause__, ValueError):  # the node's own sentence about its inputs
+        return Finding("G307", f"{instance.id}: {error.__cause__}", instance.span, related=via)
+    cause, details = error.__cause__ or error, str(error).split("\n")[1:]
+    message = f"{instance.id} cannot be set up: {type(cause).__name__}: {cause}"
+    return Finding("G307", message, instance.span, tuple(line.strip() for line in details), via)
 
 
 def _place(instance: Instance, value: object) -> Span:
     """The input whose value is, or holds, the offending one; else the node."""
+    given = instance.entry.spec.inputs
     for port in instance.cls.fields.values():
-        if port.side != "inputs" or port.field not in instance.literals:
+        key = next((key for key in (port.name, f"inputs:{port.name}") if key in given), None)
+        if port.side != "inputs" or key is None:
             continue
-        held = getattr(instance.node, port.field)
+        held, literal = getattr(instance.node, port.field), given[key]
         if held is value or (isinstance(held, str | tuple) and held == value):
-            return instance.entry.span("inputs", port.name)
-        if isinstance(held, tuple) and value in held:
-            literal = instance.entry.spec.inputs[port.name]
-            position = (held.index(value),) if isinstance(literal, list | tuple) else ()
-            return instance.entry.span("inputs", port.name, *position)
+            return instance.entry.span("inputs", key)
+        if isinstance(literal, list) and isinstance(value, str | int) and value in literal:
+            return instance.entry.span("inputs", key, literal.index(value))
     return instance.span
 
 
@@ -197,9 +197,11 @@ def _check_parents(context: LintContext, edges: Iterable[tuple[str, str, TopicCl
         if first is claim and known == parent:
             continue
         span = _spans(context, first)
+        twice = f"frame {child!r} below {parent!r} comes from both {first.node} and {claim.node}"
+        parents_differ = f"frame {child!r} has two parents: {known!r} from {first.node}, {parent!r} from {claim.node}"
         context.findings.add(
             "G306",
-            f"frame {child!r} has two parents: {known!r} from {first.node}, {parent!r} from {claim.node}",
+            twice if known == parent else parents_differ,
             _spans(context, claim),
             "a frame has one parent and one publisher; rename a frame, or remove one of the two",
             related=[(span, "the other one")] if span else [],

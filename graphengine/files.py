@@ -36,11 +36,14 @@ class Files:
     """The folders that references may lead into."""
 
     roots: tuple[Path, ...]
+    near: Path | None = None
+    """The working directory, where paths below it are to be shown from there."""
 
     @staticmethod
-    def of(given: Path, allowed: Sequence[Path] = ()) -> Files:
+    def of(given: Path, allowed: Sequence[Path] = (), near: Path | None = None) -> Files:
         """For a file that the user gave."""
-        return Files((given.resolve().parent, shipped(), *(path.resolve() for path in allowed)))
+        roots = (given.resolve().parent, shipped(), *(path.resolve() for path in allowed))
+        return Files(roots, near.resolve() if near else None)
 
     def find(self, reference: str, folder: Path) -> Path:
         """The file that a reference in a file of `folder` means.
@@ -57,9 +60,15 @@ class Files:
                         f"{reference!r} lies outside the folder of the file you gave",
                         f"allow it with --allow {place.resolve().parent}",
                     )
-                return place
+                return self.shown(place)
         looked = list(dict.fromkeys(repr(str(place.parent)) for place in places[:2]))
         raise NotFoundError(f"no file {reference!r}", self._near(reference, places), f"looked in {', '.join(looked)}")
+
+    def shown(self, path: Path) -> Path:
+        """The path as messages name it: from the working directory where it lies below it."""
+        if self.near is not None and path.resolve().is_relative_to(self.near):
+            return path.resolve().relative_to(self.near)
+        return path
 
     def may_read(self, path: Path) -> bool:
         """Whether a file lies below one of the roots, links followed."""

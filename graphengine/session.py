@@ -141,8 +141,7 @@ class Session:
             NodeError: a node raised; commands were set to zero.
             PhysicsError: the simulation diverged.
         """
-        if self.state == "stopped":
-            self.play()
+        self.play()
         first = self.clock.frame
         ticks = None if seconds is None else round(seconds / self.clock.delta)
         pacer = Pacer(self.clock.delta / pace) if pace else None

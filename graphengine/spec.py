@@ -5,6 +5,7 @@ Every model's JSON Schema is what `graphrun schema` prints, so descriptions here
 
 from __future__ import annotations
 
+import math
 import os
 import types
 import typing
@@ -114,6 +115,8 @@ class Orientation(Spec):
     def _one_form(self) -> Orientation:
         if (self.rpy_deg is None) == (self.quaternion_xyzw is None):
             raise ValueError("give rpy_deg: [roll, pitch, yaw] or quaternion_xyzw: [x, y, z, w]")
+        if self.quaternion_xyzw is not None and abs(math.hypot(*self.quaternion_xyzw) - 1.0) > 0.01:
+            raise ValueError("a quaternion that is a rotation has length 1")
         return self
 
 

@@ -165,20 +165,17 @@ class IsaacComputeTransformTree(Node, type="isaacsim.core.nodes.IsaacComputeTran
     orientations: Double4s = Out(doc="(x, y, z, w)")
 
     links: Sequence[FrameLink] = State()
+    names: tuple[tuple[str, ...], tuple[str, ...]] = State()
 
     def setup(self, context: Context) -> None:
         """Expand the targets; the names are known before the first tick."""
         self.links = context.transform_tree(self.target_prims, self.parent_prim[0] if self.parent_prim else "")
-        self.name_frames()
-
-    def name_frames(self) -> None:
-        """Put out the names."""
-        self.parent_frames = tuple(link.parent_name for link in self.links)
-        self.child_frames = tuple(link.child_name for link in self.links)
+        self.names = tuple(link.parent_name for link in self.links), tuple(link.child_name for link in self.links)
+        self.parent_frames, self.child_frames = self.names
 
     def compute(self) -> None:
         """Read all poses."""
-        self.name_frames()
+        self.parent_frames, self.child_frames = self.names
         translations, orientations = [], []
         for link in self.links:
             position, orientation = link.child.pose()

@@ -85,6 +85,7 @@ def make_options(arguments: argparse.Namespace) -> Options:
         robot_state=arguments.robot_state,
         scene=find_file(arguments.scene) if arguments.scene else None,
         registry=make_registry(arguments.modules) if arguments.modules else None,
+        near=Path.cwd(),
     )
 
 
@@ -127,10 +128,11 @@ def assemble(arguments: argparse.Namespace) -> Assembly:
     return build.assemble(find_file(arguments.file), make_options(arguments))
 
 
-def print_findings(findings: Findings, *, stream: Any = None) -> None:
-    """All findings in order, each with its excerpt."""
+def print_findings(findings: Findings, *, stream: Any = None, notes: bool = True) -> None:
+    """All findings in order, each with its excerpt; notes only when they are wanted."""
     for finding in findings.sorted():
-        print(finding.render(), file=stream or sys.stderr)
+        if notes or finding.severity != "note":
+            print(finding.render(), file=stream or sys.stderr)
 
 
 def table(rows: Sequence[Sequence[str]], *, indent: str = "") -> str:

@@ -62,7 +62,7 @@ def execute(arguments: argparse.Namespace) -> int:
     from graphengine.cli.common import assemble, print_findings
 
     assembly = assemble(arguments)
-    print_findings(assembly.findings)
+    print_findings(assembly.findings, notes=False)
     if assembly.findings.errors:
         assembly.world.close()
         return 1

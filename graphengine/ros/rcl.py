@@ -7,6 +7,7 @@ import importlib
 import logging
 import os
 import threading
+import warnings
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -137,7 +138,9 @@ class RclTransport:
         from rclpy.event_handler import PublisherEventCallbacks
 
         writer = RclWriter(topic, self._remove)
-        with self._opening(topic, message_type) as message:
+        with self._opening(topic, message_type) as message, warnings.catch_warnings():
+            # Jazzy's rclpy warns of a class of its own that it uses for this event.
+            warnings.simplefilter("ignore", DeprecationWarning)
             writer.publisher = self._node.create_publisher(
                 message, topic, _profile(qos), event_callbacks=PublisherEventCallbacks(matched=writer.count)
             )

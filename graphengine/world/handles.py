@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from graphengine.backend import select_joints
 from graphengine.context import Quaternion, Vector3
+from graphengine.rotation import multiply, rotate
 from graphengine.stage import Prim
 from graphengine.world.drives import Drive, position_servo, velocity_servo
-from graphengine.world.poses import NOWHERE, carrier, multiply, rotate
+from graphengine.world.poses import NOWHERE, carrier
 
 if TYPE_CHECKING:
     from graphengine.world.simulation import Simulation

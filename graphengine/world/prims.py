@@ -74,9 +74,10 @@ class _Builder:
             base_link=links[robot.spec.base_link],
             articulation_root=links[robot.articulation_root],
             joints=tuple(joint.name for joint in robot.moving),
+            moving_links=tuple(links[joint.child] for joint in robot.moving),
             prismatic=tuple(joint.type == "prismatic" for joint in robot.moving),
             wheel_radii=robot.wheel_radii,
-            track=robot.track,
+            wheel_distance=robot.wheel_distance,
             urdf=robot.urdf_text,
             fixed_transforms=robot.fixed_transforms,
         )

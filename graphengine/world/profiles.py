@@ -39,11 +39,11 @@ class PartSpec(Spec):
     kind: Literal["camera", "imu"]
     position: Vector = (0.0, 0.0, 0.0)
     orientation: Orientation = UPRIGHT
-    size: Annotated[tuple[int, int], Field(strict=False)] | None = Field(None, description="Width and height, pixels.")
-    fov_deg: Pair | None = Field(None, description="Horizontal and vertical field of view.")
-    clip: Pair | None = Field(None, description="Nearest and farthest distance seen, m.")
-    depth: bool = Field(False, description="Whether it measures distance.")
-    rate: Positive = Field(30.0, description="Pictures or samples a second.")
+    size: Annotated[tuple[int, int], Field(strict=False)] | None = Field(default=None, description="Width and height, pixels.")
+    fov_deg: Pair | None = Field(default=None, description="Horizontal and vertical field of view.")
+    clip: Pair | None = Field(default=None, description="Nearest and farthest distance seen, m.")
+    depth: bool = Field(default=False, description="Whether it measures distance.")
+    rate: Positive = Field(default=30.0, description="Pictures or samples a second.")
 
 
 class RigProfile(Spec):

@@ -9,10 +9,10 @@ from pathlib import Path
 from graphengine.context import Quaternion, Vector3
 from graphengine.diagnostics import Findings, Span, did_you_mean, listing
 from graphengine.files import Files, NotFoundError
+from graphengine.rotation import rotate
 from graphengine.spec import RobotSpec, RobotUse
 from graphengine.world import urdf as descriptions
 from graphengine.world.drives import Drive, drive_of
-from graphengine.world.poses import rotate
 from graphengine.world.profiles import SensorProfile, read_profiles
 from graphengine.world.robotfile import RobotFile
 from graphengine.world.urdf import Joint, Urdf, shape_of
@@ -78,7 +78,7 @@ class Robot:
         return {joint.name: wheel[0] for joint in self.moving if (wheel := self.urdf.wheel(joint))}
 
     @property
-    def track(self) -> float | None:
+    def wheel_distance(self) -> float | None:
         """Distance (m) along the axle between the centres of the two driven wheels; None unless there are two."""
         driven = [joint for joint in self.moving if joint.name in self.drives and self.urdf.wheel(joint)]
         if len(driven) != 2:

@@ -13,7 +13,8 @@ from pathlib import Path
 
 from graphengine.context import Vector3
 from graphengine.diagnostics import Findings, did_you_mean, listing
-from graphengine.world.poses import NOWHERE, Pose, compose, from_rpy, rotate
+from graphengine.rotation import Pose, compose, from_rpy, rotate
+from graphengine.world.poses import NOWHERE
 from graphengine.world.xmlfile import Element, numbers, read
 
 MOVING = ("revolute", "continuous", "prismatic")

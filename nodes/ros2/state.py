@@ -98,9 +98,9 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
 
     def joint_state(self, stamp: float, names: Sequence[str], *arrays: NDArray[np.float64]) -> messages.JointState:
         """Positions, velocities and efforts, rounded."""
-        step = self.resolution
-        if step:
-            arrays = tuple(np.round(array / step) * step for array in arrays)
+        if self.resolution:
+            steps = 1.0 / self.resolution
+            arrays = tuple(np.rint(array * steps) / steps for array in arrays)
         return messages.JointState(messages.header(stamp, ""), list(names), *arrays)
 
 

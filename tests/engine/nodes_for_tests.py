@@ -188,6 +188,7 @@ class Join(Journaling, type="test.Join"):
     first = ExecIn()
     second = ExecIn()
     hold = ExecIn(control=True)
+    value: float = In(default=0.0)
     exec_out = ExecOut()
 
     def compute(self) -> None:
@@ -552,9 +553,9 @@ class ReadVariable(Node, type="test.ReadVariable", volatile=True):
 
 
 @node("test.Double")
-def Twice(value: float) -> float:  # noqa: N802
+def Twice(number: float) -> float:  # noqa: N802
     """Twice a number."""
-    return 2.0 * value
+    return 2.0 * number
 
 
 class Sums(Node, type="test.Sums"):

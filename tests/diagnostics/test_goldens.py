@@ -1,0 +1,112 @@
+"""Every code has a file with the mistake and the exact text that `check` prints for it.
+
+`UPDATE_GOLDENS=1 pytest tests/diagnostics` writes the texts anew; read them before they are committed.
+"""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import os
+import re
+from pathlib import Path
+
+import pytest
+
+from graphengine import build
+from graphengine.build import Assembly, Options
+from graphengine.context import Context, Variable
+from graphengine.diagnostics import CODES
+from graphengine.files import shipped
+from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
+from graphengine.registry import Registry
+from graphengine.types import Vector3d
+
+CASES = Path(__file__).parent / "cases"
+FILES = sorted(CASES.glob("*.yaml"))
+
+
+class Sum(Node, type="example.Sum"):
+    """A data node."""
+
+    a: float = In(default=0.0)
+    b: float = In(default=0.0)
+    value: float = Out()
+
+
+class Filter(Node, type="example.Filter"):
+    """An action that reads a vector."""
+
+    exec_in = ExecIn()
+    velocity: Vector3d = In(default=(0.0, 0.0, 0.0))
+    exec_out = ExecOut()
+
+
+class Broken(Node, type="example.Broken"):
+    """A node with a bug in its setup."""
+
+    exec_in = ExecIn()
+    gains: float = In(default=0.0)
+
+    def setup(self, context: Context) -> None:
+        raise ZeroDivisionError("division by zero")
+
+
+class ReadSpeed(Node, type="example.ReadSpeed", volatile=True):
+    """A data node that reads a variable."""
+
+    value: float = Out()
+
+    variable: Variable = State()
+
+    def setup(self, context: Context) -> None:
+        self.variable = context.variable("speed")
+
+    def reads(self) -> tuple[str, ...]:
+        return ("variable:speed",)
+
+
+class WriteSpeed(Node, type="example.WriteSpeed"):
+    """An action that writes a variable."""
+
+    exec_in = ExecIn()
+    value: float = In(default=0.0)
+
+    def writes(self) -> tuple[str, ...]:
+        return ("variable:speed",)
+
+
+@functools.cache
+def registry() -> Registry:
+    types = Registry()
+    types.add_module(importlib.import_module("nodes"), "graphengine", built_in=True)
+    for cls in (Sum, Filter, Broken, ReadSpeed, WriteSpeed):
+        types.add(cls, "tests")
+    return types
+
+
+def assemble(path: Path, monkeypatch: pytest.MonkeyPatch) -> Assembly:
+    """As a user who stands in the folder of the file."""
+    monkeypatch.chdir(path.parent)
+    assembly = build.assemble(Path(path.name), Options(registry=registry()))
+    assembly.world.close()
+    return assembly
+
+
+def told(assembly: Assembly) -> str:
+    text = "\n".join(finding.render() for finding in assembly.findings.sorted())
+    return text.replace(str(shipped()), "<shipped>") + "\n"
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_the_text_is_the_one_that_was_read_by_eye(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = told(assemble(path, monkeypatch))
+    golden = path.with_suffix(".txt")
+    if os.environ.get("UPDATE_GOLDENS"):
+        golden.write_text(text, encoding="utf-8")
+    assert text == golden.read_text(encoding="utf-8")
+
+
+def test_every_code_has_a_golden_and_every_golden_a_code() -> None:
+    named = {path.stem.partition("_")[0] for path in FILES if not path.stem.startswith("many_")}
+    assert named == set(CODES)

@@ -1,0 +1,55 @@
+"""A second process of the tests: joins the domain that its environment names and plays one part until its input ends."""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+import time
+
+from graphengine.context import QoS
+from graphengine.ros.dds import DdsTransport
+from graphengine.ros.domain import Domain
+from graphengine.ros.messages import String, encode
+
+STRING = "std_msgs/msg/String"
+
+
+def echo(transport: DdsTransport) -> None:
+    """Send back what comes, until the input ends."""
+    pong = transport.writer("/pong", STRING, QoS())
+    transport.reader("/ping", STRING, QoS(), pong.write)
+    sys.stdin.read()
+
+
+def flood(transport: DdsTransport) -> None:
+    """Write as fast as it goes, until the input ends."""
+    reading = threading.Thread(target=sys.stdin.read, daemon=True)
+    reading.start()
+    writer = transport.writer("/crowd", STRING, QoS())
+    while reading.is_alive():
+        for _ in range(20):
+            writer.write(encode(String("flood")))
+        time.sleep(0.0005)
+
+
+def crowd(transport: DdsTransport) -> None:
+    """Write to the topic that it reads, while another process writes to it too, until both were heard often."""
+    heard = {b"crowd": 0, b"flood": 0}
+
+    def count(data: bytes) -> None:
+        heard[data[8:13]] += 1
+
+    transport.reader("/crowd", STRING, QoS(), count)
+    writer = transport.writer("/crowd", STRING, QoS())
+    while min(heard.values()) < 3000:
+        for _ in range(20):
+            writer.write(encode(String("crowd")))
+        time.sleep(0.0005)
+
+
+if __name__ == "__main__":
+    part = {"echo": echo, "flood": flood, "crowd": crowd}[sys.argv[1]]
+    joined = DdsTransport(Domain.from_environment(os.environ), f"peer_{sys.argv[1]}")
+    part(joined)
+    joined.close()

@@ -1,0 +1,153 @@
+"""The seam to Cyclone DDS: the two functions that are not public, and the configuration of domains."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+from cyclonedds import _clayer
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.pub import DataWriter
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+
+from graphengine.context import QoS
+from graphengine.diagnostics import TransportError
+from graphengine.ros import cyclone
+from graphengine.ros.domain import Domain
+from graphengine.ros.idl import idl_type
+from graphengine.ros.messages import String, encode
+
+STRING = "std_msgs/msg/String"
+
+
+@pytest.fixture
+def endpoints(domain_id: int) -> Iterator[tuple[Any, Any]]:
+    domain = Domain(domain_id, "OFF")
+    participant = cyclone.join(domain, "")
+    topic = Topic(participant, "rt/chatter", idl_type(STRING))
+    policies = cyclone.endpoint_qos(QoS(depth=200), "")
+    yield DataWriter(participant, topic, qos=policies), DataReader(participant, topic, qos=policies)
+    cyclone.leave(domain, participant)
+
+
+def test_the_version_is_the_one_these_functions_were_read_in() -> None:
+    assert importlib.metadata.version("cyclonedds") == "11.0.1"
+
+
+def test_write_takes_a_handle_and_bytes_and_take_a_handle_a_mask_and_a_number(endpoints: tuple[Any, Any]) -> None:
+    writer, reader = endpoints
+    data = encode(String("hi"))
+    assert _clayer.ddspy_write(writer._ref, data) == 0
+    ((taken, info),) = _clayer.ddspy_take(reader._ref, 0x7F, 10)
+    assert taken == data
+    assert info.valid_data is True
+    assert _clayer.ddspy_take(reader._ref, 0x7F, 10) == []
+
+
+def test_handles_that_are_gone_give_negative_codes(endpoints: tuple[Any, Any]) -> None:
+    for entity in endpoints:
+        cyclone.delete(entity)
+        cyclone.delete(entity)
+    assert _clayer.ddspy_write(endpoints[0]._ref, encode(String("hi"))) < 0
+    assert _clayer.ddspy_take(endpoints[1]._ref, 0x7F, 10) < 0
+
+
+def test_take_empties_the_reader_however_much_there_is(endpoints: tuple[Any, Any]) -> None:
+    writer, reader = endpoints
+    for number in range(150):
+        assert cyclone.write(writer, encode(String(str(number)))) == 0
+    assert len(list(cyclone.take(reader))) == 150
+    assert list(cyclone.take(reader)) == []
+
+
+@pytest.mark.parametrize("data", [b"", b"\0\1", b"\0\1\0\0", b"\0\1\0\0\xff\xff\xff\xff", b"\0\7\0\0abcd"])
+def test_malformed_bytes_are_refused_with_a_code(endpoints: tuple[Any, Any], data: bytes) -> None:
+    assert cyclone.write(endpoints[0], data) < 0
+    assert "Bad parameter" in cyclone.reason(cyclone.write(endpoints[0], data))
+
+
+def parsed(domain: Domain) -> list[dict[str, Any]]:
+    found = []
+    for text in cyclone.configurations(domain):
+        root = ElementTree.fromstring(text)
+        peers = [peer.get("address") for peer in root.iter("Peer")]
+        found.append({element.tag: element.text for element in root.iter() if element.text} | {"peers": peers})
+    return found
+
+
+def test_the_subnet_is_searched_by_multicast_and_the_host_by_unicast() -> None:
+    both, loopback = parsed(Domain(0, "SUBNET"))
+    expected = {"AllowMulticast": "true", "ParticipantIndex": "auto", "MaxAutoParticipantIndex": "32"}
+    assert both == loopback == expected | {"peers": ["127.0.0.1"]}
+    assert "autodetermine" in cyclone.configurations(Domain())[0]
+    assert "autodetermine" not in cyclone.configurations(Domain())[1]
+
+
+def test_localhost_means_no_multicast() -> None:
+    assert all(found["AllowMulticast"] == "false" for found in parsed(Domain(0, "LOCALHOST")))
+
+
+def test_off_means_a_tag_that_no_other_process_has() -> None:
+    (found,) = parsed(Domain(0, "OFF", ("127.0.0.1",)))
+    tag = f"ros_discovery_off_{os.getpid()}"
+    assert found == {"AllowMulticast": "false", "ParticipantIndex": "none", "Tag": tag, "peers": []}
+
+
+def test_the_system_default_is_cyclones_own() -> None:
+    assert cyclone.configurations(Domain(0, "SYSTEM_DEFAULT")) == [""]
+
+
+def test_static_peers_are_resolved_here() -> None:
+    assert parsed(Domain(0, "SUBNET", ("localhost", "192.0.2.7")))[0]["peers"] == [
+        "127.0.0.1",
+        "127.0.0.1",
+        "192.0.2.7",
+    ]
+    with pytest.raises(TransportError, match="ROS_STATIC_PEERS names 'no such host', which is no known host"):
+        cyclone.join(Domain(0, "SUBNET", ("no such host",)), "")
+
+
+def test_the_users_own_configuration_comes_last_and_so_wins() -> None:
+    own = '<CycloneDDS><Domain Id="any"><General><AllowMulticast>spdp</AllowMulticast></General></Domain></CycloneDDS>'
+    (text,) = cyclone.configurations(Domain(0, "LOCALHOST", (), own))
+    assert text.endswith(f",{own}")
+    assert "Interfaces" not in text
+
+
+def test_the_users_own_configuration_is_used(domain_id: int, capfd: pytest.CaptureFixture[str]) -> None:
+    own = '<CycloneDDS><Domain Id="any"><NoSuchElement/></Domain></CycloneDDS>'
+    with pytest.raises(TransportError, match=f"cannot join domain {domain_id}"):
+        cyclone.join(Domain(domain_id, "LOCALHOST", (), own), "")
+    assert "NoSuchElement" in capfd.readouterr().err
+
+
+def test_a_domain_is_open_for_as_long_as_somebody_is_in_it(domain_id: int) -> None:
+    domain = Domain(domain_id, "OFF")
+    first, second = cyclone.join(domain, ""), cyclone.join(domain, "")
+    cyclone.leave(domain, first)
+    assert second.guid
+    cyclone.leave(domain, second)
+    other = Domain(domain_id, "LOCALHOST")
+    cyclone.leave(other, cyclone.join(other, ""))
+
+
+def test_a_domain_that_the_process_is_in_otherwise_cannot_be_joined(domain_id: int) -> None:
+    stranger = DomainParticipant(domain_id)
+    with pytest.raises(TransportError, match=f"cannot join domain {domain_id}"):
+        cyclone.join(Domain(domain_id, "LOCALHOST"), "")
+    cyclone.delete(stranger)
+
+
+@pytest.mark.parametrize("make", [DataWriter, DataReader])
+def test_deleting_does_not_wait_for_pythons_collector(domain_id: int, make: Callable[..., Any]) -> None:
+    domain = Domain(domain_id, "OFF")
+    participant = cyclone.join(domain, "")
+    entity = make(participant, Topic(participant, "rt/chatter", idl_type(STRING)))
+    cyclone.leave(domain, participant)
+    assert entity._ref > 0
+    cyclone.delete(entity)

@@ -1,0 +1,222 @@
+"""What only the DDS transport does: being a ROS 2 node without ROS."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import pytest
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+
+import graphengine
+from graphengine.context import QoS
+from graphengine.diagnostics import TransportError
+from graphengine.ros import cyclone
+from graphengine.ros.dds import GRAPH_TOPIC, GRAPH_TYPE, DdsTransport
+from graphengine.ros.domain import Domain
+from graphengine.ros.idl import dds_name, idl_type
+from graphengine.ros.messages import DEFINITIONS, String, decode, encode, type_hash
+from graphengine.ros.qos import LATCHED
+
+Eventually: TypeAlias = Callable[[Callable[[], object]], bool]
+Start: TypeAlias = Callable[[str, int], "subprocess.Popen[bytes]"]
+
+STRING = "std_msgs/msg/String"
+
+
+@pytest.fixture
+def domain(domain_id: int) -> Domain:
+    return Domain(domain_id, "LOCALHOST")
+
+
+@pytest.fixture
+def alice(domain: Domain) -> Iterator[DdsTransport]:
+    transport = DdsTransport(domain, "alice", "/robots")
+    yield transport
+    transport.close()
+
+
+def end(process: subprocess.Popen[bytes]) -> None:
+    assert process.stdin
+    process.stdin.close()
+    process.wait(timeout=60)
+
+
+@pytest.fixture
+def start() -> Iterator[Start]:
+    """Starts a process that plays a part of `peer.py` in a domain."""
+    started: list[subprocess.Popen[bytes]] = []
+
+    def start(part: str, domain_id: int) -> subprocess.Popen[bytes]:
+        environment = {
+            **os.environ,
+            "ROS_DOMAIN_ID": str(domain_id),
+            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+            "PYTHONPATH": str(Path(graphengine.__file__).parents[1]),
+        }
+        program = [sys.executable, "-W", "error", str(Path(__file__).with_name("peer.py")), part]
+        started.append(subprocess.Popen(program, env=environment, stdin=subprocess.PIPE))
+        return started[-1]
+
+    yield start
+    for process in started:
+        end(process)
+    assert [process.returncode for process in started] == [0] * len(started)
+
+
+def test_two_processes_hear_each_other(
+    alice: DdsTransport, domain: Domain, start: Start, eventually: Eventually
+) -> None:
+    heard: list[bytes] = []
+    alice.reader("/pong", STRING, QoS(), heard.append)
+    ping = alice.writer("/ping", STRING, QoS())
+    process = start("echo", domain.id)
+    assert eventually(lambda: ping.matched)
+
+    def answered() -> bool:
+        ping.write(encode(String("hello")))
+        return bool(heard)
+
+    assert eventually(answered)
+    assert decode(heard[0], STRING) == String("hello")
+    end(process)
+    assert eventually(lambda: not ping.matched)
+
+
+def test_writing_to_a_topic_that_a_peer_writes_to_as_well_does_not_lock_up(domain: Domain, start: Start) -> None:
+    start("flood", domain.id)
+    assert start("crowd", domain.id).wait(timeout=60) == 0
+
+
+class Graph:
+    """The ROS graph as another participant sees it."""
+
+    def __init__(self, domain: Domain) -> None:
+        self.domain = domain
+        self.participant = cyclone.join(domain, "enclave=/;")
+        topic = Topic(self.participant, GRAPH_TOPIC, idl_type(GRAPH_TYPE))
+        self.reader = DataReader(self.participant, topic, qos=cyclone.endpoint_qos(LATCHED, ""))
+        self.newest: dict[bytes, Any] = {}
+
+    def nodes(self) -> dict[str, Any]:
+        for data in cyclone.take(self.reader):
+            info = decode(data, GRAPH_TYPE)
+            self.newest[info.gid.data.tobytes()] = info
+        infos = [node for info in self.newest.values() for node in info.node_entities_info_seq]
+        return {f"{node.node_namespace}/{node.node_name}": node for node in infos}
+
+
+@pytest.fixture
+def graph(domain: Domain) -> Iterator[Graph]:
+    seen = Graph(domain)
+    yield seen
+    cyclone.leave(domain, seen.participant)
+
+
+def test_the_node_and_its_endpoints_are_in_the_ros_graph_until_it_closes(
+    alice: DdsTransport, graph: Graph, eventually: Eventually
+) -> None:
+    def endpoints() -> tuple[int, int] | None:
+        node = graph.nodes().get("/robots/alice")
+        return (len(node.reader_gid_seq), len(node.writer_gid_seq)) if node else None
+
+    # Every node has the topics /rosout and /parameter_events.
+    assert eventually(lambda: endpoints() == (0, 2))
+    writer = alice.writer("/odom", "nav_msgs/msg/Odometry", QoS())
+    reader = alice.reader("/cmd_vel", "geometry_msgs/msg/Twist", QoS(), lambda data: None)
+    assert eventually(lambda: endpoints() == (1, 3))
+    announced = {gid.data.tobytes() for gid in graph.nodes()["/robots/alice"].writer_gid_seq}
+    assert writer.entity.guid.bytes in announced
+    writer.close()
+    reader.close()
+    assert eventually(lambda: endpoints() == (0, 2))
+    alice.close()
+    assert eventually(lambda: graph.nodes() == {})
+
+
+def test_nodes_of_other_processes_are_in_the_ros_graph(
+    graph: Graph, domain: Domain, start: Start, eventually: Eventually
+) -> None:
+    process = start("echo", domain.id)
+    assert eventually(lambda: "//peer_echo" in graph.nodes())
+    end(process)
+    assert eventually(lambda: graph.nodes() == {})
+
+
+def test_names_types_and_hashes_are_announced_as_ros_2_does(alice: DdsTransport) -> None:
+    writer = alice.writer("/robot/odom", "nav_msgs/msg/Odometry", QoS())
+    assert writer.entity.topic.get_name() == "rt/robot/odom"
+    assert writer.entity.topic.get_type_name() == dds_name("nav_msgs/msg/Odometry")
+    policies = {type(policy).__name__: policy for policy in writer.entity.get_qos()}
+    assert policies["Userdata"].data == f"typehash={type_hash('nav_msgs/msg/Odometry')};".encode()
+    assert not policies["WriterDataLifecycle"].autodispose
+    assert policies["DataRepresentation"].use_cdrv0_representation
+    assert not policies["DataRepresentation"].use_xcdrv2_representation
+
+
+def test_dds_type_names_are_those_of_ros_2() -> None:
+    assert dds_name("nav_msgs/msg/Odometry") == "nav_msgs::msg::dds_::Odometry_"
+
+
+@pytest.mark.parametrize("message_type", sorted(DEFINITIONS.types))
+def test_every_message_type_can_be_described_to_dds(message_type: str, alice: DdsTransport) -> None:
+    writer = alice.writer("/any", message_type, QoS())
+    assert writer.entity.topic.get_type_name() == dds_name(message_type)
+
+
+def test_a_message_of_another_type_is_refused_by_the_writer(alice: DdsTransport) -> None:
+    writer = alice.writer("/odom", "nav_msgs/msg/Odometry", QoS())
+    with pytest.raises(TransportError, match="/odom: 12 bytes were not sent"):
+        writer.write(encode(String("hi")))
+
+
+def test_a_message_that_is_not_padded_is_padded(alice: DdsTransport, eventually: Eventually) -> None:
+    heard: list[bytes] = []
+    alice.reader("/chatter", STRING, QoS(), heard.append)
+    writer = alice.writer("/chatter", STRING, QoS())
+    assert eventually(lambda: writer.matched)
+    writer.write(encode(String("hi"))[:-1])
+    assert eventually(lambda: heard == [encode(String("hi"))])
+
+
+def test_a_topic_has_one_type(alice: DdsTransport) -> None:
+    alice.writer("/chatter", STRING, QoS())
+    with pytest.raises(TransportError, match="chatter has the type std_msgs/msg/String here"):
+        alice.reader("/chatter", "std_msgs/msg/Bool", QoS(), lambda data: None)
+
+
+def test_one_process_is_in_a_domain_with_one_configuration(alice: DdsTransport, domain: Domain) -> None:
+    with pytest.raises(TransportError, match="already in domain"):
+        DdsTransport(Domain(domain.id, "SUBNET"), "bob")
+
+
+def test_close_leaves_no_thread_and_no_socket(domain: Domain) -> None:
+    def sockets() -> int:
+        links = (os.readlink(link) for link in Path("/proc/self/fd").iterdir() if link.is_symlink())
+        return sum(target.startswith("socket:") for target in links)
+
+    before = threading.active_count(), len(os.listdir("/proc/self/task")), sockets()
+    transport = DdsTransport(domain, "alice")
+    transport.reader("/chatter", STRING, QoS(), lambda data: None)
+    assert len(os.listdir("/proc/self/task")) > before[1]
+    transport.close()
+    assert (threading.active_count(), len(os.listdir("/proc/self/task")), sockets()) == before
+
+
+def test_a_transport_that_could_not_be_made_leaves_nothing_behind(
+    domain: Domain, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise TransportError("on purpose")
+
+    before = len(os.listdir("/proc/self/task"))
+    monkeypatch.setattr(DdsTransport, "_announce", fail)
+    with pytest.raises(TransportError, match="on purpose"):
+        DdsTransport(domain, "alice")
+    assert len(os.listdir("/proc/self/task")) == before

@@ -1,0 +1,69 @@
+"""What only the transport in memory does: reading back, injecting, standing for readers."""
+
+from __future__ import annotations
+
+import pytest
+
+from graphengine.context import QoS
+from graphengine.diagnostics import TransportError
+from graphengine.ros.memory import MemoryTransport
+from graphengine.ros.messages import MessageError, String, Twist, Vector3, decode, encode
+
+STRING = "std_msgs/msg/String"
+
+
+def test_what_was_written_can_be_read_back_after_closing_too() -> None:
+    transport = MemoryTransport()
+    writer = transport.writer("/chatter", STRING, QoS(depth=1))
+    for value in "abc":
+        writer.write(encode(String(value)))
+    transport.close()
+    assert transport.messages("/chatter") == [String("a"), String("b"), String("c")]
+    assert transport.raw("/chatter") == [encode(String(value)) for value in "abc"]
+    assert transport.messages("/never") == []
+
+
+def test_a_transport_that_wants_all_makes_every_writer_matched() -> None:
+    writer = MemoryTransport(wants_all=True).writer("/chatter", STRING, QoS())
+    assert writer.matched
+    writer.close()
+    assert not writer.matched
+
+
+def test_tests_can_feed_subscribers() -> None:
+    transport = MemoryTransport()
+    heard: list[bytes] = []
+    transport.reader("/cmd_vel", "geometry_msgs/msg/Twist", QoS(), heard.append)
+    twist = Twist(Vector3(1.0, 0.0, 0.0), Vector3(0.0, 0.0, 0.5))
+    transport.inject("/cmd_vel", twist)
+    transport.inject("/cmd_vel", b"rubbish")
+    assert decode(heard[0], "geometry_msgs/msg/Twist") == twist
+    assert heard[1] == b"rubbish"
+
+
+def test_what_is_injected_where_nobody_reads_is_an_error() -> None:
+    transport = MemoryTransport()
+    transport.reader("/cmd_vel", "geometry_msgs/msg/Twist", QoS(), lambda data: None)
+    with pytest.raises(TransportError, match="nobody reads /cmdvel\ntopics that are read: /cmd_vel"):
+        transport.inject("/cmdvel", String(""))
+    with pytest.raises(TransportError, match="/cmd_vel is read as geometry_msgs/msg/Twist, not as std_msgs/msg/String"):
+        transport.inject("/cmd_vel", String(""))
+    with pytest.raises(MessageError, match="is no ROS message"):
+        transport.inject("/cmd_vel", 3)
+
+
+def test_one_topic_with_two_types_does_not_match() -> None:
+    transport = MemoryTransport()
+    transport.reader("/chatter", "std_msgs/msg/Bool", QoS(), lambda data: None)
+    assert not transport.writer("/chatter", STRING, QoS()).matched
+
+
+def test_late_joiners_get_all_that_a_writer_keeps_and_in_the_order_of_writing() -> None:
+    transport = MemoryTransport()
+    keep = QoS(history="keepAll", durability="transientLocal")
+    first, second = transport.writer("/map", STRING, keep), transport.writer("/map", STRING, keep)
+    for number in range(20):
+        (first if number % 2 else second).write(encode(String(str(number))))
+    heard: list[bytes] = []
+    transport.reader("/map", STRING, keep, heard.append)
+    assert [decode(data, STRING).data for data in heard] == [str(number) for number in range(20)]

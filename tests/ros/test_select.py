@@ -1,0 +1,56 @@
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+from graphengine.diagnostics import TransportError
+from graphengine.ros import rcl
+from graphengine.ros.domain import Domain
+from graphengine.ros.select import open_transport
+
+
+@pytest.fixture
+def without_rclpy(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "rclpy.executors", None)
+
+
+@pytest.fixture
+def domain(domain_id: int) -> Domain:
+    return Domain(domain_id, "OFF")
+
+
+def test_memory_joins_nothing(domain: Domain) -> None:
+    assert open_transport("memory", domain).description == "memory: nothing leaves this process"
+
+
+@pytest.mark.usefixtures("without_rclpy")
+def test_without_rclpy_dds_is_chosen_and_says_why(domain: Domain) -> None:
+    transport = open_transport("auto", domain, "alice")
+    assert transport.description.startswith(f"dds (Eclipse Cyclone DDS), domain {domain.id}, discovery range OFF; ")
+    assert "chosen because rclpy cannot be imported (ModuleNotFoundError: " in transport.description
+    transport.close()
+
+
+@pytest.mark.usefixtures("without_rclpy")
+def test_rclpy_that_is_asked_for_and_missing_is_an_error(domain: Domain) -> None:
+    with pytest.raises(TransportError, match="rclpy cannot be used: ModuleNotFoundError"):
+        open_transport("rclpy", domain)
+
+
+@pytest.mark.ros
+@pytest.mark.skipif(rcl.import_error() is not None, reason=str(rcl.import_error()))
+def test_with_rclpy_rclpy_is_chosen_and_says_why(domain_id: int) -> None:
+    transport = open_transport("auto", Domain(domain_id, "LOCALHOST"), "alice")
+    assert transport.description.startswith("rclpy (rmw_")
+    assert transport.description.endswith("chosen because rclpy is installed")
+    transport.close()
+
+
+def test_dds_says_that_peers_of_zenoh_cannot_be_reached(domain: Domain) -> None:
+    transport = open_transport("dds", domain, environ={"RMW_IMPLEMENTATION": "rmw_zenoh_cpp"})
+    assert "RMW_IMPLEMENTATION is rmw_zenoh_cpp, whose peers" in transport.description
+    transport.close()
+    transport = open_transport("dds", domain, environ={"RMW_IMPLEMENTATION": "rmw_fastrtps_cpp"})
+    assert "RMW" not in transport.description
+    transport.close()
