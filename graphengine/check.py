@@ -15,6 +15,7 @@ from graphengine.plan import Plan
 from graphengine.registry import LINTS
 from graphengine.resolve import Instance
 from graphengine.stage import Stage
+from graphengine.template import WireEntry
 
 
 @dataclass(slots=True)
@@ -52,13 +53,15 @@ def dry_setup(plans: Sequence[Plan], world: World, findings: Findings, *, prims_
 
 def _dry_setup_graph(plan: Plan, services: Services, findings: Findings, *, prims_known: bool) -> None:
     skipped = 0
-    failed: set[int] = set()
+    failed = _faulty(plan, findings)
     sources: dict[int, set[int]] = {}
     for wire in plan.graph.data_wires:
         sources.setdefault(wire.target, set()).add(wire.source)
 
     def fail(index: int, error: GraphError) -> None:
         nonlocal skipped
+        if index in failed and not isinstance(error, ContextError):
+            return
         failed.add(index)
         if sources.get(index, set()) & failed:  # it may lack only what a failed node would have told it
             return
@@ -76,7 +79,29 @@ def _dry_setup_graph(plan: Plan, services: Services, findings: Findings, *, prim
     if skipped:
         nodes = f"{skipped} nodes of {plan.graph.name} ask" if skipped > 1 else f"a node of {plan.graph.name} asks"
         span = plan.graph.flat.loaded.document.span("graph")
-        findings.add("N102", f"{nodes} for prims, which were not checked", span, "give the scene with --scene")
+        no_scene = any(finding.code.startswith("S") for finding in findings.errors)
+        remedy = "the scene could not be loaded" if no_scene else "give the scene with --scene"
+        findings.add("N102", f"{nodes} for prims, which were not checked", span, remedy)
+
+
+def _faulty(plan: Plan, findings: Findings) -> set[int]:
+    """Nodes that lack a value because of a mistake that was told already: what else goes wrong in them follows from it."""
+    told = {str(finding.span) for finding in findings.errors}
+    refused = {wire.target.node for wire in _refused(plan)}
+    faulty = set()
+    for instance in plan.graph.instances:
+        entry = instance.entry
+        places = [entry.key_span(), *(entry.span("inputs", name) for name in entry.spec.inputs)]
+        places += [entry.key_span("inputs", name) for name in entry.spec.inputs]
+        if instance.id in refused or any(str(place) in told for place in places):
+            faulty.add(instance.index)
+    return faulty
+
+
+def _refused(plan: Plan) -> list[WireEntry]:
+    """Wires of the file that came to nothing."""
+    made = {id(wire.entry) for wire in (*plan.graph.data_wires, *plan.graph.exec_wires)}
+    return [entry for entry in plan.graph.flat.wires if id(entry) not in made]
 
 
 def make_executor(
@@ -110,9 +135,9 @@ def explain(instance: Instance, error: GraphError) -> Finding:
         return Finding(error.code, f"{instance.id}: {error.message}", place, error.help, via)
     if isinstance(error.__cause__, ValueError):  # the node's own sentence about its inputs
         return Finding("G307", f"{instance.id}: {error.__cause__}", instance.span, related=via)
-    cause, details = error.__cause__ or error, str(error).split("\n")[1:]
+    cause, details = error.__cause__ or error, [line.strip() for line in str(error).split("\n")]
     message = f"{instance.id} cannot be set up: {type(cause).__name__}: {cause}"
-    return Finding("G307", message, instance.span, tuple(line.strip() for line in details), via)
+    return Finding("G307", message, instance.span, tuple(d for d in details if d.startswith("inputs: ")), via)
 
 
 def _place(instance: Instance, value: object) -> Span:
@@ -123,7 +148,7 @@ def _place(instance: Instance, value: object) -> Span:
         if port.side != "inputs" or key is None:
             continue
         held, literal = getattr(instance.node, port.field), given[key]
-        if held is value or (isinstance(held, str | tuple) and held == value):
+        if held is value or literal == value or (isinstance(held, str | tuple) and held == value):
             return instance.entry.span("inputs", key)
         if isinstance(literal, list) and isinstance(value, str | int) and value in literal:
             return instance.entry.span("inputs", key, literal.index(value))
@@ -131,7 +156,9 @@ def _place(instance: Instance, value: object) -> Span:
 
 
 def lint_structure(plan: Plan, findings: Findings) -> None:
-    """Nodes that never run."""
+    """Nodes that never run. A wire that was refused would make all that lies behind it look idle."""
+    if _refused(plan):
+        return
     running = set(plan.order)
     for instance in plan.graph.instances:
         if instance.index in running:
@@ -146,7 +173,7 @@ def lint_structure(plan: Plan, findings: Findings) -> None:
             hint = (
                 f"wire its execution input, for instance from {events[0]}"
                 if events
-                else "the graph has no event node, such as OnPlaybackTick"
+                else "the graph has no event node; add one, such as OnPlaybackTick"
             )
             findings.add("W101", f"no event reaches {instance.id}", instance.span, hint, related=instance.entry.via)
 

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import itertools
 import linecache
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from graphengine import types
 from graphengine.node import Node
-from graphengine.plan import Call, Copy, Fire, Plan, Refresh, Region
+from graphengine.plan import Branch, Call, Copy, Fire, Plan, Refresh, Region
 
 _serial = itertools.count()
 
@@ -44,20 +44,15 @@ class Source:
         return self.nodes[line - 1] if 1 <= line <= len(self.nodes) else None
 
 
-def write_source(plan: Plan, *, keep_going: bool = False) -> Source:
-    """The text of a plan's functions: `constants`, and one a region, of which `pass_` is the root.
-
-    Args:
-        plan: what to do.
-        keep_going: a node that raises ends its branch only, and is reported through `fault`.
-    """
+def write_source(plan: Plan) -> Source:
+    """The text of a plan's functions: `constants`, and one a region, of which `pass_` is the root."""
     graph = plan.graph
     source = Source(f"<graph: {graph.flat.loaded.document.source.path} as {graph.name} #{next(_serial)}>")
     source.add([f"s{data} = 1" for data in plan.flagged])
     source.add([f"l{index} = 0" for index, _ in plan.root.pending])
     _write_constants(plan, source)
     for region in reversed(plan.regions):  # children first reads like definitions before use
-        _write_region(plan, region, source, keep_going)
+        _write_region(plan, region, source)
     return source
 
 
@@ -78,7 +73,7 @@ def _write_constants(plan: Plan, source: Source) -> None:
         source.add(["pass"], None, 1)
 
 
-def _write_region(plan: Plan, region: Region, source: Source, keep_going: bool) -> None:
+def _write_region(plan: Plan, region: Region, source: Source) -> None:
     name = "pass_" if region.index == 0 else f"r{region.index}"
     used = sorted({index for call in region.calls for index in _nodes_of(call)})
     bound = "".join(f", n{i}=n{i}, c{i}=c{i}" for i in used)
@@ -91,19 +86,33 @@ def _write_region(plan: Plan, region: Region, source: Source, keep_going: bool) 
         source.add([f"{' = '.join(region.flags)} = 0"], None, 1)
     source.add([f"s{data} = 1" for data in region.stale], None, 1)
     for index, branches in region.pending:
-        lines = [line for branch in branches for line in _branch(branch.mask, branch.fires, many=True)]
-        source.add(
-            [f"if l{index}:", f"    p = l{index}", f"    l{index} = 0", *(f"    {line}" for line in lines)], index, 1
-        )
+        lines = [line for branch in branches for line in _branch(branch, many=True)]
+        source.add([f"if l{index}:", f"    p = l{index}", f"    l{index} = 0", *_indented(lines)], index, 1)
     source.add([line for fire in region.entries for line in _fire(fire)], None, 1)
     for guard, calls in itertools.groupby(region.calls, key=lambda call: call.guard):
         if guard:
             source.add([f"if {guard}:"], None, 1)
         for call in calls:
-            source.add([f"# {_name(plan, call.node)}"], None, 2 if guard else 1)
-            source.add(_call(call, keep_going), call.node, 2 if guard else 1)
+            indent = 2 if guard else 1
+            source.add([f"# {_name(plan, call.node)}"], None, indent)
+            _write_call(call, source, indent, plan.keep_going)
     if not region.calls:
         source.add(["pass"], None, 1)
+
+
+def _write_call(call: Call, source: Source, indent: int, keep_going: bool) -> None:
+    """Bring up to date what the node reads, then compute it: once, or for each of its activations."""
+    for refresh in call.refreshes:
+        if not refresh.repeated:
+            source.add(_refresh(refresh, keep_going), refresh.node, indent)
+    if not call.activations:
+        source.add(_compute(call, {pin.field: pin.counter for pin in call.pins}, keep_going), call.node, indent)
+    for activation in call.activations:
+        source.add([f"for _ in range({activation.counter}):"], call.node, indent)
+        for refresh in call.refreshes:
+            if refresh.repeated:
+                source.add(_refresh(refresh, keep_going), refresh.node, indent + 1)
+        source.add(_compute(call, {activation.pin: "1"}, keep_going), call.node, indent + 1)
 
 
 def _nodes_of(call: Call) -> Iterator[int]:
@@ -113,7 +122,7 @@ def _nodes_of(call: Call) -> Iterator[int]:
         yield refresh.node
         yield from (copy.source for copy in refresh.copies)
     yield from (copy.source for copy in call.copies)
-    yield from (fire.target for branch in call.branches for fire in branch.fires if fire.pin)
+    yield from (fire.target for branch in call.branches for fire in branch.fires if fire.pending_pin)
 
 
 def _stale_of(call: Call) -> Iterator[int]:
@@ -131,85 +140,93 @@ def _copy(copy: Copy) -> list[str]:
     place = f"n{copy.target}.{copy.target_field}"
     if not copy.setup:
         return [f"{place} = {value}"]
-    return [f"v = {value}", f"if not equal(v, {place}):", f"    {place} = v", f"    setup_again({copy.target})"]
+    return [f"v = {value}", f"if not equal(v, {place}):", f"    {place} = v", "    changed = 1"]
 
 
 def _copies(copies: Iterable[Copy]) -> list[str]:
-    return [line for copy in copies for line in _copy(copy)]
+    """Copies into a node, which is set up again when one of them changed what it reads in setup."""
+    copies = list(copies)
+    lines = [line for copy in copies for line in _copy(copy)]
+    if not any(copy.setup for copy in copies):
+        return lines
+    return ["changed = 0", *lines, "if changed:", f"    setup_again({copies[0].target})"]
 
 
-def _refresh(refresh: Refresh) -> list[str]:
-    clear = [f"s{refresh.node} = 0"] if refresh.flagged else []
-    lines = [*clear, *_copies(refresh.copies), f"c{refresh.node}()"]
-    return [f"if s{refresh.node}:", *(f"    {line}" for line in lines)] if refresh.if_stale else lines
+def _refresh(refresh: Refresh, keep_going: bool) -> list[str]:
+    """A data node; one that raises keeps its last output."""
+    lines = _attempt([*_copies(refresh.copies), f"c{refresh.node}()"], refresh.node, keep_going)
+    if refresh.flagged:
+        lines.append(f"s{refresh.node} = 0")
+    return [f"if s{refresh.node}:", *_indented(lines)] if refresh.if_stale else lines
 
 
 def _fire(fire: Fire) -> list[str]:
+    if fire.pending_pin:
+        return [f"n{fire.target}.{fire.pending_pin} += 1"]
     lines = [f"{fire.guard} = 1"] if fire.guard else []
-    if fire.activation:
-        lines.append(f"{fire.activation} += 1")
-    if fire.pin:
-        lines.append(f"n{fire.target}.{fire.pin} += 1")
-    return lines
+    return [*lines, f"{fire.counter} += 1"] if fire.counter else lines
 
 
-def _branch(mask: int, fires: Iterable[Fire], *, many: bool) -> list[str]:
-    """What follows an execution output of a gated node, whose result is in `p`."""
-    lines = [line for fire in fires for line in _fire(fire)]
-    return [f"if p & {mask}:" if many else "if p:", *(f"    {line}" for line in lines)] if lines else []
+def _branch(branch: Branch, *, many: bool) -> list[str]:
+    """What follows an execution output of a node that says in `p` what to fire."""
+    lines = [line for fire in branch.fires for line in _fire(fire)]
+    if branch.region >= 0:
+        lines.append(f"r{branch.region}()")
+    return [f"if p & {branch.mask}:" if many else "if p:", *_indented(lines)] if lines else []
 
 
-def _call(call: Call, keep_going: bool) -> list[str]:
-    lines = [line for refresh in call.refreshes for line in _refresh(refresh)]
-    lines += _copies(call.copies)
-    if not call.activations:
-        return [*lines, *_guarded(call, _compute(call), keep_going)]
-    for activation in call.activations:
-        body = [f"n{call.node}.{activation.pin} += 1", *_guarded(call, _compute(call), keep_going)]
-        lines += [f"for _ in range({activation.flag}):", *(f"    {line}" for line in body)]
-    return lines
+def _compute(call: Call, fired: dict[str, str], keep_going: bool) -> list[str]:
+    """The call itself and what its result leads to.
 
-
-def _compute(call: Call) -> list[str]:
-    """The call itself and what its result leads to."""
-    node, marks = call.node, [f"s{data} = 1" for data in call.marks]
-    clear = [f"n{node}.{pin} = 0" for pin in call.pins]
+    Args:
+        call: what to do.
+        fired: how often each execution input fired, as an expression.
+        keep_going: an exception ends what would follow.
+    """
+    node = call.node
+    before = [*_copies(call.copies), *_tell_pins(call, fired)]
+    marks = [f"s{data} = 1" for data in call.marks]
+    after = [*marks, *(f"n{node}.{pin.field} = 0" for pin in call.pins if pin.pending)]
     if call.kind == "pusher":
-        return [*_push(call, marks), *clear]
+        body = [*marks, *(line for branch in call.branches for line in _branch(branch, many=True))]
+        loop = [f"for p in c{node}():", *_indented(body or ["pass"])]
+        return [*_attempt([*before, *loop], node, keep_going), *after]
     if call.kind == "latent":
-        return [f"c{node}()", *marks, *clear, f"if n{node}.active:", f"    activate({node})"]
+        start = [f"if n{node}.active:", f"    activate({node})"]
+        return [*_attempt([*before, f"c{node}()"], node, keep_going), *after, *start]
     if not call.gated:
         fires = [line for branch in call.branches for fire in branch.fires for line in _fire(fire)]
-        return [f"c{node}()", *marks, *clear, *fires]
-    many = len(call.branches) > 1 or any(branch.mask != 1 for branch in call.branches)
-    follow = [line for branch in call.branches for line in _branch(branch.mask, branch.fires, many=many)]
-    if not follow:
-        return [f"c{node}()", *marks, *clear]
-    if many:
-        return [f"p = c{node}()", *marks, *clear, "if p:", *(f"    {line}" for line in follow)]
-    return [f"p = c{node}()", *marks, *clear, *follow]
+        return _attempt([*before, f"c{node}()"], node, keep_going, [*after, *fires], after)
+    many = len(call.branches) > 1
+    follow = [line for branch in call.branches for line in _branch(branch, many=many)]
+    if many and follow:
+        follow = ["if p:", *_indented(follow)]
+    compute = f"p = c{node}()" if follow else f"c{node}()"
+    return _attempt([*before, compute], node, keep_going, [*after, *follow], after)
 
 
-def _push(call: Call, marks: list[str]) -> list[str]:
-    """A pusher: each yield runs the region of the port to its end; `|` of several ports runs them in order."""
-    opened = [branch for branch in call.branches if branch.region >= 0]
-    body = [*marks]
-    for branch in opened:
-        body += [f"if p & {branch.mask}:", f"    r{branch.region}()"]
-    return [f"for p in c{call.node}():", *(f"    {line}" for line in body or ["pass"]), *marks]
+def _tell_pins(call: Call, fired: dict[str, str]) -> list[str]:
+    """Which execution inputs fired; a pin that may have waited adds what it is told."""
+    lines = []
+    for pin in call.pins:
+        count = fired.get(pin.field, "")
+        if count or not pin.pending:
+            lines.append(f"n{call.node}.{pin.field} {'+=' if pin.pending else '='} {count or 0}")
+    return lines
 
 
-def _guarded(call: Call, lines: list[str], keep_going: bool) -> list[str]:
+def _attempt(
+    lines: list[str], node: int, keep_going: bool, follow: Sequence[str] = (), otherwise: Sequence[str] = ()
+) -> list[str]:
+    """Lines and what follows them; or, in a run that keeps going after a fault, what follows if they raise."""
     if not keep_going:
-        return lines
-    clear = [f"    n{call.node}.{pin} = 0" for pin in call.pins]
-    return [
-        "try:",
-        *(f"    {line}" for line in lines),
-        "except Exception as error:",
-        f"    fault({call.node}, error)",
-        *clear,
-    ]
+        return [*lines, *follow]
+    caught = ["except Exception as error:", f"    fault({node}, error)", *_indented(otherwise)]
+    return ["try:", *_indented(lines), *caught, *(["else:", *_indented(follow)] if follow else [])]
+
+
+def _indented(lines: Iterable[str]) -> list[str]:
+    return [f"    {line}" for line in lines]
 
 
 def compile_source(

@@ -54,6 +54,7 @@ _ADVICE: tuple[tuple[str, str], ...] = (
     ("unexpected end of stream", "a quote is not closed"),
     ("unknown escape character", "in single quotes a backslash is itself; in double quotes write it twice"),
     ("incompatible YAML document", "remove the line %YAML"),
+    ("expected <document start>", "a file is one mapping of `key: value`"),
 )
 """What to do about the parser's complaints."""
 _FROM_ITS_BEGINNING = ("while scanning a simple key", "while scanning a quoted scalar", "while scanning an a")
@@ -175,7 +176,9 @@ def parse(text: str, shown_as: str, findings: Findings) -> Document | None:
     if illegal := _ILLEGAL.search(text):
         before = _LINE_END.split(text[: illegal.start()])
         span = Span(source, len(before), len(before[-1]) + 1)
-        findings.add("G102", f"YAML syntax: character U+{ord(illegal[0]):04X} is not allowed", span)
+        number = f"{ord(illegal[0]):04X}"  # none is above U+FFFF
+        advice = f"remove it, or write \\u{number} in double quotes"
+        findings.add("G102", f"YAML syntax: character U+{number} is not allowed", span, advice)
         return None
     tags = next((number for number, line in enumerate(source.lines, 1) if line.startswith("%TAG")), None)
     if tags is not None:  # refused here because the parser takes minutes for very many of them

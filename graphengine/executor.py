@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import linecache
 from collections.abc import Callable, Iterable
 from typing import Any
 
 from graphengine import codegen, types
 from graphengine.context import Context
-from graphengine.diagnostics import GraphError, NodeError
-from graphengine.plan import Copy, Plan
+from graphengine.diagnostics import Findings, GraphError, NodeError
+from graphengine.plan import Copy, Plan, make_plan
 
 ContextFactory = Callable[[int], Context]
 """The context of a node, by its index in the graph; each call gives a new one and closes the old one's handles."""
@@ -22,7 +23,7 @@ class Executor:
         plan: what to do.
         context_of: where nodes get their contexts.
         now: simulation tick and time, for messages.
-        fault: who hears of a node that raised; None stops the run at the first.
+        fault: who hears of a node that raised, which then ends its branch only; None stops the run at the first.
     """
 
     def __init__(
@@ -32,26 +33,25 @@ class Executor:
         now: Callable[[], tuple[int, float]],
         fault: Callable[[NodeError], None] | None = None,
     ) -> None:
+        if fault is not None:
+            plan = make_plan(plan.graph, Findings(), keep_going=True) or plan
         self.plan = plan
         self.nodes = [instance.node for instance in plan.graph.instances]
-        self.source = codegen.write_source(plan, keep_going=fault is not None)
+        self.source = codegen.write_source(plan)
         self._context_of = context_of
         self._now = now
         self._fault = fault
         self._active: dict[int, None] = {}
+        self._outputs_of_setup: dict[int, dict[str, Any]] = {}
         self._functions = codegen.compile_source(self.source, self.nodes, self.setup_node, self._activate, self._report)
         self._pass: Callable[[], None] = self._functions["pass_"]
-        self._set_constant_pins()
+        self._set_pins()
 
-    def _set_constant_pins(self) -> None:
-        """An input with a single wire always fires once; it is told once."""
-        wired: dict[int, list[str]] = {}
+    def _set_pins(self) -> None:
+        """The input of a node with a single wire always fires once and is told so now; no other has fired."""
+        told = {call.node for region in self.plan.regions for call in region.calls if call.pins}
         for wire in self.plan.graph.exec_wires:
-            wired.setdefault(wire.target, []).append(wire.target_field)
-        told = {call.node for region in self.plan.regions for call in region.calls if call.pins or call.activations}
-        for index, pins in wired.items():
-            for pin in pins:
-                setattr(self.nodes[index], pin, 0 if index in told else 1)
+            setattr(self.nodes[wire.target], wire.target_field, 0 if wire.target in told else 1)
 
     def setup(self, failed: Callable[[int, GraphError], None] | None = None) -> None:
         """Set up every node that can run, in schedule order; constants first, outputs handed on as they become known.
@@ -63,7 +63,7 @@ class Executor:
             GraphError: a node asked for something that is not there.
             NodeError: a node's setup raised anything else.
         """
-        constant = {refresh.node: refresh for refresh in self.plan.constants}
+        constant = {refresh.node for refresh in self.plan.constants}
         incoming: dict[int, list[Copy]] = {}
         for copy in self._all_copies():
             incoming.setdefault(copy.target, []).append(copy)
@@ -73,6 +73,9 @@ class Executor:
                 self.setup_node(index)
                 if index in constant:
                     self._call(index, self.nodes[index].compute)
+                elif index in self.plan.early:
+                    with contextlib.suppress(Exception):  # what it reads may not be known before the first pass
+                        self.nodes[index].compute()
             except GraphError as error:
                 if failed is None:
                     raise
@@ -96,9 +99,15 @@ class Executor:
             setattr(self.nodes[copy.target], copy.target_field, value)
 
     def setup_node(self, index: int) -> None:
-        """Set up one node, anew if it was before."""
+        """Set up one node, anew if it was before; what it puts out then, it puts out from the start of each play."""
         node = self.nodes[index]
+        fields = [p.field for p in type(node).fields.values() if p.side == "outputs" and not p.is_exec]
+        before = {field: getattr(node, field) for field in fields}
         self._call(index, lambda: node.setup(self._context_of(index)))
+        after = {field: getattr(node, field) for field in fields}
+        self._outputs_of_setup.setdefault(index, {}).update(
+            (field, value) for field, value in after.items() if value is not before[field]
+        )
 
     def _call(self, index: int, function: Callable[[], Any]) -> Any:
         try:
@@ -114,9 +123,13 @@ class Executor:
         Raises:
             NodeError: a node raised; its cause is chained.
         """
+        self._run(self._pass)
+
+    def _run(self, function: Callable[[], None]) -> None:
+        """Run generated text; an exception in it names its node."""
         try:
-            self._pass()
-        except GraphError:
+            function()
+        except NodeError:
             raise
         except Exception as error:
             raise self.explain(self._culprit(error), error) from error
@@ -128,10 +141,10 @@ class Executor:
             if not node.active:
                 del self._active[index]
                 continue
+            for data in self.plan.latent_marks.get(index, ()):
+                self._functions[f"s{data}"] = 1
             try:
                 fired = node.update()
-            except GraphError:
-                raise
             except Exception as error:
                 del self._active[index]
                 node.active = False
@@ -139,8 +152,6 @@ class Executor:
                 continue
             if fired:
                 self._functions[f"l{index}"] = self._functions.get(f"l{index}", 0) | fired
-            for data in self.plan.latent_marks.get(index, ()):
-                self._functions[f"s{data}"] = 1
             if not node.active:
                 del self._active[index]
 
@@ -151,33 +162,48 @@ class Executor:
             TypeError: the value is of the wrong type.
             ValueError: it is out of range.
         """
-        node = self.nodes[index]
+        instance, node = self.plan.graph.instances[index], self.nodes[index]
         port = type(node).fields[field]
-        setattr(node, field, port.check(value))
-        before = {copy: getattr(self.nodes[copy.target], copy.target_field) for copy in self.plan.constant_copies}
-        self._functions["constants"]()
+        settled = instance.settled.get(field)
+        setattr(node, field, port.check(types.coerce(value, settled) if settled else value))
         changed = {index} if port.setup else set()
+        changed |= self._fold()
+        for node_index in self.plan.order:
+            if node_index in changed:
+                self.setup_node(node_index)
+        if changed:
+            self._fold()  # a constant that was set up again may show something else
+        self._make_stale()
+
+    def _fold(self) -> set[int]:
+        """Compute the constants again; nodes of which an input that is read in setup changed."""
+        before = {copy: getattr(self.nodes[copy.target], copy.target_field) for copy in self.plan.constant_copies}
+        self._run(self._functions["constants"])
+        changed = set()
         for copy, old in before.items():
-            target = type(self.nodes[copy.target]).fields[copy.target_field]
-            if target.setup and not types.equal(old, getattr(self.nodes[copy.target], copy.target_field)):
+            port = type(self.nodes[copy.target]).fields[copy.target_field]
+            if port.setup and not types.equal(old, getattr(self.nodes[copy.target], copy.target_field)):
                 changed.add(copy.target)
+        return changed
+
+    def _make_stale(self) -> None:
         for data in self.plan.flagged:
             self._functions[f"s{data}"] = 1
-        for changed_node in sorted(changed):
-            self.setup_node(changed_node)
 
     def stop(self) -> None:
-        """Outputs and state back to their defaults; latent nodes end."""
+        """Outputs and state back to what they were before the first pass; latent nodes end, pins are forgotten."""
         self._active.clear()
         for index in self.plan.order:
             node = self.nodes[index]
             node.reset()
             node.clear()
-        for data in self.plan.flagged:
-            self._functions[f"s{data}"] = 1
+            for field, value in self._outputs_of_setup.get(index, {}).items():
+                setattr(node, field, value)
         for index, _ in self.plan.root.pending:
             self._functions[f"l{index}"] = 0
-        self._functions["constants"]()
+        self._set_pins()
+        self._make_stale()
+        self._run(self._functions["constants"])
 
     def _activate(self, index: int) -> None:
         """Register a latent node; one that starts again keeps its place."""

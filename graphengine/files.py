@@ -42,7 +42,8 @@ class Files:
     @staticmethod
     def of(given: Path, allowed: Sequence[Path] = (), near: Path | None = None) -> Files:
         """For a file that the user gave."""
-        roots = (given.resolve().parent, shipped(), *(path.resolve() for path in allowed))
+        ships = (shipped() / "graphs", shipped() / "scenes")
+        roots = (given.resolve().parent, *ships, *(path.resolve() for path in allowed))
         return Files(roots, near.resolve() if near else None)
 
     def find(self, reference: str, folder: Path) -> Path:

@@ -12,6 +12,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from graphengine import types
 from graphengine.backend import Network, TopicClaim, World
 from graphengine.context import (
     Articulation,
@@ -44,12 +45,20 @@ class Services:
     log: Callable[[str, str, str], None] = lambda severity, node, message: None
     claims: list[TopicClaim] = field(default_factory=list)
     mailboxes: dict[str, QueueMailbox] = field(default_factory=dict)
+    generators: dict[str, np.random.Generator] = field(default_factory=dict)
+    """Random numbers of each node that asked for them, by its prim path."""
     render_products: dict[str, str] = field(default_factory=dict)
 
     @property
     def stage(self) -> Stage:
         """The prim tree."""
         return self.world.stage
+
+    def reseed(self, path: str) -> None:
+        """Begin a node's random numbers at their beginning."""
+        digest = hashlib.blake2b(f"{self.seed} {path}".encode(), digest_size=16).digest()
+        generator = self.generators.setdefault(path, np.random.Generator(np.random.Philox()))
+        generator.bit_generator.state = np.random.Philox(key=int.from_bytes(digest, "little")).state
 
 
 class SimulationClock:
@@ -77,14 +86,16 @@ class SimulationClock:
 
 
 class QueueMailbox:
-    """Items by tick: posted in one, taken in the next; more than 1000 in a tick are an error."""
+    """Items by tick: posted in one, visible in the next; more than 1000 in a tick are an error."""
 
     LIMIT = 1000
 
     def __init__(self, name: str) -> None:
         self.name = name
+        self.visible: Sequence[Any] = ()
+        """What was posted in the tick before; whoever did not take it by the end of this one has missed it."""
+        self.ticks = 0
         self._posted: list[Any] = []
-        self._visible: list[Any] = []
 
     def post(self, item: Any = None) -> None:
         """Queue an item for the next tick.
@@ -98,18 +109,33 @@ class QueueMailbox:
             )
         self._posted.append(item)
 
-    def take(self) -> Sequence[Any]:
-        """Items posted before this tick."""
-        taken, self._visible = self._visible, []
-        return taken
-
     def freeze(self) -> None:
-        """Begin a tick; what was not taken in the last one is gone."""
-        self._visible, self._posted = self._posted, []
+        """Begin a tick."""
+        self.visible, self._posted = self._posted, []
+        self.ticks += 1
 
     def clear(self) -> None:
         """Forget everything."""
-        self._posted, self._visible = [], []
+        self.visible, self._posted = (), []
+
+
+class NodeMailbox:
+    """A queue as one node sees it: each item reaches every node that takes, once."""
+
+    def __init__(self, queue: QueueMailbox) -> None:
+        self._queue = queue
+        self._taken = 0
+
+    def post(self, item: Any = None) -> None:
+        """Queue an item for the next tick."""
+        self._queue.post(item)
+
+    def take(self) -> Sequence[Any]:
+        """Items posted before this tick."""
+        if self._taken == self._queue.ticks:
+            return ()
+        self._taken = self._queue.ticks
+        return self._queue.visible
 
 
 class GraphVariable:
@@ -123,7 +149,7 @@ class GraphVariable:
     @property
     def changed(self) -> bool:
         """Whether it changed during the last tick."""
-        return bool(np.any(self._before != self._now))
+        return not types.equal(self._before, self._now)
 
     def freeze(self) -> None:
         """Begin a tick."""
@@ -320,14 +346,15 @@ class NodeContext:
             raise ContextError(f"the graph has no variable {name!r}", name, listing(self._variables, "variables"))
         return self._variables[name]
 
-    def mailbox(self, name: str) -> QueueMailbox:
+    def mailbox(self, name: str) -> NodeMailbox:
         """A named queue of the session."""
-        return self._services.mailboxes.setdefault(name, QueueMailbox(name))
+        return NodeMailbox(self._services.mailboxes.setdefault(name, QueueMailbox(name)))
 
     def random(self) -> np.random.Generator:
         """A generator seeded by the session's seed and the node's prim path."""
-        digest = hashlib.blake2b(f"{self._services.seed} {self.prim_path}".encode(), digest_size=16).digest()
-        return np.random.Generator(np.random.Philox(key=int.from_bytes(digest, "little")))
+        if self.prim_path not in self._services.generators:
+            self._services.reseed(self.prim_path)
+        return self._services.generators[self.prim_path]
 
     def log(self, severity: Literal["info", "warning", "error"], message: str) -> None:
         """Tell the user."""

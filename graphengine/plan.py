@@ -7,8 +7,8 @@ unit. The plan is plain data: `graphrun show --plan` prints it, `codegen` turns 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
 
 import networkx as nx
 
@@ -37,16 +37,18 @@ class Refresh:
     copies: tuple[Copy, ...]
     if_stale: bool = False
     flagged: bool = False
+    repeated: bool = False
+    """It shows what its consumer puts out, and so belongs to each activation of a consumer that counts them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fire:
-    """What follows when a port fires: a node is to run, one of its pins is counted, an activation is queued."""
+    """What follows when a port fires: local flags and counters of the region, or a pin that waits on the node itself."""
 
     target: int
     guard: str = ""
-    pin: str = ""
-    activation: str = ""
+    counter: str = ""
+    pending_pin: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,10 +62,21 @@ class Branch:
 
 
 @dataclass(frozen=True, slots=True)
-class Activation:
-    """Of a node that counts: one wire that may have fired, and the pin it leads to."""
+class Pin:
+    """An execution input that a node is told about."""
 
-    flag: str
+    field: str
+    counter: str = ""
+    """Local counter of how often it fired in this run of the region; empty when nothing in the region fires it."""
+    pending: bool = False
+    """A control pin that may have fired for this activation in an earlier one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Activation:
+    """Of a node that counts: how often one of its wires fired, and the pin it leads to."""
+
+    counter: str
     pin: str
 
 
@@ -81,8 +94,8 @@ class Call:
     branches: tuple[Branch, ...]
     marks: tuple[int, ...]
     """Data nodes that become stale when this node has computed."""
-    pins: tuple[str, ...]
-    """Execution inputs to count and to clear; empty where there is nothing to tell."""
+    pins: tuple[Pin, ...]
+    """Empty for a node with one incoming wire: there is nothing to tell."""
     activations: tuple[Activation, ...] = ()
 
 
@@ -117,8 +130,12 @@ class Plan:
     """Data nodes that become stale when a latent node was updated."""
     order: list[int] = field(default_factory=list)
     """Every node that can run, in schedule order, each data node before its first consumer; setup follows it."""
+    early: set[int] = field(default_factory=set)
+    """Data nodes that change while the graph runs, but whose values inputs that are read in `setup` need before."""
     certain: set[int] = field(default_factory=set)
     """Nodes that run in every pass."""
+    keep_going: bool = False
+    """A node that raises ends its branch only, so what follows it is never certain to run."""
 
     @property
     def root(self) -> Region:
@@ -126,23 +143,47 @@ class Plan:
         return self.regions[0]
 
 
-def make_plan(graph: Graph, findings: Findings) -> Plan | None:
-    """The plan of a resolved graph; None when a cycle keeps it from running."""
-    return _Planner(graph, findings).make()
+def make_plan(graph: Graph, findings: Findings, *, keep_going: bool = False) -> Plan | None:
+    """The plan of a resolved graph; None when a cycle keeps it from running.
+
+    Args:
+        graph: instances and wires.
+        findings: where mistakes go.
+        keep_going: a node that raises is to end its branch only.
+    """
+    return _Planner(graph, findings, keep_going).make()
+
+
+@dataclass(frozen=True, slots=True)
+class _Reading:
+    """A node reads from one that is executed: through a wire, and perhaps data nodes."""
+
+    reader: int
+    source: int
+    wire: Wire
+    shown: bool
+    """Whether an output of the source is read, and not only what it writes elsewhere."""
 
 
 class _Planner:
-    def __init__(self, graph: Graph, findings: Findings) -> None:
+    def __init__(self, graph: Graph, findings: Findings, keep_going: bool) -> None:
         self.graph = graph
         self.findings = findings
         self.kinds = [instance.cls.kind() for instance in graph.instances]
         self.data_in: dict[int, list[Wire]] = {}
+        """Wires into each node; one that began at a wired input begins where that input's value comes from."""
         self.exec_out: dict[int, list[Wire]] = {}
         self.exec_in: dict[int, list[Wire]] = {}
-        self.pending_control: set[Wire] = set()
-        self.plan = Plan(graph)
+        self.execution: nx.DiGraph[int] = nx.DiGraph()
+        """What starts what in the same pass."""
+        self.pending_control: set[int] = set()
+        """Orders of control wires that close a cycle."""
+        self.plan = Plan(graph, keep_going=keep_going)
         self.members: list[list[int]] = []
         """Nodes of each region in order."""
+        self.entries: list[list[Wire]] = []
+        """Wires that start each region; of several ports that open one region alike, those of the first."""
+        self.titles: list[str] = []
         self.pin_region: dict[tuple[int, str], int] = {}
         self.flagged: set[int] = set()
 
@@ -151,7 +192,7 @@ class _Planner:
 
     def make(self) -> Plan | None:
         self._index_wires()
-        if not (self._check_data_cycles() and self._check_exec_cycles()):
+        if not all([self._check_data_cycles(), self._check_exec_cycles()]):  # both tell what they find
             return None
         self._find_dependencies()
         self._open_regions()
@@ -165,7 +206,7 @@ class _Planner:
         self.plan.flagged = tuple(sorted(self.flagged))
         for index, kind in enumerate(self.kinds):
             if kind == "latent":
-                self.plan.latent_marks[index] = tuple(d for d in self.plan.flagged if index in self.depends[d])
+                self.plan.latent_marks[index] = self.marks(index)
         self._order_setup()
         return self.plan
 
@@ -174,81 +215,65 @@ class _Planner:
     def _index_wires(self) -> None:
         wire_into = {(wire.target, wire.target_field): wire for wire in self.graph.data_wires}
         for wire in self.graph.data_wires:
-            origin, seen = wire, {wire}
-            while self.node(origin.source).cls.fields[origin.source_field].side == "inputs":  # a wire from an input
+            origin, converter, seen = wire, wire.converter, {wire.order}
+            while self._reads_input(origin):
                 upstream = wire_into.get((origin.source, origin.source_field))
-                if upstream is None or upstream in seen:
+                if upstream is None or upstream.order in seen:
                     break
-                seen.add(upstream)
-                origin = upstream
-            self.data_in.setdefault(wire.target, []).append(
-                Wire(
-                    origin.source,
-                    origin.source_field,
-                    wire.target,
-                    wire.target_field,
-                    wire.converter,
-                    wire.entry,
-                    wire.order,
-                )
-            )
+                seen.add(upstream.order)
+                origin, converter = upstream, converter or upstream.converter
+            effective = replace(wire, source=origin.source, source_field=origin.source_field, converter=converter)
+            self.data_in.setdefault(wire.target, []).append(effective)
         for wire in self.graph.exec_wires:
             self.exec_out.setdefault(wire.source, []).append(wire)
             self.exec_in.setdefault(wire.target, []).append(wire)
 
     def _reads_input(self, wire: Wire) -> bool:
-        """Whether a wire starts at an input that nothing is wired to: a constant."""
+        """Whether a wire starts at an input; of those in `data_in`, at one that nothing is wired to: a constant."""
         return self.node(wire.source).cls.fields[wire.source_field].side == "inputs"
 
     def _check_data_cycles(self) -> bool:
         graph: nx.DiGraph[int] = nx.DiGraph()
-        wires: dict[tuple[int, int], Wire] = {}
-        for wire in self.graph.data_wires:
-            if self.kinds[wire.source] == self.kinds[wire.target] == "data":
-                graph.add_edge(wire.source, wire.target)
-                wires.setdefault((wire.source, wire.target), wire)
-        found = False
-        for component in nx.strongly_connected_components(graph):
-            first = min(component)
-            if len(component) > 1 or graph.has_edge(first, first):
-                loop = nx.find_cycle(graph.subgraph(component), first)
-                self._report_cycle("G209", "data nodes wait for each other", [wires[edge[0], edge[1]] for edge in loop])
-                found = True
-        if not found:
-            self.data_order = list(nx.topological_sort(graph)) if graph else []
-            rank = {n: i for i, n in enumerate(self.data_order)}
-            self.data_rank = {i: rank.get(i, -1) for i, kind in enumerate(self.kinds) if kind == "data"}
-        return not found
+        graph.add_nodes_from(i for i, kind in enumerate(self.kinds) if kind == "data")
+        wires = [w for i in graph for w in self.data_in.get(i, []) if w.source in graph and not self._reads_input(w)]
+        graph.add_edges_from((wire.source, wire.target) for wire in wires)
+        if self._report_cycles("G209", "data nodes wait for each other", graph, wires):
+            return False
+        self.data_rank = {index: rank for rank, index in enumerate(nx.topological_sort(graph))}
+        return True
 
     def _check_exec_cycles(self) -> bool:
         """Control wires that close a cycle act for the next activation; any other cycle is an error."""
-        graph: nx.DiGraph[int] = nx.DiGraph()
-        graph.add_nodes_from(range(len(self.kinds)))
-        wires: dict[tuple[int, int], Wire] = {}
+        graph = self.execution
+        wires: list[Wire] = []
         control: list[Wire] = []
+        graph.add_nodes_from(range(len(self.kinds)))
         for wire in self.graph.exec_wires:
             if self.kinds[wire.source] == "latent":
                 continue
-            if self.node(wire.target).cls.fields[wire.target_field].control:
-                control.append(wire)
+            is_control = self.node(wire.target).cls.fields[wire.target_field].control
+            (control if is_control else wires).append(wire)
+        graph.add_edges_from((wire.source, wire.target) for wire in wires)
+        if self._report_cycles("G210", "execution runs in a circle", graph, wires):
+            return False
+        for wire in control:
+            if nx.has_path(graph, wire.target, wire.source):
+                self.pending_control.add(wire.order)
             else:
                 graph.add_edge(wire.source, wire.target)
-                wires.setdefault((wire.source, wire.target), wire)
+        return True
+
+    def _report_cycles(self, code: str, what: str, graph: nx.DiGraph[int], wires: list[Wire]) -> bool:
+        """Tell of one cycle in each knot of nodes that wait for each other; whether there is any."""
+        between = {(wire.source, wire.target): wire for wire in reversed(wires)}
         found = False
         for component in nx.strongly_connected_components(graph):
             first = min(component)
             if len(component) > 1 or graph.has_edge(first, first):
                 loop = nx.find_cycle(graph.subgraph(component), first)
-                self._report_cycle("G210", "execution runs in a circle", [wires[edge[0], edge[1]] for edge in loop])
+                self._report_cycle(code, what, [between[edge[0], edge[1]] for edge in loop])
                 found = True
-        if found:
-            return False
-        for wire in control:
-            if wire.source == wire.target or nx.has_path(graph, wire.target, wire.source):
-                self.pending_control.add(wire)
-            else:
-                graph.add_edge(wire.source, wire.target)
-        return True
+        return found
 
     def _report_cycle(self, code: str, what: str, loop: list[Wire]) -> None:
         path = " -> ".join([self.node(wire.source).id for wire in loop] + [self.node(loop[0].source).id])
@@ -258,61 +283,79 @@ class _Planner:
             else "break it with a Delay, or a control pin"
         )
         related = [(wire.span, str(wire)) for wire in loop]
-        self.findings.add(code, f"{what}: {path}", loop[0].span, remedy, related=related)
+        self.findings.add(code, f"{what}: {path}", loop[0].span, remedy, related=[*related, *loop[0].entry.via])
 
-    def _forward(self, wire: Wire) -> bool:
+    def forward(self, wire: Wire) -> bool:
         """Whether a wire starts something in the same pass."""
-        return wire not in self.pending_control and self.kinds[wire.source] != "latent"
+        return wire.order not in self.pending_control and self.kinds[wire.source] != "latent"
+
+    def fires_surely(self, index: int) -> bool:
+        """Whether a node's output fires whenever the node is computed."""
+        plain = self.kinds[index] in ("event", "action") and not self.node(index).cls.gated
+        return plain and not self.plan.keep_going
 
     # What a data node depends on
 
     def _find_dependencies(self) -> None:
+        self.shows: dict[int, set[int]] = {}
+        """For each data node: the executed nodes whose outputs it shows."""
         self.depends: dict[int, set[int]] = {}
-        """For each data node: the executed nodes whose outputs or writes it shows."""
+        """The same, and the executed nodes that write what it reads."""
+        self.dependents: dict[int, list[int]] = {}
+        """For each executed node: the data nodes that depend on it."""
         self.volatile: set[int] = set()
-        self.upstream: dict[int, list[int]] = {}
-        """For each data node: the data nodes to compute before it, in order."""
         writers: dict[str, set[int]] = {}
         for instance in self.graph.instances:
             for key in instance.node.writes():
                 writers.setdefault(key, set()).add(instance.index)
-        for index in sorted(self.data_rank, key=lambda i: self.data_rank[i]):
+        for index in self.data_rank:
             instance = self.node(index)
-            depends: set[int] = set()
-            before: list[int] = []
+            shows: set[int] = set()
+            written: set[int] = set()
             if instance.cls.volatile:
                 self.volatile.add(index)
-                for key in instance.node.reads():
-                    depends |= writers.get(key, set())
-            for wire in self.data_in.get(index, []):
-                if self._reads_input(wire):
+                written.update(*(writers.get(key, ()) for key in instance.node.reads()))
+            for source in self._sources_of_value(index):
+                if self.kinds[source] != "data":
+                    shows.add(source)
                     continue
-                if self.kinds[wire.source] == "data":
-                    depends |= self.depends[wire.source]
-                    if wire.source in self.volatile:
-                        self.volatile.add(index)
-                    before += [d for d in (*self.upstream[wire.source], wire.source) if d not in before]
-                else:
-                    depends.add(wire.source)
-            self.depends[index] = depends
-            self.upstream[index] = before
+                shows |= self.shows[source]
+                written |= self.depends[source]
+                if source in self.volatile:
+                    self.volatile.add(index)
+            self.shows[index], self.depends[index] = shows, shows | written
+            for source in sorted(self.depends[index]):
+                self.dependents.setdefault(source, []).append(index)
         self.constant = {d for d in self.data_rank if not self.depends[d] and d not in self.volatile}
-        for index in sorted(self.constant, key=lambda i: self.data_rank[i]):
-            self.plan.constants.append(Refresh(index, self._copies(index, constant=None)))
+
+    def _sources_of_value(self, index: int) -> Iterator[int]:
+        """Nodes whose outputs a node reads."""
+        return (wire.source for wire in self.data_in.get(index, []) if not self._reads_input(wire))
+
+    def _upstream(self, index: int) -> list[int]:
+        """Data nodes that a node reads, directly or through others, in the order to compute them."""
+        found: set[int] = set()
+        pending = list(self._sources_of_value(index))
+        while pending:
+            source = pending.pop()
+            if source in self.data_rank and source not in found:
+                found.add(source)
+                pending += self._sources_of_value(source)
+        return sorted(found, key=lambda data: self.data_rank[data])
 
     def data_needs(self, index: int) -> list[int]:
-        """Data nodes that a node reads, directly or through others, in the order to compute them; constants left out."""
-        needs: list[int] = []
-        for wire in self.data_in.get(index, []):
-            if self.kinds[wire.source] == "data" and not self._reads_input(wire):
-                needs += [d for d in (*self.upstream[wire.source], wire.source) if d not in needs]
-        return [d for d in sorted(needs, key=lambda i: self.data_rank[i]) if d not in self.constant]
+        """The same without constants."""
+        return [data for data in self._upstream(index) if data not in self.constant]
+
+    def marks(self, index: int) -> tuple[int, ...]:
+        """Data nodes with a run-time flag that become stale when a node has computed."""
+        return tuple(data for data in self.dependents.get(index, ()) if data in self.flagged)
 
     def _copies(self, index: int, *, constant: bool | None) -> tuple[Copy, ...]:
         """Copies into a node: from constants only, from what changes only, or all."""
         copies = []
         for wire in self.data_in.get(index, []):
-            fixed = self._reads_input(wire) or wire.source in getattr(self, "constant", ())
+            fixed = self._reads_input(wire) or wire.source in self.constant
             if constant is None or fixed == constant:
                 setup = self.node(index).cls.fields[wire.target_field].setup
                 copies.append(
@@ -327,33 +370,42 @@ class _Planner:
     # Regions
 
     def _open_regions(self) -> None:
-        events = [i for i, kind in enumerate(self.kinds) if not self.exec_in_ports(i) and kind in ("event", "pusher")]
-        starts = [i for i in events if self.kinds[i] == "event"]
-        pushers = [i for i in events if self.kinds[i] == "pusher"]
-        latent = [
-            wire.target for i, kind in enumerate(self.kinds) if kind == "latent" for wire in self.exec_out.get(i, [])
-        ]
-        self.events = set(events)
-        self.members.append(self._reach([*starts, *pushers, *latent]))
-        self.titles = ["pass"]
+        starts = [i for i, kind in enumerate(self.kinds) if kind in ("event", "pusher") and not self.exec_in_ports(i)]
+        self.events = set(starts)
+        reached, count = set(starts), -1
+        while count != len(reached):  # what starts a latent node starts, in a later pass, what follows it
+            count = len(reached)
+            starts += [w.target for i in sorted(reached) if self.kinds[i] == "latent" for w in self.exec_out.get(i, [])]
+            reached = set(starts).union(*(nx.descendants(self.execution, start) for start in set(starts)))
+        self.latents = {i for i in reached if self.kinds[i] == "latent"}
+        self._open_region("pass", [], starts)
+        known: dict[tuple[tuple[int, str], ...], int] = {}
         opened = 0
         while opened < len(self.members):  # regions open further regions
-            for index in self.members[opened]:
-                if self.kinds[index] != "pusher":
-                    continue
+            for index in [i for i in self.members[opened] if self.kinds[i] == "pusher"]:
                 for port in self._exec_outputs(index):
                     if (index, port) not in self.pin_region:
-                        targets = [
-                            w.target
-                            for w in self.exec_out.get(index, [])
-                            if w.source_field == port and self._forward(w)
-                        ]
-                        self.pin_region[index, port] = len(self.members) if targets else -1
-                        if targets:
-                            self.members.append(self._reach(targets))
-                            name = self.node(index).cls.fields[port].name
-                            self.titles.append(f"{self.node(index).id}.{name}")
+                        self.pin_region[index, port] = self._region_below(index, port, known)
             opened += 1
+
+    def _open_region(self, title: str, entries: list[Wire], starts: Iterable[int]) -> int:
+        self.titles.append(title)
+        self.entries.append(entries)
+        self.members.append(self._reach(starts))
+        return len(self.members) - 1
+
+    def _region_below(self, pusher: int, port: str, known: dict[tuple[tuple[int, str], ...], int]) -> int:
+        """The region that a port opens; ports that start the same pins share one, -1 is one without nodes."""
+        wires = [w for w in self.exec_out.get(pusher, []) if w.source_field == port and self.forward(w)]
+        title = f"{self.node(pusher).id}.{self.node(pusher).cls.fields[port].name}"
+        pins = tuple(sorted((wire.target, wire.target_field) for wire in wires))
+        if not pins:
+            return -1
+        if pins in known:
+            self.titles[known[pins]] += f" or {title}"
+        else:
+            known[pins] = self._open_region(title, wires, [wire.target for wire in wires])
+        return known[pins]
 
     def exec_in_ports(self, index: int) -> list[str]:
         """Fields of a node's execution inputs."""
@@ -372,43 +424,25 @@ class _Planner:
                 continue
             found[index] = None
             if self.kinds[index] not in ("pusher", "latent"):
-                pending += [w.target for w in reversed(self.exec_out.get(index, [])) if self._forward(w)]
+                pending += [w.target for w in reversed(self.exec_out.get(index, [])) if self.forward(w)]
         return list(found)
-
-    def _covers(self) -> dict[int, set[int]]:
-        """For each pusher: every node in the regions below it."""
-        covers: dict[int, set[int]] = {}
-
-        def cover(index: int) -> set[int]:
-            if index not in covers:
-                covers[index] = set()
-                for (pusher, _), region in self.pin_region.items():
-                    if pusher == index and region >= 0:
-                        for member in self.members[region]:
-                            covers[index] |= {member} | (cover(member) if self.kinds[member] == "pusher" else set())
-            return covers[index]
-
-        for index, kind in enumerate(self.kinds):
-            if kind == "pusher":
-                cover(index)
-        return covers
 
     # Order
 
-    def _sources(self, index: int) -> list[tuple[int, Wire]]:
-        """Executed nodes that a node reads from, through data nodes too, each with the wire into the node."""
-        found: list[tuple[int, Wire]] = []
-        for wire in self.data_in.get(index, []):
+    def _readings(self, reader: int) -> Iterator[_Reading]:
+        """What a node reads from executed nodes."""
+        for wire in self.data_in.get(reader, []):
             if self._reads_input(wire):
                 continue
-            if self.kinds[wire.source] == "data":
-                found += [(source, wire) for source in sorted(self.depends[wire.source])]
-            else:
-                found.append((wire.source, wire))
-        return found
+            if self.kinds[wire.source] != "data":
+                yield _Reading(reader, wire.source, wire, shown=True)
+                continue
+            for source in sorted(self.depends[wire.source]):
+                yield _Reading(reader, source, wire, shown=source in self.shows[wire.source])
 
     def _order_regions(self) -> None:
-        self.covers = self._covers()
+        self.covers = {i: nx.descendants(self.execution, i) for i, kind in enumerate(self.kinds) if kind == "pusher"}
+        """For each pusher: every node in the regions below it."""
         first_wire = {i: min((w.order for w in wires), default=-1) for i, wires in self.exec_in.items()}
         for region, members in enumerate(self.members):
             inside = set(members)
@@ -420,7 +454,7 @@ class _Planner:
             order.add_nodes_from(members)
             for unit in members:
                 if self.kinds[unit] not in ("pusher", "latent"):
-                    targets = [w.target for w in self.exec_out.get(unit, []) if self._forward(w) and w.target in inside]
+                    targets = [w.target for w in self.exec_out.get(unit, []) if self.forward(w) and w.target in inside]
                     order.add_edges_from((unit, target) for target in targets)
             self._add_data_edges(order, owners)
 
@@ -441,60 +475,57 @@ class _Planner:
         for position, nodes in enumerate(reached):
             later = set().union(*reached[position + 1 :]) - nodes - before
             for reader in sorted(nodes):
-                for source, wire in self._sources(reader):
-                    if source in later:
-                        self._report_previous(wire, source, reader)
+                for reading in self._readings(reader):
+                    if reading.source in later:
+                        self._report_previous(reading)
             before |= nodes
 
     def _add_data_edges(self, order: nx.DiGraph[int], owners: dict[int, list[int]]) -> None:
         """Order readers after what they read; a wire that would close a cycle reads the previous value."""
-        edges: list[tuple[int, int, Wire]] = []
+        edges: list[tuple[int, int, _Reading]] = []
         for reader, units in owners.items():
-            for source, wire in self._sources(reader):
-                if self.kinds[source] == "latent":
-                    continue
-                edges += [(s, u, wire) for u in units for s in owners.get(source, []) if s != u]
-        edges.sort(key=lambda edge: edge[2].order)
+            for reading in self._readings(reader):
+                if self.kinds[reading.source] != "latent":
+                    befores = owners.get(reading.source, [])
+                    edges += [(before, unit, reading) for unit in units for before in befores if before != unit]
+        edges.sort(key=lambda edge: edge[2].wire.order)
         tentative = order.copy()
-        tentative.add_edges_from((s, u) for s, u, _ in edges)
+        tentative.add_edges_from((before, unit) for before, unit, _ in edges)
         component = {n: i for i, part in enumerate(nx.strongly_connected_components(tentative)) for n in part}
-        for source, unit, wire in edges:
-            if order.has_edge(source, unit):
+        for before, unit, reading in edges:
+            if order.has_edge(before, unit):
                 continue
-            if component[source] == component[unit] and nx.has_path(order, unit, source):
-                self._report_previous(wire, source, unit)
+            if component[before] == component[unit] and nx.has_path(order, unit, before):
+                self._report_previous(reading)
             else:
-                order.add_edge(source, unit)
+                order.add_edge(before, unit)
 
-    def _report_previous(self, wire: Wire, source: int, reader: int) -> None:
-        self.findings.add(
-            "W104",
-            f"{wire.entry.target} reads the value that {self.node(source).id} had before this pass: "
-            f"execution orders {self.node(reader).id} before it",
-            wire.span,
-            "if that is meant, leave it; else change the order of execution",
-        )
+    def _report_previous(self, reading: _Reading) -> None:
+        wire, reader = reading.wire, self.node(reading.reader).id
+        if reading.shown:  # that a variable is read before it is written needs no remark
+            self.findings.add(
+                "W104",
+                f"{wire.entry.target} reads the value that {self.node(reading.source).id} had before this pass: "
+                f"execution orders {reader} before it",
+                wire.span,
+                "if that is meant, leave it; else change the order of execution",
+                related=wire.entry.via,
+            )
 
     def _lint_reads_and_writes(self) -> None:
         """Tell where only the tie rule decides whether a reader sees a write of the same pass."""
-        order: nx.DiGraph[int] = nx.DiGraph()
-        order.add_nodes_from(range(len(self.kinds)))
-        order.add_edges_from((w.source, w.target) for w in self.graph.exec_wires if self._forward(w))
         writers: dict[str, list[int]] = {}
         for instance in self.graph.instances:
             for name in instance.node.writes():
                 writers.setdefault(name, []).append(instance.index)
         if not writers:
             return
-        sequenced = set(self.covers)
         for instance in self.graph.instances:
             for name in instance.node.reads():
                 readers = [instance.index] if self.kinds[instance.index] != "data" else self._consumers(instance.index)
                 for reader in readers:
                     for writer in writers.get(name, []):
-                        if reader == writer or nx.has_path(order, writer, reader) or nx.has_path(order, reader, writer):
-                            continue
-                        if any({reader, writer} <= self.covers[p] for p in sequenced):
+                        if self._in_stated_order(reader, writer):
                             continue
                         self.findings.add(
                             "W105",
@@ -505,6 +536,11 @@ class _Planner:
                             related=[(self.node(writer).span, "written here")],
                         )
 
+    def _in_stated_order(self, one: int, other: int) -> bool:
+        """Whether execution or a pusher says which of two nodes comes first."""
+        ordered = nx.has_path(self.execution, one, other) or nx.has_path(self.execution, other, one)
+        return ordered or any({one, other} <= covered for covered in self.covers.values())
+
     def _consumers(self, data: int) -> list[int]:
         """Executed nodes that read a data node, through others too."""
         return [i for i, kind in enumerate(self.kinds) if kind != "data" and data in self.data_needs(i)]
@@ -514,37 +550,36 @@ class _Planner:
     def _find_certain(self) -> None:
         """Nodes of the root region that run in every pass, whatever fires."""
         for index in self.members[0]:
-            if index in self.events and self.kinds[index] in ("event", "pusher"):
+            wires = [wire for wire in self.exec_in.get(index, []) if self.forward(wire)]
+            fired = any(wire.source in self.plan.certain and self.fires_surely(wire.source) for wire in wires)
+            if index in self.events or fired:
                 self.plan.certain.add(index)
-            else:
-                self.plan.certain |= {index} if any(map(self._fires_surely, self.exec_in.get(index, []))) else set()
-
-    def _fires_surely(self, wire: Wire) -> bool:
-        source = self.node(wire.source)
-        plain = self.kinds[wire.source] in ("event", "action") and not source.cls.gated
-        return self._forward(wire) and plain and wire.source in self.plan.certain
 
     def _order_setup(self) -> None:
-        order: dict[int, None] = {refresh.node: None for refresh in self.plan.constants}
-
-        def visit(region: int) -> None:
-            for index in self.members[region]:
-                if index in order:
-                    continue
-                for data in self.data_needs(index):
-                    order.setdefault(data, None)
-                order[index] = None
-                for port in self._exec_outputs(index):
-                    child = self.pin_region.get((index, port), -1)
-                    if child >= 0:
-                        visit(child)
-
-        visit(0)
-        used = {d for i in order for d in (self.data_needs(i) if self.kinds[i] != "data" else [])}
-        readers = {w.source for i in order for w in self.data_in.get(i, [])}
-        self.plan.order = [i for i in order if self.kinds[i] != "data" or i in used or i in readers]
-        self.plan.constants = [r for r in self.plan.constants if r.node in readers]
+        executed: dict[int, None] = {}
+        pending = self.members[0][::-1]
+        while pending:
+            index = pending.pop()
+            if index not in executed:
+                executed[index] = None
+                below = [self.pin_region.get((index, port), -1) for port in self._exec_outputs(index)]
+                pending += [n for region in reversed(below) if region >= 0 for n in reversed(self.members[region])]
+        order: dict[int, None] = {}
+        for index in executed:
+            needs = self._upstream(index)
+            order |= dict.fromkeys([*needs, *self._read_off([*needs, index]), index])
+        constants = sorted(self.constant & order.keys(), key=lambda data: self.data_rank[data])
+        self.plan.constants = [Refresh(data, self._copies(data, constant=None)) for data in constants]
+        self.plan.order = list(dict.fromkeys([*constants, *order]))
         self.plan.constant_copies = [copy for i in self.plan.order for copy in self._copies(i, constant=True)]
+        for wire in (wire for index in order for wire in self.data_in.get(index, [])):
+            if self.node(wire.target).cls.fields[wire.target_field].setup and wire.source in self.data_rank:
+                self.plan.early |= {*self.data_needs(wire.source), wire.source} - self.constant
+
+    def _read_off(self, readers: Iterable[int]) -> list[int]:
+        """Data nodes whose unwired inputs a wire begins at; they need not be computed for it."""
+        wires = [wire for reader in readers for wire in self.data_in.get(reader, [])]
+        return [wire.source for wire in wires if self._reads_input(wire) and wire.source in self.data_rank]
 
 
 class _Emitter:
@@ -554,156 +589,142 @@ class _Emitter:
         self.planner = planner
         self.region = region
         self.inside = set(planner.members[region])
+        self.entered = {wire.order for wire in planner.entries[region]}
+        """Orders of the wires that start the region for certain."""
         self.flags: dict[str, None] = {}
         self.guards: dict[int, str] = {}
-        self.entered = self._entry_wires()
         self.state: dict[int, str] = {}
         """Of each data node: `stale`, `clean`, `maybe`, or `clean under <guard>`."""
 
-    def _entry_wires(self) -> set[Wire]:
-        """Wires that start the region for certain: those of the pusher's port it hangs on."""
-        for (pusher, port), region in self.planner.pin_region.items():
-            if region == self.region:
-                return {w for w in self.planner.exec_out[pusher] if w.source_field == port and self.planner._forward(w)}
-        return set()
-
     def emit(self) -> Region:
-        planner = self.planner
-        pusher = next((p for (p, _), region in planner.pin_region.items() if region == self.region), None)
+        planner, root = self.planner, self.region == 0
         for data in planner.data_rank:
             if data in planner.constant:
                 self.state[data] = "clean"
-            elif pusher is None:
-                self.state[data] = "stale" if data in planner.volatile else "maybe"
             else:
-                self.state[data] = "stale" if pusher in planner.depends[data] else "maybe"
+                self.state[data] = "stale" if root and data in planner.volatile else "maybe"
         for index in planner.members[self.region]:
             self.guards[index] = self._guard(index)
         calls = tuple(self._call(index) for index in planner.members[self.region])
-        stale = tuple(d for d in sorted(planner.flagged) if d in planner.volatile) if pusher is None else ()
-        entries = tuple(fire for wire in sorted(self.entered, key=lambda w: w.order) if (fire := self._fire(wire)))
-        pending = self._pending()
+        stale = tuple(d for d in sorted(planner.flagged) if d in planner.volatile) if root else ()
+        entries = tuple(self._fires(planner.entries[self.region]))
+        pending = self._pending() if root else ()
         return Region(self.region, planner.titles[self.region], tuple(self.flags), entries, calls, stale, pending)
 
     def _in_wires(self, index: int) -> list[Wire]:
         """Wires that can start a node in this region."""
-        planner = self.planner
-        wires = [w for w in planner.exec_in.get(index, []) if w not in planner.pending_control]
-        root = self.region == 0
+        planner, root = self.planner, self.region == 0
         return [
             w
-            for w in wires
-            if w in self.entered
-            or (root and planner.kinds[w.source] == "latent")
-            or (w.source in self.inside and planner.kinds[w.source] in ("event", "action"))
+            for w in planner.exec_in.get(index, [])
+            if w.order in self.entered
+            or (root and w.source in planner.latents)
+            or (w.source in self.inside and planner.kinds[w.source] in ("event", "action") and planner.forward(w))
         ]
 
-    def _certain(self, wire: Wire) -> bool:
-        planner = self.planner
-        if wire in self.entered:
-            return True
-        gated = planner.node(wire.source).cls.gated or planner.kinds[wire.source] not in ("event", "action")
-        return not gated and self.guards.get(wire.source, "?") == ""
-
     def _guard(self, index: int) -> str:
-        planner = self.planner
-        wires = self._in_wires(index)
-        if index in planner.events or any(self._certain(w) for w in wires):
+        planner, wires = self.planner, self._in_wires(index)
+        sure = [w for w in wires if w.order in self.entered or planner.fires_surely(w.source)]
+        if index in planner.events or any(w.order in self.entered or self.guards[w.source] == "" for w in sure):
             return ""
-        only = wires[0] if len(wires) == 1 else None
-        if only and planner.kinds[only.source] in ("event", "action") and not planner.node(only.source).cls.gated:
-            return self.guards[only.source]
-        self.flags[f"f{index}"] = None
-        return f"f{index}"
+        if len(wires) == len(sure) == 1:
+            return self.guards[sure[0].source]
+        return self._flag(f"f{index}")
+
+    def _flag(self, name: str) -> str:
+        """A local integer that starts at 0."""
+        self.flags[name] = None
+        return name
 
     def _counts(self, index: int) -> bool:
         return self.planner.node(index).cls.counts and len(self.planner.exec_in.get(index, [])) > 1
 
-    def _pins(self, index: int) -> tuple[str, ...]:
-        """Execution inputs whose numbers change from one run to the next."""
+    def _tells_pins(self, index: int) -> bool:
+        """Whether a node's execution inputs say different things from one run to the next."""
         wires = self.planner.exec_in.get(index, [])
-        return (
-            tuple(self.planner.exec_in_ports(index))
-            if len(wires) > 1 or any(w in self.planner.pending_control for w in wires)
-            else ()
-        )
+        return len(wires) > 1 or any(wire.order in self.planner.pending_control for wire in wires)
 
-    def _fire(self, wire: Wire) -> Fire | None:
-        """What a wire sets when its source fires; None when there is nothing to set."""
-        planner, target = self.planner, wire.target
-        pin = wire.target_field if self._pins(target) else ""
-        if wire in planner.pending_control:
-            return Fire(target, pin=wire.target_field)
-        if self._counts(target):
-            flag = f"w{wire.order}"
-            self.flags[flag] = None
-            return Fire(
-                target, guard=self.guards[target] if self.guards[target] == f"f{target}" else "", activation=flag
-            )
-        guard = self.guards[target] if self.guards[target] == f"f{target}" else ""
-        return Fire(target, guard, pin) if guard or pin else None
+    def _pins(self, index: int) -> tuple[Pin, ...]:
+        if not self._tells_pins(index):
+            return ()
+        waiting = {w.target_field for w in self.planner.exec_in[index] if w.order in self.planner.pending_control}
+        fired = set() if self._counts(index) else {wire.target_field for wire in self._in_wires(index)}
+        pins = self.planner.exec_in_ports(index)
+        return tuple(Pin(p, self._flag(f"x{index}_{p}") if p in fired else "", p in waiting) for p in pins)
 
-    def _branches(self, index: int, *, latent: bool = False) -> tuple[Branch, ...]:
+    def _fires(self, wires: Iterable[Wire]) -> Iterator[Fire]:
+        """What wires set when they fire; nothing where a node runs anyway and need not be told."""
+        for wire in sorted(wires, key=lambda w: w.order):
+            target = wire.target
+            if wire.order in self.planner.pending_control:
+                yield Fire(target, pending_pin=wire.target_field)
+                continue
+            guard = f"f{target}" if self.guards[target] == f"f{target}" else ""
+            counter = ""
+            if self._counts(target):
+                counter = self._flag(f"w{wire.order}")
+            elif self._tells_pins(target):
+                counter = self._flag(f"x{target}_{wire.target_field}")
+            if guard or counter:
+                yield Fire(target, guard, counter)
+
+    def _branches(self, index: int) -> tuple[Branch, ...]:
+        """One for each execution output; a pusher's ports fire by themselves only pins that wait."""
         planner = self.planner
         branches = []
         for port in planner.node(index).cls.fields.values():
             if not port.is_exec or port.side != "outputs":
                 continue
-            if planner.kinds[index] == "pusher":
-                branches.append(Branch(port.mask, region=planner.pin_region.get((index, port.field), -1)))
-                continue
             wires = [w for w in planner.exec_out.get(index, []) if w.source_field == port.field]
-            fires = [self._fire(w) for w in wires if latent or planner._forward(w) or w in planner.pending_control]
-            branches.append(Branch(port.mask, tuple(f for f in fires if f is not None)))
-        return tuple(branches) if planner.kinds[index] == "pusher" else tuple(b for b in branches if b.fires)
+            region = planner.pin_region.get((index, port.field), -1)
+            if planner.kinds[index] == "pusher":
+                wires = [w for w in wires if w.order in planner.pending_control]
+            branches.append(Branch(port.mask, tuple(self._fires(wires)), region))
+        return tuple(branches)
 
     def _pending(self) -> tuple[tuple[int, tuple[Branch, ...]], ...]:
-        if self.region != 0:
-            return ()
-        latent = [i for i, kind in enumerate(self.planner.kinds) if kind == "latent" and self.planner.exec_out.get(i)]
-        return tuple((i, self._branches(i, latent=True)) for i in latent)
+        latent = [index for index in sorted(self.planner.latents) if self.planner.exec_out.get(index)]
+        return tuple((index, self._branches(index)) for index in latent)
 
     def _call(self, index: int) -> Call:
         planner = self.planner
         kind, guard = planner.kinds[index], self.guards[index]
-        refreshes = tuple(r for data in planner.data_needs(index) for r in self._refresh(data, guard))
+        refreshes = tuple(r for data in planner.data_needs(index) for r in self._refresh(data, index))
         branches = () if kind == "latent" else self._branches(index)
-        marks = self._invalidate(index, guard)
+        self._invalidate(index, guard)
         activations: tuple[Activation, ...] = ()
         if self._counts(index):
             wires = sorted(self._in_wires(index), key=lambda w: (not self._is_control(w), w.order))
-            activations = tuple(Activation(f"w{w.order}", w.target_field) for w in wires)
+            activations = tuple(Activation(self._flag(f"w{w.order}"), w.target_field) for w in wires)
         gated = planner.node(index).cls.gated
-        copies, pins = planner.changing_copies(index), self._pins(index)
-        return Call(index, kind, guard, refreshes, copies, gated, branches, marks, pins, activations)
+        copies, marks = planner.changing_copies(index), planner.marks(index)
+        return Call(index, kind, guard, refreshes, copies, gated, branches, marks, self._pins(index), activations)
 
     def _is_control(self, wire: Wire) -> bool:
         return self.planner.node(wire.target).cls.fields[wire.target_field].control
 
-    def _refresh(self, data: int, guard: str) -> list[Refresh]:
-        """How a data node is brought up to date before a consumer under a guard."""
-        planner, state = self.planner, self.state[data]
-        if state == "clean" or (guard and state == f"clean under {guard}"):
+    def _refresh(self, data: int, consumer: int) -> list[Refresh]:
+        """How a data node is brought up to date before a consumer."""
+        planner, state, guard = self.planner, self.state[data], self.guards[consumer]
+        repeated = self._counts(consumer) and consumer in planner.depends[data]
+        if not repeated and (state == "clean" or (guard and state == f"clean under {guard}")):
             return []
-        flagged = data in planner.flagged
-        if state != "stale":
+        sure = state == "stale" and not repeated
+        if not sure:
             planner.flagged.add(data)
         self.state[data] = f"clean under {guard}" if guard else "clean"
-        return [
-            Refresh(data, planner.changing_copies(data), if_stale=state != "stale", flagged=flagged or state != "stale")
-        ]
+        return [Refresh(data, planner.changing_copies(data), not sure, data in planner.flagged, repeated)]
 
-    def _invalidate(self, index: int, guard: str) -> tuple[int, ...]:
-        """Note which data nodes are stale after a node has run; those with a flag are marked at run time."""
+    def _invalidate(self, index: int, guard: str) -> None:
+        """Note which data nodes are stale, or may be, after a node has run."""
         planner = self.planner
-        ran = {index} | planner.covers.get(index, set())
-        for data, depends in planner.depends.items():
-            if data in planner.constant:
-                continue
-            if index in depends and not guard and planner.kinds[index] != "pusher":
+        pusher = planner.kinds[index] == "pusher"
+        for data in planner.dependents.get(index, ()):
+            if not guard and not pusher:
                 self.state[data] = "stale"
-            elif (depends & ran and self.state[data] != "stale") or (
-                planner.kinds[index] == "pusher" and self.state[data] == "stale"
-            ):
+            elif self.state[data] != "stale":
                 self.state[data] = "maybe"
-        return tuple(d for d in sorted(planner.flagged) if index in planner.depends[d])
+        for data in {d for covered in planner.covers.get(index, ()) for d in planner.dependents.get(covered, ())}:
+            self.state[data] = "maybe"
+        if pusher:  # a region below may have brought up to date what was stale before
+            self.state |= dict.fromkeys((data for data, state in self.state.items() if state == "stale"), "maybe")

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from graphengine import types
-from graphengine.diagnostics import Findings, Span, did_you_mean, listing
+from graphengine.diagnostics import Findings, Span, did_you_mean, listing, shown
 from graphengine.node import Node, Port, grown
 from graphengine.registry import Registry
 from graphengine.template import FlatGraph, NodeEntry, WireEnd, WireEntry
@@ -210,18 +210,22 @@ def _set_literal(instance: Instance, port: Port, value: Any, span: Span, finding
             instance.settled[port.field] = port_type
         setattr(instance.node, port.field, port.check(value))
     except TypeError as error:
-        shown = "a mapping" if isinstance(value, dict) else repr(value)[:60]
+        wrong, _, remedy = str(error).partition("; ")
+        if isinstance(port.type, PortType) and port.type.array and isinstance(value, str | int | float):
+            remedy = f"write [{value}]"
         findings.add(
             "G211",
-            f"{instance.id}.{port.name} is {_a(port.type)}: {error}, got {shown}",
+            f"{instance.id}.{port.name} is {_a(port.type)}: {wrong}, got {shown(value)}",
             span,
+            remedy,
             related=instance.entry.via,
         )
     except ValueError as error:
         unit = f" (unit: {port.unit})" if port.unit else ""
+        given = "" if ", got " in str(error) else f", got {shown(value)}"
         findings.add(
             "G212",
-            f"{instance.id}.{port.name}: {error}, got {str(value)[:60]}{unit}",
+            f"{instance.id}.{port.name}: {error}{given}{unit}",
             span,
             did_you_mean(str(value), port.tokens) if port.tokens else "",
             related=instance.entry.via,
@@ -325,11 +329,16 @@ def _end(
     wrong = find_port(instance.cls, end.port, ["inputs", "outputs"])
     names = port_names(instance.cls, sides[0])
     if wrong is not None:
+        said = f"not an {end.side[:-1]}" if end.side and end.side != wrong.side else ""
+        rule = said or f"a wire {'begins at an output' if begins else 'ends at an input'}"
+        other = known.get(wire.source.node)
+        turned = not begins and other is not None and find_port(other.cls, wire.source.port, ["inputs"]) is not None
         findings.add(
             "G205",
-            f"{end} is an {wrong.side[:-1]}; a wire {'begins at an output' if begins else 'ends at an input'}",
+            f"{end} is an {wrong.side[:-1]}{', ' if said else '; '}{rule}",
             end.span,
-            listing(names, f"{sides[0]} of {instance.cls.__name__}"),
+            f"write {wire.target} -> {wire.source}" if turned else "",
+            f"leave out `{end.side}:`" if said else listing(names, f"{sides[0]} of {instance.cls.__name__}"),
             related=wire.via,
         )
     else:
@@ -369,6 +378,8 @@ def _settle_types(graph: Graph, findings: Findings) -> None:
         elif takes is None or converter is None:
             legal = target.cls.fields[wire.target_field].type
             hint = "put a converter node between them" if gives.is_number else ""
+            if gives.count == 3 and not gives.array and isinstance(legal, PortType) and legal.count == 1:
+                hint = "take it apart with BreakVector3"
             findings.add(
                 "G206",
                 f"{wire.entry.source} is {_a(gives)}, {wire.entry.target} takes {_a(legal)}",
@@ -392,7 +403,7 @@ def _settle_types(graph: Graph, findings: Findings) -> None:
                     "G213",
                     f"the type of {instance.id}.{port.name} cannot be told: it has neither a wire nor a value",
                     instance.span,
-                    f"one of {port.type}"[:120],
+                    f"wire it, or write {{type: {str(port.type).partition(' ')[0]}, value: …}}",
                     related=instance.entry.via,
                 )
 
@@ -476,5 +487,9 @@ def _set_variables(graph: Graph, findings: Findings) -> None:
             if isinstance(port_type, UnionType):
                 raise ValueError(f"{spec.type!r} is not the type of a variable")
             graph.variables[name] = port_type.zero if spec.default is None else types.coerce(spec.default, port_type)
-        except (TypeError, ValueError) as error:
-            findings.add("G211", f"variable {name!r}: {error}", document.span("variables", name))
+        except ValueError as error:
+            span = document.span("variables", name, "type")
+            findings.add("G211", f"variable {name!r}: {error}", span, "types are double, int, string, vectord[3], …")
+        except TypeError as error:
+            span = document.span("variables", name, "default")
+            findings.add("G211", f"variable {name!r} is a {spec.type}: {error}, got {shown(spec.default)}", span)

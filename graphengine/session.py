@@ -115,6 +115,8 @@ class Session:
                 variable.clear()
         for mailbox in self.services.mailboxes.values():
             mailbox.clear()
+        for path in self.services.generators:
+            self.services.reseed(path)
         self.clock.stop()
         self.step_clock.stop()
 

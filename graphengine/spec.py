@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 import types
 import typing
 from collections.abc import Mapping
@@ -35,6 +36,7 @@ def _plain_path(path: str) -> str:
 
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=200)]
+Pair = Annotated[tuple[float, float], Field(strict=False)]
 Vector = Annotated[tuple[float, float, float], Field(strict=False)]
 PrimPath = Annotated[str, AfterValidator(_plain_path)]
 Connection = Annotated[str, Field(max_length=1000)]
@@ -88,10 +90,10 @@ class GraphSpec(Spec):
     graph: Name = Field(description="Name of the graph.")
     doc: str = ""
     at: PrimPath = Field(default="", description="The graph's own prim; namespaces are collected from here.")
-    parameters: dict[Name, ParameterSpec] = {}
-    runs: Literal["tick", "physics_step"] = "tick"
-    variables: dict[Name, VariableSpec] = {}
-    nodes: dict[Name, NodeSpec] = {}
+    parameters: dict[Name, ParameterSpec] = Field(default={}, description="Name to {type: …, default: …}.")
+    runs: Literal["tick", "physics_step"] = Field(default="tick", description="How often the graph runs.")
+    variables: dict[Name, VariableSpec] = Field(default={}, description="Name to {type: …, default: …}.")
+    nodes: dict[Name, NodeSpec] = Field(default={}, description="Name to a type, or to {type: …, inputs: {…}}.")
     connections: tuple[Connection, ...] = Field(
         default=(), description="One wire a line: Node.port -> Node.port", strict=False
     )
@@ -99,9 +101,7 @@ class GraphSpec(Spec):
     outputs: dict[str, str] = Field(
         default={}, description="Ports that the graph has as a subgraph: name to Node.port."
     )
-    layout: dict[Name, tuple[float, float]] = Field(
-        default={}, description="Node to [x, y], for pictures.", strict=False
-    )
+    layout: dict[Name, Pair] = Field(default={}, description="Node to [x, y], for pictures.")
     scene: str = Field(default="", description="What `graphrun run` loads for this graph.")
 
 
@@ -114,7 +114,7 @@ class Orientation(Spec):
     @model_validator(mode="after")
     def _one_form(self) -> Orientation:
         if (self.rpy_deg is None) == (self.quaternion_xyzw is None):
-            raise ValueError("give rpy_deg: [roll, pitch, yaw] or quaternion_xyzw: [x, y, z, w]")
+            raise ValueError("give one of rpy_deg: [roll, pitch, yaw] and quaternion_xyzw: [x, y, z, w]")
         if self.quaternion_xyzw is not None and abs(math.hypot(*self.quaternion_xyzw) - 1.0) > 0.01:
             raise ValueError("a quaternion that is a rotation has length 1")
         return self
@@ -320,17 +320,27 @@ def _report(model: type[Spec], document: Document, error: dict[str, Any], findin
     elif kind == "missing" and isinstance(location[-1], int):
         at = location[:-1]
         wanted = [len(typing.get_args(found)) for found in _annotations_at(model, at)]
-        findings.add("G108", f"{_name(at)}: expected {max(wanted, default=0)} values, got fewer", document.span(*at))
+        given = document.find(*at)
+        got = len(given.data) if given is not None and isinstance(given.data, list) else "fewer"
+        findings.add("G108", f"{_name(at)}: expected {max(wanted, default=0)} values, got {got}", document.span(*at))
     elif kind == "missing":
         parent = location[:-1]
         span = document.key_span(*parent) if parent else document.span().part(0, 1)
         meaning = _description(model, location)
         findings.add(code, message, span, f"it stands for: {meaning}" if meaning else "")
-    else:
+    elif is_key:
+        legal_name = re.sub(r"\A(?=[0-9])", "_", re.sub(r"[^A-Za-z0-9_]", "_", str(error["input"])))
+        fits = kind == "string_pattern_mismatch" and legal_name
+        findings.add(code, message, document.key_span(*location), f"write {legal_name}" if fits else "")
+    elif kind == "value_error":
         value = document.find(*location)
-        whole = is_key or (value is not None and isinstance(value.data, dict))
-        span = document.key_span(*location) if whole else document.span(*location)
-        findings.add(code, message, span, "" if is_key else _description(model, location))
+        whole = value is not None and isinstance(value.data, dict)
+        findings.add(code, message, document.key_span(*location) if whole else document.span(*location))
+    else:
+        legal = [key for found in _models_at(model, location) for key in found.model_fields]
+        empty = "write what belongs below it, or remove the key" if error["input"] is None else ""
+        meaning = _description(model, location) or (listing(legal, "keys") if legal else "")
+        findings.add(code, message, document.span(*location), meaning, empty)
 
 
 def _name(location: Location) -> str:

@@ -136,6 +136,7 @@ def _parameter_values(
                 "G107",
                 f"parameter {name!r} of graph {document.source.path} has no default and was given no value",
                 where,
+                "write a default, or give a value where the graph is used",
             )
             values[name] = None
             continue
@@ -277,7 +278,8 @@ def _parse_wire(
         match = _END.match(part)
         if match is None or len(parts) != 2:
             legal = "write `Node.port -> Other.port`, as in `OnPlaybackTick.tick -> SubscribeTwist.execIn`"
-            what = f"{part!r} is not `Node.port`" if len(parts) == 2 else "a connection has one arrow"
+            arrows = f"a connection has one arrow, this one {len(parts) - 1 or 'none'}"
+            what = f"{part!r} is not `Node.port`" if len(parts) == 2 else arrows
             findings.add("G202", what, span if len(parts) == 2 else value.span, legal)
             return None
         ends.append(WireEnd(match["node"], match["port"], match["side"] or "", span))

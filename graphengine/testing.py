@@ -1,4 +1,4 @@
-"""For tests of nodes: a Context over a world and a network that tests write and read; and a check of node classes.
+"""For tests of nodes: a Context over a world and topics that tests write and read; and a check of node classes.
 
     context = RecordingContext()
     robot = context.world.add_robot("/dd100", ["left", "right"])
@@ -7,7 +7,8 @@
     node.compute()
     assert robot.targets["velocity"] == [1.0, 2.0]
 
-Prims, namespaces, QoS and transform trees are the engine's own. `RecordingWorld` and `RecordingNetwork` serve whole sessions too.
+Prims, namespaces, QoS, transform trees and the encoding of messages are the engine's own: `context.transport.messages("/odom")`
+reads a topic back, `context.transport.inject("/cmd_vel", twist)` feeds one. `RecordingWorld` serves whole sessions too.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ import traceback
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partialmethod
 from typing import Any
 
 import numpy as np
@@ -36,6 +38,7 @@ from graphengine.ros.memory import MemoryTransport
 from graphengine.ros.network import LiveNetwork
 from graphengine.schema import make_schema
 from graphengine.stage import IDENTITY, ORIGIN, Prim, Stage
+from graphengine.types import UnionType
 
 
 @dataclass(slots=True)
@@ -59,36 +62,31 @@ class RecordingBody:
             return self.linear, self.angular
         linear, angular = self.carrier.velocity()
         arm = rotation.rotate(self.carrier.pose()[1], self.position)
-        x, y, z = np.add(linear, np.cross(angular, arm)).tolist()
-        return (x, y, z), angular
+        return tuple(np.add(linear, np.cross(angular, arm)).tolist()), angular
 
 
 class RecordingArticulation(backend.DryArticulation):
-    """Joints whose `state` tests write and whose `targets` nodes write; NaN is a target that was never commanded."""
+    """Joints whose `state` tests write; `targets` are what nodes wrote, NaN where never, in so many `commands`."""
+
+    commands = 0
 
     def __init__(self, robot: Prim) -> None:
         super().__init__(robot)
-        joints = len(self.joint_names)
-        self.state: dict[str, ArrayLike] = dict.fromkeys(("position", "velocity", "effort"), (0.0,) * joints)
-        self.targets = {kind: [math.nan] * joints for kind in self.state}
-        self.commands = 0
-        """How often a node commanded."""
+        self.state: dict[str, ArrayLike] = {
+            kind: np.zeros(len(self.joint_names)) for kind in ("position", "velocity", "effort")
+        }
+        self.targets = {kind: [math.nan] * len(self.joint_names) for kind in self.state}
 
     def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> RecordingSelection:
         """Joints by name, else by index, else all."""
         return RecordingSelection(self, backend.select_joints(self, names, indices))
 
-    def positions(self) -> NDArray[np.float64]:
-        """As the test says."""
-        return np.array(self.state["position"], np.float64)
+    def _told(self, kind: str) -> NDArray[np.float64]:
+        return np.array(self.state[kind], np.float64)
 
-    def velocities(self) -> NDArray[np.float64]:
-        """As the test says."""
-        return np.array(self.state["velocity"], np.float64)
-
-    def efforts(self) -> NDArray[np.float64]:
-        """As the test says."""
-        return np.array(self.state["effort"], np.float64)
+    positions = partialmethod(_told, "position")
+    velocities = partialmethod(_told, "velocity")
+    efforts = partialmethod(_told, "effort")
 
 
 class RecordingSelection(backend.DryJointSelection):
@@ -143,8 +141,7 @@ class RecordingWorld(backend.DryWorld):
         base = f"{path}/Geometry/base_link"
         robot = self.stage.add(path, "robot", body=base, facts={"base_link": base, "joints": tuple(joints), **facts})
         self.stage.add(base, "link", body=base)
-        for joint in joints:
-            self.stage.add(f"{path}/Physics/{joint}", "joint")
+        self._bodies[robot] = RecordingBody()
         return self.articulation(robot)
 
     def add_lidar(self, path: str, **facts: Any) -> RecordingLidar:
@@ -169,43 +166,19 @@ class RecordingWorld(backend.DryWorld):
         return self._lidars.setdefault(prim, RecordingLidar(prim))
 
 
-class RecordingNetwork(LiveNetwork):
-    """Topics in memory, encoded as on a network; `wanted` says whether somebody listens to all of them."""
-
-    def __init__(self, *, wanted: bool = True) -> None:
-        self.memory = MemoryTransport(wants_all=wanted)
-        self.complaints: list[str] = []
-        super().__init__(lambda _: self.memory, 0, self.complaints.append)
-
-    def published(self, topic: str) -> list[Any]:
-        """Messages on a topic, oldest first."""
-        return self.memory.messages(topic)
-
-    def deliver(self, topic: str, *arriving: Any) -> None:
-        """Let messages arrive on a topic that a node reads; the next tick sees as many as its queue holds."""
-        for message in arriving:
-            self.memory.inject(topic, message)
-
-
 class RecordingContext(NodeContext):
-    """One node's door to a world and a network of a test.
-
-    Args:
-        prim_path: of the node; namespaces are collected from here.
-        wanted: whether somebody listens to what the node publishes.
-        ros_domain_id: what the environment says.
-    """
+    """One node's door to a world and a network of a test; `wanted` says whether somebody listens to all topics."""
 
     clock: SimulationClock
 
     def __init__(
         self, prim_path: str = "/World/graph/node", *, wanted: bool = True, ros_domain_id: int | None = None
     ) -> None:
-        self.world, self.network = RecordingWorld(), RecordingNetwork(wanted=wanted)
-        self.logged: list[tuple[str, str]] = []
-        """Severity and text of what the node said."""
+        self.world, self.transport = RecordingWorld(), MemoryTransport(wants_all=wanted)
+        self.logged: list[tuple[str, str]] = []  # severity and text
         self.variables: dict[str, GraphVariable] = {}
-        self.services = Services(self.world, self.network, domain_from_environment=ros_domain_id)
+        network = LiveNetwork(lambda _: self.transport, 0, lambda text: self.logged.append(("network", text)))
+        self.services = Services(self.world, network, domain_from_environment=ros_domain_id)
         self.services.log = lambda severity, _, message: self.logged.append((severity, message))
         clock = SimulationClock(self.world.tick_period)
         super().__init__(self.services, clock, "graph", prim_path, 1.0 / clock.delta, self.variables)
@@ -213,11 +186,9 @@ class RecordingContext(NodeContext):
     def tick(self, ticks: int = 1) -> None:
         """Begin the next tick: time goes on, what arrived becomes visible."""
         for _ in range(ticks):
-            self.network.freeze()
-            for mailbox in self.services.mailboxes.values():
-                mailbox.freeze()
-            for variable in self.variables.values():
-                variable.freeze()
+            frozen: list[Any] = [self.services.network, *self.services.mailboxes.values(), *self.variables.values()]
+            for part in frozen:
+                part.freeze()
             self.clock.set_frame(self.clock.frame + 1)
 
     def stop(self, *nodes: Node) -> None:
@@ -229,15 +200,11 @@ class RecordingContext(NodeContext):
 
 
 def check_node(cls: type[Node], make_context: Callable[[], RecordingContext] = RecordingContext, **inputs: Any) -> None:
-    """Hold a node class against what its users and the engine expect, in words, shape and behaviour.
+    """Hold a node class against what its users and the engine expect.
 
     A docstring whose first line is a fact; ports that say what they are; units on physical numbers. A name that nobody else has;
-    legal defaults; a JSON Schema. Three ticks on its defaults and `inputs` touch nothing undeclared and are the same each time.
-
-    Args:
-        cls: class of the node; it may refuse inputs with ValueError or a GraphError.
-        make_context: gives the node's surroundings, new ones each time.
-        inputs: values, by field, of inputs that the node cannot do without.
+    legal defaults; a JSON Schema. Three ticks touch nothing undeclared and are the same each time; a node may refuse its inputs
+    with ValueError or a GraphError. `inputs` are values, by field, of those it cannot do without.
 
     Raises:
         NodeClassError: it lists everything that is wrong.
@@ -247,10 +214,8 @@ def check_node(cls: type[Node], make_context: Callable[[], RecordingContext] = R
         raise NodeClassError("\n  - ".join([f"{cls.__module__}.{cls.__qualname__} is not a sound node:", *problems]))
 
 
-_PHYSICAL = re.compile(
-    r"(?i)(acceleration|angle|delay|distance|duration|effort|force|frequency|length|mass|period|position|radius|rate|second"
-    r"|speed|stamp|temperature|time|timeout|torque|translation|velocity|velocitie|\bdt)s?\Z"
-)
+_PHYSICAL = "acceleration angle delay distance dt duration effort force frequency length mass period position radius "
+_PHYSICAL += "rate second speed stamp temperature time timeout torque translation velocity velocitie"
 
 
 def _words(cls: type[Node]) -> Iterator[str]:
@@ -263,8 +228,9 @@ def _words(cls: type[Node]) -> Iterator[str]:
         told = port.doc or port.unit or port.tokens or port.component or re.search(r"[A-Z_]", port.name)
         if not told and port.name.lower() not in cls.type_name.lower():
             yield f"{port.name}: a name of one word needs a doc"
+        words = {word.removesuffix("s") for word in port.field.split("_")}
         real = str(port.type).startswith(("double", "float", "half", "vector"))
-        if real and not port.unit and _PHYSICAL.search(port.name):
+        if real and not port.unit and words.intersection(_PHYSICAL.split()):
             yield f"{port.name}: a physical number needs a unit"
 
 
@@ -290,23 +256,20 @@ def _shape(cls: type[Node]) -> Iterator[str]:
         yield f"it cannot be described as JSON Schema: {error}"
 
 
-def _behaviour(
-    cls: type[Node], make_context: Callable[[], RecordingContext], inputs: Mapping[str, Any]
-) -> Iterator[str]:
-    required = [(port.field, port.required) for port in cls.fields.values() if port.required]
-    given = {group for name, group in required if name in inputs and group is not True}
+def _behaviour(cls: type[Node], make: Callable[[], RecordingContext], inputs: Mapping[str, Any]) -> Iterator[str]:
+    untyped = {p.field for p in cls.fields.values() if p.side == "inputs" and isinstance(p.type, UnionType)}
+    required = [(p.field, p.required) for p in cls.fields.values() if p.required or p.field in untyped]
+    given = {group for name, group in required if name in inputs and isinstance(group, str)}
     needed = [name for name, group in required if name not in inputs and group not in given]
     if needed:
         yield f"check_node needs values for what the node cannot do without: {', '.join(needed)}"
         return
     try:
-        one, other = (_three_ticks(cls(**inputs), make_context()) for _ in range(2))
+        one, other = (_three_ticks(cls(**inputs), make()) for _ in range(2))
         if one != other:
             yield "two instances with the same inputs do not do the same; take time and chance from the context"
     except Exception as error:  # whatever it is, the author has to know
-        where = traceback.extract_tb(error.__traceback__)[-1]
-        why = "; is it declared, and does setup bind it?" if isinstance(error, AttributeError) else ""
-        yield f"{type(error).__name__} in {where.name}, line {where.lineno}: {error}{why}"
+        yield f"{type(error).__name__} in line {traceback.extract_tb(error.__traceback__)[-1].lineno}: {error}"
 
 
 def _three_ticks(node: Node, context: RecordingContext) -> list[object]:
@@ -315,10 +278,15 @@ def _three_ticks(node: Node, context: RecordingContext) -> list[object]:
         raise TypeError("instances have a __dict__, where misspelt attributes hide; a base class lacks __slots__")
     latent: Any = node
     record: list[object] = []
+    firing = [
+        port.field for port in node.fields.values() if port.is_exec and port.side == "inputs" and not port.control
+    ]
     try:
         node.setup(context)
         for _ in range(3):
             context.tick()
+            for pin in firing:
+                setattr(node, pin, 1)
             fired = node.compute()
             if node.kind() == "pusher":
                 fired = list(itertools.islice(fired, 1000))
@@ -329,4 +297,4 @@ def _three_ticks(node: Node, context: RecordingContext) -> list[object]:
             record += [(v.dtype.str, v.shape, v.tobytes()) if isinstance(v, np.ndarray) else repr(v) for v in outputs]
     except (ValueError, GraphError) as refusal:
         record.append(str(refusal))
-    return [*record, *(context.network.memory.raw(claim.topic) for claim in context.services.claims)]
+    return [*record, *(context.transport.raw(claim.topic) for claim in context.services.claims)]

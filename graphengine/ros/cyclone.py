@@ -8,7 +8,6 @@ from __future__ import annotations
 import os
 import socket
 import threading
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -43,12 +42,12 @@ def write(entity: Any, data: bytes) -> int:
     return code
 
 
-def take(entity: Any) -> Iterator[bytes]:
-    """Every message that a reader holds, oldest first; they are gone from the reader."""
+def take(entity: Any) -> list[bytes]:
+    """Some of the messages that a reader holds, oldest first; none when it holds none. They are gone from the reader."""
     while isinstance(samples := _clayer.ddspy_take(entity._ref, _ANY_STATE, _BATCH), list) and samples:
-        for data, info in samples:
-            if info.valid_data:
-                yield data
+        if messages := [data for data, info in samples if info.valid_data]:
+            return messages
+    return []
 
 
 def delete(entity: Any) -> None:

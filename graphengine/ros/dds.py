@@ -89,17 +89,16 @@ class DdsReader:
         self._failed = False
 
     def drain(self) -> bool:
-        """Deliver what has arrived; whether there was something."""
-        arrived = False
-        for data in cyclone.take(self.entity):
-            arrived = True
+        """Deliver some of what has arrived; false when there was nothing."""
+        arrived = cyclone.take(self.entity)
+        for data in arrived:
             try:
                 self._deliver(data)
             except Exception:
                 if not self._failed:
                     _log.exception("%s: a message could not be delivered; told once", self.topic)
                 self._failed = True
-        return arrived
+        return bool(arrived)
 
     def close(self) -> None:
         """Leave the topic; a second time does nothing."""
@@ -221,6 +220,8 @@ class DdsTransport:
             endpoints.remove(endpoint)
             self._waitset.detach(endpoint.entity)
             cyclone.delete(endpoint.entity)
+            if not any(other.topic == endpoint.topic for other in (*self._writers, *self._readers)):
+                cyclone.delete(self._topics.pop(f"rt{endpoint.topic}")[1])
             self._announce((self._node(),))
         if isinstance(endpoint, DdsWriter):
             endpoint.refresh()
@@ -237,9 +238,11 @@ class DdsTransport:
     def _receive(self) -> None:
         while not self._closed:
             triggered = self._waitset.wait(_FOREVER)
-            arrived = sum(reader.drain() for reader in tuple(self._readers))
+            arrived = busy = [reader for reader in tuple(self._readers) if reader.drain()]
+            while busy and not self._closed:
+                busy = [reader for reader in busy if reader.drain()]
             # More entities triggered than readers had messages: some are writers, whose readers came or went.
-            if triggered > arrived:
+            if triggered > len(arrived):
                 for writer in tuple(self._writers):
                     writer.refresh()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import importlib
 import logging
@@ -128,6 +129,7 @@ class RclTransport:
         self.description = f"rclpy ({used}), {domain}" + (f"; {because}" if because else "")
         self._thread = threading.Thread(target=self._spin, name=f"rclpy domain {domain.id}", daemon=True)
         self._thread.start()
+        atexit.register(self.close)
 
     def writer(self, topic: str, message_type: str, qos: QoS) -> RclWriter:
         """A writer on a topic.
@@ -179,6 +181,7 @@ class RclTransport:
         self._executor.shutdown()
         self._node.destroy_node()
         self._context.try_shutdown()
+        atexit.unregister(self.close)
         for endpoint in self._endpoints:
             if isinstance(endpoint, RclWriter):
                 endpoint.matched = False

@@ -8,7 +8,6 @@ it and the floor. That holds against walls too, where it matters less.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from graphengine.spec import MaterialSpec
@@ -52,15 +51,13 @@ def against_floor(material: MaterialSpec, floor: float, *, wheel: bool) -> Conta
     """The contact of a material with the floor, whose own rule is average.
 
     Dynamic friction counts, as MuJoCo has a single coefficient. Without friction the contact has one dimension and the higher
-    priority, so that no other collider brings friction back in. Restitution e becomes the damping ratio of a linear contact
-    that returns e of the speed: -ln e / sqrt(pi^2 + ln^2 e).
+    priority, so that no other collider brings friction back in. Restitution has no counterpart: MuJoCo's contacts are springs
+    with damping, and at steps of 4 ms one that should return half of the speed returns a fifth.
     """
     friction = combine(material.dynamic_friction, floor, material.combine)
-    bounce = combine(material.restitution, 0.0, material.combine)
-    constant, damping = STIFF_SOLREF if wheel or friction == 0 else DEFAULT_SOLREF
-    if bounce > 0:
-        damping = -math.log(bounce) / math.hypot(math.pi, math.log(bounce))
-    return Contact(friction, 1 if friction == 0 else 3, 2 if friction == 0 else 1, (constant, max(damping, 0.01)))
+    if friction == 0:
+        return Contact(0.0, 1, 2, STIFF_SOLREF)
+    return Contact(friction, 3, 1, STIFF_SOLREF if wheel else DEFAULT_SOLREF)
 
 
 def sentence(name: str, material: MaterialSpec, floor: float, contact: Contact) -> str:
@@ -71,4 +68,6 @@ def sentence(name: str, material: MaterialSpec, floor: float, contact: Contact) 
         outcome = f"friction {contact.friction:g} (priority {contact.priority})"
     unlike = material.static_friction != material.dynamic_friction
     both = ", its dynamic friction, as MuJoCo has no static one" if unlike else ""
-    return f"material {name!r}: {material.combine} of {material.dynamic_friction:g}{both} and the floor's {floor:g}: {outcome}"
+    bounce = "; restitution is not simulated" if material.restitution else ""
+    mixed = f"{material.combine} of {material.dynamic_friction:g}{both} and the floor's {floor:g}"
+    return f"material {name!r}: {mixed}: {outcome}{bounce}"

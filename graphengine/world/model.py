@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -72,6 +73,7 @@ def load_world(scene: Loaded[SceneSpec], files: Files, findings: Findings, *, se
         message, *remedy = str(error).split("\n")
         findings.add("S106", f"{message}, before it came to rest", scene.document.key_span("settle"), *remedy)
         return None
+    _note_limits(simulation.unlimited, robots, findings)
     if settle and simulation.settled_after is None:
         findings.add("N103", "not at rest after 5 s; t = 0 begins as it is", scene.document.key_span("settle"))
     return LoadedWorld(simulation, stage, robots, world)
@@ -179,6 +181,15 @@ class _Builder:
             self.findings.add("S106", f"MuJoCo: {message}: {rest!r}", element.span)
         else:
             self.findings.add("S106", f"MuJoCo: {message}", place_of(self._lines, line))
+
+
+def _note_limits(joints: Sequence[str], robots: dict[str, Robot], findings: Findings) -> None:
+    for joint in joints:
+        robot, _, name = joint.partition("/")
+        text = (
+            f"joint {name!r}: its effort limit is not enforced, as its drive is too stiff to saturate in a stable way"
+        )
+        findings.add("N103", text, robots[robot].file.key_span("joints", name), "a max_acceleration bounds the effort")
 
 
 def _floor_friction(world: mujoco.MjSpec) -> float:

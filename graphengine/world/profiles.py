@@ -39,7 +39,9 @@ class PartSpec(Spec):
     kind: Literal["camera", "imu"]
     position: Vector = (0.0, 0.0, 0.0)
     orientation: Orientation = UPRIGHT
-    size: Annotated[tuple[int, int], Field(strict=False)] | None = Field(default=None, description="Width and height, pixels.")
+    size: Annotated[tuple[int, int], Field(strict=False)] | None = Field(
+        default=None, description="Width and height, pixels."
+    )
     fov_deg: Pair | None = Field(default=None, description="Horizontal and vertical field of view.")
     clip: Pair | None = Field(default=None, description="Nearest and farthest distance seen, m.")
     depth: bool = Field(default=False, description="Whether it measures distance.")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from fractions import Fraction
 from typing import TypeVar
 
@@ -62,33 +63,49 @@ class Simulation:
         self.tick = 0
         self.settled_after: float | None = None
         """Seconds that settling took; None when it was not asked for, or did not come to an end."""
+        self.unlimited: list[str] = []
+        """Joints whose effort limit is not enforced."""
         self._handles: dict[tuple[type[Handle], str], Handle] = {}
         self.rebind(model, mujoco.MjData(model))
         if settle:
             self._settle()
-        self._start = np.empty(mujoco.mj_stateSize(model, _STATE))
-        mujoco.mj_getState(self.model, self.data, self._start, _STATE)
+        self._remember_start()
         self._command_start()
 
     def rebind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Go on with another model, such as one with a robot more; every handle finds its place in it."""
+        """Go on with another model, such as one with a body more; every handle finds its place in it.
+
+        The state that comes with it is what `reset` then goes back to.
+        """
         # A diverged state must stay where it can be seen; by default MuJoCo silently begins anew.
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
         sort_geoms(model)
+        self.unlimited = [name for name, drive in self._drives() if _release(model, name, drive)]
         mujoco.mj_step1(model, data)
         self.model, self.data = model, data
         self.set_points = SetPoints(data.ctrl, data.qfrc_applied)
         self._control, self._applied = data.ctrl, data.qfrc_applied
         self._warnings = data.warning.number
         self._servos: list[tuple[int, Drive]] = []
-        for prim in self.stage.prims("joint"):
-            drive, robot = prim.facts["drive"], self.stage.robot_of(prim)
-            if drive is not None and drive.damping > 0 and robot is not None:
-                servo = model.actuator(velocity_servo(f"{robot.name}/{prim.facts['joint']}")).id
+        for name, drive in self._drives():
+            if drive.damping > 0:
+                servo = model.actuator(velocity_servo(name)).id
                 self.set_points.changes[servo] = drive.max_acceleration * model.opt.timestep
                 self._servos.append((servo, drive))
+        self._remember_start()
         for handle in self._handles.values():
             handle.bind()
+
+    def _remember_start(self) -> None:
+        self._start = np.empty(mujoco.mj_stateSize(self.model, _STATE))
+        mujoco.mj_getState(self.model, self.data, self._start, _STATE)
+
+    def _drives(self) -> Iterator[tuple[str, Drive]]:
+        """Joints that have a drive, by their names in the model."""
+        for prim in self.stage.prims("joint"):
+            robot, drive = self.stage.robot_of(prim), prim.facts["drive"]
+            if robot is not None and drive is not None:
+                yield f"{robot.name}/{prim.facts['joint']}", drive
 
     @property
     def time(self) -> float:
@@ -184,27 +201,35 @@ class Simulation:
         self.data.time = 0.0
 
 
+def _release(model: mujoco.MjModel, name: str, drive: Drive) -> bool:
+    """Take the effort limit off a joint whose drive is too stiff for it.
+
+    A saturated servo is a force that ignores the velocity it causes. Where damping x timestep exceeds the joint's inertia, that
+    force overshoots in a single step, and the joint rattles about its target in place of reaching it.
+    """
+    joint = model.joint(name).id
+    inertia = model.dof_M0[model.jnt_dofadr[joint]]
+    gain = drive.damping + drive.stiffness * model.opt.timestep
+    if not model.jnt_actfrclimited[joint] or gain * model.opt.timestep <= inertia:
+        return False
+    model.jnt_actfrclimited[joint] = 0
+    return True
+
+
 def _trouble(model: mujoco.MjModel, data: mujoco.MjData) -> str:
     """What MuJoCo's counters of warnings say, and what to do about it."""
-    kinds = mujoco.mjtWarning
-    told = [kind for kind in range(int(kinds.mjNWARNING)) if data.warning[kind].number]
-    place = {kind: data.warning[kind].lastinfo for kind in told}
+    kinds, counts = mujoco.mjtWarning, data.warning.number
     at = f"at t = {data.time:.4f} s"
-    if kinds.mjWARN_BADCTRL in told:
-        name = model.actuator(place[kinds.mjWARN_BADCTRL]).name.rpartition(".")[0]
+    if counts[kinds.mjWARN_BADCTRL]:
+        name = model.actuator(data.warning[kinds.mjWARN_BADCTRL].lastinfo).name.rpartition(".")[0]
         return f"{at}: the command of joint {name!r} is not a finite number"
-    if kinds.mjWARN_CONTACTFULL in told or kinds.mjWARN_CNSTRFULL in told:
+    if counts[kinds.mjWARN_CONTACTFULL] or counts[kinds.mjWARN_CNSTRFULL]:
         return f'{at}: no memory left for contacts\ngive the world more: <size memory="100M"/>'
-    if kinds.mjWARN_BADQPOS in told and not {kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC} & set(told):
-        joint = int(np.searchsorted(model.jnt_qposadr, place[kinds.mjWARN_BADQPOS], side="right")) - 1
-    else:
-        dofs = [
-            place[kind] for kind in (kinds.mjWARN_BADQACC, kinds.mjWARN_BADQVEL, kinds.mjWARN_INERTIA) if kind in told
-        ]
-        joint = int(model.dof_jntid[dofs[0]]) if dofs else 0
+    # MuJoCo tells the last coordinate that it found; the fastest is the one to look at.
+    joint = int(model.dof_jntid[np.argmax(np.nan_to_num(np.abs(data.qvel), nan=np.inf))])
     body = model.body(model.jnt_bodyid[joint]).name
     return (
-        f"the simulation diverged {at}: the motion of joint {model.joint(joint).name!r} of body {body!r} is not finite any more\n"
+        f"the simulation diverged {at}: the motion of joint {model.joint(joint).name!r} of body {body!r} is without bounds\n"
         "raise physics.substeps, lower the drive's damping or stiffness, give it a max_acceleration, "
         "or give the joint an armature"
     )

@@ -8,7 +8,6 @@ from __future__ import annotations
 import functools
 import importlib
 import os
-import re
 from pathlib import Path
 
 import pytest
@@ -88,7 +87,7 @@ def registry() -> Registry:
 def assemble(path: Path, monkeypatch: pytest.MonkeyPatch) -> Assembly:
     """As a user who stands in the folder of the file."""
     monkeypatch.chdir(path.parent)
-    assembly = build.assemble(Path(path.name), Options(registry=registry()))
+    assembly = build.assemble(Path(path.name), Options(registry=registry(), near=path.parent))
     assembly.world.close()
     return assembly
 

@@ -291,12 +291,13 @@ class Announce(Journaling, type="test.Announce"):
     exec_in = ExecIn()
     topic: String = In(default="", setup=True)
     qualifier: String = In(default="", setup=True)
+    forbidden: String = In(default="forbidden")
     exec_out = ExecOut()
     opened: String = Out()
 
     def setup(self, context: Context) -> None:
         super().setup(context)
-        if self.topic == "forbidden":
+        if self.topic == self.forbidden:
             raise ValueError("this topic is forbidden")
         self.opened = f"/{self.topic}{self.qualifier}"
         self.write("opens", self.opened)

@@ -105,9 +105,9 @@ class Graph:
         self.newest: dict[bytes, Any] = {}
 
     def nodes(self) -> dict[str, Any]:
-        for data in cyclone.take(self.reader):
-            info = decode(data, GRAPH_TYPE)
-            self.newest[info.gid.data.tobytes()] = info
+        while batch := cyclone.take(self.reader):
+            for info in (decode(data, GRAPH_TYPE) for data in batch):
+                self.newest[info.gid.data.tobytes()] = info
         infos = [node for info in self.newest.values() for node in info.node_entities_info_seq]
         return {f"{node.node_namespace}/{node.node_name}": node for node in infos}
 
@@ -191,6 +191,15 @@ def test_a_topic_has_one_type(alice: DdsTransport) -> None:
         alice.reader("/chatter", "std_msgs/msg/Bool", QoS(), lambda data: None)
 
 
+def test_a_topic_that_was_left_may_get_another_type(alice: DdsTransport) -> None:
+    first, second = alice.writer("/chatter", STRING, QoS()), alice.writer("/chatter", STRING, QoS())
+    first.close()
+    with pytest.raises(TransportError, match="chatter has the type"):
+        alice.writer("/chatter", "std_msgs/msg/Bool", QoS())
+    second.close()
+    alice.writer("/chatter", "std_msgs/msg/Bool", QoS())
+
+
 def test_one_process_is_in_a_domain_with_one_configuration(alice: DdsTransport, domain: Domain) -> None:
     with pytest.raises(TransportError, match="already in domain"):
         DdsTransport(Domain(domain.id, "SUBNET"), "bob")
@@ -201,12 +210,31 @@ def test_close_leaves_no_thread_and_no_socket(domain: Domain) -> None:
         links = (os.readlink(link) for link in Path("/proc/self/fd").iterdir() if link.is_symlink())
         return sum(target.startswith("socket:") for target in links)
 
-    before = threading.active_count(), len(os.listdir("/proc/self/task")), sockets()
+    python_threads, threads, open_sockets = threading.active_count(), len(os.listdir("/proc/self/task")), sockets()
     transport = DdsTransport(domain, "alice")
     transport.reader("/chatter", STRING, QoS(), lambda data: None)
-    assert len(os.listdir("/proc/self/task")) > before[1]
+    assert len(os.listdir("/proc/self/task")) > threads
+    assert sockets() > open_sockets
     transport.close()
-    assert (threading.active_count(), len(os.listdir("/proc/self/task")), sockets()) == before
+    assert threading.active_count() == python_threads
+    assert len(os.listdir("/proc/self/task")) <= threads
+    assert sockets() == open_sockets
+
+
+def test_a_process_that_ends_without_closing_leaves_the_graph(graph: Graph, eventually: Eventually) -> None:
+    program = f"""
+from graphengine.ros.dds import DdsTransport
+from graphengine.ros.domain import Domain
+DdsTransport(Domain({graph.domain.id}, "LOCALHOST"), "careless")
+input()
+raise SystemExit(3)
+"""
+    path = {**os.environ, "PYTHONPATH": str(Path(graphengine.__file__).parents[1])}
+    with subprocess.Popen([sys.executable, "-W", "error", "-c", program], env=path, stdin=subprocess.PIPE) as process:
+        assert eventually(lambda: "//careless" in graph.nodes())
+        process.communicate(b"\n", timeout=60)
+    assert process.returncode == 3
+    assert eventually(lambda: graph.nodes() == {})
 
 
 def test_a_transport_that_could_not_be_made_leaves_nothing_behind(

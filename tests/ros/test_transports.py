@@ -18,7 +18,7 @@ from graphengine.ros.memory import MemoryTransport
 from graphengine.ros.messages import String, decode, encode
 from graphengine.ros.qos import LATCHED
 from graphengine.ros.rcl import RclTransport
-from graphengine.ros.transport import Transport
+from graphengine.ros.transport import Transport, Writer
 
 AnyTransport: TypeAlias = MemoryTransport | DdsTransport | RclTransport
 Join: TypeAlias = Callable[[int, str], AnyTransport]
@@ -30,6 +30,8 @@ needs_rclpy = [pytest.mark.ros, pytest.mark.skipif(RCLPY_MISSING is not None, re
 RCLPY = pytest.param("rclpy", marks=needs_rclpy)
 # The node called alice is of the first kind, all others are of the second.
 MIXED = [pytest.param(kind, marks=needs_rclpy) for kind in ("dds to rclpy", "rclpy to dds")]
+# Writers of Fast DDS do not notice that a reader of Cyclone DDS goes, in ROS 2 itself neither.
+NOTICING = ["dds", RCLPY, MIXED[0]]
 
 
 @pytest.fixture(params=["memory", "dds", RCLPY, *MIXED])
@@ -74,6 +76,20 @@ def text(value: str) -> bytes:
     return encode(String(value))
 
 
+def connect(writer: Writer, inbox: Inbox, eventually: Eventually) -> None:
+    """Wait until both ends know of each other: that one is matched does not tell that the other is."""
+    assert eventually(lambda: writer.matched)
+
+    def probed() -> bool:
+        writer.write(text("probe"))
+        return bool(inbox.texts)
+
+    assert eventually(probed)
+    writer.write(text("ready"))
+    assert eventually(lambda: inbox.texts[-1] == "ready")
+    inbox.texts.clear()
+
+
 def test_every_transport_is_a_transport(join: Join, domain_id: int, kind: str) -> None:
     transport: Transport = join(domain_id, "alice")
     assert transport.description.startswith(kind.partition(" to ")[0])
@@ -85,7 +101,7 @@ def test_messages_arrive_in_the_order_they_were_written(join: Join, domain_id: i
     inbox = Inbox()
     join(domain_id, "bob").reader("/chatter", STRING, QoS(depth=200), inbox)
     writer = join(domain_id, "alice").writer("/chatter", STRING, QoS(depth=200))
-    assert eventually(lambda: writer.matched)
+    connect(writer, inbox, eventually)
     written = [str(number) for number in range(100)]
     for value in written:
         writer.write(text(value))
@@ -98,7 +114,7 @@ def test_a_node_hears_itself(join: Join, domain_id: int, eventually: Eventually)
     alice = join(domain_id, "alice")
     writer = alice.writer("/chatter", STRING, QoS())
     alice.reader("/chatter", STRING, QoS(), inbox)
-    assert eventually(lambda: writer.matched)
+    connect(writer, inbox, eventually)
     writer.write(text("self"))
     assert eventually(lambda: inbox.texts == ["self"])
 
@@ -107,7 +123,7 @@ def test_large_messages_arrive_whole(join: Join, domain_id: int, eventually: Eve
     inbox = Inbox()
     join(domain_id, "bob").reader("/chatter", STRING, QoS(), inbox)
     writer = join(domain_id, "alice").writer("/chatter", STRING, QoS())
-    assert eventually(lambda: writer.matched)
+    connect(writer, inbox, eventually)
     writer.write(text("x" * 200_000))
     assert eventually(lambda: inbox.texts == ["x" * 200_000])
 
@@ -144,10 +160,13 @@ def test_a_late_joiner_of_a_volatile_topic_gets_nothing_old(join: Join, domain_i
     writer.write(text("old"))
     inbox = Inbox()
     join(domain_id, "bob").reader("/chatter", STRING, QoS(), inbox)
-    assert eventually(lambda: writer.matched)
-    writer.write(text("new"))
-    assert eventually(lambda: inbox.texts)
-    assert inbox.texts == ["new"]
+
+    def heard() -> bool:
+        writer.write(text("new"))
+        return bool(inbox.texts)
+
+    assert eventually(heard)
+    assert set(inbox.texts) == {"new"}
 
 
 @pytest.mark.parametrize(
@@ -168,7 +187,7 @@ def test_a_reader_that_wants_more_than_is_offered_gets_nothing(
     writer = alice.writer("/chatter", STRING, offered)
     marker = alice.writer("/marker", STRING, QoS())
     bob.reader("/marker", STRING, QoS(), lenient)
-    assert eventually(lambda: marker.matched)
+    connect(marker, lenient, eventually)
     assert not writer.matched
     writer.write(text("lost"))
     marker.write(text("seen"))
@@ -180,11 +199,12 @@ def test_best_effort_readers_hear_reliable_writers(join: Join, domain_id: int, e
     inbox = Inbox()
     join(domain_id, "bob").reader("/chatter", STRING, QoS(depth=5, reliability="bestEffort"), inbox)
     writer = join(domain_id, "alice").writer("/chatter", STRING, LATCHED)
-    assert eventually(lambda: writer.matched)
+    connect(writer, inbox, eventually)
     writer.write(text("heard"))
     assert eventually(lambda: inbox.texts == ["heard"])
 
 
+@pytest.mark.parametrize("kind", ["memory", *NOTICING], indirect=True)
 def test_matched_follows_readers_that_come_and_go(join: Join, domain_id: int, eventually: Eventually) -> None:
     writer = join(domain_id, "alice").writer("/chatter", STRING, QoS())
     assert not writer.matched
@@ -258,13 +278,13 @@ def test_domains_do_not_hear_each_other(join: Join, domain_id: int, eventually: 
     join(domain_id + 1, "carol").reader("/chatter", STRING, QoS(), far)
     assert not writer.matched
     join(domain_id, "bob").reader("/chatter", STRING, QoS(), near)
-    assert eventually(lambda: writer.matched)
+    connect(writer, near, eventually)
     writer.write(text("near"))
     assert eventually(lambda: near.texts == ["near"])
     assert far.texts == []
 
 
-@pytest.mark.parametrize("kind", ["dds", RCLPY, *MIXED], indirect=True)
+@pytest.mark.parametrize("kind", NOTICING, indirect=True)
 def test_matched_ends_when_the_peer_leaves(join: Join, domain_id: int, eventually: Eventually) -> None:
     writer = join(domain_id, "alice").writer("/chatter", STRING, QoS())
     bob = join(domain_id, "bob")
@@ -280,14 +300,14 @@ def test_an_error_in_a_delivery_does_not_end_deliveries(
 ) -> None:
     inbox = Inbox()
 
-    def fail_first(data: bytes) -> None:
+    def fail_at_times(data: bytes) -> None:
         inbox(data)
-        if len(inbox.texts) <= 2:
+        if inbox.texts[-1] in "ab":
             raise RuntimeError("on purpose")
 
-    join(domain_id, "bob").reader("/chatter", STRING, QoS(), fail_first)
+    join(domain_id, "bob").reader("/chatter", STRING, QoS(), fail_at_times)
     writer = join(domain_id, "alice").writer("/chatter", STRING, QoS())
-    assert eventually(lambda: writer.matched)
+    connect(writer, inbox, eventually)
     with caplog.at_level(logging.ERROR, "graphengine"):
         for value in "abc":
             writer.write(text(value))

@@ -1,0 +1,280 @@
+"""Design 3.4: setup, its order and its inputs; what happens when they change."""
+
+from __future__ import annotations
+
+import pytest
+
+from graphengine.diagnostics import Findings, GraphError, NodeError
+from tests.engine.conftest import MakeBench, MakeFile
+from tests.engine.harness import Bench
+
+
+def test_setup_follows_the_schedule_each_data_node_before_its_first_consumer(bench: MakeBench) -> None:
+    run = bench("""
+        nodes: {Late: Do, Sequence: Sequence, Tick: Tick, Sum: Add, First: Do, Zero: Constant}
+        connections:
+          - Tick.tick -> Sequence.execIn
+          - Sequence.a -> First.execIn
+          - Sequence.b -> Late.execIn
+          - First.sum -> Sum.a
+          - Sum.sum -> Late.a
+          - Zero.value -> Late.b
+    """)
+    order = [run.plan.graph.instances[index].id for index in run.plan.order]
+    assert order == ["Zero", "Tick", "Sequence", "First", "Sum", "Late"]
+
+
+def test_an_input_that_is_read_in_setup_gets_folded_constants(bench: MakeBench) -> None:
+    run = bench("""
+        nodes:
+          Tick: Tick
+          Text: {type: Text, inputs: {a: sc, b: an}}
+          More: {type: Text, inputs: {b: _2}}
+          Announce: Announce
+        connections:
+          - Tick.tick -> Announce.execIn
+          - Text.text -> More.a
+          - More.text -> Announce.topic
+    """)
+    assert run.journal.read() == ["Announce opens /scan_2"]
+    assert run.tick() == ["Announce sends on /scan_2"]
+
+
+def test_an_input_that_is_read_in_setup_gets_what_earlier_setups_put_out(bench: MakeBench) -> None:
+    run = bench("""
+        nodes: {Tick: Tick, First: {type: Announce, inputs: {topic: scan}}, Second: Announce}
+        connections:
+          - Tick.tick -> First.execIn
+          - First.execOut -> Second.execIn
+          - First.opened -> Second.topic
+    """)
+    assert run.journal.read() == ["First opens /scan", "Second opens //scan"]
+    assert run.tick() == ["First sends on /scan", "Second sends on //scan"]
+
+
+def test_an_input_that_is_read_in_setup_gets_them_through_data_nodes_too(bench: MakeBench) -> None:
+    run = bench("""
+        nodes:
+          Tick: Tick
+          First: {type: Announce, inputs: {topic: scan}}
+          Text: {type: Text, inputs: {b: _filtered}}
+          More: Text
+          Second: Announce
+        connections:
+          - Tick.tick -> First.execIn
+          - First.execOut -> Second.execIn
+          - First.opened -> Text.a
+          - Text.text -> More.a
+          - More.text -> Second.topic
+    """)
+    assert run.journal.read() == ["First opens /scan", "Second opens //scan_filtered"]
+    assert run.tick() == ["First sends on /scan", "Second sends on //scan_filtered"]
+
+
+def test_a_data_node_that_cannot_be_computed_before_the_first_pass_is_left_alone(bench: MakeBench) -> None:
+    run = bench("""
+        nodes: {Tick: Tick, Spell: Spell, Text: {type: Text, inputs: {strict: true}}, Announce: Announce}
+        connections:
+          - Tick.tick -> Spell.execIn
+          - Spell.execOut -> Announce.execIn
+          - Spell.text -> Text.a
+          - Text.text -> Announce.topic
+    """)
+    assert run.journal.read() == ["Announce opens /"]
+    assert run.tick() == ["Announce opens /t1", "Announce sends on /t1"]
+
+
+def test_data_nodes_that_no_setup_waits_for_are_not_computed_in_setup(bench: MakeBench) -> None:
+    run = bench("""
+        nodes: {Tick: Tick, Reciprocal: Reciprocal, Show: Do}
+        connections:
+          - Tick.tick -> Show.execIn
+          - Tick.number -> Reciprocal.value
+          - Reciprocal.result -> Show.a
+    """)
+    assert run.tick() == ["Show 1"]
+
+
+def test_a_wire_that_changes_at_run_time_sets_the_node_up_again(bench: MakeBench) -> None:
+    run = bench("""
+        nodes: {Tick: Tick, Every: {type: Every, inputs: {n: 2}}, Spell: Spell, Announce: Announce}
+        connections:
+          - Every.fired -> Spell.execIn
+          - Tick.tick -> Announce.execIn
+          - Spell.text -> Announce.topic
+    """)
+    assert run.journal.read() == ["Announce opens /"]
+    assert run.ticks(4) == [
+        ["Announce sends on /"],
+        ["Announce opens /t1", "Announce sends on /t1"],
+        ["Announce sends on /t1"],
+        ["Announce opens /t2", "Announce sends on /t2"],
+    ]
+
+
+def test_two_inputs_that_change_together_set_the_node_up_once(bench: MakeBench) -> None:
+    run = bench("""
+        nodes: {Tick: Tick, Spell: Spell, Announce: Announce}
+        connections:
+          - Tick.tick -> Spell.execIn
+          - Spell.execOut -> Announce.execIn
+          - Spell.text -> Announce.topic
+          - Spell.text -> Announce.qualifier
+    """)
+    run.journal.read()
+    assert run.tick() == ["Announce opens /t1t1", "Announce sends on /t1t1"]
+
+
+def test_a_literal_that_changes_at_run_time_takes_effect(bench: MakeBench) -> None:
+    run = bench("""
+        nodes: {Tick: Tick, Show: {type: Do, inputs: {a: 1.0}}}
+        connections: [Tick.tick -> Show.execIn]
+    """)
+    assert run.tick() == ["Show 1"]
+    run.executor.set_constant(run.index("Show"), "a", 5)
+    assert run.tick() == ["Show 5"]
+
+
+def test_a_literal_of_a_constant_is_folded_again(bench: MakeBench) -> None:
+    run = bench("""
+        nodes:
+          Tick: Tick
+          Constant: {type: Constant, inputs: {value: 1.0}}
+          Twice: Double
+          Moves: Add
+          Show: Do
+        connections:
+          - Tick.tick -> Show.execIn
+          - Constant.value -> Twice.number
+          - Twice.value -> Show.a
+          - Tick.number -> Moves.a
+          - Constant.value -> Moves.b
+          - Moves.sum -> Show.b
+    """)
+    assert run.tick() == ["Show 4"]
+    run.executor.set_constant(run.index("Constant"), "value", 10.0)
+    assert run.tick() == ["Show 32"]
+
+
+def test_a_literal_of_a_data_node_that_rests_makes_it_move(bench: MakeBench) -> None:
+    run = bench("""
+        nodes: {Every: {type: Every, inputs: {n: 1}}, Tick: Tick, Source: Do, Add: Add, Show: Do}
+        connections:
+          - Every.fired -> Source.execIn
+          - Tick.tick -> Show.execIn
+          - Source.sum -> Add.a
+          - Add.sum -> Show.a
+    """)
+    run.tick()
+    run["Every"].n = 1000
+    assert run.tick() == ["Show 0"]
+    run.executor.set_constant(run.index("Add"), "b", 3.0)
+    assert run.tick() == ["Show 3"]
+
+
+def test_a_literal_that_setup_reads_sets_the_node_up_again(bench: MakeBench) -> None:
+    run = bench("""
+        nodes: {Tick: Tick, Text: {type: Text, inputs: {a: scan}}, Announce: Announce}
+        connections:
+          - Tick.tick -> Announce.execIn
+          - Text.text -> Announce.topic
+    """)
+    run.journal.read()
+    run.executor.set_constant(run.index("Text"), "a", "odom")
+    assert run.tick() == ["Announce opens /odom", "Announce sends on /odom"]
+    run.executor.set_constant(run.index("Announce"), "qualifier", "_2")
+    assert run.tick() == ["Announce opens /odom_2", "Announce sends on /odom_2"]
+    run.executor.set_constant(run.index("Text"), "a", "odom")
+    assert run.tick() == ["Announce sends on /odom_2"]
+
+
+@pytest.mark.parametrize(("value", "error"), [("fast", TypeError), (float("nan"), ValueError)])
+def test_a_literal_that_is_not_legal_is_refused_and_changes_nothing(
+    bench: MakeBench, value: object, error: type[Exception]
+) -> None:
+    run = bench("""
+        nodes: {Tick: Tick, Show: {type: Do, inputs: {a: 1.0}}}
+        connections: [Tick.tick -> Show.execIn]
+    """)
+    with pytest.raises(error):
+        run.executor.set_constant(run.index("Show"), "a", value)
+    assert run.tick() == ["Show 1"]
+
+
+def test_a_literal_of_a_port_of_several_types_keeps_the_type_it_has(bench: MakeBench) -> None:
+    run = bench("""
+        nodes: {Tick: Tick, Show: {type: Show, inputs: {value: {type: double, value: 1}}}}
+        connections: [Tick.tick -> Show.execIn]
+    """)
+    assert run.tick() == ["Show 1"]
+    with pytest.raises(TypeError):
+        run.executor.set_constant(run.index("Show"), "value", "fast")
+
+
+def test_a_literal_with_which_a_constant_cannot_be_computed_names_the_constant(bench: MakeBench) -> None:
+    run = bench("""
+        nodes: {Tick: Tick, Reciprocal: Reciprocal, Show: Do}
+        connections:
+          - Tick.tick -> Show.execIn
+          - Reciprocal.result -> Show.a
+    """)
+    with pytest.raises(NodeError, match="node Reciprocal .*division by zero"):
+        run.executor.set_constant(run.index("Reciprocal"), "value", 0.0)
+
+
+def test_a_setup_that_fails_names_its_node(file: MakeFile) -> None:
+    run = Bench(
+        file("""
+        nodes: {Tick: Tick, Announce: {type: Announce, inputs: {topic: forbidden}}}
+        connections: [Tick.tick -> Announce.execIn]
+        """)
+    )
+    with pytest.raises(NodeError, match="node Announce .*this topic is forbidden"):
+        run.setup()
+
+
+def test_a_setup_that_fails_does_not_keep_the_others_from_theirs_when_somebody_listens(file: MakeFile) -> None:
+    run = Bench(
+        file("""
+        nodes:
+          Tick: Tick
+          Bad: {type: Announce, inputs: {topic: forbidden}}
+          Reciprocal: {type: Reciprocal, inputs: {value: 0.0}}
+          Good: {type: Announce, inputs: {topic: scan}}
+          Show: Do
+        connections:
+          - Tick.tick -> Bad.execIn
+          - Bad.execOut -> Good.execIn
+          - Tick.tick -> Show.execIn
+          - Reciprocal.result -> Show.a
+        """)
+    )
+    failed: list[tuple[str, GraphError]] = []
+    run.executor.setup(lambda index, error: failed.append((run.plan.graph.instances[index].id, error)))
+    assert [node for node, _ in failed] == ["Reciprocal", "Bad"]
+    assert run.journal.read() == ["Good opens /scan"]
+
+
+def test_nodes_that_nothing_reaches_are_not_set_up(file: MakeFile) -> None:
+    run = Bench(
+        file("""
+        nodes: {Tick: Tick, Show: Do, Lost: {type: Announce, inputs: {topic: forbidden}}}
+        connections: [Tick.tick -> Show.execIn]
+        """)
+    )
+    run.setup()
+    assert run.journal.read() == []
+
+
+def test_both_kinds_of_cycle_are_told_in_one_run(file: MakeFile) -> None:
+    from tests.engine.harness import planned
+
+    findings = Findings()
+    path = file("""
+        nodes: {A: Add, B: Do}
+        connections:
+          - A.sum -> A.a
+          - B.execOut -> B.execIn
+    """)
+    assert planned(path, findings) is None
+    assert sorted(found.code for found in findings.items) == ["G209", "G210"]

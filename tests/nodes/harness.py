@@ -1,0 +1,149 @@
+"""Graphs and scenes from YAML text to a session over topics in memory, and numbers that come from elsewhere than the engine."""
+
+from __future__ import annotations
+
+import json
+import textwrap
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine import build
+from graphengine.backend import World
+from graphengine.build import Options
+from graphengine.context import Quaternion, Vector3
+from graphengine.files import shipped
+from graphengine.ros import messages
+from graphengine.ros.memory import MemoryTransport
+from graphengine.ros.network import LiveNetwork
+from graphengine.testing import RecordingWorld
+
+HERE = Path(__file__).parent
+
+
+def facts(name: str) -> dict[str, Any]:
+    """A JSON file of this folder."""
+    found: dict[str, Any] = json.loads((HERE / name).read_text("utf-8"))
+    return found
+
+
+class Playing:
+    """A session, its nodes by `graph/id` or `id`, and its topics."""
+
+    def __init__(
+        self, assembly: build.Assembly, *, wanted: bool = True, domain_from_environment: int | None = None
+    ) -> None:
+        self.transport = MemoryTransport(wants_all=wanted)
+        self.complaints: list[str] = []
+        network = LiveNetwork(lambda _: self.transport, 0, self.complaints.append)
+        self.session = build.start(assembly, network, domain_from_environment=domain_from_environment)
+        self.plans = assembly.plans
+        self.topics = {claim.node.rpartition("/")[2]: claim.topic for claim in self.session.services.claims}
+
+    def node(self, node_id: str) -> Any:
+        """A node's instance."""
+        graph, _, last = node_id.rpartition("/")
+        return next(
+            instance.node
+            for plan in self.plans
+            if plan.graph.name.endswith(graph)
+            for instance in plan.graph.instances
+            if instance.id == last
+        )
+
+    def set(self, node_id: str, field: str, value: Any) -> None:
+        """Change a literal while the graph runs."""
+        for run in self.session.graphs:
+            for instance in run.executor.plan.graph.instances:
+                if instance.id == node_id:
+                    run.executor.set_constant(instance.index, field, value)
+
+    def tick(self, ticks: int = 1) -> None:
+        """Run."""
+        self.session.step(ticks)
+
+    def published(self, topic: str) -> list[Any]:
+        """Messages on a topic, oldest first."""
+        return self.transport.messages(topic)
+
+
+class Player:
+    """Starts sessions of files in a folder of their own, and closes them."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.playing: list[Playing] = []
+
+    def graph(self, text: str, world: World | None = None, *, options: Options | None = None, **how: Any) -> Playing:
+        """A graph from text; `format` and `graph` are given."""
+        path = self.folder / "graph.yaml"
+        path.write_text("format: 1\ngraph: graph\n" + textwrap.dedent(text), "utf-8")
+        return self.file(path, world, options=options, **how)
+
+    def file(self, path: Path, world: World | None = None, *, options: Options | None = None, **how: Any) -> Playing:
+        """A graph file, over a world of a test."""
+        assembly = build.assemble(path, options)
+        assembly.world = world or RecordingWorld()
+        self.playing.append(Playing(assembly, **how))
+        return self.playing[-1]
+
+    def shipped(self, name: str, world: World | None = None, **how: Any) -> Playing:
+        """A graph that ships."""
+        return self.file(shipped() / "graphs" / f"{name}.yaml", world, **how)
+
+    def scene(self, files: Mapping[str, str]) -> Playing:
+        """A scene with its physics; `scene.yaml` is the one to run."""
+        for name, text in files.items():
+            (self.folder / name).write_text(textwrap.dedent(text).lstrip(), "utf-8")
+        self.playing.append(Playing(build.assemble(self.folder / "scene.yaml")))
+        return self.playing[-1]
+
+    def close(self) -> None:
+        """End every session."""
+        for playing in self.playing:
+            playing.session.close()
+
+
+def twist(v: float, w: float) -> messages.Twist:
+    """Forward and turning velocity."""
+    return messages.Twist(messages.Vector3(v, 0.0, 0.0), messages.Vector3(0.0, 0.0, w))
+
+
+def vector(message: Any) -> Vector3:
+    """x, y, z of a message."""
+    return message.x, message.y, message.z
+
+
+def quaternion(message: Any) -> Quaternion:
+    """x, y, z, w of a message."""
+    return message.x, message.y, message.z, message.w
+
+
+def yaw(angle: float) -> Quaternion:
+    """Rotation about z."""
+    return 0.0, 0.0, float(np.sin(angle / 2)), float(np.cos(angle / 2))
+
+
+def matrix(q: Quaternion) -> NDArray[np.float64]:
+    """Rotation matrix of a unit quaternion: (w^2 - u.u) 1 + 2 u u^T + 2 w [u]x."""
+    u, w = np.array(q[:3]), q[3]
+    x, y, z = q[:3]
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    turned: NDArray[np.float64] = (w * w - u @ u) * np.eye(3) + 2.0 * np.outer(u, u) + 2.0 * w * cross
+    return turned
+
+
+def dd100(prefix: str = "/dd100") -> RecordingWorld:
+    """The tutorial's robot as its graphs address it: namespaces, links, lidar and wheels, without physics."""
+    world = RecordingWorld()
+    chassis = f"{prefix}/Geometry/base_link/chassis_link"
+    world.add_robot(prefix, ["front_left_wheel_joint", "front_right_wheel_joint"], articulation_root=chassis)
+    world.stage.find(f"{prefix}/Geometry/base_link").namespace = "dd100_0000"
+    world.stage.add(chassis, "link", body=chassis)
+    world.stage.add(f"{chassis}/sim_lidar", "sensor", position=(0.0, 0.0, 0.15), namespace="sim_lidar")
+    world.stage.add(f"{chassis}/sim_camera", "sensor", position=(0.3, 0.0, 0.05), namespace="sim_camera")
+    world.add_lidar(f"{chassis}/sim_lidar/Lidar", rate=20.0, angles=(-1.0, 1.0, 0.5), ranges=(0.05, 9.0))
+    return world

@@ -1,0 +1,88 @@
+"""OnPlaybackTick."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from graphengine.node_context import SimulationClock
+from graphengine.testing import RecordingContext, RecordingWorld
+from nodes.action import OnPlaybackTick
+from tests.nodes.harness import Player
+
+
+def ticking(context: RecordingContext) -> OnPlaybackTick:
+    node = OnPlaybackTick()
+    node.setup(context)
+    return node
+
+
+def outputs(node: OnPlaybackTick) -> tuple[float, float, float]:
+    return node.frame, node.delta_seconds, node.time
+
+
+def test_it_is_an_event() -> None:
+    assert OnPlaybackTick.kind() == "event"
+
+
+def test_before_play_everything_is_0() -> None:
+    assert outputs(OnPlaybackTick()) == (0.0, 0.0, 0.0)
+
+
+def test_the_first_tick_is_frame_1_at_one_period() -> None:
+    context = RecordingContext()
+    node = ticking(context)
+    context.tick()
+    node.compute()
+    assert outputs(node) == (1.0, 1 / 60, 1 / 60)
+
+
+@given(frame=st.integers(1, 10**9), rate=st.integers(1, 1000), denominator=st.integers(1, 1001))
+def test_time_is_the_frame_times_the_period_and_nothing_adds_up(frame: int, rate: int, denominator: int) -> None:
+    context = RecordingContext()
+    context.clock = SimulationClock((denominator, rate))
+    node = ticking(context)
+    context.clock.set_frame(frame)
+    node.compute()
+    assert node.time == float(Fraction(frame * denominator, rate))
+
+
+def test_stop_sets_the_outputs_back_and_play_counts_anew() -> None:
+    context = RecordingContext()
+    node = ticking(context)
+    context.tick(7)
+    node.compute()
+    context.stop(node)
+    assert outputs(node) == (0.0, 0.0, 0.0)
+    context.tick()
+    node.compute()
+    assert outputs(node) == (1.0, 1 / 60, 1 / 60)
+
+
+def test_in_a_graph_it_fires_once_a_tick_whatever_the_substeps(play: Player) -> None:
+    playing = play.graph(
+        """
+        nodes:
+          Tick: OnPlaybackTick
+          Clock: PublishClock
+        connections:
+          - Tick.tick -> Clock.execIn
+          - Tick.time -> Clock.timeStamp
+        """,
+        RecordingWorld((1, 4), substeps=5),
+    )
+    playing.tick(3)
+    assert [(m.clock.sec, m.clock.nanosec) for m in playing.published("/clock")] == [
+        (0, 250_000_000),
+        (0, 500_000_000),
+        (0, 750_000_000),
+    ]
+
+
+def test_while_stopped_or_paused_nothing_fires(play: Player) -> None:
+    playing = play.graph("nodes: {Tick: OnPlaybackTick, C: PublishClock}\nconnections: [Tick.tick -> C.execIn]")
+    playing.session.play()
+    playing.session.pause()
+    assert playing.published("/clock") == []

@@ -1,0 +1,285 @@
+"""What check_node finds in a class that is not sound; each class here has one fault, and the last has many."""
+
+from __future__ import annotations
+
+import itertools
+import random
+from typing import Any
+
+import pytest
+
+from graphengine.context import Context
+from graphengine.node import ExecIn, ExecOut, Fire, In, Node, NodeClassError, NodeMeta, Out, Pushes, State
+from graphengine.testing import RecordingContext, check_node
+from graphengine.types import Doubles, Target
+
+
+def complaint(cls: Any, **inputs: Any) -> str:
+    """What check_node says, without its first line."""
+    with pytest.raises(NodeClassError) as caught:
+        check_node(cls, **inputs)
+    first, *lines = str(caught.value).split("\n  - ")
+    assert first.endswith(f"{cls.__qualname__} is not a sound node:")
+    return "; ".join(lines)
+
+
+class Sound(Node, type="test.Sound"):
+    """Doubles a speed."""
+
+    exec_in = ExecIn()
+    wheel_speed: float = In(default=1.0, unit="rad/s")
+    doubled_speed: float = Out(unit="rad/s")
+    exec_out = ExecOut()
+
+    def compute(self) -> None:
+        self.doubled_speed = 2.0 * self.wheel_speed
+
+
+def test_a_sound_class_passes() -> None:
+    check_node(Sound)
+
+
+def test_a_docstring_is_needed() -> None:
+    class Silent(Node, type="test.Silent"):
+        pass
+
+    assert "first line of its docstring" in complaint(Silent)
+
+
+@pytest.mark.parametrize("text", ["This node doubles.", "A node that doubles.", "Doubles without an end"])
+def test_a_docstring_begins_with_a_fact(text: str) -> None:
+    class Chatty(Node, type="test.Chatty"):
+        __doc__ = text
+
+    assert repr(text) in complaint(Chatty)
+
+
+def test_a_name_of_one_word_needs_a_doc() -> None:
+    class Short(Node, type="test.Short"):
+        """Takes a gain."""
+
+        gain: float = In(default=1.0)
+
+    assert complaint(Short) == "gain: a name of one word needs a doc"
+
+
+@pytest.mark.parametrize("field", ["wheel_speed", "joint_velocities", "time_stamp", "max_force"])
+def test_a_physical_number_needs_a_unit(field: str) -> None:
+    body = {field: In(default=0.0), "__annotations__": {field: float}, "__doc__": "Takes a number."}
+    physical = NodeMeta("Physical", (Node,), body, type="test.Physical")
+    assert "a physical number needs a unit" in complaint(physical)
+
+
+def test_a_registered_name_has_several_parts() -> None:
+    class Nameless(Node, type="Nameless"):
+        """Has a name without a dot."""
+
+    assert "type= is 'Nameless'" in complaint(Nameless)
+
+
+def test_a_name_belongs_to_one_class() -> None:
+    class Clock(Node, type="test.Clock", aliases=["isaacsim.ros2.bridge.ROS2PublishClock"]):
+        """Takes a name that is taken."""
+
+    assert (
+        complaint(Clock) == "'isaacsim.ros2.bridge.ROS2PublishClock' is the name of nodes.ros2.state.ROS2PublishClock"
+    )
+
+
+def test_two_ports_of_a_side_have_two_names() -> None:
+    class Twice(Node, type="test.Twice"):
+        """Calls two ports alike."""
+
+        one: float = In(default=0.0, name="gain", doc="one")
+        other: float = In(default=0.0, name="gain", doc="other")
+
+    assert complaint(Twice) == "2 ports are called inputs:gain"
+
+
+def test_a_default_that_is_not_given_is_legal_too() -> None:
+    class Positive(Node, type="test.Positive"):
+        """Divides by a gain."""
+
+        loop_gain: float = In(gt=0.0)
+
+    assert complaint(Positive) == "loopGain: its default 0.0 is not legal: expected a value > 0"
+
+
+def test_a_bound_that_json_cannot_hold_is_found() -> None:
+    class Boundless(Node, type="test.Boundless"):
+        """Has an infinite bound."""
+
+        loop_gain: float = In(default=0.0, le=float("inf"))
+
+    assert "cannot be described as JSON Schema" in complaint(Boundless)
+
+
+def test_an_attribute_that_is_not_declared_is_found() -> None:
+    class Misspelt(Node, type="test.Misspelt"):
+        """Writes an attribute that it does not have."""
+
+        doubled_value: float = Out()
+
+        def compute(self) -> None:
+            self.dubled_value = 1.0
+
+    assert "AttributeError" in complaint(Misspelt)
+    assert "dubled_value" in complaint(Misspelt)
+
+
+def test_a_state_that_setup_does_not_bind_is_found() -> None:
+    class Unbound(Node, type="test.Unbound"):
+        """Reads a handle that nobody bound."""
+
+        handle: object = State()
+
+        def compute(self) -> None:
+            print(self.handle)  # noqa: T201
+
+    assert "handle" in complaint(Unbound)
+
+
+def test_a_base_without_slots_is_found() -> None:
+    class Mixin:
+        pass
+
+    class Open(Mixin, Node, type="test.Open"):
+        """Has a dict where mistakes hide."""
+
+    assert "a base class lacks __slots__" in complaint(Open)
+
+
+def test_chance_from_elsewhere_than_the_context_is_found() -> None:
+    class Dice(Node, type="test.Dice"):
+        """Throws dice."""
+
+        thrown_number: float = Out()
+
+        def compute(self) -> None:
+            self.thrown_number = random.random()
+
+    assert "two instances with the same inputs do not do the same" in complaint(Dice)
+
+
+def test_chance_from_the_context_is_fine() -> None:
+    class Seeded(Node, type="test.Seeded", volatile=True):
+        """Throws the session's dice."""
+
+        thrown_number: float = Out()
+        source: object = State()
+
+        def setup(self, context: Context) -> None:
+            self.source = context.random()
+
+        def compute(self) -> None:
+            self.thrown_number = self.source.random()  # type: ignore[attr-defined]
+
+    check_node(Seeded)
+
+
+def test_memory_that_instances_share_is_found() -> None:
+    counter = itertools.count()
+
+    class Shared(Node, type="test.Shared"):
+        """Counts for all instances."""
+
+        next_number: float = Out()
+
+        def compute(self) -> None:
+            self.next_number = float(next(counter))
+
+    assert "two instances" in complaint(Shared)
+
+
+def test_a_node_that_fires_by_hand_is_gated() -> None:
+    class Firing(Node, type="test.Firing"):
+        """Returns its output pin without being gated."""
+
+        exec_in = ExecIn()
+        exec_out = ExecOut()
+
+        def compute(self) -> Fire:
+            return self.exec_out
+
+    assert "not gated=True" in complaint(Firing)
+
+
+def test_a_pusher_and_a_latent_node_are_run() -> None:
+    class Forever(Node, type="test.Forever"):
+        """Pushes without an end."""
+
+        exec_in = ExecIn()
+        exec_out = ExecOut()
+        rounds: float = Out(doc="how many")
+
+        def compute(self) -> Pushes:
+            while True:
+                self.rounds += 1.0
+                yield self.exec_out
+
+    class Wrong(Node, type="test.Wrong"):
+        """Fails in a later tick."""
+
+        exec_in = ExecIn()
+
+        def compute(self) -> None:
+            self.active = True
+
+        def update(self) -> None:
+            raise KeyError("later")
+
+    check_node(Forever)
+    assert "KeyError" in complaint(Wrong)
+
+
+def test_a_node_may_refuse_its_defaults() -> None:
+    class Strict(Node, type="test.Strict"):
+        """Divides by a gain."""
+
+        loop_gain: float = In(default=0.0)
+
+        def compute(self) -> None:
+            if self.loop_gain == 0.0:
+                raise ValueError("loopGain must not be 0")
+
+    check_node(Strict)
+    check_node(Strict, loop_gain=1.0)
+
+
+def test_what_a_node_cannot_do_without_is_asked_for() -> None:
+    class Needy(Node, type="test.Needy"):
+        """Needs a robot, and one of two frames."""
+
+        robot: Target = In(required=True, setup=True, doc="prim of the robot")
+        one_frame: Target = In(required="frame", setup=True)
+        other_frame: Target = In(required="frame", setup=True)
+
+        def setup(self, context: Context) -> None:
+            context.articulation(self.robot[0])
+
+    def with_a_robot() -> RecordingContext:
+        context = RecordingContext()
+        context.world.add_robot("/robot")
+        return context
+
+    asked = "check_node needs values for what the node cannot do without: "
+    assert complaint(Needy) == f"{asked}robot, one_frame, other_frame"
+    assert complaint(Needy, one_frame="/robot") == f"{asked}robot"
+    check_node(Needy, with_a_robot, robot="/robot", other_frame="/robot")
+
+
+def test_a_constructor_argument_that_is_no_input_is_reported() -> None:
+    assert "TypeError" in complaint(Sound, wheel_sped=1.0)
+
+
+def test_everything_is_told_at_once() -> None:
+    class Bad(Node, type="Bad"):
+        """this is bad"""
+
+        gain: float = In(gt=0.0)
+        speed: Doubles = Out(doc="of wheels")
+
+        def compute(self) -> None:
+            self.sped = 0
+
+    assert len(complaint(Bad).split("; ")) >= 6

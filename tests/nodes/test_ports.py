@@ -1,0 +1,145 @@
+"""Every implemented type against the reference's table of ports."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+from graphengine.node import Node, Port
+from graphengine.registry import default_registry, short_names
+from graphengine.testing import RecordingContext, check_node
+from graphengine.types import UnionType, coerce, equal, parse
+from tests.nodes.harness import HERE, facts
+
+TRIPLES = {"double[3]", "float[3]", "half[3]", "int[3]"}
+TRIPLES |= {f"{role}{base}[3]" for role in ("vector", "point", "normal", "color", "texcoord") for base in "dfh"}
+COMPONENTS = "|".join(("double", "float", "half", "int"))
+KIT: dict[str, Any] = {
+    # https://docs.omniverse.nvidia.com, OmniGraph node library: omni.graph.action OnPlaybackTick, omni.graph.nodes BreakVector3
+    "omni.graph.action.OnPlaybackTick": {
+        "inputs": {},
+        "outputs": {
+            "tick": {"type": "execution"},
+            "deltaSeconds": {"type": "double"},
+            "frame": {"type": "double"},
+            "time": {"type": "double"},
+        },
+    },
+    "omni.graph.nodes.BreakVector3": {
+        "inputs": {"tuple": {"type": "|".join(sorted(TRIPLES))}},
+        "outputs": {"x": {"type": COMPONENTS}, "y": {"type": COMPONENTS}, "z": {"type": COMPONENTS}},
+    },
+}
+REFERENCE: dict[str, Any] = facts("ports.json")["types"] | KIT
+TYPES = {name: cls for name, cls in default_registry().types.items() if name == cls.type_name}
+OURS = {name for name in TYPES if name.startswith("graphengine.")}
+
+reference_type = pytest.mark.parametrize("name", sorted(REFERENCE))
+every_type = pytest.mark.parametrize("name", sorted(TYPES))
+
+
+def ports_of(name: str) -> dict[str, Port]:
+    """A class's ports by `inputs:name`, without those of our own."""
+    return {key: port for key, port in TYPES[name].ports.items() if port.side != "state" and not port.extension}
+
+
+def reference_of(name: str) -> dict[str, Any]:
+    """The reference's ports by `inputs:name`."""
+    return {f"{side}:{port}": REFERENCE[name][side][port] for side in REFERENCE[name] for port in REFERENCE[name][side]}
+
+
+def kinds(name: str | Any) -> set[str]:
+    """A port type as a set of names, one for each alternative."""
+    found = parse(name) if isinstance(name, str) else name
+    return {str(alternative) for alternative in (found.alternatives if isinstance(found, UnionType) else (found,))}
+
+
+def test_every_type_is_one_of_the_reference_or_says_in_its_name_that_it_is_ours() -> None:
+    assert set(TYPES) == set(REFERENCE) | OURS
+
+
+@reference_type
+def test_a_type_has_the_ports_of_the_reference_and_no_others(name: str) -> None:
+    assert set(ports_of(name)) == set(reference_of(name))
+
+
+@reference_type
+def test_ports_have_the_types_of_the_reference(name: str) -> None:
+    expected = {key: kinds(port["type"]) for key, port in reference_of(name).items()}
+    assert {key: kinds(port.type) for key, port in ports_of(name).items()} == expected
+
+
+@reference_type
+def test_ports_have_the_defaults_of_the_reference_and_else_the_zero_of_their_type(name: str) -> None:
+    for key, port in reference_of(name).items():
+        port_type, ours = parse(port["type"]), ports_of(name)[key]
+        if ours.is_exec or isinstance(port_type, UnionType):
+            continue
+        expected = coerce(port["default"], port_type) if "default" in port else port_type.zero
+        assert equal(ours.default, expected), key
+        if isinstance(expected, np.ndarray):
+            assert ours.default.dtype == expected.dtype
+
+
+@reference_type
+def test_tokens_are_limited_where_the_reference_limits_them(name: str) -> None:
+    expected = {key: tuple(port.get("allowedTokens", ())) for key, port in reference_of(name).items()}
+    assert {key: port.tokens for key, port in ports_of(name).items()} == expected
+
+
+def test_ports_of_our_own_are_those_of_one_file() -> None:
+    listed = yaml.safe_load((HERE / "extension_ports.yaml").read_text("utf-8"))
+    marked = {name: [p.name for p in cls.fields.values() if p.extension] for name, cls in TYPES.items()}
+    assert {name: ports for name, ports in marked.items() if ports} == listed
+
+
+def test_a_type_of_our_own_marks_no_port_since_all_are_ours() -> None:
+    assert not [port for name in OURS for port in TYPES[name].fields.values() if port.extension]
+
+
+@every_type
+def test_a_constructor_without_arguments_gives_every_port_its_default(name: str) -> None:
+    node = TYPES[name]()
+    for port in TYPES[name].fields.values():
+        if not port.is_exec and port.side != "state":
+            assert equal(getattr(node, port.field), port.default), port.name
+
+
+def test_short_names_mean_one_type_each() -> None:
+    meant: dict[str, list[str]] = {}
+    for name in TYPES:
+        for short in short_names(name):
+            meant.setdefault(short, []).append(name)
+    assert {short: names for short, names in meant.items() if len(names) > 1} == {}
+
+
+NEEDED: dict[str, dict[str, Any]] = {
+    "BreakVector3": {"tuple_in": (1.0, 2.0, 3.0)},
+    "IsaacArticulationController": {"target_prim": "/robot"},
+    "IsaacComputeOdometry": {"chassis_prim": "/robot"},
+    "IsaacComputeTransformTree": {"target_prims": "/robot"},
+    "IsaacCreateRenderProduct": {"camera_prim": "/robot/Geometry/base_link/Lidar"},
+    "ROS2PublishJointState": {"target_prim": "/robot"},
+    "ROS2PublishTransformTree": {"target_prims": "/robot"},
+    "ROS2RtxLidarHelper": {"render_product_path": "/robot/Geometry/base_link/Lidar"},
+    "RobotStatePublisher": {"target_prim": "/robot"},
+}
+"""What a node cannot do without."""
+
+
+def surroundings() -> RecordingContext:
+    """A robot with a lidar that sees something."""
+    context = RecordingContext()
+    context.world.add_robot("/robot", ["left", "right"])
+    lidar = context.world.add_lidar("/robot/Geometry/base_link/Lidar", angles=(0.0, 1.0, 1.0))
+    lidar.see([1.0, np.inf])
+    return context
+
+
+@every_type
+def test_check_node_finds_nothing_wrong_with_a_built_in(name: str) -> None:
+    cls: type[Node] = TYPES[name]
+    check_node(cls, surroundings, **NEEDED.get(cls.__name__, {}))

@@ -1,0 +1,212 @@
+"""What a lidar measures, when, and with which noise. Distances are compared with geometry, not with rays."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from graphengine.rotation import from_rpy, rotate
+from graphengine.stage import Stage
+from graphengine.world.engine import mujoco
+from graphengine.world.model import LoadedWorld
+from graphengine.world.simulation import Simulation
+from tests.world.conftest import Ship
+from tests.world.harness import SCENE, Project
+
+ROOM = """<mujoco><worldbody>
+  <geom type="box" size=".1 8 3" pos="7.1 0 0"/><geom type="box" size=".1 8 3" pos="-5.1 0 0"/>
+  <geom type="box" size="8 .1 3" pos="0 6.1 0"/><geom type="box" size="8 .1 3" pos="0 -4.1 0"/>
+  <geom type="box" size="8 8 .1" pos="0 0 3.1"/><geom type="box" size="8 8 .1" pos="0 0 -2.1"/>
+</worldbody></mujoco>"""
+LOW, HIGH = np.array([-5.0, -4.0, -2.0]), np.array([7.0, 6.0, 3.0])
+
+
+def room(rate: float = 20.0, tick_rate: Fraction = Fraction(60), beams: int = 2751, **facts: object) -> Simulation:
+    """A lidar that hangs in a closed box of 12 m x 10 m x 5 m, tilted, at (1, -0.5, 0.4)."""
+    stage = Stage()
+    last = math.radians(137.5)
+    known = {"rate": rate, "angles": (-last, last, 2 * last / (beams - 1)), "ranges": (0.05, 64.0)}
+    pose = {"position": (1.0, -0.5, 0.4), "orientation": from_rpy(0.1, -0.2, 0.9)}
+    stage.add("/Lidar", "lidar", facts=known | facts, **pose)
+    return Simulation(mujoco.MjModel.from_xml_string(ROOM), stage, tick_rate, 1)
+
+
+def test_every_beam_measures_the_distance_to_the_wall_it_meets() -> None:
+    simulation = room()
+    lidar = simulation.lidar(simulation.stage.find("/Lidar"))
+    simulation.begin_tick(1)
+    scan = lidar.scan()
+    assert len(scan.ranges) == 2751
+    beams = np.array([rotate(from_rpy(0.1, -0.2, 0.9), tuple(beam)) for beam in lidar.directions.tolist()])
+    start = np.array([1.0, -0.5, 0.4])
+    with np.errstate(divide="ignore"):
+        walls = np.where(beams > 0, (HIGH - start) / beams, (LOW - start) / beams)
+    np.testing.assert_allclose(scan.ranges, walls.min(axis=1), atol=1e-6, rtol=0)
+    assert scan.ranges.dtype == np.float32
+    assert lidar.directions[1375] == pytest.approx([1, 0, 0], abs=1e-12)
+    assert lidar.directions[2750][1] == pytest.approx(math.sin(math.radians(137.5)))
+
+
+def test_what_is_too_near_or_too_far_is_no_return() -> None:
+    simulation = room(ranges=(4.0, 6.0), noise_std=0.5)
+    lidar = simulation.lidar(simulation.stage.find("/Lidar"))
+    simulation.begin_tick(1)
+    scan = lidar.scan()
+    returned = np.isfinite(scan.ranges)
+    assert 0 < returned.sum() < len(returned)
+    assert scan.ranges[returned].min() == 4.0  # noise stays within what the sensor reports
+    assert scan.ranges[returned].max() == 6.0
+    np.testing.assert_array_equal(scan.intensities > 0, returned)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.decimals("0.5", "120", places=2), st.decimals("1", "240", places=2), st.integers(1, 400), st.integers(1, 10**6)
+)
+def test_sample_n_is_cast_at_the_first_tick_at_or_after_its_time(
+    rate: object, tick_rate: object, ticks: int, late: int
+) -> None:
+    simulation = room(float(str(rate)), Fraction(str(tick_rate)), beams=3)
+    lidar = simulation.lidar(simulation.stage.find("/Lidar"))
+    lidar_rate, period = Fraction(str(rate)), 1 / Fraction(str(tick_rate))
+    for start in (1, late):
+        for tick in range(start, start + ticks):
+            simulation.begin_tick(tick)
+            newest = math.floor(tick * period * lidar_rate)  # of the samples n with n / rate <= t
+            fresh = tick == 1 or math.floor((tick - 1) * period * lidar_rate) < newest
+            assert lidar.due == fresh
+            if fresh and tick < start + 5:
+                scan = lidar.scan()
+                assert scan.index == newest
+                assert scan.time == pytest.approx(float(tick * period), rel=1e-14)
+
+
+def test_20_hz_at_60_ticks_is_the_first_tick_and_then_every_third() -> None:
+    simulation = room(20.0, beams=3)
+    lidar = simulation.lidar(simulation.stage.find("/Lidar"))
+    due = []
+    for tick in range(13):
+        simulation.begin_tick(tick)
+        if lidar.due:
+            due.append((tick, lidar.scan().index))
+    assert due == [(1, 0), (3, 1), (6, 2), (9, 3), (12, 4)]
+
+
+def test_a_sample_is_cast_once_and_shared_and_a_new_one_is_a_new_array() -> None:
+    simulation = room(20.0)
+    prim = simulation.stage.find("/Lidar")
+    one, other = simulation.lidar(prim), simulation.lidar(prim)
+    simulation.begin_tick(3)
+    first = one.scan()
+    assert other.scan() is first
+    simulation.begin_tick(4)
+    assert one.scan() is first
+    simulation.begin_tick(6)
+    assert one.scan().ranges is not first.ranges
+
+
+def test_who_asks_late_gets_this_ticks_view_and_nobody_else_does() -> None:
+    simulation = room(20.0)
+    lidar = simulation.lidar(simulation.stage.find("/Lidar"))
+    simulation.begin_tick(4)
+    late = lidar.scan()
+    assert late.index == 1
+    assert late.time == pytest.approx(4 / 60)
+    simulation.begin_tick(5)
+    assert lidar.scan().time == pytest.approx(5 / 60)
+
+
+def test_noise_depends_on_seed_prim_and_sample_and_on_nothing_else() -> None:
+    def scans(seed: int, ticks: list[int], path: str = "/Lidar") -> dict[int, bytes]:
+        simulation = room(noise_std=0.01)
+        stage = Stage()
+        lidar = simulation.stage.find("/Lidar")
+        stage.add(path, "lidar", position=lidar.position, orientation=lidar.orientation, facts=lidar.facts)
+        noisy = Simulation(simulation.model, stage, Fraction(60), 1, seed=seed)
+        found = {}
+        for tick in ticks:
+            noisy.begin_tick(tick)
+            found[tick] = noisy.lidar(stage.find(path)).scan().ranges.tobytes()
+        return found
+
+    every = scans(7, [1, 3, 6, 9])
+    assert scans(7, [9])[9] == every[9]  # whether the earlier ones were cast or not
+    assert len(set(every.values())) == 4
+    assert scans(8, [9])[9] != every[9]
+    assert scans(7, [9], "/Other")[9] != every[9]
+
+
+def test_noise_has_the_standard_deviation_it_is_given() -> None:
+    simulation, exact = room(noise_std=0.02), room()
+    simulation.begin_tick(1)
+    exact.begin_tick(1)
+    error = (
+        simulation.lidar(simulation.stage.find("/Lidar")).scan().ranges
+        - exact.lidar(exact.stage.find("/Lidar")).scan().ranges
+    )
+    assert error.std() == pytest.approx(0.02, rel=0.05)
+    assert error.mean() == pytest.approx(0.0, abs=0.002)
+
+
+def test_a_lidar_sees_other_robots_and_not_its_own(project: Project) -> None:
+    """Two carts 2 m apart, a lidar inside each: it looks through its own box and meets the other's 0.2 m before its middle."""
+    project.write("scene.yaml", SCENE + "  other: {use: bot.yaml, position: [2, 0, 0.1]}\n").write(
+        "bot.yaml",
+        "robot: bot\nurdf: bot.urdf\nsensors:\n  eye: {type: lidar, profile: lidar_360, parent: base_link}\n",
+    )
+    world = project.load()
+    ahead, behind = 180, 0
+    ranges = look(world, "/bot/base_link/eye/Lidar")
+    assert ranges[ahead] == pytest.approx(1.8, abs=1e-6)
+    assert math.isinf(ranges[behind])
+    ranges = look(world, "/other/base_link/eye/Lidar")
+    assert ranges[behind] == pytest.approx(1.8, abs=1e-6)
+    assert math.isinf(ranges[ahead])
+
+
+def test_visuals_are_seen_only_where_a_body_has_no_collider(project: Project) -> None:
+    visual = 'contype="0" conaffinity="0" type="box"'
+    project.write(
+        "world.xml",
+        f"""<mujoco><worldbody>
+          <geom type="plane" size="0 0 1"/>
+          <body pos="2 0 0"><geom type="box" size=".1 .1 1"/><geom {visual} size=".5 .5 1"/></body>
+          <body pos="-2 0 0"><geom {visual} size=".5 .5 1"/></body>
+        </worldbody></mujoco>""",
+    ).write("bot.yaml", "robot: bot\nurdf: bot.urdf\nsensors:\n  eye: {type: lidar, profile: lidar_360, parent: arm}\n")
+    ranges = look(project.load(), "/bot/base_link/arm/eye/Lidar")
+    assert ranges[180] == pytest.approx(1.8, abs=1e-6)  # 2 m less the arm's 0.1 m and the collider's 0.1 m
+    assert ranges[0] == pytest.approx(1.6, abs=1e-6)  # 2 m and 0.1 m less the visual's 0.5 m
+
+
+def test_brighter_surfaces_return_more(project: Project) -> None:
+    project.write(
+        "world.xml",
+        """<mujoco><asset><material name="white" rgba="1 1 1 1"/></asset><worldbody>
+          <geom type="plane" size="0 0 1"/>
+          <geom type="box" size=".1 9 1" pos="2 0 0" material="white"/>
+          <geom type="box" size=".1 9 1" pos="-2 0 0" rgba="0 1 0 1"/>
+        </worldbody></mujoco>""",
+    ).write("bot.yaml", "robot: bot\nurdf: bot.urdf\nsensors:\n  eye: {type: lidar, profile: lidar_360, parent: arm}\n")
+    world = project.load()
+    world.simulation.begin_tick(1)
+    scan = world.simulation.lidar(world.stage.find("/bot/base_link/arm/eye/Lidar")).scan()
+    assert scan.intensities[180] == pytest.approx(255)
+    assert scan.intensities[0] == pytest.approx(255 * 0.7152)
+
+
+def look(world: LoadedWorld, path: str) -> np.ndarray:
+    world.simulation.begin_tick(1)
+    return world.simulation.lidar(world.stage.find(path)).scan().ranges
+
+
+def test_the_level_robot_has_no_phantom_returns_from_the_floor(ship: Ship) -> None:
+    ranges = look(ship("dd100_flat.yaml"), "/dd100/base_link/chassis_link/sim_lidar/Lidar")
+    assert np.isinf(ranges).all()
+    tilted = look(ship("tutorial/flat_grid.yaml"), "/dd100/base_link/chassis_link/sim_lidar/Lidar")
+    assert 20 < tilted[1375] < 30
