@@ -160,6 +160,7 @@ def lint_structure(plan: Plan, findings: Findings) -> None:
     if _refused(plan):
         return
     running = set(plan.order)
+    events = [i.id for i in plan.graph.instances if i.cls.kind() == "event"]
     for instance in plan.graph.instances:
         if instance.index in running:
             continue
@@ -169,7 +170,6 @@ def lint_structure(plan: Plan, findings: Findings) -> None:
                 "W102", f"nothing that runs uses {instance.id}", instance.span, hint, related=instance.entry.via
             )
         else:
-            events = [i.id for i in plan.graph.instances if i.cls.kind() == "event"]
             hint = (
                 f"wire its execution input, for instance from {events[0]}"
                 if events

@@ -256,9 +256,15 @@ def to_json(findings: Sequence[Finding]) -> str:
     return json.dumps([finding.record() for finding in findings], indent=2)
 
 
+_COMPARED = 1000
+"""Of more names than this, only some are compared: those of nearly the same length that begin alike."""
+
+
 def did_you_mean(name: str, legal: Iterable[str], wording: str = "did you mean {}?") -> str:
     """A suggestion when a legal name is near, else the empty string."""
     names, name = sorted(set(legal)), name[:200]
+    if len(names) > _COMPARED:
+        names = [other for other in names if other[:1] == name[:1] and abs(len(other) - len(name)) < 3][:_COMPARED]
     near = difflib.get_close_matches(name, names, n=3, cutoff=0.6)
     if near:
         scores = [difflib.SequenceMatcher(None, other, name).ratio() for other in near]

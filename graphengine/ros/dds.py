@@ -220,7 +220,8 @@ class DdsTransport:
             endpoints.remove(endpoint)
             self._waitset.detach(endpoint.entity)
             cyclone.delete(endpoint.entity)
-            if not any(other.topic == endpoint.topic for other in (*self._writers, *self._readers)):
+            others: list[DdsWriter | DdsReader] = [*self._writers, *self._readers]
+            if all(other.topic != endpoint.topic for other in others):
                 cyclone.delete(self._topics.pop(f"rt{endpoint.topic}")[1])
             self._announce((self._node(),))
         if isinstance(endpoint, DdsWriter):

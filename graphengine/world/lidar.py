@@ -5,7 +5,8 @@ second is every third tick, 7 Hz is every eighth or ninth. It is cast when someb
 does not depend on who asks: noise comes from a counter-based generator keyed by seed, prim and sample.
 
 Rays meet what collides, and of a body without colliders what is drawn (`engine.sort_geoms`). The sensor's own robot is put
-into a geom group of its own for the time of a cast, as `bodyexclude` takes out a single body and a robot has many.
+into a geom group of its own for the time of a cast, as `bodyexclude` takes out a single body and a robot has many. Where the
+plane of the beams meets only a part of the world, they are cast into that part (`slice`).
 """
 
 from __future__ import annotations
@@ -21,9 +22,12 @@ from graphengine.context import Scan
 from graphengine.stage import Prim
 from graphengine.world.engine import OWN, RAYS, RAYS_AND_PICTURES, mujoco
 from graphengine.world.handles import CarriedPrim, Handle
+from graphengine.world.slice import PlaneSlice
 
 if TYPE_CHECKING:
     from graphengine.world.simulation import Simulation
+
+Floats = NDArray[np.float64]
 
 _SEEN = np.array([group in (RAYS_AND_PICTURES, RAYS) for group in range(6)], np.uint8)
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
@@ -61,6 +65,10 @@ class RayLidar(Handle):
         tree = model.body_rootid[self._mount.body]
         self._own = np.flatnonzero(model.body_rootid[model.geom_bodyid] == tree) if tree else np.empty(0, np.intp)
         colours = np.where((model.geom_matid < 0)[:, None], model.geom_rgba, _material_colours(model))
+        visible = (_SEEN[model.geom_group] > 0) & (colours[:, 3] > 0)  # rays pass through what is wholly transparent
+        visible[self._own] = False
+        self._visible = np.flatnonzero(visible).tolist()
+        self._slice: PlaneSlice | None = None
         self._brightness = (255 * (colours[:, :3] @ _LUMINANCE)).astype(np.float32)
 
     def reset(self) -> None:
@@ -92,28 +100,16 @@ class RayLidar(Handle):
 
     def _cast(self, index: int) -> Scan:
         near, far = self.ranges
-        model = self._simulation.model
         position, rotation = self._mount.pose()
-        np.matmul(self.directions, _matrix(rotation).T, out=self._rays)
-        groups = model.geom_group[self._own]
-        model.geom_group[self._own] = OWN
-        try:
-            mujoco.mj_multiRay(
-                model,
-                self._simulation.data,
-                np.array(position),
-                self._rays.reshape(-1),
-                _SEEN,
-                True,
-                -1,
-                self._geoms,
-                self._distances,
-                None,
-                len(self._rays),
-                far,
-            )
-        finally:
-            model.geom_group[self._own] = groups
+        matrix, origin = _matrix(rotation), np.array(position)
+        np.matmul(self.directions, matrix.T, out=self._rays)
+        part = self._slice_at(origin, matrix[:, 2])
+        if part is None:
+            self._cast_into_all(origin, far)
+        else:
+            part.refresh(self._simulation.data)
+            self._multi_ray(part.model, part.data, origin, None, far)
+            self._geoms[:] = part.geoms[self._geoms]  # of misses anything: they are not looked up
         hit = (self._distances >= near) & (self._distances <= far)
         distances = self._distances
         if self._noise:
@@ -122,6 +118,27 @@ class RayLidar(Handle):
         ranges = np.where(hit, distances, np.inf).astype(np.float32)
         intensities = np.where(hit, self._brightness[self._geoms], np.float32(0))
         return Scan(self._simulation.time, index, ranges, intensities)
+
+    def _slice_at(self, origin: Floats, normal: Floats) -> PlaneSlice | None:
+        """The part of the world that holds all that the rays can meet; None where only the whole world does."""
+        if self._slice is None and PlaneSlice.serves(self._simulation.model, self._visible):
+            self._slice = PlaneSlice(self._simulation.model, self._simulation.data, self._visible, origin, normal)
+        return self._slice if self._slice is not None and self._slice.covers(origin, normal) else None
+
+    def _cast_into_all(self, origin: Floats, far: float) -> None:
+        model = self._simulation.model
+        groups = model.geom_group[self._own]
+        model.geom_group[self._own] = OWN
+        try:
+            self._multi_ray(model, self._simulation.data, origin, _SEEN, far)
+        finally:
+            model.geom_group[self._own] = groups
+
+    def _multi_ray(
+        self, model: mujoco.MjModel, data: mujoco.MjData, origin: Floats, groups: NDArray[np.uint8] | None, far: float
+    ) -> None:
+        rays, count = self._rays.reshape(-1), len(self._rays)
+        mujoco.mj_multiRay(model, data, origin, rays, groups, True, -1, self._geoms, self._distances, None, count, far)
 
 
 def _matrix(rotation: tuple[float, float, float, float]) -> NDArray[np.float64]:

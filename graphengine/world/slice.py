@@ -1,7 +1,7 @@
 """The part of a world that one plane of rays can meet, as a small model of its own.
 
 MuJoCo visits every geom for every ray. Most geoms of a warehouse lie above or below the plane of a 2D lidar, so a model of the
-others gives the same distances in about half of the time (2751 beams among 399 geoms: 4.1 against 2.2 ms).
+others gives the same distances, bit for bit, in less time (2751 beams among 399 geoms: 2.8 instead of 4.3 ms).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from graphengine.world.engine import mujoco
 
-MARGIN = 0.1
+MARGIN = 0.05
 """How far (m) from the plane geoms are kept: a robot that brakes dips its sensor."""
 
 _SHAPES = ("PLANE", "SPHERE", "CAPSULE", "ELLIPSOID", "CYLINDER", "BOX")
@@ -36,7 +36,9 @@ class PlaneSlice:
         spec = mujoco.MjSpec()
         moving = model.body_weldid != 0
         centres, halves = _boxes(model, data)
-        left_out, self._bodies, bodies, self._names = [], [], {}, {}  # type: ignore[var-annotated]
+        left_out: list[int] = []
+        bodies: dict[int, mujoco.MjsBody] = {}
+        self._bodies: list[int] = []
         for geom in seen:
             body = int(model.geom_bodyid[geom])
             is_plane = model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE
@@ -60,7 +62,7 @@ class PlaneSlice:
         self.geoms = np.array([int(self.model.geom(i).name) for i in range(self.model.ngeom)] or [0], np.intp)
         self._mocap = np.array([self.model.body(str(body)).mocapid[0] for body in self._bodies], np.intp)
         self._centres, self._halves = centres[left_out], halves[left_out]
-        mujoco.mj_kinematics(self.model, self.data)
+        self._place(data)
 
     @staticmethod
     def serves(model: mujoco.MjModel, seen: Sequence[int]) -> bool:
@@ -77,7 +79,13 @@ class PlaneSlice:
         if self._bodies:
             self.data.mocap_pos[self._mocap] = data.xpos[self._bodies]
             self.data.mocap_quat[self._mocap] = data.xquat[self._bodies]
-            mujoco.mj_kinematics(self.model, self.data)
+            self._place(data)
+
+    def _place(self, data: mujoco.MjData) -> None:
+        mujoco.mj_kinematics(self.model, self.data)
+        # The same numbers as in the whole model, not the same but for rounding: so distances agree to the last bit.
+        self.data.geom_xpos[:] = data.geom_xpos[self.geoms]
+        self.data.geom_xmat[:] = data.geom_xmat[self.geoms]
 
 
 def _boxes(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Floats, Floats]:

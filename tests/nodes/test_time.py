@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from graphengine.testing import RecordingContext, RecordingWorld
@@ -9,7 +11,7 @@ from nodes.core import IsaacReadSimulationTime, OgnIsaacRunOneSimulationFrame
 from tests.nodes.harness import Player
 
 
-def reading(context: RecordingContext, **inputs: int) -> IsaacReadSimulationTime:
+def reading(context: RecordingContext, **inputs: Any) -> IsaacReadSimulationTime:
     node = IsaacReadSimulationTime(**inputs)
     node.setup(context)
     return node

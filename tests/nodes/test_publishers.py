@@ -1,0 +1,344 @@
+"""What all publishers have in common: where they publish, when, and with which quality of service; and ROS2Context."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+
+from graphengine.context import QoS
+from graphengine.diagnostics import GraphError, TopicError
+from graphengine.ros import messages
+from graphengine.testing import RecordingContext
+from nodes.ros2.context import ROS2Context
+from nodes.ros2.publisher import PublisherNode
+from nodes.ros2.state import ROS2PublishClock, ROS2PublishJointState, ROS2PublishOdometry
+from nodes.ros2.transforms import ROS2PublishRawTransformTree, ROS2PublishTransformTree, TransformPublisher
+from tests.nodes.harness import Player, dd100
+
+PUBLISHERS: dict[type[PublisherNode], tuple[str, dict[str, Any]]] = {
+    ROS2PublishClock: ("clock", {}),
+    ROS2PublishJointState: ("joint_states", {"target_prim": "/robot"}),
+    ROS2PublishOdometry: ("odom", {}),
+    ROS2PublishRawTransformTree: ("tf", {}),
+    ROS2PublishTransformTree: ("tf", {"target_prims": "/robot/Geometry/base_link"}),
+}
+"""Default topics, and inputs that a node cannot do without."""
+NODE = "/robot/Geometry/base_link/graph/Publish"
+STATIC = LATCHED = QoS(depth=1, reliability="reliable", durability="transientLocal")
+
+every_publisher = pytest.mark.parametrize("cls", PUBLISHERS)
+every_tf_publisher = pytest.mark.parametrize("cls", [c for c in PUBLISHERS if issubclass(c, TransformPublisher)])
+
+
+def robot(*, wanted: bool = True) -> RecordingContext:
+    """A robot whose graph lies below its base link."""
+    context = RecordingContext(NODE, wanted=wanted)
+    context.world.add_robot("/robot", ["left", "right"])
+    return context
+
+
+def publishing(cls: type[PublisherNode], context: RecordingContext, **inputs: Any) -> PublisherNode:
+    node = cls(**{**PUBLISHERS[cls][1], **inputs})
+    node.setup(context)
+    return node
+
+
+def claimed(cls: type[PublisherNode], context: RecordingContext, **inputs: Any) -> Any:
+    """What a node asked for."""
+    publishing(cls, context, **inputs)
+    (claim,) = context.services.claims
+    return claim
+
+
+@every_publisher
+def test_the_topic_is_the_references(cls: type[PublisherNode]) -> None:
+    assert claimed(cls, robot()).topic == f"/{PUBLISHERS[cls][0]}"
+
+
+@every_publisher
+def test_the_first_execution_publishes(cls: type[PublisherNode]) -> None:
+    context = robot()
+    node = publishing(cls, context)
+    node.compute()
+    assert len(context.transport.raw(f"/{PUBLISHERS[cls][0]}")) == 1
+
+
+@every_publisher
+def test_every_execution_publishes_one_message(cls: type[PublisherNode]) -> None:
+    context = robot()
+    node = publishing(cls, context)
+    for _ in range(3):
+        node.compute()
+    assert len(context.transport.raw(f"/{PUBLISHERS[cls][0]}")) == 3
+
+
+@every_publisher
+def test_the_message_is_what_its_type_says(cls: type[PublisherNode]) -> None:
+    node = publishing(cls, robot())
+    messages.check(node.message())
+    assert messages.message_type(node.message()) == cls.message_type
+
+
+@every_publisher
+def test_a_message_that_nobody_wants_is_not_even_built(cls: type[PublisherNode]) -> None:
+    # No message can be built of this time: if it were built, compute would raise.
+    unwanted = publishing(cls, robot(wanted=False), time_stamp=1e12)
+    unwanted.compute()
+    wanted = publishing(cls, robot(), time_stamp=1e12)
+    with pytest.raises(GraphError):
+        wanted.compute()
+
+
+@every_publisher
+def test_a_listener_who_comes_later_gets_what_comes_later(cls: type[PublisherNode]) -> None:
+    context, heard = robot(wanted=False), list[bytes]()
+    node, topic = publishing(cls, context), f"/{PUBLISHERS[cls][0]}"
+    node.compute()
+    context.transport.reader(topic, cls.message_type, QoS(), heard.append)
+    node.compute()
+    assert len(heard) == 1
+
+
+@every_publisher
+def test_publishing_goes_on_after_a_stop(cls: type[PublisherNode]) -> None:
+    context = robot()
+    node = publishing(cls, context)
+    node.compute()
+    context.stop(node)
+    node.compute()
+    assert len(context.transport.raw(f"/{PUBLISHERS[cls][0]}")) == 2
+
+
+@every_publisher
+def test_the_time_stamp_acts_when_it_is_set(cls: type[PublisherNode]) -> None:
+    context = robot()
+    node = publishing(cls, context, time_stamp=1.25)
+    assert stamp(node.message()) == (1, 250_000_000)
+    node.time_stamp = 2.5  # type: ignore[attr-defined]
+    assert stamp(node.message()) == (2, 500_000_000)
+
+
+def stamp(message: Any) -> tuple[int, int]:
+    """Seconds and nanoseconds of any of these messages."""
+    if isinstance(message, messages.TFMessage):
+        message = message.transforms[0]
+    time = message.clock if isinstance(message, messages.Clock) else message.header.stamp
+    return time.sec, time.nanosec
+
+
+# Names
+
+
+@every_publisher
+def test_a_namespace_that_is_given_is_used_and_none_is_collected(cls: type[PublisherNode]) -> None:
+    context = robot()
+    context.world.stage.find("/robot").namespace = "collected"
+    assert claimed(cls, context, node_namespace="/given/", topic_name="/topic_").topic == "/given/topic"
+
+
+@every_publisher
+def test_else_namespaces_are_collected_above_the_nodes_own_prim(cls: type[PublisherNode]) -> None:
+    context = robot()
+    context.world.stage.find("/robot").namespace = "fleet"
+    context.world.stage.find("/robot/Geometry/base_link").namespace = "robot_1"
+    collected = "/fleet" if issubclass(cls, TransformPublisher) else "/fleet/robot_1"
+    assert claimed(cls, context).topic == f"{collected}/{PUBLISHERS[cls][0]}"
+
+
+@every_publisher
+def test_a_leading_slash_does_not_escape_the_namespace(cls: type[PublisherNode]) -> None:
+    context = robot()
+    context.world.stage.find("/robot").namespace = "robot_1"
+    assert claimed(cls, context, topic_name="/up/and_/down/").topic == "/robot_1/up/and_/down"
+
+
+@every_publisher
+@pytest.mark.parametrize("topic", ["", "/", "~", "1st", "with space", "with-dash", "a//b"])
+def test_a_topic_that_ros_refuses_is_refused_in_setup(cls: type[PublisherNode], topic: str) -> None:
+    with pytest.raises(TopicError):
+        publishing(cls, robot(), topic_name=topic)
+
+
+TUTORIAL = {
+    "SubscribeTwist": "/dd100_0000/cmd_vel",
+    "PublishJointState": "/dd100_0000/platform/joint_states",
+    "PublishOdom": "/dd100_0000/odom",
+    "PublishRawTF": "/dd100_0000/tf",
+    "PublishTF": "/dd100_0000/tf_static",
+    "LidarHelper": "/dd100_0000/sim_lidar/scan",
+    "PublishClock": "/clock",
+}
+"""What the tutorial's robot shows: its namespaces are dd100_0000 on base_link and sim_lidar on the lidar."""
+
+
+@pytest.mark.parametrize("name", ["clock", "cmd_vel", "joint_states", "scan"])
+@pytest.mark.parametrize("folder", ["tutorial", "dd100"])
+def test_the_shipped_graphs_topics_are_the_tutorials(play: Player, folder: str, name: str) -> None:
+    if (folder, name) == ("dd100", "clock"):
+        pytest.skip("one clock for all robots, in graphs/clock.yaml")
+    playing = play.shipped(f"{folder}/{name}", dd100())
+    assert playing.topics == {node: topic for node, topic in TUTORIAL.items() if node in playing.topics} != {}
+
+
+def test_a_graph_elsewhere_has_no_namespace_but_its_lidar_has(play: Player) -> None:
+    text = """
+        at: /World/elsewhere
+        nodes:
+          Tick: OnPlaybackTick
+          PublishOdom: PublishOdometry
+          LidarHelper:
+            type: RtxLidarHelper
+            inputs: {renderProductPath: /dd100/Geometry/base_link/chassis_link/sim_lidar/Lidar}
+        connections: [Tick.tick -> PublishOdom.execIn, Tick.tick -> LidarHelper.execIn]
+        """
+    topics = play.graph(text, dd100()).topics
+    assert topics == {"PublishOdom": "/odom", "LidarHelper": "/dd100_0000/sim_lidar/scan"}
+
+
+# Quality of service
+
+
+@every_publisher
+def test_without_a_profile_it_is_reliable_volatile_and_as_deep_as_the_queue(cls: type[PublisherNode]) -> None:
+    expected = QoS("keepLast", 3, "reliable", "volatile", 0.0, 0.0, "systemDefault", 0.0)
+    assert claimed(cls, robot(), queue_size=3).qos == expected
+
+
+@every_publisher
+def test_a_profile_overrides_the_queue_size(cls: type[PublisherNode]) -> None:
+    profile = json.dumps({"depth": 5, "reliability": "bestEffort", "deadline": 0.5})
+    assert claimed(cls, robot(), queue_size=3, qos_profile=profile).qos == QoS(
+        depth=5, reliability="bestEffort", deadline=0.5
+    )
+
+
+@every_publisher
+@pytest.mark.parametrize("profile", ["no json", "[]", '{"dept": 1}', '{"reliability": "perhaps"}', '{"depth": -1}'])
+def test_a_profile_that_is_none_is_refused_in_setup(cls: type[PublisherNode], profile: str) -> None:
+    with pytest.raises(TopicError):
+        publishing(cls, robot(), qos_profile=profile)
+
+
+@every_tf_publisher
+def test_a_static_publisher_is_latched_whatever_the_profile_says(cls: type[PublisherNode]) -> None:
+    claim = claimed(cls, robot(), static_publisher=True, queue_size=7, qos_profile='{"depth": 5}')
+    assert (claim.qos, claim.latched) == (STATIC, True)
+
+
+@every_tf_publisher
+def test_a_static_publisher_sends_once_a_play_whoever_listens(cls: type[PublisherNode]) -> None:
+    context = robot(wanted=False)
+    node = publishing(cls, context, static_publisher=True)
+    for _ in range(3):
+        node.compute()
+    assert len(context.transport.raw("/tf")) == 1
+    context.stop(node)
+    node.compute()
+    node.compute()
+    assert len(context.transport.raw("/tf")) == 2
+
+
+@every_tf_publisher
+def test_who_comes_late_gets_the_static_transforms_all_the_same(cls: type[PublisherNode]) -> None:
+    context, heard = robot(wanted=False), list[bytes]()
+    publishing(cls, context, static_publisher=True).compute()
+    context.transport.reader("/tf", cls.message_type, LATCHED, heard.append)
+    assert heard == context.transport.raw("/tf")
+
+
+# Changes while the graph runs
+
+
+def test_a_topic_that_is_changed_during_play_is_opened_anew(play: Player) -> None:
+    playing = play.graph("nodes: {T: OnPlaybackTick, C: PublishClock}\nconnections: [T.tick -> C.execIn]")
+    playing.tick()
+    playing.set("C", "topic_name", "other")
+    playing.tick(2)
+    assert (len(playing.published("/clock")), len(playing.published("/other"))) == (1, 2)
+
+
+def test_frame_ids_act_when_they_are_set(play: Player) -> None:
+    playing = play.graph("nodes: {T: OnPlaybackTick, O: PublishOdometry}\nconnections: [T.tick -> O.execIn]")
+    playing.tick()
+    playing.set("O", "odom_frame_id", "map")
+    playing.set("O", "chassis_frame_id", "chassis")
+    playing.tick()
+    frames = [(m.header.frame_id, m.child_frame_id) for m in playing.published("/odom")]
+    assert frames == [("odom", "base_link"), ("map", "chassis")]
+
+
+# ROS2Context
+
+
+@pytest.mark.parametrize(
+    ("environment", "inputs", "domain"),
+    [
+        (None, {}, 0),
+        (None, {"domain_id": 7}, 7),
+        (42, {"domain_id": 7}, 42),
+        (42, {"domain_id": 7, "use_domain_id_env_var": False}, 7),
+        (0, {"domain_id": 7}, 0),
+    ],
+)
+def test_the_environments_domain_wins_where_it_is_asked(
+    environment: int | None, inputs: dict[str, Any], domain: int
+) -> None:
+    context = RecordingContext(ros_domain_id=environment)
+    node = ROS2Context(**inputs)
+    node.setup(context)
+    node.compute()
+    assert node.context == context.ros_context(domain, use_environment=False) != 0
+
+
+def test_a_context_is_a_data_node_and_0_before_it_is_read() -> None:
+    assert (ROS2Context.kind(), ROS2Context().context) == ("data", 0)
+
+
+def test_a_domain_that_ros_does_not_have_is_refused() -> None:
+    with pytest.raises(TopicError, match="233"):
+        ROS2Context(domain_id=233).setup(RecordingContext())
+
+
+def test_in_a_graph_endpoints_live_in_the_contexts_domain(play: Player) -> None:
+    text = """
+        nodes:
+          T: OnPlaybackTick
+          Domain: {type: ROS2Context, inputs: {domain_id: 5}}
+          C: PublishClock
+          S: SubscribeTwist
+          Own: {type: PublishClock, inputs: {topicName: own}}
+        connections:
+          - T.tick -> C.execIn
+          - T.tick -> S.execIn
+          - T.tick -> Own.execIn
+          - Domain.context -> C.context
+          - Domain.context -> S.context
+        """
+    playing = play.graph(text)
+    five = RecordingContext().ros_context(5, use_environment=False)
+    assert {c.topic: c.ros_context for c in playing.session.services.claims} == {
+        "/clock": five,
+        "/cmd_vel": five,
+        "/own": 0,
+    }
+
+
+# ROS2PublishClock
+
+
+@pytest.mark.parametrize(
+    ("seconds", "expected"),
+    [(0.0, (0, 0)), (1 / 60, (0, 16_666_666)), (12.5, (12, 500_000_000)), (-0.5, (-1, 500_000_000))],
+)
+def test_the_clock_is_the_time_stamp_and_nothing_else(seconds: float, expected: tuple[int, int]) -> None:
+    message = ROS2PublishClock(time_stamp=seconds).message()
+    assert stamp(message) == expected
+
+
+@pytest.mark.parametrize("seconds", [np.inf, np.nan, 2.0**31])
+def test_a_time_that_ros_cannot_hold_is_an_error(seconds: float) -> None:
+    with pytest.raises((GraphError, ValueError)):
+        ROS2PublishClock(time_stamp=seconds).message()
