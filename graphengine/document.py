@@ -6,6 +6,7 @@ is read in a loop, not by recursion, so that depth is a limit of ours and not of
 
 from __future__ import annotations
 
+import codecs
 import math
 import os
 import re
@@ -152,8 +153,9 @@ def load(path: str | os.PathLike[str], findings: Findings, shown_as: str | None 
             "G105", f"{shown!r} is larger than {MAX_BYTES // 1_000_000} MB", nowhere, "split it into several files"
         )
         return None
+    raw = raw.removeprefix(codecs.BOM_UTF8)
     try:
-        text = raw.decode("utf-8-sig")
+        text = raw.decode()
     except UnicodeDecodeError as error:
         before = _LINE_END.split(raw[: error.start].decode("utf-8", "ignore"))
         source = Source(shown, tuple(_LINE_END.split(raw.decode("utf-8", "replace"))))

@@ -194,6 +194,7 @@ class _Planner:
         self._index_wires()
         if not all([self._check_data_cycles(), self._check_exec_cycles()]):  # both tell what they find
             return None
+        self._find_counting()
         self._find_dependencies()
         self._open_regions()
         self._order_regions()
@@ -293,6 +294,18 @@ class _Planner:
         """Whether a node's output fires whenever the node is computed."""
         plain = self.kinds[index] in ("event", "action") and not self.node(index).cls.gated
         return plain and not self.plan.keep_going
+
+    def _find_counting(self) -> None:
+        self.counting: set[int] = set()
+        """Nodes that count activations, and may see several in one run of a region."""
+        for index in nx.topological_sort(self.execution):
+            if self.node(index).cls.counts and self.fired_often(index):
+                self.counting.add(index)
+
+    def fired_often(self, index: int) -> bool:
+        """Whether a node may be fired more than once in one run of a region."""
+        wires = self.exec_in.get(index, [])
+        return len(wires) > 1 or any(wire.source in self.counting for wire in wires)
 
     # What a data node depends on
 
@@ -488,7 +501,7 @@ class _Planner:
                 if self.kinds[reading.source] != "latent":
                     befores = owners.get(reading.source, [])
                     edges += [(before, unit, reading) for unit in units for before in befores if before != unit]
-        edges.sort(key=lambda edge: edge[2].wire.order)
+        edges.sort(key=lambda edge: (edge[2].wire.order, edge[0], edge[1]))
         tentative = order.copy()
         tentative.add_edges_from((before, unit) for before, unit, _ in edges)
         component = {n: i for i, part in enumerate(nx.strongly_connected_components(tentative)) for n in part}
@@ -636,19 +649,16 @@ class _Emitter:
         self.flags[name] = None
         return name
 
-    def _counts(self, index: int) -> bool:
-        return self.planner.node(index).cls.counts and len(self.planner.exec_in.get(index, [])) > 1
-
     def _tells_pins(self, index: int) -> bool:
         """Whether a node's execution inputs say different things from one run to the next."""
         wires = self.planner.exec_in.get(index, [])
-        return len(wires) > 1 or any(wire.order in self.planner.pending_control for wire in wires)
+        return self.planner.fired_often(index) or any(wire.order in self.planner.pending_control for wire in wires)
 
     def _pins(self, index: int) -> tuple[Pin, ...]:
         if not self._tells_pins(index):
             return ()
         waiting = {w.target_field for w in self.planner.exec_in[index] if w.order in self.planner.pending_control}
-        fired = set() if self._counts(index) else {wire.target_field for wire in self._in_wires(index)}
+        fired = set() if index in self.planner.counting else {wire.target_field for wire in self._in_wires(index)}
         pins = self.planner.exec_in_ports(index)
         return tuple(Pin(p, self._flag(f"x{index}_{p}") if p in fired else "", p in waiting) for p in pins)
 
@@ -661,7 +671,7 @@ class _Emitter:
                 continue
             guard = f"f{target}" if self.guards[target] == f"f{target}" else ""
             counter = ""
-            if self._counts(target):
+            if target in self.planner.counting:
                 counter = self._flag(f"w{wire.order}")
             elif self._tells_pins(target):
                 counter = self._flag(f"x{target}_{wire.target_field}")
@@ -693,7 +703,7 @@ class _Emitter:
         branches = () if kind == "latent" else self._branches(index)
         self._invalidate(index, guard)
         activations: tuple[Activation, ...] = ()
-        if self._counts(index):
+        if index in planner.counting:
             wires = sorted(self._in_wires(index), key=lambda w: (not self._is_control(w), w.order))
             activations = tuple(Activation(self._flag(f"w{w.order}"), w.target_field) for w in wires)
         gated = planner.node(index).cls.gated
@@ -706,7 +716,7 @@ class _Emitter:
     def _refresh(self, data: int, consumer: int) -> list[Refresh]:
         """How a data node is brought up to date before a consumer."""
         planner, state, guard = self.planner, self.state[data], self.guards[consumer]
-        repeated = self._counts(consumer) and consumer in planner.depends[data]
+        repeated = consumer in planner.counting and consumer in planner.depends[data]
         if not repeated and (state == "clean" or (guard and state == f"clean under {guard}")):
             return []
         sure = state == "stale" and not repeated

@@ -16,7 +16,7 @@ _NUMBERS = "double|float|half|int"
 class BreakVector3(Node, type="omni.graph.nodes.BreakVector3"):
     """The three components of a vector, whatever its role."""
 
-    tuple_in: Any = In(type=_TRIPLES, name="tuple", couple="number", doc="vector of three numbers")
+    tuple_in: Any = In(type=_TRIPLES, name="tuple", couple="number", required=True, doc="vector of three numbers")
     x: Any = Out(type=_NUMBERS, couple="number", component=True)
     y: Any = Out(type=_NUMBERS, couple="number", component=True)
     z: Any = Out(type=_NUMBERS, couple="number", component=True)

@@ -22,6 +22,9 @@ from graphengine.world.robotfile import read_robot
 from graphengine.world.simulation import Simulation
 from graphengine.world.xmlfile import Element, mujoco_says, place_of, write
 
+SLOWEST = 0.1
+"""Ticks a second below which a step is too long for any physics."""
+
 
 @dataclass(frozen=True, slots=True)
 class LoadedWorld:
@@ -50,6 +53,10 @@ def load_world(scene: Loaded[SceneSpec], files: Files, findings: Findings, *, se
         seed: of the sensors' noise.
     """
     before = len(findings.errors)
+    if scene.spec.physics.tick_rate < SLOWEST:
+        span = scene.document.span("physics", "tick_rate")
+        findings.add("G109", f"tick_rate: physics needs at least {SLOWEST} ticks a second", span)
+        return None
     builder = _Builder(scene, files, findings)
     world = builder.world()
     robots = builder.robots()
@@ -71,7 +78,7 @@ def load_world(scene: Loaded[SceneSpec], files: Files, findings: Findings, *, se
         simulation = Simulation(model, stage, rate, physics.substeps, seed=seed, settle=settle)
     except PhysicsError as error:
         message, *remedy = str(error).split("\n")
-        findings.add("S106", f"{message}, before it came to rest", scene.document.key_span("settle"), *remedy)
+        findings.add("S106", message, scene.document.key_span("settle" if settle else "world"), *remedy)
         return None
     _note_limits(simulation.unlimited, robots, findings)
     if settle and simulation.settled_after is None:
@@ -103,7 +110,7 @@ class _Builder:
         text, self._lines = write(root)
         try:
             spec = mujoco.MjSpec.from_string(text, include=self.library.models, assets=self.library.assets)
-        except ValueError as error:
+        except (ValueError, mujoco.FatalError) as error:
             message, _, line = mujoco_says(error)
             self.findings.add("S102", f"MuJoCo: {message}", place_of(self._lines, line))
             return None
@@ -160,13 +167,13 @@ class _Builder:
             frame = world.worldbody.add_frame(pos=robot.use.position, quat=(w, x, y, z))
             try:
                 world.attach(spec, frame=frame, prefix=f"{name}/")
-            except ValueError as error:
+            except (ValueError, mujoco.FatalError) as error:
                 self._refused(error, robots)
         if len(self.findings.errors) > before:
             return None
         try:
             return world.compile()
-        except ValueError as error:
+        except (ValueError, mujoco.FatalError) as error:
             self._refused(error, robots)
             return None
 

@@ -22,7 +22,7 @@ NEGLIGIBLE = 0.01
 """Share of a robot's mass that may hang on a disabled joint: it stays welded, where PhysX would let it fall off."""
 
 
-@dataclass(slots=True, eq=False)
+@dataclass(slots=True, eq=False, repr=False)
 class Robot:
     """One robot of a scene.
 
@@ -109,6 +109,10 @@ def load_robot(name: str, use: RobotUse, file: RobotFile, files: Files, findings
     _check_names(file, urdf, findings)
     if len(findings.errors) > before:
         return None
+    mimics = [joint for joint in urdf.joints.values() if joint.element.first("mimic") is not None]
+    if mimics:
+        names = listing([joint.name for joint in mimics], "joints")
+        findings.add("N103", "<mimic> is not simulated: these joints move freely", mimics[0].element.span, names)
     drives = _apply_joints(file, urdf, findings)
     disabled = _disabled(file, urdf, findings)
     _check_colliders(file, urdf, findings)

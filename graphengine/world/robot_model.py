@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 from graphengine.diagnostics import Findings
 from graphengine.world.drives import Drive, position_servo, velocity_servo
 from graphengine.world.engine import PICTURES, RAYS, RAYS_AND_PICTURES, mujoco
@@ -34,7 +36,7 @@ def robot_spec(robot: Robot, library: Library, floor: float, findings: Findings)
     text, spans = write(element)
     try:
         spec = mujoco.MjSpec.from_string(text, assets=library.assets)
-    except ValueError as error:
+    except (ValueError, mujoco.FatalError) as error:
         message, _, line = mujoco_says(error)
         findings.add("S103", f"MuJoCo: {message}", place_of(spans, line))
         return None
@@ -47,6 +49,10 @@ def robot_spec(robot: Robot, library: Library, floor: float, findings: Findings)
     _shape_wheels(spec, robot)
     _group_geoms(spec, robot)
     _apply_materials(spec, robot, floor, findings)
+    # As Isaac's importer has it: colliders of one robot, which often overlap, do not collide with each other.
+    solid = [link.name for link in robot.urdf.links.values() if link.colliders]
+    for one, other in itertools.combinations(solid, 2):
+        spec.add_exclude(bodyname1=one, bodyname2=other)
     _prune(spec, robot)
     return spec
 

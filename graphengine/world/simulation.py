@@ -43,7 +43,7 @@ class Simulation:
         settle: let everything come to rest first; what then is, is the state at the start.
 
     Raises:
-        PhysicsError: it diverged while it settled.
+        PhysicsError: it cannot begin, or diverged while it settled.
     """
 
     def __init__(
@@ -81,7 +81,10 @@ class Simulation:
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
         sort_geoms(model)
         self.unlimited = [name for name, drive in self._drives() if _release(model, name, drive)]
-        mujoco.mj_step1(model, data)
+        try:
+            mujoco.mj_step1(model, data)
+        except mujoco.FatalError as error:
+            raise _fatal(data, error) from error
         self.model, self.data = model, data
         self.set_points = SetPoints(data.ctrl, data.qfrc_applied)
         self._control, self._applied = data.ctrl, data.qfrc_applied
@@ -152,8 +155,11 @@ class Simulation:
         """
         if self.set_points.pending:
             self.set_points.take_over(self._control, self._applied)
-        mujoco.mj_step2(self.model, self.data)
-        mujoco.mj_step1(self.model, self.data)
+        try:
+            mujoco.mj_step2(self.model, self.data)
+            mujoco.mj_step1(self.model, self.data)
+        except mujoco.FatalError as error:
+            raise _fatal(self.data, error) from error
         if any(self._warnings.tolist()):
             raise PhysicsError(_trouble(self.model, self.data))
 
@@ -214,6 +220,11 @@ def _release(model: mujoco.MjModel, name: str, drive: Drive) -> bool:
         return False
     model.jnt_actfrclimited[joint] = 0
     return True
+
+
+def _fatal(data: mujoco.MjData, error: Exception) -> PhysicsError:
+    """MuJoCo gave up, as over a geometry that it cannot collide."""
+    return PhysicsError(f"at t = {data.time:.4f} s MuJoCo gave up: {error}\nlook for degenerate geometry in the scene")
 
 
 def _trouble(model: mujoco.MjModel, data: mujoco.MjData) -> str:

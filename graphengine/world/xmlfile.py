@@ -11,7 +11,7 @@ import xml.parsers.expat
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from xml.sax.saxutils import quoteattr
+from xml.sax.saxutils import escape, quoteattr
 
 from graphengine.diagnostics import Findings, Source, Span
 
@@ -22,12 +22,13 @@ MAX_ELEMENTS = 200_000
 
 @dataclass(slots=True, eq=False)
 class Element:
-    """An element, its attributes and the elements in it; text between elements is dropped."""
+    """An element, its attributes, its text and the elements in it; of mixed content the text comes first."""
 
     tag: str
     attributes: dict[str, str]
     span: Span
     children: list[Element] = field(default_factory=list, repr=False)
+    text: str = ""
 
     def get(self, attribute: str, default: str = "") -> str:
         """An attribute's text."""
@@ -107,6 +108,7 @@ class _Builder:
         self.parser = xml.parsers.expat.ParserCreate(namespace_separator=None)
         self.parser.StartElementHandler = self._start
         self.parser.EndElementHandler = self._end
+        self.parser.CharacterDataHandler = self._text
         self.parser.StartDoctypeDeclHandler = self._doctype
 
     def span(self, length: int = 1) -> Span:
@@ -126,8 +128,12 @@ class _Builder:
             self.root = element
         self.open.append(element)
 
+    def _text(self, text: str) -> None:
+        self.open[-1].text += text
+
     def _end(self, tag: str) -> None:
-        self.open.pop()
+        element = self.open.pop()
+        element.text = element.text.strip()
 
     def _doctype(self, *_: object) -> None:
         raise _RefusedError("a document type is not allowed", "remove <!DOCTYPE …>; entities are not expanded")
@@ -142,15 +148,18 @@ def write(root: Element) -> tuple[str, list[Span]]:
     while pending:
         item = pending.pop()
         if isinstance(item, str):
-            lines.append(f"</{item}>")
+            line = f"</{item}>"
         else:
             span = item.span
             attributes = "".join(f" {name}={quoteattr(value)}" for name, value in item.attributes.items())
-            lines.append(f"<{item.tag}{attributes}{'' if item.children else '/'}>")
+            line = f"<{item.tag}{attributes}{'' if item.children or item.text else '/'}>{escape(item.text)}"
             if item.children:
                 pending.append(item.tag)
                 pending.extend(reversed(item.children))
-        spans.append(span)
+            elif item.text:
+                line += f"</{item.tag}>"
+        lines.append(line)
+        spans += [span] * (line.count("\n") + 1)
     return "\n".join(lines), spans
 
 

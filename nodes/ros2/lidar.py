@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +13,13 @@ from graphengine.node import ExecIn, In, Node, State
 from graphengine.ros import messages
 from graphengine.types import String, Token, Tokens, UInt, UInt64
 
-_METADATA = {
+_METADATA: dict[str, list[Any]] = {
     "Intensity": [("intensity", "<f4")],
     "Timestamp": [("timestamp", "<u4", (2,))],
     "EmitterId": [("emitter_id", "<u4")],
     "ChannelId": [("channel_id", "<u4")],
 }
-"""Fields that selectedMetadata adds to a point cloud, after x, y and z."""
+"""Fields that selectedMetadata adds to a point cloud after x, y and z, in this order."""
 
 _FLOAT32, _UINT32 = 7, 6  # sensor_msgs/PointField
 
@@ -129,7 +129,7 @@ class ROS2RtxLidarHelper(Node, type="isaacsim.ros2.bridge.ROS2RtxLidarHelper"):
     def point_cloud(self, scan: Scan) -> messages.PointCloud2:
         """The points that were hit, in the sensor's frame."""
         hit = np.flatnonzero(np.isfinite(scan.ranges))
-        names: Sequence[str] = self.selected_metadata
+        names = [name for name in _METADATA if name in self.selected_metadata]
         layout = [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), *(field for name in names for field in _METADATA[name])]
         points = np.zeros(len(hit), dtype=layout)
         positions = self.lidar.directions[hit] * scan.ranges[hit, None]

@@ -54,11 +54,12 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
         default=1e-4, ge=0.0, extension=True, doc="numbers are rounded to multiples of it; 0 for as they are"
     )
 
-    articulation: Articulation | None = State(default=None)
-    names: Sequence[str] = State(default=())
+    articulation: Articulation | None = State()
+    names: Sequence[str] = State()
 
     def setup(self, context: Context) -> None:
         """Bind the robot, if one is given, and open the topic."""
+        self.articulation, self.names = None, ()
         if self.target_prim:
             self.articulation = context.articulation(self.target_prim[0])
             self.names = context.joint_names(self.target_prim[0])

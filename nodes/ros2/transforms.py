@@ -80,10 +80,11 @@ class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.RO
     translations: Double3s = In(unit="m")
     orientations: Double4s = In(doc="(x, y, z, w)")
 
-    links: Sequence[FrameLink] = State(default=())
+    links: Sequence[FrameLink] = State()
 
     def setup(self, context: Context) -> None:
         """Open the topic; the frames are known by now."""
+        self.links = ()
         edges = list(zip(self.parent_frames, self.child_frames, strict=False))
         if not edges and self.target_prims:
             self.links = context.transform_tree(self.target_prims, self.parent_prim[0] if self.parent_prim else "")

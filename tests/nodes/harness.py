@@ -6,7 +6,7 @@ import json
 import textwrap
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,18 +16,27 @@ from graphengine.backend import World
 from graphengine.build import Options
 from graphengine.context import Quaternion, Vector3
 from graphengine.files import shipped
+from graphengine.node import Node
 from graphengine.ros import messages
 from graphengine.ros.memory import MemoryTransport
 from graphengine.ros.network import LiveNetwork
-from graphengine.testing import RecordingWorld
+from graphengine.testing import RecordingContext, RecordingWorld
 
 HERE = Path(__file__).parent
+N = TypeVar("N", bound=Node)
 
 
 def facts(name: str) -> dict[str, Any]:
     """A JSON file of this folder."""
     found: dict[str, Any] = json.loads((HERE / name).read_text("utf-8"))
     return found
+
+
+def ready(cls: type[N], context: RecordingContext, **inputs: Any) -> N:
+    """A node with those inputs, set up."""
+    node = cls(**inputs)
+    node.setup(context)
+    return node
 
 
 class Playing:

@@ -9,7 +9,7 @@ import pytest
 from graphengine.diagnostics import PrimError
 from graphengine.testing import RecordingContext
 from nodes.core import IsaacCreateRenderProduct
-from tests.nodes.harness import Player, dd100
+from tests.nodes.harness import Player, dd100, ready
 
 LIDAR = "/robot/Geometry/base_link/Lidar"
 CAMERA = "/robot/Geometry/base_link/camera"
@@ -25,13 +25,12 @@ def context() -> RecordingContext:
 
 
 def product(context: RecordingContext, prim: str, **inputs: Any) -> IsaacCreateRenderProduct:
-    node = IsaacCreateRenderProduct(camera_prim=(prim,), **inputs)
-    node.setup(context)
-    return node
+    return ready(IsaacCreateRenderProduct, context, camera_prim=prim, **inputs)
 
 
-def test_the_defaults_are_a_picture_of_1280_by_720_and_enabled() -> None:
-    node = IsaacCreateRenderProduct()
+def test_the_defaults_are_a_picture_of_1280_by_720_and_enabled(context: RecordingContext) -> None:
+    node = product(context, LIDAR)
+    context.stop(node)
     assert (node.width, node.height, node.enabled, node.render_product_path) == (1280, 720, True, "")
 
 

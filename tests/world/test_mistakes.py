@@ -180,6 +180,11 @@ def test_a_robot_file_that_does_not_fit_its_description(project: Project, keys: 
     assert told in "\n".join(project.errors())
 
 
+def test_a_tick_that_is_too_long_for_physics_is_told(project: Project) -> None:
+    project.write("scene.yaml", SCENE + "physics: {tick_rate: 1e-320}\n")
+    assert "scene.yaml:5:22: error G109: tick_rate: physics needs at least 0.1 ticks a second" in project.error()
+
+
 def test_a_robot_cannot_take_the_worlds_place(project: Project) -> None:
     project.write("scene.yaml", SCENE.replace("bot:", "World:"))
     assert "scene.yaml:4:3: error S105: a robot cannot be named 'World'" in project.error()
@@ -189,6 +194,13 @@ def test_a_scene_that_diverges_while_it_settles_is_told(project: Project) -> Non
     project.write("scene.yaml", SCENE + "settle: true\n")
     project.write("world.xml", FLOOR.replace("<worldbody>", '<option gravity="0 0 -1e30"/><worldbody>'))
     assert "scene.yaml:5:1: error S106: the simulation diverged at t = " in project.error()
+
+
+def test_a_scene_that_mujoco_gives_up_on_is_told(project: Project) -> None:
+    ball = '<body pos="3 3 3"><joint/><geom size="1e308" mass="1"/></body>'
+    ball += '<body pos="1 3 9"><freejoint/><geom type="ellipsoid" size="1 1 1"/></body>'
+    project.write("world.xml", FLOOR.replace("</worldbody>", f"{ball}</worldbody>"))
+    assert "scene.yaml:2:1: error S106: at t = 0.0000 s MuJoCo gave up: " in project.error()
 
 
 def test_a_mesh_that_mujoco_cannot_read_is_told_with_what_it_can(project: Project) -> None:

@@ -191,3 +191,24 @@ def test_the_tutorials_robot_tells_what_its_settings_mean() -> None:
     assert any("damping 572958 N m s/rad" in note for note in notes)
     assert any("average of 0 and the floor's" in note for note in notes)
     assert any("disabled joints stay welded" in note for note in notes)
+
+
+def test_what_others_keep_in_a_description_stays_in_its_text(project: Project) -> None:
+    plugin = "<gazebo><plugin name='a &amp; b'>\n  x &lt; 1\n<mode>slow</mode></plugin></gazebo>"
+    project.write("bot.urdf", CART.replace("</robot>", f"{plugin}</robot>"))
+    text = project.load().robots["bot"].urdf_text
+    assert '<gazebo>\n<plugin name="a &amp; b">x &lt; 1\n<mode>slow</mode>\n</plugin>\n</gazebo>' in text
+
+
+def test_links_of_one_robot_do_not_collide_and_those_of_two_do(project: Project) -> None:
+    """The arm's ball, moved into the cart's box, stays in peace; the other cart in the same place does not."""
+    project.write("bot.yaml", ROBOT + "joints: {arm_joint: {position: [0, 0, -0.2]}}\n")
+    assert project.load().simulation.data.ncon == 0
+    project.write("scene.yaml", SCENE + "  other: {use: bot.yaml, position: [0.1, 0, 0.1]}\n")
+    assert project.load().simulation.data.ncon > 0
+
+
+def test_a_joint_that_mimics_another_is_told_to_move_freely(project: Project) -> None:
+    project.write("bot.urdf", CART.replace("<limit", '<mimic joint="other"/><limit'))
+    _, findings = project.try_load()
+    assert [finding.message for finding in findings.items] == ["<mimic> is not simulated: these joints move freely"]

@@ -1,0 +1,214 @@
+"""Graphs that nobody thought of: the engine does what the rules say, read off one by one; and never raises."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from graphengine import types
+from graphengine.diagnostics import Findings
+from graphengine.node import Node, Port
+from tests.engine.harness import REGISTRY, Bench, planned, resolved
+from tests.engine.reference import Reference
+
+PASSES = 4
+
+DATA = ("Add", "Less", "Ticket", "ReadVariable", "Double", "Constant", "Whole")
+EVENTS = ("Tick", "Every", "TwoEnds", "OnMessage")
+ACTIONS = ("Do", "Branch", "Door", "Choose", "Join", "Counter", "Gate", "WriteVariable", "Show", "Post")
+PUSHERS = ("Sequence", "Both", "ForLoop")
+LATENT = ("Delay", "Stages")
+LITERALS = {"Every": {"n": 2}, "ForLoop": {"stop": 2}, "Whole": {"value": 3}, "Delay": {"duration": 0.02}}
+LITERALS |= {"Choose": {"bits": 3}, "Stages": {"plan": "12"}}
+
+
+@dataclass
+class Drawing:
+    """A graph file in the making."""
+
+    kinds: list[str] = field(default_factory=list)
+    literals: list[dict[str, Any]] = field(default_factory=list)
+    wires: list[str] = field(default_factory=list)
+
+    def add(self, kind: str, **literals: Any) -> int:
+        self.kinds.append(kind)
+        self.literals.append({**LITERALS.get(kind, {}), **literals})
+        return len(self.kinds) - 1
+
+    def cls(self, index: int) -> type[Node]:
+        found = REGISTRY.find(self.kinds[index])
+        assert found is not None
+        return found.cls
+
+    def ports(self, index: int, side: str, *, execution: bool) -> list[Port]:
+        return [p for p in self.cls(index).fields.values() if p.side == side and p.is_exec == execution]
+
+    def wire(self, source: int, port: str, target: int, into: str, names: Sequence[str]) -> None:
+        self.wires.append(f"{names[source]}.{port} -> {names[target]}.{into}")
+
+    def text(self, names: Sequence[str]) -> str:
+        nodes = [
+            f"  {name}: {{type: {kind}, inputs: {{{', '.join(f'{k}: {_yaml(v)}' for k, v in literals.items())}}}}}"
+            for name, kind, literals in zip(names, self.kinds, self.literals, strict=True)
+        ]
+        wires = [f"  - {wire}" for wire in self.wires]
+        variables = ["variables: {speed: {type: double, default: 1.0}}"]
+        return "\n".join(["graph: g", *variables, "nodes:", *nodes, *(["connections:"] * bool(wires)), *wires, ""])
+
+
+def _yaml(value: object) -> str:
+    return str(value).lower() if isinstance(value, bool) else f"'{value}'" if isinstance(value, str) else str(value)
+
+
+NAMES = [f"N{i}" for i in range(200)]
+
+
+def draw_graph(random: Random, kinds: Sequence[str], size: int, *, straight: bool = False) -> Drawing:
+    """Nodes of some kinds, wired at random: execution from earlier to later nodes, values from anywhere, all in any order.
+
+    Args:
+        random: decides.
+        kinds: of nodes, each as likely as the others.
+        size: number of nodes.
+        straight: values go from earlier to later nodes too, and no wire closes a circle.
+    """
+    drawing = Drawing()
+    for kind in ["Tick", *(random.choice(kinds) for _ in range(size))]:
+        drawing.add(kind)
+    rank = random.sample(range(len(drawing.kinds)), len(drawing.kinds))
+    rank[0] = -1
+    wires: list[tuple[int, str, int, str]] = []
+    for target in range(len(rank)):
+        for into in drawing.ports(target, "inputs", execution=True):
+            for _ in range(random.choice((1, 1, 1, 2, 3)) if not into.control else random.choice((0, 1))):
+                back = not straight and random.random() < (0.5 if into.control else 0.01)
+                wires += _exec_wire(random, drawing, rank, target, into, back=back)
+        for into in _plain_inputs(drawing, target):
+            if random.random() < 0.6:
+                wires += _data_wire(random, drawing, rank, target, into, straight=straight)
+    random.shuffle(wires)
+    for wire in wires:
+        drawing.wire(*wire, NAMES)
+    return drawing
+
+
+Ends = list[tuple[int, str, int, str]]
+
+
+def _exec_wire(random: Random, drawing: Drawing, rank: list[int], target: int, into: Port, *, back: bool) -> Ends:
+    sources = [i for i in range(len(rank)) if back or rank[i] < rank[target]]
+    fires = [(i, port) for i in sources for port in drawing.ports(i, "outputs", execution=True)]
+    source, out = random.choice(fires)
+    return [(source, out.name, target, into.name)]
+
+
+def _data_wire(random: Random, drawing: Drawing, rank: list[int], target: int, into: Port, *, straight: bool) -> Ends:
+    """From any output, or now and then from an input; circles of data nodes are rare."""
+    side = "inputs" if random.random() < 0.1 else "outputs"
+    source = random.randrange(len(rank))
+    ports = _plain_inputs(drawing, source) if side == "inputs" else drawing.ports(source, "outputs", execution=False)
+    ports = [port for port in ports if _fits(port, into)]
+    pure = drawing.cls(target).kind() == "data" and (side == "inputs" or drawing.cls(source).kind() == "data")
+    ahead = rank[source] < rank[target]
+    if not ports or not (ahead or not (straight or pure) or (not straight and random.random() < 0.02)):
+        return []
+    return [(source, ("inputs:" if side == "inputs" else "") + random.choice(ports).name, target, into.name)]
+
+
+def _plain_inputs(drawing: Drawing, index: int) -> list[Port]:
+    """Inputs whose values cannot break a node."""
+    ports = drawing.ports(index, "inputs", execution=False)
+    return [p for p in ports if str(p.type) in ("double", "bool", "any") and not p.setup]
+
+
+def _fits(out: Port, into: Port) -> bool:
+    one, other = out.type, into.type
+    if not isinstance(one, types.PortType) or not isinstance(other, types.PortType) or one == types.ANY:
+        return False
+    return types.conversion(one, other) is not None
+
+
+EVERYTHING = (*DATA, *EVENTS, *ACTIONS, *PUSHERS, *LATENT)
+QUICK = settings(deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("drawings")
+
+
+_numbers = itertools.count()
+
+
+def save(folder: Path, text: str) -> Path:
+    path = folder / f"{next(_numbers)}" / "g.yaml"
+    path.parent.mkdir()
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def outputs(nodes: Sequence[Node]) -> list[dict[str, str]]:
+    """What every node shows, in a form in which nan is equal to nan."""
+    shown = []
+    for node in nodes:
+        fields = [p.field for p in type(node).fields.values() if p.side == "outputs" and not p.is_exec]
+        shown.append({name: repr(getattr(node, name)) for name in [*fields, *(["computes"] * hasattr(node, "computes"))]})
+    return shown
+
+
+def play_both(path: Path) -> tuple[list[Any], list[Any]]:
+    """Journal and outputs after each pass: of the engine, and of the rules."""
+    engine = Bench(path).setup()
+    other = Bench(path)
+    graph = resolved(path, Findings())
+    assert graph is not None
+    rules = Reference(graph, other._context_of)
+    box = engine.services.mailboxes.get("messages"), other.services.mailboxes.get("messages")
+    done: list[Any] = []
+    said: list[Any] = []
+    for number in range(PASSES):
+        for mailbox in box:
+            if mailbox is not None and number < 2:
+                mailbox.post(float(number))
+        done.append((engine.tick(), outputs(engine.executor.nodes)))
+        for waiting in other.services.mailboxes.values():
+            waiting.freeze()
+        other.clock.set_frame(number + 1)
+        rules.run_pass()
+        rules.run_latent()
+        said.append((other.journal.read(), outputs(rules.nodes)))
+    reads = [i for i in range(len(rules.nodes)) if i not in engine.plan.order]
+    for shown in (*done, *said):
+        for index in reads:
+            shown[1][index].clear()  # what nobody reads may be computed or not
+    return done, said
+
+
+@settings(QUICK, max_examples=250)
+@given(st.randoms(use_true_random=False), st.integers(2, 12))
+def test_any_graph_does_what_the_rules_say_or_is_refused_for_a_cycle(folder: Path, random: Random, size: int) -> None:
+    drawing = draw_graph(random, EVERYTHING, size)
+    path = save(folder, drawing.text(NAMES[: size + 1]))
+    findings = Findings()
+    if planned(path, findings) is None:
+        assert findings.errors
+        assert {found.code for found in findings.errors} <= {"G209", "G210"}
+        return
+    done, said = play_both(path)
+    assert done == said
+
+
+@settings(QUICK, max_examples=150)
+@given(st.randoms(use_true_random=False), st.integers(2, 25))
+def test_a_graph_without_circles_does_what_the_rules_say(folder: Path, random: Random, size: int) -> None:
+    drawing = draw_graph(random, ("Do", "Branch", "Add", "Less", "Show", "Sequence"), size, straight=True)
+    done, said = play_both(save(folder, drawing.text(NAMES[: size + 1])))
+    assert done == said

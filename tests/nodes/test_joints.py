@@ -1,0 +1,279 @@
+"""IsaacArticulationController and ROS2PublishJointState."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from decimal import Decimal
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from graphengine.diagnostics import JointError, NodeError, PrimError
+from graphengine.testing import RecordingArticulation, RecordingContext, RecordingWorld
+from nodes.core import IsaacArticulationController
+from nodes.ros2.state import ROS2PublishJointState
+from tests.nodes.harness import Player, dd100, ready
+
+NAN = math.nan
+JOINTS = ("shoulder", "elbow", "wrist", "finger")
+KINDS = ("position", "velocity", "effort")
+
+
+def arm(context: RecordingContext) -> RecordingArticulation:
+    """Three joints that turn, and one that slides."""
+    return context.world.add_robot("/arm", JOINTS, prismatic=(False, False, False, True))
+
+
+def same(one: Any, other: Any) -> bool:
+    """Equal, NaN included."""
+    return np.array_equal(one, other, equal_nan=True)
+
+
+def controlled(**inputs: Any) -> RecordingArticulation:
+    """The arm after one compute."""
+    context = RecordingContext()
+    robot = arm(context)
+    ready(IsaacArticulationController, context, **{"target_prim": "/arm", **inputs}).compute()
+    return robot
+
+
+# IsaacArticulationController
+
+
+def test_without_commands_nothing_is_commanded() -> None:
+    robot = controlled()
+    assert all(same(targets, [NAN] * 4) for targets in robot.targets.values())
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_each_kind_of_command_reaches_its_own_targets(kind: str) -> None:
+    robot = controlled(**{f"{kind}_command": [1.0, 2.0, 3.0, 4.0]})
+    for other in KINDS:
+        assert same(robot.targets[other], [1.0, 2.0, 3.0, 4.0] if other == kind else [NAN] * 4)
+
+
+def test_joints_are_selected_by_name_in_the_order_of_the_names() -> None:
+    robot = controlled(joint_names=["wrist", "shoulder"], velocity_command=[3.0, 1.0])
+    assert same(robot.targets["velocity"], [1.0, NAN, 3.0, NAN])
+
+
+def test_joints_are_selected_by_index_where_no_names_are_given() -> None:
+    robot = controlled(joint_indices=[2, 1], velocity_command=[3.0, 2.0])
+    assert same(robot.targets["velocity"], [NAN, 2.0, 3.0, NAN])
+
+
+def test_names_win_over_indices() -> None:
+    robot = controlled(joint_names=["elbow"], joint_indices=[3], effort_command=[2.0])
+    assert same(robot.targets["effort"], [NAN, 2.0, NAN, NAN])
+
+
+@pytest.mark.parametrize("indices", [[0], [0, 1]])
+def test_index_0_alone_is_an_index_where_the_reference_takes_it_for_none(indices: list[int]) -> None:
+    robot = controlled(joint_indices=indices, position_command=[7.0] * len(indices))
+    assert same(robot.targets["position"], [7.0] * len(indices) + [NAN] * (4 - len(indices)))
+
+
+def test_nan_leaves_a_joint_as_it_is() -> None:
+    robot = controlled(joint_indices=[1, 2, 3], position_command=[0.1, NAN, 0.3])
+    assert same(robot.targets["position"], [NAN, 0.1, NAN, 0.3])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("width", [1, 3, 5])
+def test_a_command_of_the_wrong_width_is_an_error_and_none_of_the_compute_is_applied(kind: str, width: int) -> None:
+    context = RecordingContext()
+    robot = arm(context)
+    commands = {f"{other}_command": [1.0] * (width if other == kind else 4) for other in KINDS}
+    node = ready(IsaacArticulationController, context, target_prim="/arm", **commands)
+    with pytest.raises(ValueError, match=f"{kind}Command has {width} values for 4 joints of /arm"):
+        node.compute()
+    assert robot.commands == 0
+
+
+def test_robot_path_wins_over_target_prim() -> None:
+    context = RecordingContext()
+    robot, other = arm(context), context.world.add_robot("/other", JOINTS)
+    node = ready(
+        IsaacArticulationController, context, target_prim="/other", robot_path="/arm", effort_command=[1.0] * 4
+    )
+    node.compute()
+    assert (robot.commands, other.commands) == (1, 0)
+
+
+def test_the_selection_may_change_in_every_tick() -> None:
+    context = RecordingContext()
+    robot = arm(context)
+    node = ready(IsaacArticulationController, context, target_prim="/arm", joint_names=["elbow"], effort_command=[1.0])
+    node.compute()
+    node.joint_names = ("finger",)
+    node.compute()
+    node.joint_names, node.joint_indices = (), np.array([0], np.int32)
+    node.compute()
+    assert same(robot.targets["effort"], [1.0, 1.0, NAN, 1.0])
+
+
+def test_after_a_stop_the_same_joints_are_commanded_again() -> None:
+    context = RecordingContext()
+    robot = arm(context)
+    node = ready(IsaacArticulationController, context, target_prim="/arm", joint_names=["elbow"], effort_command=[1.0])
+    node.compute()
+    context.stop(node)
+    node.compute()
+    assert robot.commands == 2
+
+
+@pytest.mark.parametrize("selection", [{"joint_names": ["elbo"]}, {"joint_indices": [4]}, {"joint_indices": [-1]}])
+def test_a_joint_that_is_not_there_is_refused_in_setup(selection: dict[str, Any]) -> None:
+    with pytest.raises(JointError) as caught:
+        controlled(**selection)
+    assert any("elbow" in line or "0 to 3" in line for line in caught.value.help)
+
+
+def test_what_does_not_stand_for_a_robot_is_refused_with_what_does() -> None:
+    context = RecordingContext()
+    arm(context)
+    context.world.stage.add("/arm/Geometry/base_link/hand", "link")
+    with pytest.raises(PrimError, match="does not stand for a robot") as caught:
+        ready(IsaacArticulationController, context, target_prim="/arm/base_link/hand")
+    assert "/arm/Geometry/base_link" in "".join(caught.value.help)
+
+
+def test_in_a_graph_a_wrong_width_stops_the_run_and_names_the_node(play: Player) -> None:
+    world = RecordingWorld()
+    world.add_robot("/arm", JOINTS)
+    playing = play.graph(
+        """
+        nodes:
+          Tick: OnPlaybackTick
+          Controller: {type: ArticulationController, inputs: {targetPrim: /arm, effortCommand: [1.0, 2.0]}}
+        connections: [Tick.tick -> Controller.execIn]
+        """,
+        world,
+    )
+    with pytest.raises(NodeError, match=r"node Controller .*effortCommand has 2 values for 4 joints of /arm"):
+        playing.tick()
+
+
+def test_in_a_graph_without_a_robot_the_file_is_refused(play: Player) -> None:
+    text = "nodes: {T: OnPlaybackTick, C: ArticulationController}\nconnections: [T.tick -> C.execIn]"
+    with pytest.raises(Exception, match="C needs its input 'targetPrim' or 'robotPath'"):
+        play.graph(text)
+
+
+# ROS2PublishJointState, of a robot
+
+
+def stated(**inputs: Any) -> Any:
+    """The message about the arm in the state of the test."""
+    context = RecordingContext()
+    robot = arm(context)
+    robot.state = {"position": (0.1, 0.2, 0.3, 0.4), "velocity": (1.1, 1.2, 1.3, 1.4), "effort": (2.1, 2.2, 2.3, 2.4)}
+    return ready(ROS2PublishJointState, context, **{"target_prim": "/arm", **inputs}).message()
+
+
+def test_all_joints_are_published_in_the_articulations_order_under_an_empty_frame() -> None:
+    message = stated(time_stamp=3.25)
+    assert message.name == list(JOINTS)
+    assert message.position.tolist() == [0.1, 0.2, 0.3, 0.4]
+    assert message.velocity.tolist() == [1.1, 1.2, 1.3, 1.4]
+    assert message.effort.tolist() == [2.1, 2.2, 2.3, 2.4]
+    assert (message.header.frame_id, message.header.stamp.sec, message.header.stamp.nanosec) == ("", 3, 250_000_000)
+
+
+def test_the_state_is_that_of_the_compute() -> None:
+    context = RecordingContext()
+    robot = arm(context)
+    node = ready(ROS2PublishJointState, context, target_prim="/arm")
+    for angle in (0.5, 0.75):
+        robot.state["position"] = [angle] * 4
+        node.compute()
+    assert [m.position[0] for m in context.transport.messages("/joint_states")] == [0.5, 0.75]
+
+
+def test_a_name_override_of_a_joint_is_its_name() -> None:
+    context = RecordingContext()
+    arm(context)
+    context.world.stage.add("/arm/Physics/elbow", "joint", name_override="left_elbow")
+    message = ready(ROS2PublishJointState, context, target_prim="/arm").message()
+    assert message.name == ["shoulder", "left_elbow", "wrist", "finger"]
+
+
+@given(st.lists(st.decimals(-10000, 10000, places=7), min_size=4, max_size=4))
+def test_numbers_are_rounded_to_four_decimals(numbers: list[Decimal]) -> None:
+    context = RecordingContext()
+    arm(context).state["position"] = [float(number) for number in numbers]
+    found = ready(ROS2PublishJointState, context, target_prim="/arm").message().position
+    for number, rounded in zip(numbers, found.tolist(), strict=True):
+        assert rounded == float(f"{rounded:.4f}")  # the double nearest to four decimals
+        assert abs(Decimal(repr(rounded)) - number) <= Decimal("0.00005")
+
+
+def test_with_a_resolution_of_0_numbers_are_as_they_are() -> None:
+    context = RecordingContext()
+    arm(context).state["position"] = [math.pi] * 4
+    found = ready(ROS2PublishJointState, context, target_prim="/arm", resolution=0.0).message().position
+    assert found.tolist() == [math.pi] * 4
+
+
+# ROS2PublishJointState, of arrays
+
+ARRAYS: dict[str, Any] = {
+    "joint_names": ["turning", "sliding"],
+    "joint_positions": [1.0, 2.0],
+    "joint_velocities": [3.0, 4.0],
+    "joint_efforts": [5.0, 6.0],
+    "joint_dof_types": [0, 1],
+    "stage_meters_per_unit": 1.0,
+}
+
+
+def of_arrays(**inputs: Any) -> Any:
+    """The message about the arrays."""
+    return ready(ROS2PublishJointState, RecordingContext(), **{**ARRAYS, **inputs}).message()
+
+
+def test_arrays_win_over_a_robot() -> None:
+    assert stated(**ARRAYS).name == ["turning", "sliding"]
+
+
+@pytest.mark.parametrize("metres", [1.0, 0.5, 0.01])
+def test_lengths_are_scaled_by_the_unit_and_torques_by_its_square(metres: float) -> None:
+    message, k = of_arrays(stage_meters_per_unit=metres), 1.0 / metres
+    assert np.allclose(message.position, [1.0, 2.0 * k])
+    assert np.allclose(message.velocity, [3.0, 4.0 * k])
+    assert np.allclose(message.effort, [5.0 * k * k, 6.0 * k])
+
+
+@pytest.mark.parametrize("metres", [0.0, -1.0, math.inf])
+def test_a_unit_that_is_no_length_is_an_error(metres: float) -> None:
+    with pytest.raises(ValueError, match="stageMetersPerUnit must be above 0"):
+        of_arrays(stage_meters_per_unit=metres)
+
+
+@pytest.mark.parametrize("array", ["joint_positions", "joint_velocities", "joint_efforts", "joint_dof_types"])
+def test_arrays_of_different_lengths_are_an_error(array: str) -> None:
+    with pytest.raises(ValueError, match="2 jointNames, but"):
+        of_arrays(**{array: ARRAYS[array][:1]})
+
+
+@pytest.mark.parametrize(("sensor_time", "expected"), [(0.0, 1), (-1.0, 1), (2.0, 2)])
+def test_the_sensors_time_is_the_stamp_when_it_is_above_0(sensor_time: float, expected: int) -> None:
+    assert of_arrays(sensor_time=sensor_time, time_stamp=1.0).header.stamp.sec == expected
+
+
+def test_without_arrays_and_robot_the_file_is_refused(play: Player) -> None:
+    text = "nodes: {T: OnPlaybackTick, J: PublishJointState}\nconnections: [T.tick -> J.execIn]"
+    with pytest.raises(Exception, match="J needs its input 'targetPrim' or 'jointNames'"):
+        play.graph(text)
+
+
+def test_in_the_tutorials_graph_joint_states_go_out_in_every_tick_with_simulation_time(play: Player) -> None:
+    playing = play.shipped("tutorial/joint_states", dd100())
+    playing.tick(3)
+    sent = playing.published("/dd100_0000/platform/joint_states")
+    assert [m.header.stamp.nanosec for m in sent] == [int(tick / 60 * 1e9) for tick in (1, 2, 3)]
+    assert set(itertools.chain(*(m.name for m in sent))) == {"front_left_wheel_joint", "front_right_wheel_joint"}

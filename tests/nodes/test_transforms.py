@@ -1,0 +1,387 @@
+"""IsaacComputeTransformTree, the two publishers of TF, and RobotStatePublisher."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from graphengine.context import Quaternion, Vector3
+from graphengine.diagnostics import ContextError, PrimError
+from graphengine.testing import RecordingContext
+from nodes.core import IsaacComputeTransformTree
+from nodes.ros2.transforms import RobotStatePublisher, ROS2PublishRawTransformTree, ROS2PublishTransformTree
+from tests.nodes.harness import Player, dd100, matrix, quaternion, ready, vector, yaw
+
+numbers = st.floats(-10.0, 10.0)
+vectors = st.tuples(numbers, numbers, numbers)
+angles = st.floats(-3.0, 3.0)
+
+
+def turned(axis: int, angle: float) -> Quaternion:
+    """Rotation about x, y or z."""
+    parts = [0.0, 0.0, 0.0, math.cos(angle / 2)]
+    parts[axis] = math.sin(angle / 2)
+    return parts[0], parts[1], parts[2], parts[3]
+
+
+rotations = st.builds(turned, st.sampled_from((0, 1, 2)), angles)
+poses = st.tuples(vectors, rotations)
+
+
+def tree(context: RecordingContext, *targets: str, parent: str = "") -> IsaacComputeTransformTree:
+    """A node of those targets, computed once."""
+    node = ready(IsaacComputeTransformTree, context, target_prims=targets, parent_prim=parent)
+    context.tick()
+    node.compute()
+    return node
+
+
+def edges(node: IsaacComputeTransformTree) -> list[tuple[str, str]]:
+    return list(zip(node.parent_frames, node.child_frames, strict=True))
+
+
+def at(pose: tuple[Vector3, Quaternion]) -> Any:
+    """A pose as a 4 x 4 matrix."""
+    placed = np.eye(4)
+    placed[:3, :3], placed[:3, 3] = matrix(pose[1]), pose[0]
+    return placed
+
+
+# IsaacComputeTransformTree: what it expands to, and what the frames are called
+
+
+def test_a_prim_without_parent_is_below_the_world() -> None:
+    context = RecordingContext()
+    context.world.add_body("/World/Cube", (2.0, 3.0, 4.0))
+    node = tree(context, "/World/Cube")
+    assert edges(node) == [("world", "Cube")]
+    assert node.translations.tolist() == [[2.0, 3.0, 4.0]]
+    assert node.orientations.tolist() == [[0.0, 0.0, 0.0, 1.0]]
+
+
+def test_frames_are_known_before_the_first_tick_and_again_after_a_stop() -> None:
+    context = RecordingContext()
+    context.world.add_body("/World/Cube")
+    node = ready(IsaacComputeTransformTree, context, target_prims="/World/Cube")
+    assert edges(node) == [("world", "Cube")]
+    context.stop(node)
+    node.compute()
+    assert edges(node) == [("world", "Cube")]
+
+
+def robot_with_two_wheels(context: RecordingContext) -> None:
+    context.world.add_robot("/robot", ["left", "right"])
+    for side, y in (("left", 0.25), ("right", -0.25)):
+        context.world.stage.add(f"/robot/Geometry/base_link/wheel_{side}", "link", position=(0.0, y, 0.0))
+    context.world.stage.add("/robot/Geometry/base_link/wheel_left/hub", "link")
+    context.world.stage.add("/robot/Geometry/base_link/sensor", "frame")
+
+
+@pytest.mark.parametrize("target", ["/robot", "/robot/Geometry/base_link", "/robot/base_link"])
+def test_what_stands_for_a_robot_gives_every_link_by_kinematics_and_no_sensor(target: str) -> None:
+    context = RecordingContext()
+    robot_with_two_wheels(context)
+    expected = [
+        ("world", "base_link"),
+        ("base_link", "wheel_left"),
+        ("wheel_left", "hub"),
+        ("base_link", "wheel_right"),
+    ]
+    assert edges(tree(context, target)) == expected
+
+
+def test_a_link_that_is_the_parent_is_no_child_of_itself() -> None:
+    context = RecordingContext()
+    robot_with_two_wheels(context)
+    found = edges(tree(context, "/robot", parent="/robot/base_link"))
+    assert found == [("base_link", "wheel_left"), ("wheel_left", "hub"), ("base_link", "wheel_right")]
+
+
+def test_any_other_prim_gives_one_edge() -> None:
+    context = RecordingContext()
+    robot_with_two_wheels(context)
+    targets = ("/robot/base_link/sensor", "/robot/base_link/wheel_left")
+    assert edges(tree(context, *targets, parent="/robot")) == [("robot", "sensor"), ("robot", "wheel_left")]
+
+
+def test_a_name_override_renames_parent_and_child() -> None:
+    context = RecordingContext()
+    robot_with_two_wheels(context)
+    context.world.stage.find("/robot/base_link").name_override = "base_frame"
+    context.world.stage.find("/robot/base_link/sensor").name_override = "sensor_frame"
+    found = edges(tree(context, "/robot/base_link/sensor", parent="/robot/base_link"))
+    assert found == [("base_frame", "sensor_frame")]
+
+
+def named(*paths: str, **overrides: str) -> list[str]:
+    """Child frames of prims at those paths; overrides by last element."""
+    context = RecordingContext()
+    for path in paths:
+        context.world.add_body(path)
+    for prim in context.world.stage.prims("body"):
+        prim.name_override = overrides.get(prim.path.strip("/").replace("/", "_"), "")
+    return list(tree(context, *paths).child_frames)
+
+
+def test_of_prims_that_want_one_name_the_one_with_the_longest_path_keeps_it() -> None:
+    assert named("/World/lidar", "/World/robot/mast/lidar", "/World/robot/lidar")[1] == "lidar"
+
+
+def test_the_others_fall_back_to_their_own_name_if_an_override_was_shared() -> None:
+    overrides = {"World_Mount": "shared", "World_Mount_Sensor": "shared"}
+    assert named("/World/Mount", "/World/Mount/Sensor", **overrides) == ["Mount", "shared"]
+
+
+def test_then_to_the_nearest_free_name_with_an_ancestor_from_below_the_first_element() -> None:
+    assert named("/World/a1/b/lidar", "/World/a2/b/lidar", "/World/a2/c/lidar") == ["lidar", "a2_lidar", "c_lidar"]
+
+
+def test_and_last_to_the_whole_path() -> None:
+    assert named("/World/lidar", "/World/mast/lidar") == ["World_lidar", "lidar"]
+
+
+names = st.lists(st.sampled_from("abc"), min_size=1, max_size=4).map(lambda parts: "/World/" + "/".join(parts))
+
+
+@given(st.dictionaries(names, st.sampled_from(["", "a", "shared"]), min_size=1))
+def test_no_two_frames_below_the_world_are_alike(overrides: dict[str, str]) -> None:
+    context = RecordingContext()
+    for path in sorted(overrides):  # a prim is defined before those below it
+        context.world.stage.add(path, "frame", name_override=overrides[path])
+    found = tree(context, *overrides).child_frames
+    assert len(set(found)) == len(overrides)
+
+
+# IsaacComputeTransformTree: poses
+
+
+@given(parent=poses, child=poses)
+def test_poses_are_relative_to_the_parent(
+    parent: tuple[Vector3, Quaternion], child: tuple[Vector3, Quaternion]
+) -> None:
+    context = RecordingContext()
+    context.world.add_body("/World/Parent", *parent)
+    context.world.add_body("/World/Child", *child)
+    node = tree(context, "/World/Child", parent="/World/Parent")
+    expected = np.linalg.inv(at(parent)) @ at(child)
+    x, y, z, w = node.orientations[0].tolist()
+    assert np.allclose(at((node.translations[0], (x, y, z, w))), expected, atol=1e-9)
+
+
+@given(body=poses, mount=poses, sensor=poses)
+def test_what_physics_does_not_know_moves_with_the_body_that_carries_it(
+    body: tuple[Vector3, Quaternion], mount: tuple[Vector3, Quaternion], sensor: tuple[Vector3, Quaternion]
+) -> None:
+    context = RecordingContext()
+    context.world.add_body("/body", *body)
+    context.world.stage.add("/body/mount", "frame", position=mount[0], orientation=mount[1])
+    context.world.stage.add("/body/mount/sensor", "frame", position=sensor[0], orientation=sensor[1])
+    node = tree(context, "/body/mount/sensor")
+    x, y, z, w = node.orientations[0].tolist()
+    assert np.allclose(at((node.translations[0], (x, y, z, w))), at(body) @ at(mount) @ at(sensor), atol=1e-9)
+
+
+@given(pose=poses)
+def test_a_camera_turns_by_half_about_x_and_a_lidar_does_not(pose: tuple[Vector3, Quaternion]) -> None:
+    context = RecordingContext()
+    for kind in ("camera", "lidar"):
+        context.world.stage.add(f"/{kind}", kind, position=pose[0], orientation=pose[1])
+    node = tree(context, "/camera", "/lidar")
+    camera, lidar = (matrix((x, y, z, w)) for x, y, z, w in node.orientations.tolist())
+    assert np.allclose(camera, matrix(pose[1]) @ np.diag([1.0, -1.0, -1.0]))
+    assert np.allclose(lidar, matrix(pose[1]))
+
+
+def test_every_execution_reads_the_poses_of_its_tick_into_new_arrays() -> None:
+    context = RecordingContext()
+    body = context.world.add_body("/World/Cube")
+    node = tree(context, "/World/Cube")
+    before = node.translations
+    body.position = (1.0, 0.0, 0.0)
+    node.compute()
+    assert (before.tolist(), node.translations.tolist()) == ([[0.0, 0.0, 0.0]], [[1.0, 0.0, 0.0]])
+
+
+def test_a_target_that_is_not_there_is_refused() -> None:
+    with pytest.raises(PrimError, match="/nowhere"):
+        tree(RecordingContext(), "/nowhere")
+
+
+# ROS2PublishRawTransformTree
+
+
+@given(pose=poses)
+def test_the_raw_transform_is_copied(pose: tuple[Vector3, Quaternion]) -> None:
+    node = ROS2PublishRawTransformTree(translation=pose[0], rotation_in=pose[1], time_stamp=1.5)
+    (edge,) = node.message().transforms
+    assert (edge.header.frame_id, edge.child_frame_id) == ("odom", "base_link")
+    assert (edge.header.stamp.sec, edge.header.stamp.nanosec) == (1, 500_000_000)
+    assert (vector(edge.transform.translation), quaternion(edge.transform.rotation)) == pose
+
+
+def test_the_raw_transforms_edge_is_claimed_for_the_checks() -> None:
+    context = RecordingContext()
+    ready(ROS2PublishRawTransformTree, context, parent_frame_id="map", child_frame_id="odom")
+    assert [claim.transforms for claim in context.services.claims] == [(("map", "odom"),)]
+
+
+# ROS2PublishTransformTree
+
+
+def publishing(context: RecordingContext, **inputs: Any) -> ROS2PublishTransformTree:
+    return ready(ROS2PublishTransformTree, context, **inputs)
+
+
+ARRAYS: dict[str, Any] = {
+    "parent_frames": ("base", "arm"),
+    "child_frames": ("arm", "hand"),
+    "translations": [(1.0, 2.0, 3.0), (4.0, 5.0, 6.0)],
+    "orientations": [(0.0, 0.0, 0.0, 1.0), (1.0, 0.0, 0.0, 0.0)],
+}
+
+
+def test_arrays_go_out_in_one_message_with_one_stamp() -> None:
+    context = RecordingContext()
+    publishing(context, time_stamp=0.25, **ARRAYS).compute()
+    (message,) = context.transport.messages("/tf")
+    found = [(t.header.frame_id, t.child_frame_id, vector(t.transform.translation)) for t in message.transforms]
+    assert found == [("base", "arm", (1.0, 2.0, 3.0)), ("arm", "hand", (4.0, 5.0, 6.0))]
+    assert [quaternion(t.transform.rotation) for t in message.transforms] == ARRAYS["orientations"]
+    assert {t.header.stamp.nanosec for t in message.transforms} == {250_000_000}
+
+
+@pytest.mark.parametrize("short", ["parent_frames", "child_frames", "translations", "orientations"])
+def test_arrays_of_different_lengths_are_an_error_and_nothing_goes_out(short: str) -> None:
+    context = RecordingContext()
+    node = publishing(context, **{**ARRAYS, short: ARRAYS[short][:1]})
+    with pytest.raises(ValueError, match="different lengths"):
+        node.compute()
+    assert context.transport.messages("/tf") == []
+
+
+def test_without_arrays_target_prims_are_expanded_as_by_the_compute_node() -> None:
+    context = RecordingContext()
+    robot_with_two_wheels(context)
+    context.world.stage.add("/robot/Geometry/base_link/camera", "camera", position=(1.0, 0.0, 0.0))
+    targets = ("/robot", "/robot/base_link/camera")
+    computed = tree(context, *targets, parent="/robot/base_link")
+    (message,) = [publishing(context, target_prims=targets, parent_prim="/robot/base_link").message()]
+    assert [(t.header.frame_id, t.child_frame_id) for t in message.transforms] == edges(computed)
+    assert [list(vector(t.transform.translation)) for t in message.transforms] == computed.translations.tolist()
+    assert [list(quaternion(t.transform.rotation)) for t in message.transforms] == computed.orientations.tolist()
+
+
+def test_target_prims_are_published_again_after_a_stop() -> None:
+    context = RecordingContext()
+    robot_with_two_wheels(context)
+    node = publishing(context, target_prims="/robot", static_publisher=True)
+    node.compute()
+    context.stop(node)
+    node.compute()
+    first, second = context.transport.messages("/tf")
+    assert len(first.transforms) == len(second.transforms) == 4
+
+
+def test_without_arrays_and_targets_setup_is_refused() -> None:
+    with pytest.raises(ContextError, match="parentFrames"):
+        publishing(RecordingContext())
+
+
+def test_in_a_graph_the_frames_of_a_compute_node_are_claimed_before_the_first_tick(play: Player) -> None:
+    playing = play.shipped("tutorial/joint_states", dd100())
+    claimed = {claim.topic: claim.transforms for claim in playing.session.services.claims if claim.transforms}
+    assert claimed["/dd100_0000/tf_static"] == (("chassis_link", "sim_lidar"),)
+    assert claimed["/dd100_0000/tf"] == (("odom", "base_link"),)
+
+
+def test_in_the_tutorials_graph_tf_static_goes_out_once_a_play_with_the_lidars_mount(play: Player) -> None:
+    playing = play.shipped("tutorial/joint_states", dd100())
+    playing.tick(5)
+    playing.session.stop()
+    playing.tick(5)
+    sent = playing.published("/dd100_0000/tf_static")
+    assert len(sent) == 2
+    for message in sent:
+        (edge,) = message.transforms
+        assert (edge.header.frame_id, edge.child_frame_id) == ("chassis_link", "sim_lidar")
+        assert vector(edge.transform.translation) == (0.0, 0.0, 0.15)
+        assert edge.header.stamp.nanosec == int(1e9 / 60)
+
+
+# RobotStatePublisher
+
+
+def described() -> RecordingContext:
+    """A robot with a fixed and a moving link."""
+    context = RecordingContext("/robot/Geometry/base_link/graph/State")
+    fixed = (("base_link", "mast", (0.0, 0.0, 1.0), (0.0, 0.0, 0.0, 1.0)),)
+    wheel = "/robot/Geometry/base_link/wheel"
+    context.world.add_robot("/robot", ["axle"], urdf="<robot/>", fixed_transforms=fixed, moving_links=(wheel,))
+    context.world.stage.add(wheel, "link", position=(0.0, 0.25, 0.0))
+    context.world.stage.find("/robot/base_link").namespace = "robot_1"
+    return context
+
+
+def test_the_description_and_the_fixed_joints_go_out_once_and_stay_for_late_joiners() -> None:
+    context = described()
+    node = ready(RobotStatePublisher, context, target_prim="/robot")
+    for _ in range(3):
+        context.tick()
+        node.compute()
+    assert [m.data for m in context.transport.messages("/robot_1/robot_description")] == ["<robot/>"]
+    (static,) = context.transport.messages("/robot_1/tf_static")
+    assert [(t.header.frame_id, t.child_frame_id) for t in static.transforms] == [("base_link", "mast")]
+    assert vector(static.transforms[0].transform.translation) == (0.0, 0.0, 1.0)
+    assert [claim.latched for claim in context.services.claims] == [True, True, False]
+
+
+@pytest.mark.parametrize("frequency", [1.0, 7.0, 20.0, 60.0, 100.0])
+def test_moving_links_go_out_at_their_frequency_and_no_more_than_once_a_tick(frequency: float) -> None:
+    context = described()
+    node = ready(RobotStatePublisher, context, target_prim="/robot", publish_frequency=frequency)
+    for _ in range(600):
+        context.tick()
+        node.time_stamp = context.clock.time
+        node.compute()
+    sent = len(context.transport.raw("/robot_1/tf"))
+    assert sent - min(10.0 * frequency, 600.0) in (0.0, 1.0)
+
+
+def test_moving_links_are_where_they_are() -> None:
+    context = described()
+    node = ready(RobotStatePublisher, context, target_prim="/robot")
+    wheel = context.world.body(context.world.stage.find("/robot/base_link/wheel"))
+    wheel.orientation = yaw(0.5)
+    node.compute()
+    (message,) = context.transport.messages("/robot_1/tf")
+    (edge,) = message.transforms
+    assert (edge.header.frame_id, edge.child_frame_id) == ("base_link", "wheel")
+    assert vector(edge.transform.translation) == (0.0, 0.25, 0.0)
+    assert np.allclose(quaternion(edge.transform.rotation), yaw(0.5))
+
+
+def test_after_a_stop_the_robots_state_goes_out_again() -> None:
+    context = described()
+    node = ready(RobotStatePublisher, context, target_prim="/robot")
+    for _ in range(2):
+        context.tick(100)
+        node.time_stamp = context.clock.time
+        node.compute()
+        context.stop(node)
+    assert [len(context.transport.raw(f"/robot_1/{topic}")) for topic in ("tf", "tf_static", "robot_description")] == [
+        2,
+        2,
+        2,
+    ]
+
+
+def test_in_a_graph_robot_state_ships_for_any_robot(play: Player) -> None:
+    playing = play.shipped("robot_state", dd100())
+    playing.tick()
+    topics = {claim.topic for claim in playing.session.services.claims}
+    assert topics == {"/dd100_0000/robot_description", "/dd100_0000/tf_static", "/dd100_0000/tf"}
