@@ -241,8 +241,8 @@ class NodeContext:
     def joint_names(self, prim: str) -> Sequence[str]:
         """Names under which a robot's joints are published."""
         robot = self._robot(prim)
-        overrides = {p.name: p.frame_name for p in robot.descendants() if p.kind == "joint"}
-        return tuple(overrides.get(name, name) for name in robot.facts.get("joints", ()))
+        overrides = {p.facts.get("joint", p.name): p.name_override for p in robot.descendants() if p.kind == "joint"}
+        return tuple(overrides.get(name) or name for name in robot.facts.get("joints", ()))
 
     def robot_description(self, prim: str) -> RobotDescription:
         """The description of the robot that a prim stands for."""

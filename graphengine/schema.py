@@ -6,6 +6,7 @@ Made from the spec models and from the registered node classes, so there is no s
 from __future__ import annotations
 
 import inspect
+import re
 from typing import Any
 
 from graphengine.node import Node, Port
@@ -14,7 +15,7 @@ from graphengine.spec import KINDS
 from graphengine.types import PortType
 
 _PARAMETER = {"type": "string", "pattern": r"\$\([A-Za-z_][A-Za-z0-9_]*\)"}
-"""Any value of a graph file may hold a parameter in its place."""
+"""What may stand in place of any value of a graph file, also within a list."""
 
 
 def make_schema(kind: str, registry: Registry) -> dict[str, Any]:
@@ -27,10 +28,20 @@ def make_schema(kind: str, registry: Registry) -> dict[str, Any]:
         node["properties"]["type"]["examples"] = sorted(types)
         node["allOf"] = [_inputs_of(cls) for _, cls in sorted(types.items())]
         names = sorted({*registry.types, *registry.short_names})
-        schema["properties"]["nodes"]["additionalProperties"] = {
-            "anyOf": [{"$ref": "#/$defs/NodeSpec"}, {"type": "string", "examples": names}]
-        }
+        either = {"anyOf": [{"$ref": "#/$defs/NodeSpec"}, {"type": "string", "examples": names}]}
+        nodes = schema["properties"]["nodes"]
+        nodes["patternProperties"] = dict.fromkeys(nodes["patternProperties"], either)
+    _close(schema)
     return schema
+
+
+def _close(schema: Any) -> None:
+    """Refuse keys that do not have the pattern that a mapping's keys must have."""
+    if isinstance(schema, dict):
+        if "patternProperties" in schema:
+            schema.setdefault("additionalProperties", False)
+        for value in schema.values():
+            _close(value)
 
 
 def _inputs_of(cls: type[Node]) -> dict[str, Any]:
@@ -45,6 +56,7 @@ def _inputs_of(cls: type[Node]) -> dict[str, Any]:
                 "inputs": {
                     "description": (inspect.getdoc(cls) or "").partition("\n")[0],
                     "properties": {port.name: _port(port) for port in ports},
+                    "patternProperties": {f"^inputs:({'|'.join(re.escape(port.name) for port in ports)})$": {}},
                     "additionalProperties": dynamic,
                 }
             }
@@ -53,13 +65,18 @@ def _inputs_of(cls: type[Node]) -> dict[str, Any]:
 
 
 def _port(port: Port) -> dict[str, Any]:
-    facts = [port.doc, f"Unit: {port.unit}." if port.unit else "", f"Type: {port.type}."]
+    facts = [f"{port.doc}." if port.doc else "", f"Unit: {port.unit}." if port.unit else "", f"Type: {port.type}."]
     value = _value(port.type) if isinstance(port.type, PortType) else {}
     bounds = {"minimum": port.ge, "exclusiveMinimum": port.gt, "maximum": port.le, "exclusiveMaximum": port.lt}
     value |= {key: bound for key, bound in bounds.items() if bound is not None}
     if port.tokens:
         value = {"enum": list(port.tokens)}
-    return {"description": " ".join(fact for fact in facts if fact), "anyOf": [value, _PARAMETER] if value else [{}]}
+    return {"description": " ".join(fact for fact in facts if fact), **_or_parameter(value)}
+
+
+def _or_parameter(value: dict[str, Any]) -> dict[str, Any]:
+    takes_text = not value or "string" in value.get("type", ())
+    return value if takes_text else {"anyOf": [value, _PARAMETER]}
 
 
 def _value(port_type: PortType) -> dict[str, Any]:
@@ -67,11 +84,11 @@ def _value(port_type: PortType) -> dict[str, Any]:
         return {"type": ["string", "array"], "items": {"type": "string"}}
     if port_type.array:
         inner = PortType(port_type.base, port_type.count, False, port_type.role)
-        return {"type": "array", "items": _value(inner)}
+        return {"type": "array", "items": _or_parameter(_value(inner))}
     if port_type.count > 1:
         return {
             "type": "array",
-            "items": _value(PortType(port_type.base)),
+            "items": _or_parameter(_value(PortType(port_type.base))),
             "minItems": port_type.count,
             "maxItems": port_type.count,
         }

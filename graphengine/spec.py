@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
 from graphengine import document as documents
 from graphengine.diagnostics import MAX_ERRORS, Findings, did_you_mean, listing, shown
@@ -23,10 +23,26 @@ from graphengine.document import Document, Location
 FORMAT = 1
 
 
+def _name_keys(schema: dict[str, Any]) -> None:
+    """Let the schema refuse what is no name, where pydantic's own would not look at it."""
+    for value in schema.get("properties", {}).values():
+        for pattern, item in value.pop("patternProperties", {}).items():
+            value["propertyNames"] = {**value.get("propertyNames", {}), "pattern": pattern}
+            value["additionalProperties"] = item
+
+
 class Spec(BaseModel):
     """Base of everything that is read from YAML: no unknown keys, no conversions, no changes."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, strict=True, allow_inf_nan=False, json_schema_extra=_name_keys
+    )
+
+
+def _whole_number(value: Any) -> Any:
+    if type(value) is not int:
+        raise ValueError(f"expected 1, got {shown(value)}")
+    return value
 
 
 def _plain_path(path: str) -> str:
@@ -42,7 +58,9 @@ PrimPath = Annotated[str, AfterValidator(_plain_path)]
 Connection = Annotated[str, Field(max_length=1000)]
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
-Format = Annotated[Literal[1], Field(description="Version of the file format; missing means 1.")]
+Format = Annotated[
+    Literal[1], BeforeValidator(_whole_number), Field(description="Version of the file format; missing means 1.")
+]
 
 
 class ParameterSpec(Spec):
@@ -219,9 +237,6 @@ class SensorSpec(FrameSpec):
 
     type: Literal["lidar", "realsense_d455"]
     profile: str = Field(default="", description="Name of a sensor profile, such as microscan3_9m_20hz.")
-    no_return: Literal["inf", "max", "minus_one"] = Field(
-        "inf", description="What a lidar reports where it hits nothing."
-    )
     noise_std: NotNegative = Field(default=0.0, description="Standard deviation of a lidar's distances, m.")
 
 

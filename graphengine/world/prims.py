@@ -197,7 +197,6 @@ def _lidar_facts(lidar: LidarProfile, sensor: SensorSpec, profile: str) -> dict[
         "rate": lidar.rate,
         "angles": angles(lidar.beams),
         "ranges": (lidar.near, lidar.far),
-        "no_return": sensor.no_return,
         "noise_std": sensor.noise_std,
     }
 

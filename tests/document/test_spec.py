@@ -138,7 +138,7 @@ def test_specs_are_frozen() -> None:
             "scene: s\nworld: w\ngraphs: {x: {use: r, parameter: {}}}",
             "3:22 unknown key 'parameter'; did you mean 'parameters'?",
         ),
-        (RobotSpec, "robot: r\njoint: {}", "2:1 unknown key 'joint'; did you mean 'joints' or 'robot'?"),
+        (RobotSpec, "robot: r\njoint: {}", "2:1 unknown key 'joint'; did you mean 'joints'?"),
         (
             RobotSpec,
             "robot: r\njoints: {j: {drive: {dampening: 1.0}}}",
@@ -152,7 +152,7 @@ def test_specs_are_frozen() -> None:
         (
             RobotSpec,
             "robot: r\nmaterials: {m: {friction: 1.0}}",
-            "2:17 unknown key 'friction'; did you mean 'static_friction'?",
+            "2:17 unknown key 'friction'; did you mean 'static_friction' or 'dynamic_friction'?",
         ),
         (
             RobotSpec,
@@ -202,7 +202,9 @@ def test_both_orientations_are_accepted() -> None:
 
 
 def test_every_mistake_of_a_file_is_told_at_once() -> None:
-    text = "graph: g\nruns: often\nnodes:\n  a-b: x\n  C: {}\n  D: 5\nconnections: [1, [x]]\nlayout: {A: [1]}\nextra: 1\n"
+    text = (
+        "graph: g\nruns: often\nnodes:\n  a-b: x\n  C: {}\n  D: 5\nconnections: [1, [x]]\nlayout: {A: [1]}\nextra: 1\n"
+    )
     assert len(told(GraphSpec, text)) == 8
 
 

@@ -122,6 +122,9 @@ class Reference:
         above = (self.origin(w).source for w in self.data_wires_into(index) if not self.is_constant(w))
         return type(self.nodes[index]).volatile or any(self.kinds[i] == "data" and self.is_volatile(i) for i in above)
 
+    def is_fixed(self, index: int) -> bool:
+        return self.kinds[index] == "data" and not self.is_volatile(index) and not self.shown_by(index)
+
     def order(self, members: set[int]) -> list[int]:
         units = {unit: self.below(unit) for unit in members}
         after: dict[int, set[int]] = {unit: set() for unit in members}

@@ -185,10 +185,10 @@ def play_both(path: Path) -> tuple[list[Any], list[Any]]:
         rules.run_pass()
         rules.run_latent()
         said.append((other.journal.read(), outputs(rules.nodes)))
-    reads = [i for i in range(len(rules.nodes)) if i not in engine.plan.order]
+    beyond = [i for i in range(len(rules.nodes)) if i not in engine.plan.order or rules.is_fixed(i)]
     for shown in (*done, *said):
-        for index in reads:
-            shown[1][index].clear()  # what nobody reads may be computed or not
+        for index in beyond:
+            shown[1][index].clear()  # constants, and what nobody reads, may be computed at any time
     return done, said
 
 

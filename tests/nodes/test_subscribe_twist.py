@@ -1,0 +1,221 @@
+"""ROS2SubscribeTwist."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from graphengine.context import QoS
+from graphengine.diagnostics import TopicError
+from graphengine.ros import messages
+from graphengine.testing import RecordingContext
+from nodes.ros2.subscribers import ROS2SubscribeTwist
+from tests.nodes.harness import Player, ready, twist
+
+STILL = (0.0, 0.0, 0.0)
+
+
+def subscribing(context: RecordingContext, **inputs: Any) -> ROS2SubscribeTwist:
+    return ready(ROS2SubscribeTwist, context, **inputs)
+
+
+def hear(context: RecordingContext, *arriving: messages.Twist) -> None:
+    """Let messages arrive, and begin a tick."""
+    for message in arriving:
+        context.transport.inject("/cmd_vel", message)
+    context.tick()
+
+
+def test_before_a_message_the_velocities_are_0_and_nothing_fires() -> None:
+    context = RecordingContext()
+    node = subscribing(context)
+    hear(context)
+    assert node.compute() is None
+    assert (node.linear_velocity, node.angular_velocity) == (STILL, STILL)
+
+
+numbers = st.floats(allow_nan=False)
+
+
+@given(linear=st.tuples(numbers, numbers, numbers), angular=st.tuples(numbers, numbers, numbers))
+def test_the_first_message_is_delivered_whole_in_the_tick_that_sees_it(
+    linear: tuple[float, float, float], angular: tuple[float, float, float]
+) -> None:
+    context = RecordingContext()
+    node = subscribing(context)
+    hear(context, messages.Twist(messages.Vector3(*linear), messages.Vector3(*angular)))
+    assert node.compute() == node.exec_out
+    assert (node.linear_velocity, node.angular_velocity) == (linear, angular)
+
+
+def test_a_message_is_delivered_once_and_its_values_stay() -> None:
+    context = RecordingContext()
+    node = subscribing(context)
+    hear(context, twist(1.0, 2.0))
+    node.compute()
+    hear(context)
+    assert node.compute() is None
+    assert (node.linear_velocity, node.angular_velocity) == ((1.0, 0.0, 0.0), (0.0, 0.0, 2.0))
+
+
+def test_of_several_messages_in_a_tick_the_newest_is_delivered_and_the_others_are_counted() -> None:
+    context = RecordingContext()
+    node = subscribing(context)
+    hear(context, *(twist(float(speed), 0.0) for speed in range(1, 6)))
+    assert node.compute() == node.exec_out
+    assert node.linear_velocity == (5.0, 0.0, 0.0)
+    assert node.subscription.skipped == 4
+    hear(context)
+    assert node.compute() is None
+
+
+def test_what_arrives_during_a_tick_is_seen_in_the_next() -> None:
+    context = RecordingContext()
+    node = subscribing(context)
+    context.tick()
+    context.transport.inject("/cmd_vel", twist(1.0, 0.0))
+    assert node.compute() is None
+    context.tick()
+    assert node.compute() == node.exec_out
+
+
+def test_a_stop_zeroes_both_velocities() -> None:
+    context = RecordingContext()
+    node = subscribing(context)
+    hear(context, twist(1.0, 2.0))
+    node.compute()
+    context.stop(node)
+    assert (node.linear_velocity, node.angular_velocity) == (STILL, STILL)
+
+
+# The command timeout
+
+
+def test_without_a_timeout_a_command_holds_for_ever() -> None:
+    context = RecordingContext()
+    node = subscribing(context)
+    hear(context, twist(1.0, 0.0))
+    node.compute()
+    context.tick(100_000)
+    assert node.compute() is None
+    assert node.linear_velocity == (1.0, 0.0, 0.0)
+
+
+def run(context: RecordingContext, node: ROS2SubscribeTwist, ticks: int) -> list[bool]:
+    """Whether each of the next ticks fires."""
+    fired = []
+    for _ in range(ticks):
+        context.tick()
+        fired.append(node.compute() is not None)
+    return fired
+
+
+def test_silence_for_the_timeout_zeroes_and_fires_once() -> None:
+    context = RecordingContext()
+    node = subscribing(context, timeout=0.5)
+    hear(context, twist(1.0, 2.0))
+    node.compute()
+    assert run(context, node, 29) == [False] * 29
+    assert node.linear_velocity == (1.0, 0.0, 0.0)
+    assert run(context, node, 61) == [True] + [False] * 60  # 30 ticks of 1/60 s after the message, and no more
+    assert (node.linear_velocity, node.angular_velocity) == (STILL, STILL)
+
+
+def test_a_message_in_time_puts_the_timeout_off() -> None:
+    context = RecordingContext()
+    node = subscribing(context, timeout=0.5)
+    for _ in range(5):
+        hear(context, twist(1.0, 0.0))
+        assert node.compute() == node.exec_out
+        assert run(context, node, 20) == [False] * 20
+
+
+def test_before_the_first_message_silence_is_no_timeout() -> None:
+    context = RecordingContext()
+    assert run(context, subscribing(context, timeout=0.1), 60) == [False] * 60
+
+
+def test_a_message_after_a_timeout_is_a_command_again() -> None:
+    context = RecordingContext()
+    node = subscribing(context, timeout=0.5)
+    for _ in range(2):
+        hear(context, twist(1.0, 0.0))
+        node.compute()
+        assert node.linear_velocity == (1.0, 0.0, 0.0)
+        assert sum(run(context, node, 60)) == 1
+        assert node.linear_velocity == STILL
+
+
+def test_a_stop_forgets_that_a_command_was_heard() -> None:
+    context = RecordingContext()
+    node = subscribing(context, timeout=0.5)
+    context.tick(100)
+    hear(context, twist(1.0, 0.0))
+    node.compute()
+    context.stop(node)
+    assert run(context, node, 60) == [False] * 60
+
+
+def test_a_negative_timeout_is_refused() -> None:
+    with pytest.raises(ValueError, match="timeout: expected a value ≥ 0"):
+        ROS2SubscribeTwist(timeout=-1.0)
+
+
+# Names and quality of service
+
+
+def test_the_topic_is_collected_from_the_nodes_prim_and_of_the_queues_depth() -> None:
+    context = RecordingContext("/robot/graph/Subscribe")
+    context.world.add_robot("/robot")
+    context.world.stage.find("/robot").namespace = "robot_1"
+    subscribing(context, topic_name="/platform/cmd_vel", queue_size=3)
+    (claim,) = context.services.claims
+    assert (claim.topic, claim.direction, claim.qos) == ("/robot_1/platform/cmd_vel", "subscribe", QoS(depth=3))
+
+
+def test_a_profile_overrides_the_queue_size() -> None:
+    context = RecordingContext()
+    subscribing(context, queue_size=3, qos_profile='{"depth": 1, "reliability": "bestEffort"}')
+    assert context.services.claims[0].qos == QoS(depth=1, reliability="bestEffort")
+
+
+@pytest.mark.parametrize("inputs", [{"topic_name": ""}, {"topic_name": "a b"}, {"qos_profile": "{"}])
+def test_what_ros_refuses_is_refused_in_setup(inputs: dict[str, str]) -> None:
+    with pytest.raises(TopicError):
+        subscribing(RecordingContext(), **inputs)
+
+
+# In a graph
+
+GRAPH = """
+    nodes:
+      Tick: OnPlaybackTick
+      Twist: {type: SubscribeTwist, inputs: {timeout: 0.1}}
+      Heard: PublishClock
+    connections:
+      - Tick.tick -> Twist.execIn
+      - Twist.execOut -> Heard.execIn
+      - Tick.frame -> Heard.timeStamp
+    """
+
+
+def test_in_a_graph_what_hangs_on_it_runs_on_a_message_and_once_on_a_timeout(play: Player) -> None:
+    playing = play.graph(GRAPH)
+    playing.tick(2)
+    playing.transport.inject("/cmd_vel", twist(1.0, 0.0))
+    playing.tick(20)
+    # A message at tick 3, and 0.1 s or 6 ticks later silence.
+    assert [m.clock.sec for m in playing.published("/clock")] == [3, 9]
+
+
+def test_in_a_graph_bytes_that_are_no_twist_are_dropped_and_told_once(play: Player) -> None:
+    playing = play.graph(GRAPH)
+    for _ in range(2):
+        playing.transport.inject("/cmd_vel", b"\x00\x01\x00\x00abc")
+        playing.tick()
+    assert playing.published("/clock") == []
+    assert len(playing.complaints) == 1
+    assert "/cmd_vel" in playing.complaints[0]
