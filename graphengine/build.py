@@ -12,7 +12,7 @@ from typing import Any
 
 from graphengine import check, document, spec
 from graphengine.backend import DryWorld, Network, TopicClaim, World
-from graphengine.diagnostics import Findings, NodeError, Span, UsageError
+from graphengine.diagnostics import Findings, NodeError, Span, UsageError, did_you_mean, listing
 from graphengine.files import Files, NotFoundError, shipped
 from graphengine.node_context import Services, SimulationClock
 from graphengine.plan import Plan, make_plan
@@ -74,6 +74,8 @@ class _Use:
     parameters: Mapping[str, Any]
     at: str
     span: Span | None = None
+    asked_for: bool = False
+    """By an option, whatever the files say."""
 
 
 def assemble(path: Path, options: Options | None = None) -> Assembly:
@@ -122,7 +124,8 @@ def _scene_uses(assembly: Assembly, path: Path, files: Files, options: Options) 
         if options.robot_state or robot.use.robot_state:
             root = str(prim.facts.get("articulation_root") or prim.facts.get("base_link"))
             path = files.find("graphs/robot_state.yaml", shipped())
-            uses.append(_Use(path, f"{name}/robot_state", {"robot": prim.path, "root": root}, ""))
+            parameters = {"robot": prim.path, "root": root}
+            uses.append(_Use(path, f"{name}/robot_state", parameters, "", asked_for=options.robot_state))
     return uses
 
 
@@ -147,9 +150,13 @@ def _graph_uses(assembly: Assembly, path: Path, found: document.Document, files:
             scene_path = files.find(data["scene"], path.parent)
         except NotFoundError as error:
             assembly.findings.add("S101", f"scene: {error.message}", found.span("scene"), *error.help)
+    uses = [_Use(path, name, {}, "")]
     if scene_path is not None:
-        _scene_uses(assembly, scene_path, Files.of(scene_path, files.roots, options.near), options)
-    return [_Use(path, name, {}, "")]
+        of_scene = _scene_uses(assembly, scene_path, Files.of(scene_path, files.roots, options.near), options)
+        uses += [use for use in of_scene if use.asked_for]
+    elif options.robot_state:
+        raise UsageError("--robot-state is for the robots of a scene; give one with --scene")
+    return uses
 
 
 def _plan(assembly: Assembly, uses: Sequence[_Use], files: Files, options: Options) -> None:
@@ -171,13 +178,28 @@ def _plan(assembly: Assembly, uses: Sequence[_Use], files: Files, options: Optio
         if plan is not None:
             assembly.plans.append(plan)
             check.lint_structure(plan, findings)
-    unused = [override.text for override in overrides if not override.used]
-    if unused:
-        nodes = [f"{plan.graph.name}/{instance.id}" for plan in assembly.plans for instance in plan.graph.instances]
-        raise UsageError(f"--set {unused[0]} matches no input; nodes: {', '.join(nodes[:20])}")
+    unused = [override for override in overrides if not override.used]
+    if unused and not findings.errors:
+        raise UsageError(_unmatched(unused[0], assembly.plans))
     assembly.claims = check.dry_setup(assembly.plans, _dry(assembly.world), findings, prims_known=assembly.has_scene)
     lints = check.LintContext(assembly.plans, assembly.world.stage, assembly.claims, findings)
     check.lint_claims(lints)
+
+
+def _unmatched(override: Override, plans: Sequence[Plan]) -> str:
+    """Which part of a `--set` names nothing, and what is near."""
+    nodes = {f"{plan.graph.name}/{instance.id}": instance for plan in plans for instance in plan.graph.instances}
+    meant = list(dict.fromkeys(instance.cls for path, instance in nodes.items() if override.matches(path)))
+    if meant:
+        ports = [port for cls in meant for port in cls.fields.values() if port.side == "inputs" and not port.is_exec]
+        names = list(dict.fromkeys(port.name for port in ports))
+        near = did_you_mean(override.port, names) or listing(names, "inputs")
+        who = f"{meant[0].__name__} has no input" if len(meant) == 1 else "no node that it matches has an input"
+        return f"--set {override.text}: {who} {override.port!r}\n  {near}"
+    wanted = override.target
+    names = [path if "/" in wanted else path.rpartition("/")[2] for path in nodes]
+    near = did_you_mean(wanted, names) or listing(dict.fromkeys(names), "nodes")
+    return f"--set {override.text}: no node {wanted!r}\n  {near}"
 
 
 def _declared_parameters(path: Path) -> Sequence[str]:

@@ -267,8 +267,9 @@ def did_you_mean(name: str, legal: Iterable[str], wording: str = "did you mean {
         names = [other for other in names if other[:1] == name[:1] and abs(len(other) - len(name)) < 3][:_COMPARED]
     near = difflib.get_close_matches(name, names, n=3, cutoff=0.6)
     if near:
-        scores = [difflib.SequenceMatcher(None, other, name).ratio() for other in near]
-        near = [other for other, score in zip(near, scores, strict=True) if score > scores[0] - 0.05]
+        scores = {other: difflib.SequenceMatcher(None, other, name).ratio() for other in near}
+        nearest = max(scores.values())
+        near = sorted((o for o in near if scores[o] > nearest - 0.05), key=lambda other: (-scores[other], other))
     else:
         folded = {n.lower(): n for n in names}
         near = [folded[name.lower()]] if name.lower() in folded else []

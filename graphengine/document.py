@@ -203,13 +203,20 @@ def parse(text: str, shown_as: str, findings: Findings) -> Document | None:
 def _report_syntax(error: yaml.MarkedYAMLError, source: Source, findings: Findings) -> None:
     """The parser's complaint, where it arose or else where what it was reading began, and what to do about it."""
     problem, context = str(error.problem or "not YAML"), str(error.context or "")
-    spans = [Span(source, m.line + 1, m.column + 1) for m in (error.problem_mark, error.context_mark) if m]
+    spans = [_inside(source, mark) for mark in (error.problem_mark, error.context_mark) if mark]
     span = spans[-1 if context.startswith(_FROM_ITS_BEGINNING) else 0] if spans else Span(source, 1, 1)
     advice = next((text for needle, text in _ADVICE if needle in problem), "")
     if "\t" in source.lines[span.line - 1][span.column - 1 : span.column]:
         advice = "indent with spaces, not tabs"
     related = [(spans[1], _OPENED[context])] if context in _OPENED and len(spans) > 1 else []
     findings.add("G102", f"YAML syntax: {problem}", span, advice, related=related)
+
+
+def _inside(source: Source, mark: Any) -> Span:
+    """The place of a mark; what the parser places behind the last line is at its end."""
+    if mark.line < len(source.lines):
+        return Span(source, mark.line + 1, mark.column + 1)
+    return Span(source, len(source.lines), len(source.lines[-1]) + 1)
 
 
 def _events(text: str) -> Iterator[Any]:

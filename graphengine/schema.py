@@ -28,20 +28,10 @@ def make_schema(kind: str, registry: Registry) -> dict[str, Any]:
         node["properties"]["type"]["examples"] = sorted(types)
         node["allOf"] = [_inputs_of(cls) for _, cls in sorted(types.items())]
         names = sorted({*registry.types, *registry.short_names})
-        either = {"anyOf": [{"$ref": "#/$defs/NodeSpec"}, {"type": "string", "examples": names}]}
-        nodes = schema["properties"]["nodes"]
-        nodes["patternProperties"] = dict.fromkeys(nodes["patternProperties"], either)
-    _close(schema)
+        schema["properties"]["nodes"]["additionalProperties"] = {
+            "anyOf": [{"$ref": "#/$defs/NodeSpec"}, {"type": "string", "examples": names}]
+        }
     return schema
-
-
-def _close(schema: Any) -> None:
-    """Refuse keys that do not have the pattern that a mapping's keys must have."""
-    if isinstance(schema, dict):
-        if "patternProperties" in schema:
-            schema.setdefault("additionalProperties", False)
-        for value in schema.values():
-            _close(value)
 
 
 def _inputs_of(cls: type[Node]) -> dict[str, Any]:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import io
 import sys
 from collections.abc import Sequence
+from typing import NoReturn
 
 from graphengine import __version__
 
@@ -19,9 +21,19 @@ VERBS = {
 }
 
 
+class Parser(argparse.ArgumentParser):
+    """A parser that repeats nothing which could steer a terminal."""
+
+    def error(self, message: str) -> NoReturn:
+        """Tell what is wrong with the command line, and leave with 2."""
+        from graphengine.cli.common import clean
+
+        super().error(clean(message))
+
+
 def make_parser(verb: str | None = None) -> argparse.ArgumentParser:
     """The command line; only the verb that is meant brings its arguments."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="graphrun", description="OmniGraph-style ActionGraphs in YAML, run against MuJoCo, seen by ROS 2."
     )
     parser.add_argument("--version", action="version", version=f"graphrun {__version__}")
@@ -39,21 +51,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Exit code 0: as it should be; 1: errors in files or in the run; 2: a command line that makes no sense."""
     given = list(sys.argv[1:] if arguments is None else arguments)
     parsed = make_parser(next((word for word in given if word in VERBS), None)).parse_args(given)
+    from graphengine.cli.common import clean, explain
     from graphengine.diagnostics import CheckError, GraphError, UsageError
 
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # as stderr has it: not every terminal knows every character
     try:
         return int(parsed.function(parsed))
     except UsageError as error:
-        print(f"graphrun {parsed.verb}: {error}", file=sys.stderr)
+        print(clean(f"graphrun {parsed.verb}: {error}"), file=sys.stderr)
         return 2
     except CheckError as error:
         print(error, file=sys.stderr)
         return 1
     except GraphError as error:
-        print(f"error: {error}", file=sys.stderr)
+        print(f"error: {explain(error)}", file=sys.stderr)
         return 1
     except BrokenPipeError:  # the reader, such as `head`, has seen enough
         sys.stderr.close()
         return 0
+    except OSError as error:
+        print(clean(f"error: {error}"), file=sys.stderr)
+        return 1
     except KeyboardInterrupt:
         return 130

@@ -18,7 +18,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """0 without errors, 1 with."""
     from graphengine import build
-    from graphengine.cli.common import find_file, make_options, print_findings
+    from graphengine.cli.common import counted, find_file, make_options, print_findings
     from graphengine.diagnostics import Findings, to_json
 
     options = make_options(arguments)
@@ -34,6 +34,6 @@ def execute(arguments: argparse.Namespace) -> int:
         print(to_json(findings.sorted()))
     else:
         print_findings(findings, stream=sys.stdout)
-        files = f"{len(arguments.files)} file{'s' if len(arguments.files) != 1 else ''}"
-        print(f"{files}, {graphs} graphs: {errors} errors, {warnings} warnings")
+        read = f"{counted(len(arguments.files), 'file')}, {counted(graphs, 'graph')}"
+        print(f"{read}: {counted(errors, 'error')}, {counted(warnings, 'warning')}")
     return 1 if errors or (arguments.strict and warnings) else 0

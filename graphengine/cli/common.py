@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import argparse
+import importlib
 import os
 import sys
+import traceback
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from graphengine.build import Assembly, Options
-    from graphengine.diagnostics import Findings
+    from graphengine.diagnostics import Findings, GraphError
 
 
 def add_file_arguments(parser: argparse.ArgumentParser, *, many: bool = False) -> None:
@@ -59,25 +61,51 @@ def find_file(name: str) -> Path:
         except NotFoundError as error:
             failures.append(error)
             continue
-        relative = os.path.relpath(path)
-        return path if relative.startswith("..") else Path(relative)
+        return Path(near(str(path)))
     hints = [line for failure in failures for line in failure.help if line]
-    raise UsageError("\n  ".join([printable(failures[0].message), *dict.fromkeys(map(printable, hints))]))
+    raise UsageError("\n  ".join([failures[0].message, *dict.fromkeys(hints)]))
 
 
-def printable(text: str) -> str:
-    """Text that cannot steer a terminal."""
-    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
+def clean(text: str) -> str:
+    """Lines that cannot steer a terminal."""
+    return "".join(c if c.isprintable() or c == "\n" else "\N{REPLACEMENT CHARACTER}" for c in text)
+
+
+def explain(error: GraphError) -> str:
+    """What went wrong; for a node that raised, also the lines of Python where it did."""
+    from graphengine import executor
+    from graphengine.diagnostics import NodeError
+
+    cause = error.__cause__
+    frames = traceback.extract_tb(cause.__traceback__) if isinstance(error, NodeError) and cause else []
+    own = [frame for frame in frames if frame.filename != executor.__file__ and not frame.filename.startswith("<")]
+    places = [f"  in {frame.name}, {near(frame.filename)}:{frame.lineno}: {frame.line or ''}" for frame in own]
+    return clean("\n".join([str(error), *dict.fromkeys(places[:1] + places[-1:])]))
+
+
+def near(path: str) -> str:
+    """A path as short as it can be written."""
+    relative = os.path.relpath(path)
+    return path if relative.startswith("..") else relative
+
+
+def counted(number: int, thing: str) -> str:
+    """`1 graph`, `2 graphs`."""
+    return f"{number} {thing}{'' if number == 1 else 's'}"
 
 
 def make_options(arguments: argparse.Namespace) -> Options:
     """Options of `add_file_arguments`.
 
     Raises:
-        UsageError: a `--set` without a value, or a module that cannot be imported.
+        UsageError: a `--set` without a value, a folder that is none, or a module that cannot be imported.
     """
     from graphengine.build import Options
+    from graphengine.diagnostics import UsageError
 
+    for folder in arguments.allow:
+        if not folder.is_dir():
+            raise UsageError(f"--allow {folder}: no such folder")
     return Options(
         overrides=dict(parse_set(text) for text in arguments.set),
         allowed=arguments.allow,
@@ -91,8 +119,6 @@ def make_options(arguments: argparse.Namespace) -> Options:
 
 def make_registry(modules: Sequence[str]) -> Any:
     """The installed node types and those of the user's modules."""
-    import importlib
-
     from graphengine.diagnostics import UsageError
     from graphengine.registry import default_registry
 
@@ -100,10 +126,21 @@ def make_registry(modules: Sequence[str]) -> Any:
     sys.path.insert(0, "")  # a module of the working directory, as with `python -m`
     for name in modules:
         try:
-            registry.add_module(importlib.import_module(name), name)
-        except ImportError as error:
-            raise UsageError(f"--import {name}: {error}") from None
+            module = importlib.import_module(name)
+        except (Exception, SystemExit) as error:  # a module may fail in any way
+            raise UsageError(f"--import {name}: {_failure(error, name)}") from None
+        registry.add_module(module, name)
     return registry
+
+
+def _failure(error: BaseException, name: str) -> str:
+    """Why a module could not be imported, and in which line of it."""
+    if isinstance(error, ModuleNotFoundError) and name.endswith(".py"):
+        return f"write the module's name, {name.removesuffix('.py').replace(os.sep, '.')}"
+    what = str(error) if isinstance(error, ImportError) else f"{type(error).__name__}: {error}"
+    frame = traceback.extract_tb(error.__traceback__)[-1]
+    ours = frame.filename in (__file__, importlib.__file__) or frame.filename.startswith("<")
+    return what if ours else f"{what} ({near(frame.filename)}:{frame.lineno})"
 
 
 def parse_set(text: str) -> tuple[str, Any]:
@@ -113,11 +150,11 @@ def parse_set(text: str) -> tuple[str, Any]:
 
     target, equals, value = text.partition("=")
     if not equals or "." not in target:
-        raise UsageError(f"--set {printable(text)}: write NODE.PORT=VALUE")
+        raise UsageError(f"--set {text}: write NODE.PORT=VALUE")
     findings = Findings()
     parsed = document.parse(value or '""', "--set", findings)
     if parsed is None or findings.errors:
-        raise UsageError(f"--set {printable(text)}: {findings.errors[0].message}")
+        raise UsageError(f"--set {text}: {findings.errors[0].message}")
     return target.strip(), parsed.data
 
 

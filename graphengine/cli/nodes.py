@@ -27,10 +27,13 @@ def execute(arguments: argparse.Namespace) -> int:
     from graphengine.registry import default_registry
 
     registry = make_registry(arguments.modules) if arguments.modules else default_registry()
-    if arguments.name:
+    if arguments.name is not None:
         found = registry.find(arguments.name)
         if found is None:
-            raise UsageError(f"no node type {arguments.name!r}; {registry.suggest(arguments.name)}")
+            part = arguments.name.lower()
+            holding = [name for name in sorted(registry.types) if part and part in name.lower()]
+            hint = f"types with it in their name: {', '.join(holding)}" if holding else registry.suggest(arguments.name)
+            raise UsageError(f"no node type {arguments.name!r}; {hint}")
         print(json.dumps(_record(found.cls), indent=2) if arguments.format == "json" else describe(found.cls))
         return 0
     types = [registry.types[name] for name in sorted(registry.types) if registry.types[name].type_name == name]

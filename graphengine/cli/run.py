@@ -9,6 +9,7 @@ import re
 import signal
 import sys
 import time
+from collections.abc import Callable
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,10 @@ if TYPE_CHECKING:
     from graphengine.build import Assembly
     from graphengine.ros.network import LiveNetwork
     from graphengine.session import Session
+
+
+SLOWEST = 0.01
+"""Least factor of real time: Ctrl-C is heard between two ticks, which at 60 Hz are then 1.7 s apart."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -51,22 +56,25 @@ def rate(text: str) -> float:
         factor = named[text] if text in named else float(text)
     except ValueError:
         factor = 0.0
-    if not factor > 0.0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a rate; write realtime, max or a factor above 0")
+    if not factor >= SLOWEST:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a rate; write realtime, max or a factor from {SLOWEST} up")
     return factor
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when it ran to its end or was stopped, 1 with errors."""
     from graphengine import build
-    from graphengine.cli.common import assemble, print_findings
+    from graphengine.cli.common import assemble, clean, counted, explain, print_findings
+    from graphengine.diagnostics import UsageError
 
     assembly = assemble(arguments)
     print_findings(assembly.findings, notes=False)
     if assembly.findings.errors:
         assembly.world.close()
         return 1
-    network, domain_id = _open_network(arguments, assembly)
+    if any(finding.code == "N102" for finding in assembly.findings.items):
+        raise UsageError(f"{assembly.path} asks for prims of a scene; give one with --scene")
+    network, domain_id = _open_network(arguments, assembly, lambda text: console.say("warning", "", text))
     console = Console(network)
     environment = domain_id if "ROS_DOMAIN_ID" in os.environ else None
     session = build.start(
@@ -75,13 +83,12 @@ def execute(arguments: argparse.Namespace) -> int:
         domain_id=domain_id,
         domain_from_environment=environment,
         log=console.say,
-        fault=(lambda error: console.say("error", "", str(error))) if arguments.keep_going else None,
+        fault=(lambda error: console.say("error", "", explain(error))) if arguments.keep_going else None,
     )
     with session:
-        print(
-            f"{assembly.path}: {len(assembly.plans)} graphs, {_rate_of(session):g} Hz; {network.description}",
-            file=sys.stderr,
-        )
+        graphs = counted(len(assembly.plans), "graph")
+        what = f"{assembly.path}: {graphs}, {_rate_of(session):g} Hz; {network.description}"
+        print(clean(what), file=sys.stderr)
         factor = arguments.rate or (math.inf if arguments.transport == "memory" else 1.0)
         with _Signals(console):
             try:
@@ -95,7 +102,9 @@ def _rate_of(session: Session) -> float:
     return 1.0 / session.clock.delta
 
 
-def _open_network(arguments: argparse.Namespace, assembly: Assembly) -> tuple[LiveNetwork, int]:
+def _open_network(
+    arguments: argparse.Namespace, assembly: Assembly, complain: Callable[[str], None]
+) -> tuple[LiveNetwork, int]:
     """The network on the domain that the environment names."""
     from dataclasses import replace
 
@@ -109,7 +118,7 @@ def _open_network(arguments: argparse.Namespace, assembly: Assembly) -> tuple[Li
     def open_domain(number: int) -> Any:
         return open_transport(arguments.transport, replace(domain, id=number), name, environ=os.environ)
 
-    return LiveNetwork(open_domain, domain.id, lambda text: print(f"warning: {text}", file=sys.stderr)), domain.id
+    return LiveNetwork(open_domain, domain.id, complain), domain.id
 
 
 class _Signals:
@@ -140,7 +149,7 @@ class Console:
     def __init__(self, network: LiveNetwork) -> None:
         self.network = network
         self.stopping = False
-        self.terminal = sys.stderr.isatty()
+        self.terminal = sys.stderr is not None and sys.stderr.isatty()
         self.said: set[tuple[str, str, str]] = set()
         self.start = self.last = time.perf_counter()
         self.cpu_start = time.thread_time()
@@ -151,10 +160,12 @@ class Console:
 
     def say(self, severity: str, node: str, message: str) -> None:
         """A node's message, once."""
+        from graphengine.cli.common import clean
+
         if (severity, node, message) not in self.said:
             self.said.add((severity, node, message))
             self._clear_line()
-            print(f"{severity}: {node + ': ' if node else ''}{message}", file=sys.stderr)
+            print(clean(f"{severity}: {node + ': ' if node else ''}{message}"), file=sys.stderr)
 
     def on_tick(self, session: Session) -> bool:
         """Called after each tick; False ends the run."""
@@ -167,7 +178,7 @@ class Console:
             out = (self.network.sent - self.last_sent) / elapsed
             line = f"t {session.time:9.2f} s   real time x{factor:<6.2f} tick {tick * 1e3:6.2f} ms   out {out:6.0f} messages/s"
             print(
-                f"\r{line}\x1b[K" if self.terminal else line,
+                f"\r{line[: self._columns()]}\x1b[K" if self.terminal else line,
                 end="" if self.terminal else "\n",
                 file=sys.stderr,
                 flush=True,
@@ -176,18 +187,28 @@ class Console:
             self.last_cpu, self.last_frame = cpu, session.clock.frame
         return not self.stopping
 
+    def _columns(self) -> int | None:
+        """How long a line may be that is to be written over: a wrapped one could not."""
+        try:
+            columns = os.get_terminal_size(sys.stderr.fileno()).columns
+        except OSError:
+            columns = 0
+        return columns - 1 if columns else None
+
     def _clear_line(self) -> None:
         if self.terminal:
             print("\r\x1b[K", end="", file=sys.stderr)
 
     def summarize(self, session: Session) -> None:
         """What was done, and how fast."""
+        from graphengine.cli.common import counted
+
         self._clear_line()
         wall = time.perf_counter() - self.start
         ticks = session.clock.frame
         tick = (time.thread_time() - self.cpu_start) / ticks if ticks else 0.0
         print(
-            f"{ticks} ticks, {session.time:.3f} s of simulation in {wall:.3f} s (x{session.time / wall:.2f}), "
-            f"{tick * 1e3:.3f} ms a tick, {self.network.sent} messages",
+            f"{counted(ticks, 'tick')}, {session.time:.3f} s of simulation in {wall:.3f} s (x{session.time / wall:.2f}), "
+            f"{tick * 1e3:.3f} ms a tick, {counted(self.network.sent, 'message')}",
             file=sys.stderr,
         )

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from graphengine.plan import Call, Plan, Region
@@ -34,13 +35,14 @@ def execute(arguments: argparse.Namespace) -> int:
     if assembly.findings.errors:
         print_findings(assembly.findings, stream=sys.stderr)
         return 1
+    if arguments.mermaid:
+        print("\n".join(["flowchart LR", *map(mermaid, assembly.plans)]))
+        return 0
     for number, plan in enumerate(assembly.plans):
         if number:
             print()
-        if arguments.mermaid:
-            print(mermaid(plan))
-        elif arguments.plan:
-            print(f"# {plan.graph.name}, {plan.graph.prim_path}\n{write_source(plan).text}", end="")
+        if arguments.plan:
+            print(f"# {_at(plan)}\n{write_source(plan).text}", end="")
         elif arguments.schedule:
             print(schedule(plan))
         else:
@@ -48,16 +50,32 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _at(plan: Plan) -> str:
+    """Name, place and pace of a graph, on one line."""
+    from graphengine.diagnostics import printable
+
+    graph = plan.graph
+    return printable(f"{graph.name}  at {graph.prim_path}, every {graph.runs.replace('_', ' ')}")
+
+
+def _value(value: Any) -> str:
+    """A value as YAML takes it, on one line."""
+    from graphengine.diagnostics import printable
+
+    plain = value.tolist() if hasattr(value, "tolist") else value
+    return printable(json.dumps(plain, ensure_ascii=False))
+
+
 def outline(plan: Plan) -> str:
     """Nodes with their types and set values, then the wires."""
     graph = plan.graph
-    lines = [f"{graph.name}  at {graph.prim_path}, every {graph.runs.replace('_', ' ')}"]
+    lines = [_at(plan)]
     for instance in graph.instances:
         lines.append(f"  {instance.id}: {instance.cls.type_name}")
         for port in instance.cls.fields.values():
             if port.field in instance.literals:
                 unit = f" {port.unit}" if port.unit else ""
-                lines.append(f"    {port.name} = {getattr(instance.node, port.field)}{unit}")
+                lines.append(f"    {port.name} = {_value(getattr(instance.node, port.field))}{unit}")
     lines += [f"  {wire}" for wire in sorted([*graph.exec_wires, *graph.data_wires], key=lambda wire: wire.order)]
     return "\n".join(lines)
 
@@ -65,7 +83,7 @@ def outline(plan: Plan) -> str:
 def schedule(plan: Plan) -> str:
     """Regions in the order they are opened, nodes in the order they run."""
     graph = plan.graph
-    lines = [f"{graph.name}  at {graph.prim_path}, every {graph.runs.replace('_', ' ')}"]
+    lines = [_at(plan)]
     constants = [graph.instances[refresh.node].id for refresh in plan.constants]
     if constants:
         lines.append(f"  once, before the first tick: {', '.join(constants)}")
@@ -95,9 +113,9 @@ def _line(plan: Plan, index: int, kind: str, when: str) -> str:
 
 
 def mermaid(plan: Plan) -> str:
-    """A flowchart: thick arrows carry execution, thin ones values."""
+    """A graph's part of a flowchart: thick arrows carry execution, thin ones values."""
     graph = plan.graph
-    lines = ["flowchart LR", f'  subgraph {_safe(graph.name)}["{graph.name}"]']
+    lines = [f'  subgraph {_safe(graph.name)}["{graph.name}"]']
     for instance in graph.instances:
         short = instance.cls.type_name.rpartition(".")[2]
         lines.append(f'    {_safe(graph.name)}_{instance.index}["{instance.id}<br/><small>{short}</small>"]')

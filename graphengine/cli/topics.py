@@ -12,6 +12,10 @@ if TYPE_CHECKING:
     from graphengine.backend import TopicClaim
 
 
+FRAMES = 2
+"""Edges of the TF tree that are told of one publisher; `--format json` has all."""
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
     from graphengine.cli.common import add_file_arguments
@@ -22,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 without errors, 1 with."""
-    from graphengine.cli.common import assemble, print_findings, table
+    from graphengine.cli.common import assemble, clean, print_findings, table
 
     assembly = assemble(arguments)
     assembly.world.close()
@@ -35,7 +39,9 @@ def execute(arguments: argparse.Namespace) -> int:
         return 0
     rows: list[tuple[str, ...]] = [("TOPIC", "", "TYPE", "RATE", "QOS", "FRAME", "NODE")]
     rows += [_row(claim) for claim in claims]
-    print(table(rows))
+    print(clean(table([tuple(cell.replace("\n", " ") for cell in row) for row in rows])))
+    if not assembly.has_scene:
+        print("without a scene, namespaces are not known; give one with --scene", file=sys.stderr)
     return 0
 
 
@@ -49,5 +55,7 @@ def _row(claim: TopicClaim) -> tuple[str, ...]:
         rate = f"{claim.rate:g} Hz" if claim.rate else "on event"
     qos = claim.qos
     quality = f"{qos.reliability}, {qos.durability}, {qos.depth if qos.history == 'keepLast' else qos.history}"
-    frames = ", ".join(f"{parent} -> {child}" for parent, child in claim.transforms) or claim.frame_id
+    edges = [f"{parent} -> {child}" for parent, child in claim.transforms]
+    more = [f"… ({len(edges) - FRAMES} more)"] if len(edges) > FRAMES else []
+    frames = ", ".join([*edges[:FRAMES], *more]) or claim.frame_id
     return claim.topic, arrow, claim.message_type, rate, quality, frames, claim.node

@@ -194,18 +194,19 @@ class DdsTransport:
         atexit.unregister(self.close)
 
     def _endpoint(self, make: Callable[..., Any], topic: str, message_type: str, qos: QoS) -> Any:
+        shown = topic.removeprefix("rt")
         if self._closed:
-            raise TransportError(f"{topic}: the transport is closed")
+            raise TransportError(f"{shown}: the transport is closed")
         known, described = self._topics.get(topic, (message_type, None))
         if known != message_type:
-            raise TransportError(f"{topic} has the type {known} here, it cannot have {message_type} besides")
+            raise TransportError(f"{shown} has the type {known} here, it cannot have {message_type} besides")
         policies = cyclone.endpoint_qos(qos, f"typehash={messages.type_hash(message_type)};")
         try:
             described = described or Topic(self._participant, topic, idl_type(message_type))
             self._topics[topic] = (message_type, described)
             return make(self._participant, described, qos=policies)
         except DDSException as error:
-            raise TransportError(f"{topic} cannot be opened: {error}") from error
+            raise TransportError(f"{shown} cannot be opened: {error}") from error
 
     def _watch(self, entity: Any, status: int) -> None:
         entity.set_status_mask(status)

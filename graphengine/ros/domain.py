@@ -40,7 +40,8 @@ class Domain:
             raise TransportError(f"no discovery range {self.discovery_range!r}\n{listing(get_args(DiscoveryRange))}")
 
     def __str__(self) -> str:
-        return f"domain {self.id}, discovery range {self.discovery_range}"
+        own = ", with CYCLONEDDS_URI" if self.cyclone_uri else ""
+        return f"domain {self.id}, discovery range {self.discovery_range}{own}"
 
     @classmethod
     def from_environment(cls, environ: Mapping[str, str]) -> Domain:

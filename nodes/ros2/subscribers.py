@@ -9,6 +9,7 @@ from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out, State
 from graphengine.types import String, UInt64, Vector3d
 
 _STILL = (0.0, 0.0, 0.0)
+_ROUNDING = 1e-9  # s; 9 / 60 - 3 / 60 is a little less than 0.1
 
 
 class ROS2SubscribeTwist(Node, type="isaacsim.ros2.bridge.ROS2SubscribeTwist", gated=True):
@@ -59,7 +60,7 @@ class ROS2SubscribeTwist(Node, type="isaacsim.ros2.bridge.ROS2SubscribeTwist", g
             self.angular_velocity = (angular.x, angular.y, angular.z)
             self.heard = self.clock.time
             return self.exec_out
-        if self.timeout and self.clock.time - self.heard >= self.timeout:
+        if self.timeout and self.clock.time - self.heard >= self.timeout - _ROUNDING:
             self.linear_velocity = self.angular_velocity = _STILL
             self.heard = math.inf
             return self.exec_out

@@ -9,6 +9,7 @@ import functools
 import importlib
 import os
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -31,6 +32,13 @@ class Sum(Node, type="example.Sum"):
     a: float = In(default=0.0)
     b: float = In(default=0.0)
     value: float = Out()
+
+
+class Double(Node, type="example.Double"):
+    """A data node of several types."""
+
+    number: Any = In(type="double|float|double[3]", couple="number")
+    twice: Any = Out(type="double|float|double[3]", couple="number")
 
 
 class Filter(Node, type="example.Filter"):
@@ -79,7 +87,7 @@ class WriteSpeed(Node, type="example.WriteSpeed"):
 def registry() -> Registry:
     types = Registry()
     types.add_module(importlib.import_module("nodes"), "graphengine", built_in=True)
-    for cls in (Sum, Filter, Broken, ReadSpeed, WriteSpeed):
+    for cls in (Sum, Double, Filter, Broken, ReadSpeed, WriteSpeed):
         types.add(cls, "tests")
     return types
 

@@ -96,7 +96,7 @@ def test_specs_survive_pickling(path: Path) -> None:
 def test_specs_are_frozen() -> None:
     graph = GraphSpec(graph="g")
     with pytest.raises(ValueError, match="frozen"):
-        graph.doc = "changed"  # type: ignore[misc]
+        graph.doc = "changed"
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,6 @@ from graphengine.context import Publisher
 from graphengine.diagnostics import Findings, NodeError
 from graphengine.executor import Executor
 from graphengine.files import Files
-from graphengine.node import Node
 from graphengine.node_context import NodeContext, Services, SimulationClock
 from graphengine.plan import Plan, make_plan
 from graphengine.registry import Registry
@@ -127,6 +126,13 @@ class Bench:
         self.executor.run_latent()
         return self.journal.read()
 
+    def stop(self) -> None:
+        """As a session stops."""
+        self.executor.stop()
+        for part in (*self.variables.values(), *self.services.mailboxes.values()):
+            part.clear()
+        self.clock.stop()
+
     def ticks(self, count: int) -> list[list[str]]:
         return [self.tick() for _ in range(count)]
 
@@ -200,8 +206,3 @@ class Play:
     def lines(self) -> list[str]:
         """What the nodes wrote since last asked, without what the world did."""
         return [line for line in self.journal.read() if not line.startswith(("step", "begin"))]
-
-
-def sources(node: Node) -> list[str]:
-    """Names of a node's data inputs."""
-    return [p.name for p in type(node).fields.values() if p.side == "inputs" and not p.is_exec]

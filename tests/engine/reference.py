@@ -106,24 +106,31 @@ class Reference:
     def data_wires_into(self, index: int) -> list[Wire]:
         return [w for w in self.graph.data_wires if w.target == index]
 
-    def shown_by(self, index: int) -> set[int]:
-        """Executed nodes that a data node depends on, writers of variables among them."""
-        found: set[int] = set()
-        if type(self.nodes[index]).volatile:
-            keys = set(self.nodes[index].reads())
-            found |= {i for i, node in enumerate(self.nodes) if keys & set(node.writes())}
-        for wire in self.data_wires_into(index):
-            if not self.is_constant(wire):
-                source = self.origin(wire).source
-                found |= self.shown_by(source) if self.kinds[source] == "data" else {source}
-        return found
+    def data_above(self, index: int) -> set[int]:
+        """A data node and those that it reads, directly or not."""
+
+        def beyond(data: int) -> set[int]:
+            sources = {self.origin(w).source for w in self.data_wires_into(data) if not self.is_constant(w)}
+            return {source for source in sources if self.kinds[source] == "data"}
+
+        return reach([index], beyond)
+
+    def shows(self, index: int) -> set[int]:
+        """Executed nodes whose outputs a data node shows."""
+        wires = [w for data in self.data_above(index) for w in self.data_wires_into(data) if not self.is_constant(w)]
+        return {self.origin(w).source for w in wires if self.kinds[self.origin(w).source] != "data"}
+
+    def depends_on(self, index: int) -> set[int]:
+        """The same, and those that write what it reads beside its inputs."""
+        volatile = [self.nodes[data] for data in self.data_above(index) if type(self.nodes[data]).volatile]
+        keys = {key for node in volatile for key in node.reads()}
+        return self.shows(index) | {i for i, node in enumerate(self.nodes) if keys & set(node.writes())}
 
     def is_volatile(self, index: int) -> bool:
-        above = (self.origin(w).source for w in self.data_wires_into(index) if not self.is_constant(w))
-        return type(self.nodes[index]).volatile or any(self.kinds[i] == "data" and self.is_volatile(i) for i in above)
+        return any(type(self.nodes[data]).volatile for data in self.data_above(index))
 
     def is_fixed(self, index: int) -> bool:
-        return self.kinds[index] == "data" and not self.is_volatile(index) and not self.shown_by(index)
+        return self.kinds[index] == "data" and not self.is_volatile(index) and not self.depends_on(index)
 
     def order(self, members: set[int]) -> list[int]:
         units = {unit: self.below(unit) for unit in members}
@@ -136,7 +143,7 @@ class Reference:
             source = self.origin(wire).source
             if self.is_constant(wire) or self.kinds[wire.target] == "data":
                 continue
-            for read in self.shown_by(source) if self.kinds[source] == "data" else {source}:
+            for read in self.depends_on(source) if self.kinds[source] == "data" else {source}:
                 if self.kinds[read] != "latent":
                     befores = [unit for unit in members if read in units[unit]]
                     afters = [unit for unit in members if wire.target in units[unit]]
@@ -169,7 +176,7 @@ class Reference:
             setattr(self.nodes[index], wire.target_field, value)
 
     def refresh(self, index: int) -> None:
-        now = [self.version[i] for i in sorted(self.shown_by(index))], self.passes if self.is_volatile(index) else 0
+        now = [self.version[i] for i in sorted(self.depends_on(index))], self.passes if self.is_volatile(index) else 0
         if self.seen.get(index) != now:
             self.read_inputs(index)
             self.nodes[index].compute()

@@ -120,7 +120,7 @@ def test_r12_stop_ends_latent_nodes_and_forgets_what_they_fired(bench: MakeBench
     run = bench(ONCE.replace("0.03", "0.0"))
     assert run.tick() == ["Each 0", "Delay ends"]
     run["Go"].n = 1000
-    run.executor.stop()
+    run.stop()
     assert run.ticks(2) == [["Each 0"], ["Each 0"]]
 
 

@@ -529,3 +529,17 @@ def test_r7_each_activation_sees_data_that_the_one_before_changed(bench: MakeBen
     """)
     run.tick()
     assert run["Counter"].count == 3.0  # 0 + (0 + 1), then 1 + (1 + 1)
+
+
+def test_r7_a_node_sees_how_often_a_counting_node_fired_its_only_wire(bench: MakeBench) -> None:
+    run = bench("""
+        nodes: {One: Tick, Two: Tick, Counter: Counter, Second: Counter, Join: Join}
+        connections:
+          - One.tick -> Counter.execIn
+          - Two.tick -> Counter.second
+          - Counter.execOut -> Second.execIn
+          - Counter.execOut -> Join.first
+    """)
+    run.tick()
+    assert run["Second"].count == 2.0
+    assert run.tick()[-1] == "Join first=2 second=0 hold=0"

@@ -164,6 +164,17 @@ def outputs(nodes: Sequence[Node]) -> list[dict[str, str]]:
     return shown
 
 
+def play(run: Bench) -> list[Any]:
+    """Journal and outputs after each pass, with messages before the first two."""
+    told = []
+    for number in range(PASSES):
+        box = run.services.mailboxes.get("messages")
+        if box is not None and number < 2:
+            box.post(float(number))
+        told.append((run.tick(), outputs(run.executor.nodes)))
+    return told
+
+
 def play_both(path: Path) -> tuple[list[Any], list[Any]]:
     """Journal and outputs after each pass: of the engine, and of the rules."""
     engine = Bench(path).setup()
@@ -171,16 +182,13 @@ def play_both(path: Path) -> tuple[list[Any], list[Any]]:
     graph = resolved(path, Findings())
     assert graph is not None
     rules = Reference(graph, other._context_of)
-    box = engine.services.mailboxes.get("messages"), other.services.mailboxes.get("messages")
-    done: list[Any] = []
+    done = play(engine)
     said: list[Any] = []
     for number in range(PASSES):
-        for mailbox in box:
-            if mailbox is not None and number < 2:
-                mailbox.post(float(number))
-        done.append((engine.tick(), outputs(engine.executor.nodes)))
-        for waiting in other.services.mailboxes.values():
-            waiting.freeze()
+        for box in other.services.mailboxes.values():
+            if number < 2:
+                box.post(float(number))
+            box.freeze()
         other.clock.set_frame(number + 1)
         rules.run_pass()
         rules.run_latent()
@@ -212,3 +220,92 @@ def test_a_graph_without_circles_does_what_the_rules_say(folder: Path, random: R
     drawing = draw_graph(random, ("Do", "Branch", "Add", "Less", "Show", "Sequence"), size, straight=True)
     done, said = play_both(save(folder, drawing.text(NAMES[: size + 1])))
     assert done == said
+
+
+def runnable(folder: Path, random: Random, size: int) -> Path | None:
+    """A wild graph that is not refused."""
+    path = save(folder, draw_graph(random, EVERYTHING, size).text(NAMES[: size + 1]))
+    return path if planned(path, Findings()) is not None else None
+
+
+RANDOM = st.randoms(use_true_random=False)
+SOME = settings(QUICK, max_examples=60)
+
+
+@SOME
+@given(RANDOM, st.integers(2, 12))
+def test_what_nodes_are_called_changes_nothing(folder: Path, random: Random, size: int) -> None:
+    drawing = draw_graph(random, EVERYTHING, size)
+    names = random.sample(NAMES, size + 1)
+    path = save(folder, drawing.text(NAMES[: size + 1]))
+    renamed = save(folder, _renamed(drawing, names).text(names))
+    if planned(path, Findings()) is None:
+        assert planned(renamed, Findings()) is None
+        return
+    new = dict(zip(NAMES, names, strict=False))
+    expected = [([_with_name(line, new) for line in lines], shown) for lines, shown in play(Bench(path).setup())]
+    assert play(Bench(renamed).setup()) == expected
+
+
+def _with_name(line: str, new: dict[str, str]) -> str:
+    name, _, rest = line.partition(" ")
+    return f"{new[name]} {rest}"
+
+
+def _renamed(drawing: Drawing, names: Sequence[str]) -> Drawing:
+    def rename(end: str) -> str:
+        node, port = end.split(".")
+        return f"{names[NAMES.index(node)]}.{port}"
+
+    wires = [" -> ".join(map(rename, wire.split(" -> "))) for wire in drawing.wires]
+    return Drawing(drawing.kinds, drawing.literals, wires)
+
+
+@SOME
+@given(RANDOM, st.integers(2, 20))
+def test_the_schedule_is_a_topological_order_but_for_the_wires_that_are_told_of(
+    folder: Path, random: Random, size: int
+) -> None:
+    path = runnable(folder, random, size)
+    if path is None:
+        return
+    run, graph = Bench(path), resolved(path, Findings())
+    assert graph is not None
+    rules = Reference(graph, run._context_of)
+    told = {finding.span.line for finding in run.findings.items if finding.code == "W104" and finding.span is not None}
+    for region in run.plan.regions:
+        place = {call.node: number for number, call in enumerate(region.calls)}
+        assert len(place) == len(region.calls)
+        for wire in graph.exec_wires:
+            if wire.source in place and wire.target in place and wire.order not in rules.backward:
+                assert rules.kinds[wire.source] in ("pusher", "latent") or place[wire.source] < place[wire.target]
+        for wire in graph.data_wires:
+            source = rules.origin(wire).source
+            if rules.kinds[wire.target] == "data" or rules.is_constant(wire) or wire.span.line in told:
+                continue
+            for read in rules.shows(source) if rules.kinds[source] == "data" else {source}:
+                if read in place and wire.target in place and rules.kinds[read] != "latent" and read != wire.target:
+                    assert place[read] < place[wire.target]
+
+
+@SOME
+@given(RANDOM, st.integers(2, 12))
+def test_a_second_play_of_any_graph_is_like_the_first(folder: Path, random: Random, size: int) -> None:
+    path = runnable(folder, random, size)
+    if path is not None:
+        run = Bench(path).setup()
+        first = play(run)
+        run.stop()
+        assert play(run) == first
+
+
+@SOME
+@given(RANDOM, st.integers(2, 12))
+def test_a_graph_that_would_keep_going_does_the_same_while_nothing_raises(
+    folder: Path, random: Random, size: int
+) -> None:
+    path = runnable(folder, random, size)
+    if path is not None:
+        keeps_going = Bench(path, keep_going=True).setup()
+        assert play(keeps_going) == play(Bench(path).setup())
+        assert keeps_going.faults == []

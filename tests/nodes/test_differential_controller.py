@@ -76,7 +76,7 @@ def test_each_wheel_is_limited_for_itself() -> None:
 
 
 def test_a_limit_of_0_is_none_and_the_sign_of_a_limit_does_not_count() -> None:
-    assert twist_of(controller(linear_velocity=1e6)) == (pytest.approx(1e6), 0.0)
+    assert close(twist_of(controller(linear_velocity=1e6)), (1e6, 0.0))
     assert close(twist_of(controller(linear_velocity=5.0, max_linear_speed=-2.0)), (2.0, 0.0))
 
 

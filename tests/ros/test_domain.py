@@ -20,6 +20,7 @@ def test_everything_that_ros_2_reads_is_read() -> None:
     }
     assert Domain.from_environment(environ) == Domain(42, "LOCALHOST", ("10.0.0.7", "robot.local"), "<CycloneDDS/>")
     assert Domain.from_environment({"ROS_DOMAIN_ID": "0x10"}).id == 16
+    assert str(Domain.from_environment(environ)) == "domain 42, discovery range LOCALHOST, with CYCLONEDDS_URI"
 
 
 def test_localhost_only_overrules_range_and_peers() -> None:

@@ -260,9 +260,9 @@ def test_a_transport_that_is_closed_is_left_for_good(join: Join, domain_id: int)
     assert not writer.matched
     with pytest.raises(TransportError, match="/chatter"):
         writer.write(text("late"))
-    with pytest.raises(TransportError, match="/chatter: the transport is closed"):
+    with pytest.raises(TransportError, match=r"^/chatter: the transport is closed"):
         alice.writer("/chatter", STRING, QoS())
-    with pytest.raises(TransportError, match="/chatter: the transport is closed"):
+    with pytest.raises(TransportError, match=r"^/chatter: the transport is closed"):
         alice.reader("/chatter", STRING, QoS(), Inbox())
 
 

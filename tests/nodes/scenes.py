@@ -1,0 +1,158 @@
+"""Scenes with physics for the cases that need them: files by name, for `Player.scene`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+CARTER_WHEEL_RADIUS, CARTER_WHEEL_DISTANCE = 0.24, 0.56
+"""m, of the Carter robot of Isaac Sim's examples."""
+
+FLOOR = """
+    <mujoco>
+      <worldbody>
+        <geom name="floor" type="plane" size="0 0 1" friction="1 0.005 0.0001"/>
+        {body}
+      </worldbody>
+    </mujoco>
+    """
+SCENE = """
+    format: 1
+    scene: case
+    world: world.xml
+    physics: {tick_rate: 60, substeps: 4}
+    """
+ROBOT = """
+    robots:
+      robot: {{use: robot.yaml, position: {position}, orientation: {{rpy_deg: [0, 0, {yaw_deg}]}}}}
+    graphs:
+      graph: {{use: graph.yaml, at: /World/graph}}
+    """
+
+
+def cube_on_the_floor(height: float, size: float = 0.5) -> dict[str, str]:
+    """A cube whose centre starts at a height, and its odometry."""
+    half = size / 2
+    cube = f'<body name="cube" pos="0 0 {height}"><freejoint/><geom type="box" size="{half} {half} {half}" mass="1"/></body>'
+    return {
+        "world.xml": FLOOR.format(body=cube),
+        "scene.yaml": f"{SCENE}graphs:\n      graph: {{use: graph.yaml, at: /World/graph}}\n    ",
+        "graph.yaml": """
+            format: 1
+            graph: graph
+            nodes:
+              Tick: OnPlaybackTick
+              Compute: {type: ComputeOdometry, inputs: {chassisPrim: /World/cube}}
+              Publish: PublishOdometry
+            connections:
+              - Tick.tick -> Compute.execIn
+              - Compute.execOut -> Publish.execIn
+              - Compute.position -> Publish.position
+              - Compute.orientation -> Publish.orientation
+              - Compute.linearVelocity -> Publish.linearVelocity
+              - Compute.angularVelocity -> Publish.angularVelocity
+            """,
+    }
+
+
+def body(mass: float, inertia: float, size: str, origin: str = "0 0 0", collides: bool = True) -> str:
+    """What a link of a URDF is made of."""
+    shape = f'<origin xyz="{origin}"/><geometry>{size}</geometry>'
+    collision = f"<collision>{shape}</collision>" if collides else ""
+    tensor = f'<inertia ixx="{inertia}" iyy="{inertia}" izz="{inertia}" ixy="0" ixz="0" iyz="0"/>'
+    return f'<inertial><origin xyz="{origin}"/><mass value="{mass}"/>{tensor}</inertial>{collision}'
+
+
+def arm(joints: Sequence[str], stiffness: float, damping: float, **commands: Any) -> dict[str, str]:
+    """Joints about vertical axes, or along a horizontal one if called so, on a heavy base; commands as literals."""
+    parts = [f'<link name="base_link">{body(200.0, 20.0, "<box size=&quot;1 1 0.2&quot;/>", "0 0 0.1")}</link>']
+    above = "base_link"
+    for number, name in enumerate(joints):
+        slides, link = "Prismatic" in name, f"link{number}"
+        kind, axis = ("prismatic", "1 0 0") if slides else ("revolute", "0 0 1")
+        small = body(0.5, 0.01, "<box size=&quot;0.05 0.05 0.05&quot;/>", "0.1 0 0", collides=False)
+        parts += [
+            f'<link name="{link}">{small}</link>',
+            f'<joint name="{name}" type="{kind}"><parent link="{above}"/><child link="{link}"/>',
+            f'<origin xyz="{0.0 if number == 0 else 0.1} 0 {0.3 if number == 0 else 0.0}"/><axis xyz="{axis}"/>',
+            '<limit lower="-3" upper="3" effort="1000" velocity="10"/></joint>',
+        ]
+        above = link
+    drive = {"drive": {"stiffness": float(stiffness), "damping": float(damping)}}
+    inputs = {"targetPrim": "/robot", **commands}
+    return {
+        "world.xml": FLOOR.format(body=""),
+        "scene.yaml": SCENE + ROBOT.format(position=[0.0, 0.0, 0.0], yaw_deg=0.0),
+        "robot.urdf": f'<robot name="arm">{"".join(parts).replace("&quot;", chr(34))}</robot>',
+        "robot.yaml": json.dumps(
+            {"format": 1, "robot": "arm", "urdf": "robot.urdf", "joints": dict.fromkeys(joints, drive)}
+        ),
+        "graph.yaml": f"""
+            format: 1
+            graph: graph
+            nodes:
+              Tick: OnPlaybackTick
+              Control: {{type: ArticulationController, inputs: {json.dumps(inputs)}}}
+              States: {{type: PublishJointState, inputs: {{targetPrim: /robot}}}}
+            connections: [Tick.tick -> Control.execIn, Tick.tick -> States.execIn]
+            """,
+    }
+
+
+def carter(position: Sequence[float], yaw_deg: float, controller: dict[str, float]) -> dict[str, str]:
+    """Two driven wheels and a caster that slides, driven over cmd_vel; odometry, and TF of the base below the world."""
+    radius, half = CARTER_WHEEL_RADIUS, CARTER_WHEEL_DISTANCE / 2
+    wheels = "".join(
+        f'<link name="{side}">{body(1.0, 0.03, f"<sphere radius={chr(34)}{radius}{chr(34)}/>")}</link>'
+        f'<joint name="{side}_joint" type="continuous"><parent link="base_link"/><child link="{side}"/>'
+        f'<origin xyz="0 {y} {radius}"/><axis xyz="0 1 0"/></joint>'
+        for side, y in (("left", half), ("right", -half))
+    )
+    base = body(30.0, 2.0, '<box size="0.4 0.3 0.2"/>', "-0.05 0 0.25")
+    caster = body(0.5, 0.01, '<sphere radius="0.05"/>')
+    mount = '<parent link="base_link"/><child link="caster"/><origin xyz="-0.3 0 0.05"/>'
+    urdf = f'<robot name="carter"><link name="base_link">{base}</link>{wheels}<link name="caster">{caster}</link><joint name="caster_joint" type="fixed">{mount}</joint></robot>'
+    drive = {"drive": {"damping": 50.0}, "armature": 0.01}
+    materials = {
+        "Wheel": {"static_friction": 1.0, "dynamic_friction": 1.0, "combine": "max", "bind": ["left", "right"]},
+        "Caster": {"static_friction": 0.0, "dynamic_friction": 0.0, "combine": "min", "bind": ["caster"]},
+    }
+    robot: dict[str, Any] = {"format": 1, "robot": "carter", "urdf": "robot.urdf", "materials": materials}
+    robot["joints"] = {"left_joint": drive, "right_joint": drive}
+    robot["frames"] = {"place": {"parent": "base_link"}}
+    place = [float(number) for number in position]
+    return {
+        "world.xml": FLOOR.format(body=""),
+        "scene.yaml": SCENE + ROBOT.format(position=place, yaw_deg=float(yaw_deg)),
+        "robot.urdf": urdf,
+        "robot.yaml": json.dumps(robot),
+        "graph.yaml": f"""
+            format: 1
+            graph: graph
+            nodes:
+              Tick: OnPlaybackTick
+              Twist: SubscribeTwist
+              Linear: BreakVector3
+              Angular: BreakVector3
+              Diff: {{type: DifferentialController, inputs: {json.dumps(controller)}}}
+              Art: {{type: ArticulationController, inputs: {{targetPrim: /robot, jointNames: [left_joint, right_joint]}}}}
+              Compute: {{type: ComputeOdometry, inputs: {{chassisPrim: /robot}}}}
+              Odometry: PublishOdometry
+              TF: {{type: PublishTransformTree, inputs: {{targetPrims: /robot/base_link/place}}}}
+            connections:
+              - Tick.tick -> Twist.execIn
+              - Twist.execOut -> Diff.execIn
+              - Twist.linearVelocity -> Linear.tuple
+              - Twist.angularVelocity -> Angular.tuple
+              - Linear.x -> Diff.linearVelocity
+              - Angular.z -> Diff.angularVelocity
+              - Diff.velocityCommand -> Art.velocityCommand
+              - Tick.tick -> Art.execIn
+              - Tick.tick -> Compute.execIn
+              - Compute.execOut -> Odometry.execIn
+              - Compute.position -> Odometry.position
+              - Compute.orientation -> Odometry.orientation
+              - Tick.tick -> TF.execIn
+            """,
+    }

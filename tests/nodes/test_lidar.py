@@ -1,0 +1,300 @@
+"""ROS2RtxLidarHelper: LaserScan and PointCloud2."""
+
+from __future__ import annotations
+
+import math
+import struct
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rosbags.typesys import Stores, get_typestore
+
+from graphengine.diagnostics import ContextError, PrimError
+from graphengine.ros import messages
+from graphengine.testing import RecordingContext, RecordingLidar
+from nodes.ros2.lidar import ROS2RtxLidarHelper
+from tests.nodes.harness import Player, dd100, ready
+
+LIDAR = "/robot/Geometry/base_link/Lidar"
+INF = math.inf
+
+
+class Bench:
+    """A lidar of five beams from -60 to 60 degrees, and a helper on it."""
+
+    def __init__(self, *, wanted: bool = True, rate: float = 10.0, beams: int = 5, **inputs: Any) -> None:
+        self.context = RecordingContext(wanted=wanted)
+        self.context.world.add_robot("/robot")
+        first, last = -math.pi / 3, math.pi / 3
+        self.angles = (first, last, (last - first) / (beams - 1))
+        self.lidar: RecordingLidar = self.context.world.add_lidar(
+            LIDAR, rate=rate, angles=self.angles, ranges=(0.05, 9.0)
+        )
+        self.node = ready(ROS2RtxLidarHelper, self.context, **{"render_product_path": LIDAR, **inputs})
+
+    def sample(self, ranges: Any, intensities: Any = 0.0, index: int = 0) -> list[Any]:
+        """What is published in a tick with that sample, once the helper was executed."""
+        self.context.tick()
+        self.lidar.see(ranges, intensities, time=self.context.clock.time, index=index)
+        before = len(self.sent)
+        self.node.compute()
+        self.node.update()
+        return self.sent[before:]
+
+    @property
+    def sent(self) -> list[Any]:
+        """Everything that was published."""
+        (claim,) = self.context.services.claims
+        return self.context.transport.messages(claim.topic)
+
+
+def single(values: Any) -> Any:
+    """As a message holds it: with single precision."""
+    return np.asarray(values, np.float32)
+
+
+# LaserScan
+
+
+def test_a_scan_has_one_range_a_beam_and_exactly_the_sensors_field_of_view() -> None:
+    (scan,) = Bench().sample([1.0, 2.0, 3.0, 4.0, 5.0], [10, 20, 30, 40, 50])
+    assert scan.ranges.tolist() == [1.0, 2.0, 3.0, 4.0, 5.0]
+    assert scan.intensities.tolist() == [10.0, 20.0, 30.0, 40.0, 50.0]
+    assert scan.angle_min == single(-math.pi / 3)
+    assert scan.angle_max == single(math.pi / 3)
+    assert scan.angle_increment == single(math.pi / 6)
+    assert (scan.range_min, scan.range_max) == (single(0.05), single(9.0))
+
+
+@given(beams=st.integers(2, 3000), rate=st.sampled_from((1.0, 7.0, 12.5, 20.0, 25.0)))
+def test_the_last_beam_is_at_angle_max_and_the_scan_lasts_one_turn(beams: int, rate: float) -> None:
+    bench = Bench(beams=beams, rate=rate)
+    bench.lidar.see(np.ones(beams))
+    scan = bench.node.laser_scan(bench.lidar.scan())
+    assert len(scan.ranges) == len(scan.intensities) == beams
+    assert scan.angle_min + (beams - 1) * scan.angle_increment == pytest.approx(scan.angle_max, abs=1e-12)
+    assert scan.scan_time == 1.0 / rate
+
+
+def test_all_beams_are_of_one_instant() -> None:
+    (scan,) = Bench().sample([1.0] * 5)
+    assert scan.time_increment == 0.0
+
+
+@pytest.mark.parametrize(("no_return", "expected"), [("inf", INF), ("max", 9.0), ("minus_one", -1.0)])
+def test_a_beam_that_hits_nothing_reports_what_no_return_says(no_return: str, expected: float) -> None:
+    (scan,) = Bench(no_return=no_return).sample([1.0, INF, 3.0, INF, 9.0])
+    assert scan.ranges.tolist() == [1.0, expected, 3.0, expected, 9.0]
+
+
+def test_the_header_holds_the_samples_time_and_the_frame() -> None:
+    (scan,) = Bench(frame_id="laser").sample([1.0] * 5)
+    assert (scan.header.stamp.sec, scan.header.stamp.nanosec) == (0, int(1e9 / 60))
+    assert scan.header.frame_id == "laser"
+
+
+@pytest.mark.parametrize("kind", ["laser_scan", "point_cloud"])
+def test_messages_are_what_their_type_says(kind: str) -> None:
+    bench = Bench(type_in=kind)
+    bench.lidar.see([1.0, INF, 3.0, 4.0, 5.0])
+    scan = bench.lidar.scan()
+    messages.check(bench.node.laser_scan(scan) if kind == "laser_scan" else bench.node.point_cloud(scan))
+
+
+# PointCloud2
+
+
+def read_points(cloud: Any) -> dict[str, list[Any]]:
+    """Columns of a cloud by name, from its bytes and fields as sensor_msgs/PointField defines them."""
+    formats = {1: "b", 2: "B", 3: "h", 4: "H", 5: "i", 6: "I", 7: "f", 8: "d"}
+    order = ">" if cloud.is_bigendian else "<"
+    data, columns = bytes(cloud.data), dict[str, list[Any]]()
+    assert len(data) == cloud.row_step * cloud.height == cloud.point_step * cloud.width * cloud.height
+    for field in cloud.fields:
+        layout = f"{order}{field.count}{formats[field.datatype]}"
+        assert field.offset + struct.calcsize(layout) <= cloud.point_step
+        starts = range(field.offset, len(data), cloud.point_step)
+        values = [struct.unpack_from(layout, data, start) for start in starts]
+        columns[field.name] = [value[0] if field.count == 1 else value for value in values]
+    return columns
+
+
+def test_a_cloud_holds_the_points_that_were_hit_in_the_sensors_frame() -> None:
+    (cloud,) = Bench(type_in="point_cloud").sample([1.0, INF, 2.0, INF, 3.0])
+    points = read_points(cloud)
+    assert list(points) == ["x", "y", "z"]
+    azimuths, ranges = (-math.pi / 3, 0.0, math.pi / 3), (1.0, 2.0, 3.0)
+    assert points["x"] == pytest.approx([r * math.cos(a) for a, r in zip(azimuths, ranges, strict=True)], abs=1e-6)
+    assert points["y"] == pytest.approx([r * math.sin(a) for a, r in zip(azimuths, ranges, strict=True)], abs=1e-6)
+    assert points["z"] == [0.0, 0.0, 0.0]
+    assert (cloud.height, cloud.width, cloud.is_dense, cloud.header.frame_id) == (1, 3, True, "sim_lidar")
+
+
+def test_metadata_become_fields_in_the_references_order_whatever_order_they_are_selected_in() -> None:
+    selected = ["ChannelId", "Timestamp", "EmitterId", "Intensity", "Timestamp"]
+    bench = Bench(type_in="point_cloud", selected_metadata=selected)
+    bench.context.tick(300)
+    (cloud,) = bench.sample([1.0, INF, 2.0, INF, 3.0], [10, 20, 30, 40, 50])
+    points = read_points(cloud)
+    assert list(points) == ["x", "y", "z", "intensity", "timestamp", "emitter_id", "channel_id"]
+    assert [field.datatype for field in cloud.fields] == [7, 7, 7, 7, 6, 6, 6]
+    assert points["intensity"] == [10.0, 30.0, 50.0]
+    assert points["emitter_id"] == points["channel_id"] == [0, 2, 4]
+    low, high = points["timestamp"][0]
+    assert low + (high << 32) == int(301 / 60 * 1e9) > 2**32
+
+
+def test_a_cloud_without_hits_is_empty_and_still_has_its_fields() -> None:
+    (cloud,) = Bench(type_in="point_cloud", selected_metadata=["Intensity"]).sample([INF] * 5)
+    assert (cloud.width, cloud.row_step, len(cloud.data)) == (0, 0, 0)
+    assert [field.name for field in cloud.fields] == ["x", "y", "z", "intensity"]
+
+
+@pytest.mark.parametrize("kind", ["LaserScan", "PointCloud2"])
+def test_rosbags_reads_the_bytes_back(kind: str) -> None:
+    bench = Bench(type_in={"LaserScan": "laser_scan", "PointCloud2": "point_cloud"}[kind])
+    bench.sample([1.0, INF, 2.0, INF, 3.0], [10, 20, 30, 40, 50])
+    (claim,) = bench.context.services.claims
+    (data,) = bench.context.transport.raw(claim.topic)
+    read: Any = get_typestore(Stores.ROS2_JAZZY).deserialize_cdr(data, f"sensor_msgs/msg/{kind}")
+    if kind == "LaserScan":
+        assert read.ranges.tolist() == [1.0, INF, 2.0, INF, 3.0]
+        assert read.intensities.tolist() == [10.0, 20.0, 30.0, 40.0, 50.0]
+    else:
+        x = np.frombuffer(bytes(read.data), "<f4").reshape(-1, 3)[:, 0]
+        assert x.tolist() == pytest.approx([0.5, 2.0, 1.5])
+
+
+def test_metadata_that_rays_do_not_have_are_refused_in_setup() -> None:
+    with pytest.raises(ContextError, match="HitNormal"):
+        Bench(type_in="point_cloud", selected_metadata=["Intensity", "HitNormal"])
+
+
+# When it publishes
+
+
+def test_before_its_first_execution_it_is_not_active() -> None:
+    assert not Bench().node.active
+
+
+def test_it_publishes_from_its_first_execution_on_without_another() -> None:
+    bench = Bench()
+    bench.node.compute()
+    for index in range(3):
+        bench.context.tick()
+        bench.lidar.see([float(index + 1)] * 5, index=index)
+        bench.node.update()
+    assert [scan.ranges[0] for scan in bench.sent] == [1.0, 2.0, 3.0]
+
+
+def test_between_two_samples_nothing_is_published() -> None:
+    bench = Bench()
+    bench.sample([1.0] * 5)
+    bench.lidar.due = False
+    bench.node.update()
+    assert len(bench.sent) == 1
+
+
+def test_a_sample_that_nobody_wants_is_not_cast() -> None:
+    bench = Bench(wanted=False)
+    assert bench.sample([1.0] * 5) == []
+    assert bench.lidar.casts == 0
+
+
+def test_executed_while_disabled_it_ends_and_enabled_it_begins_again() -> None:
+    bench = Bench()
+    bench.sample([1.0] * 5)
+    bench.node.enabled = False
+    bench.node.compute()
+    assert not bench.node.active
+    bench.node.enabled = True
+    bench.node.compute()
+    assert bench.node.active
+
+
+def test_frame_skip_count_leaves_samples_out() -> None:
+    bench = Bench(frame_skip_count=2)
+    published = [index for index in range(9) if bench.sample([1.0] * 5, index=index)]
+    assert published == [0, 3, 6]
+    assert bench.context.services.claims[0].rate == pytest.approx(10.0 / 3)
+
+
+def test_a_stop_detaches_it() -> None:
+    bench = Bench()
+    bench.sample([1.0] * 5)
+    bench.context.stop(bench.node)
+    assert not bench.node.active
+
+
+@pytest.mark.parametrize(("resets", "expected"), [(True, 1 / 60), (False, 1 / 60 + 1.5)])
+def test_stamps_count_from_play_or_over_stop_and_play(resets: bool, expected: float) -> None:
+    bench = Bench(reset_simulation_time_on_stop=resets)
+    bench.context.tick(90)
+    bench.context.stop(bench.node)
+    (scan,) = bench.sample([1.0] * 5)
+    assert scan.header.stamp.sec + scan.header.stamp.nanosec * 1e-9 == pytest.approx(expected, abs=1e-8)
+
+
+def test_with_system_time_stamps_are_wall_time() -> None:
+    bench = Bench(use_system_time=True)
+    bench.context.clock.wall_time = 1_700_000_000.25
+    (scan,) = bench.sample([1.0] * 5)
+    # A double that counts seconds since the epoch is exact to a quarter of a microsecond.
+    assert (scan.header.stamp.sec, scan.header.stamp.nanosec) == (1_700_000_000, pytest.approx(250_000_000, abs=256))
+
+
+# Where it publishes
+
+
+def test_the_namespace_is_collected_from_the_sensors_prim_not_from_the_nodes() -> None:
+    context = RecordingContext("/World/elsewhere/Helper")
+    context.world.add_robot("/robot")
+    context.world.add_lidar(LIDAR)
+    context.world.stage.find("/robot/base_link").namespace = "robot_1"
+    context.world.stage.find(LIDAR).namespace = "laser"
+    ready(ROS2RtxLidarHelper, context, render_product_path=LIDAR)
+    ready(ROS2RtxLidarHelper, context, render_product_path=LIDAR, node_namespace="given")
+    assert [claim.topic for claim in context.services.claims] == ["/robot_1/laser/scan", "/given/scan"]
+
+
+@pytest.mark.parametrize(("kind", "name"), [("laser_scan", "LaserScan"), ("point_cloud", "PointCloud2")])
+def test_the_type_says_which_message_it_publishes_at_the_sensors_rate(kind: str, name: str) -> None:
+    (claim,) = Bench(type_in=kind).context.services.claims
+    assert (claim.message_type, claim.rate, claim.frame_id) == (f"sensor_msgs/msg/{name}", 10.0, "sim_lidar")
+
+
+def test_a_type_that_there_is_not_is_refused() -> None:
+    with pytest.raises(ValueError, match="one of laser_scan, point_cloud"):
+        Bench(type_in="depth_image")
+
+
+@pytest.mark.parametrize("path", ["/robot", "/nowhere", "/Render/nothing"])
+def test_what_is_no_lidar_is_refused_in_setup(path: str) -> None:
+    with pytest.raises(PrimError):
+        Bench(render_product_path=path)
+
+
+def test_the_object_id_map_is_told_to_have_no_effect() -> None:
+    assert [severity for severity, _ in Bench(enable_object_id_map=True).context.logged] == ["warning"]
+
+
+# In the tutorial's graph
+
+
+@pytest.mark.parametrize("name", ["tutorial/scan", "dd100/scan"])
+def test_in_the_shipped_graphs_scans_go_out_from_the_first_tick_on_and_again_after_a_stop(
+    play: Player, name: str
+) -> None:
+    world = dd100()
+    lidar = world.lidar(world.stage.find("/dd100/base_link/chassis_link/sim_lidar/Lidar"))
+    lidar.see([1.0, 2.0, INF, 4.0, 5.0])
+    playing = play.shipped(name, world)
+    playing.tick(3)
+    playing.session.stop()
+    playing.tick(2)
+    sent = playing.published("/dd100_0000/sim_lidar/scan")
+    assert len(sent) == 5
+    assert all(scan.ranges.tolist() == [1.0, 2.0, INF, 4.0, 5.0] for scan in sent)
