@@ -93,13 +93,28 @@ class TopicClaim:
     transforms: tuple[tuple[str, str], ...] = ()
 
 
+class Closable(Protocol):
+    """An endpoint of the network, which its owner closes."""
+
+    def close(self) -> None:
+        """Leave the topic; safe to call twice."""
+
+
+class OwnedPublisher(Publisher, Closable, Protocol):
+    """A publisher as its owner sees it."""
+
+
+class OwnedSubscription(Subscription, Closable, Protocol):
+    """A subscription as its owner sees it."""
+
+
 class Network(Protocol):
     """Endpoints for the topics that nodes claim."""
 
-    def publisher(self, claim: TopicClaim) -> Publisher:
+    def publisher(self, claim: TopicClaim) -> OwnedPublisher:
         """An endpoint to write to."""
 
-    def subscription(self, claim: TopicClaim) -> Subscription:
+    def subscription(self, claim: TopicClaim) -> OwnedSubscription:
         """An endpoint to read from."""
 
     def freeze(self) -> None:
@@ -246,11 +261,11 @@ class DryLidar:
 class DryNetwork:
     """Endpoints that lead nowhere."""
 
-    def publisher(self, claim: TopicClaim) -> Publisher:
+    def publisher(self, claim: TopicClaim) -> OwnedPublisher:
         """Nobody listens."""
         return DryEndpoint(claim.topic)
 
-    def subscription(self, claim: TopicClaim) -> Subscription:
+    def subscription(self, claim: TopicClaim) -> OwnedSubscription:
         """Nobody speaks."""
         return DryEndpoint(claim.topic)
 
@@ -271,6 +286,9 @@ class DryEndpoint:
         self.topic = topic
         self.wanted = False
         self.skipped = 0
+
+    def close(self) -> None:
+        """Nothing is held."""
 
     def publish(self, message: Any) -> None:
         """Drop it."""

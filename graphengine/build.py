@@ -245,10 +245,15 @@ def start(
     numerator, denominator = world.tick_period
     step_clock = SimulationClock((numerator, denominator * world.substeps))
     runs: list[GraphRun] = []
-    for plan in assembly.plans:
-        on_step = plan.graph.runs == "physics_step"
-        variables = check.make_variables(plan)
-        executor = check.make_executor(plan, services, step_clock if on_step else clock, variables, fault)
-        executor.setup()
-        runs.append(GraphRun(executor, variables, on_step))
+    try:
+        for plan in assembly.plans:
+            on_step = plan.graph.runs == "physics_step"
+            variables = check.make_variables(plan)
+            executor = check.make_executor(plan, services, step_clock if on_step else clock, variables, fault)
+            runs.append(GraphRun(executor, variables, on_step))
+            executor.setup()
+    except BaseException:
+        network.close()
+        world.close()
+        raise
     return Session(services, clock, step_clock, runs)

@@ -53,16 +53,16 @@ def dry_setup(plans: Sequence[Plan], world: World, findings: Findings, *, prims_
 
 def _dry_setup_graph(plan: Plan, services: Services, findings: Findings, *, prims_known: bool) -> None:
     skipped = 0
-    failed = _faulty(plan, findings)
+    faulty, failed = _faulty(plan, findings), set[int]()
     sources: dict[int, set[int]] = {}
     for wire in plan.graph.data_wires:
         sources.setdefault(wire.target, set()).add(wire.source)
 
     def fail(index: int, error: GraphError) -> None:
         nonlocal skipped
-        if index in failed and not isinstance(error, ContextError):
-            return
         failed.add(index)
+        if index in faulty and not isinstance(error, ContextError):
+            return
         if sources.get(index, set()) & failed:  # it may lack only what a failed node would have told it
             return
         if isinstance(error, PrimError | JointError) and not prims_known:
@@ -115,9 +115,15 @@ def make_executor(
     own = variables if variables is not None else make_variables(plan)
     rate = 1.0 / clock.delta
 
+    contexts: dict[int, NodeContext] = {}
+
     def context_of(index: int) -> NodeContext:
+        if index in contexts:
+            contexts[index].close()
         prim_path = f"{plan.graph.prim_path}/{plan.graph.instances[index].id}"
-        return NodeContext(services, clock, plan.graph.name, prim_path, rate if index in plan.certain else None, own)
+        own_rate = rate if index in plan.certain else None
+        contexts[index] = NodeContext(services, clock, plan.graph.name, prim_path, own_rate, own)
+        return contexts[index]
 
     return Executor(plan, context_of, lambda: (clock.frame, clock.time), fault)
 

@@ -13,7 +13,7 @@ from typing import Any, Literal
 import numpy as np
 
 from graphengine import types
-from graphengine.backend import Network, TopicClaim, World
+from graphengine.backend import Closable, Network, TopicClaim, World
 from graphengine.context import (
     Articulation,
     Body,
@@ -176,8 +176,19 @@ class NodeContext:
         self._graph = graph
         self._rate = rate
         self._variables = variables
+        self._owned: list[Closable] = []
+        self._claims: list[TopicClaim] = []
         self.clock = clock
         self.prim_path = prim_path
+
+    def close(self) -> None:
+        """Close what was handed out, before the node is set up again or when its session ends."""
+        for endpoint in self._owned:
+            endpoint.close()
+        self._owned.clear()
+        for claim in self._claims:
+            self._services.claims.remove(claim)
+        self._claims.clear()
 
     def _find(self, path: str, *kinds: PrimKind) -> Prim:
         prim = self._services.stage.find(path)
@@ -287,6 +298,7 @@ class NodeContext:
         full = names.full_topic(namespace, topic)
         claim = TopicClaim(self.prim_path, self._graph, full, message_type, direction, **facts)
         self._services.claims.append(claim)
+        self._claims.append(claim)
         return claim
 
     def publisher(
@@ -320,7 +332,9 @@ class NodeContext:
             frame_id=frame_id,
             transforms=tuple(transforms),
         )
-        return self._services.network.publisher(claim)
+        publisher = self._services.network.publisher(claim)
+        self._owned.append(publisher)
+        return publisher
 
     def subscription(
         self,
@@ -338,7 +352,9 @@ class NodeContext:
         claim = self._claim(
             "subscribe", message_type, topic, namespace, "", outermost_namespace, qos=quality, ros_context=ros_context
         )
-        return self._services.network.subscription(claim)
+        subscription = self._services.network.subscription(claim)
+        self._owned.append(subscription)
+        return subscription
 
     def variable(self, name: str) -> GraphVariable:
         """A variable of the node's graph."""

@@ -125,6 +125,8 @@ def make_registry(modules: Sequence[str]) -> Any:
     registry = default_registry()
     sys.path.insert(0, "")  # a module of the working directory, as with `python -m`
     for name in modules:
+        if not all(part.isidentifier() for part in name.split(".")):
+            raise UsageError(f"--import {name}: write the name of a module, as in my_robot.nodes")
         try:
             module = importlib.import_module(name)
         except (Exception, SystemExit) as error:  # a module may fail in any way
@@ -136,7 +138,7 @@ def make_registry(modules: Sequence[str]) -> Any:
 def _failure(error: BaseException, name: str) -> str:
     """Why a module could not be imported, and in which line of it."""
     if isinstance(error, ModuleNotFoundError) and name.endswith(".py"):
-        return f"write the module's name, {name.removesuffix('.py').replace(os.sep, '.')}"
+        return f"write the name of the module, {name.removesuffix('.py')}"
     what = str(error) if isinstance(error, ImportError) else f"{type(error).__name__}: {error}"
     frame = traceback.extract_tb(error.__traceback__)[-1]
     ours = frame.filename in (__file__, importlib.__file__) or frame.filename.startswith("<")

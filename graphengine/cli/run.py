@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from graphengine.build import Assembly
+    from graphengine.diagnostics import NodeError
     from graphengine.ros.network import LiveNetwork
     from graphengine.session import Session
 
@@ -64,7 +65,7 @@ def rate(text: str) -> float:
 def execute(arguments: argparse.Namespace) -> int:
     """0 when it ran to its end or was stopped, 1 with errors."""
     from graphengine import build
-    from graphengine.cli.common import assemble, clean, counted, explain, print_findings
+    from graphengine.cli.common import assemble, clean, counted, print_findings
     from graphengine.diagnostics import UsageError
 
     assembly = assemble(arguments)
@@ -83,18 +84,17 @@ def execute(arguments: argparse.Namespace) -> int:
         domain_id=domain_id,
         domain_from_environment=environment,
         log=console.say,
-        fault=(lambda error: console.say("error", "", explain(error))) if arguments.keep_going else None,
+        fault=console.fault if arguments.keep_going else None,
     )
-    with session:
+    with _Signals(console), session:
         graphs = counted(len(assembly.plans), "graph")
         what = f"{assembly.path}: {graphs}, {_rate_of(session):g} Hz; {network.description}"
         print(clean(what), file=sys.stderr)
         factor = arguments.rate or (math.inf if arguments.transport == "memory" else 1.0)
-        with _Signals(console):
-            try:
-                session.run(arguments.duration, None if math.isinf(factor) else factor, console.on_tick)
-            finally:
-                console.summarize(session)
+        try:
+            session.run(arguments.duration, None if math.isinf(factor) else factor, console.on_tick)
+        finally:
+            console.summarize(session)
     return 0
 
 
@@ -113,7 +113,7 @@ def _open_network(
     from graphengine.ros.select import open_transport
 
     domain = Domain.from_environment(os.environ)
-    name = re.sub(r"[^A-Za-z0-9_]", "_", assembly.path.stem)
+    name = re.sub(r"\A(?![A-Za-z])", "graph_", re.sub(r"[^A-Za-z0-9_]", "_", assembly.path.stem))
 
     def open_domain(number: int) -> Any:
         return open_transport(arguments.transport, replace(domain, id=number), name, environ=os.environ)
@@ -151,6 +151,7 @@ class Console:
         self.stopping = False
         self.terminal = sys.stderr is not None and sys.stderr.isatty()
         self.said: set[tuple[str, str, str]] = set()
+        self.faults = 0
         self.start = self.last = time.perf_counter()
         self.cpu_start = time.thread_time()
         self.last_time = 0.0
@@ -159,13 +160,21 @@ class Console:
         self.last_frame = 0
 
     def say(self, severity: str, node: str, message: str) -> None:
-        """A node's message, once."""
+        """A node's message, once; what its first line says counts."""
         from graphengine.cli.common import clean
 
-        if (severity, node, message) not in self.said:
-            self.said.add((severity, node, message))
+        key = (severity, node, message.partition("\n")[0])
+        if key not in self.said:
+            self.said.add(key)
             self._clear_line()
             print(clean(f"{severity}: {node + ': ' if node else ''}{message}"), file=sys.stderr)
+
+    def fault(self, error: NodeError) -> None:
+        """A node raised, and the run goes on."""
+        from graphengine.cli.common import explain
+
+        self.faults += 1
+        self.say("error", "", explain(error))
 
     def on_tick(self, session: Session) -> bool:
         """Called after each tick; False ends the run."""
@@ -207,8 +216,9 @@ class Console:
         wall = time.perf_counter() - self.start
         ticks = session.clock.frame
         tick = (time.thread_time() - self.cpu_start) / ticks if ticks else 0.0
+        faults = f", {counted(self.faults, 'fault')}" if self.faults else ""
         print(
             f"{counted(ticks, 'tick')}, {session.time:.3f} s of simulation in {wall:.3f} s (x{session.time / wall:.2f}), "
-            f"{tick * 1e3:.3f} ms a tick, {counted(self.network.sent, 'message')}",
+            f"{tick * 1e3:.3f} ms a tick, {counted(self.network.sent, 'message')}{faults}",
             file=sys.stderr,
         )

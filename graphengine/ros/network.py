@@ -33,6 +33,10 @@ class LivePublisher:
         self._network = network
         self._writer = writer
 
+    def close(self) -> None:
+        """Leave the topic."""
+        self._writer.close()
+
     @property
     def wanted(self) -> bool:
         """Whether a reader is there, or a sink."""
@@ -50,16 +54,25 @@ class LivePublisher:
 class LiveSubscription:
     """One topic of one transport; deliveries wait for the next tick."""
 
-    __slots__ = ("_arrived", "_complain", "_message_type", "_visible", "malformed", "skipped", "topic")
+    __slots__ = ("_arrived", "_close", "_complain", "_message_type", "_visible", "malformed", "skipped", "topic")
 
     def __init__(self, topic: str, message_type: str, depth: int, complain: Callable[[str], None]) -> None:
         self.topic = topic
         self.skipped = 0
         self.malformed = 0
+        self._close: Callable[[], None] = lambda: None
         self._message_type = message_type
         self._complain = complain
         self._arrived: deque[bytes] = deque(maxlen=depth)
         self._visible: deque[bytes] = deque(maxlen=depth)
+
+    def on_close(self, close: Callable[[], None]) -> None:
+        """What leaves the topic; known only when the reader is there that delivers here."""
+        self._close = close
+
+    def close(self) -> None:
+        """Leave the topic."""
+        self._close()
 
     def deliver(self, data: bytes) -> None:
         """Take one message from the transport's thread."""
@@ -137,8 +150,15 @@ class LiveNetwork:
         """An endpoint to read from."""
         depth = max(claim.qos.depth, 1) if claim.qos.history == "keepLast" else MAX_KEPT
         made = LiveSubscription(claim.topic, claim.message_type, depth, self._complain)
-        self.transport(claim.ros_context).reader(claim.topic, claim.message_type, claim.qos, made.deliver)
+        reader = self.transport(claim.ros_context).reader(claim.topic, claim.message_type, claim.qos, made.deliver)
         self._subscriptions.append(made)
+
+        def leave() -> None:
+            reader.close()
+            if made in self._subscriptions:
+                self._subscriptions.remove(made)
+
+        made.on_close(leave)
         return made
 
     def freeze(self) -> None:

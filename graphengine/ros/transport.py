@@ -18,9 +18,15 @@ class Writer(Protocol):
     def write(self, data: bytes) -> None:
         """Send one CDR message, encapsulation header included; never blocks for longer than the reliability's 100 ms."""
 
+    def close(self) -> None:
+        """Leave the topic; safe to call twice."""
+
 
 class Reader(Protocol):
-    """One topic that is read; it delivers for as long as the transport is open."""
+    """One topic that is read; it delivers until it or the transport is closed."""
+
+    def close(self) -> None:
+        """Leave the topic; safe to call twice."""
 
 
 class Transport(Protocol):

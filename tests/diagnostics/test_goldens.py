@@ -114,6 +114,25 @@ def test_the_text_is_the_one_that_was_read_by_eye(path: Path, monkeypatch: pytes
     assert text == golden.read_text(encoding="utf-8")
 
 
+def test_several_mistakes_are_told_at_once_in_order_of_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    findings = assemble(CASES / "many_in_one_graph.yaml", monkeypatch).findings.sorted()
+    places = [(finding.span.line, finding.span.column) for finding in findings if finding.span]
+    assert len({finding.code for finding in findings}) >= 6
+    assert len(places) == len(findings) >= 10
+    assert places == sorted(places)
+
+
+@pytest.mark.parametrize(("code", "loop"), [("G209", "Error Gain Filter"), ("G210", "SubscribeTwist ComputeOdom Once")])
+def test_a_cycle_is_told_whole_with_its_lines(code: str, loop: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    (path,) = CASES.glob(f"{code}_*.yaml")
+    (finding,) = [f for f in assemble(path, monkeypatch).findings.errors if f.code == code]
+    nodes = loop.split()
+    assert finding.message.endswith(": " + " -> ".join([*nodes, nodes[0]]))
+    lines = path.read_text().split("\n")
+    assert [label for _, label in finding.related] == [lines[span.line - 1].strip("- ") for span, _ in finding.related]
+    assert len(finding.related) == len(nodes)
+
+
 def test_every_code_has_a_golden_and_every_golden_a_code() -> None:
     named = {path.stem.partition("_")[0] for path in FILES if not path.stem.startswith("many_")}
     assert named == set(CODES)

@@ -129,8 +129,10 @@ class Bench:
     def stop(self) -> None:
         """As a session stops."""
         self.executor.stop()
-        for part in (*self.variables.values(), *self.services.mailboxes.values()):
-            part.clear()
+        for variable in self.variables.values():
+            variable.clear()
+        for mailbox in self.services.mailboxes.values():
+            mailbox.clear()
         self.clock.stop()
 
     def ticks(self, count: int) -> list[list[str]]:

@@ -554,7 +554,7 @@ class ReadVariable(Node, type="test.ReadVariable", volatile=True):
 
 
 @node("test.Double")
-def Twice(number: float) -> float:  # noqa: N802
+def Twice(number: float) -> float:
     """Twice a number."""
     return 2.0 * number
 

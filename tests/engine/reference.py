@@ -42,7 +42,7 @@ class Reference:
         return [p for p in type(self.nodes[index]).fields.values() if p.is_exec and p.side == side]
 
     def port(self, index: int, field: str) -> Port:
-        return type(self.nodes[index]).fields[field]
+        return self.graph.instances[index].cls.fields[field]
 
     def wires_out(self, index: int, port: str | None = None) -> list[Wire]:
         return [w for w in self.graph.exec_wires if w.source == index and port in (None, w.source_field)]
@@ -87,7 +87,8 @@ class Reference:
 
     def below(self, index: int) -> set[int]:
         """The node, and for a pusher everything in the regions below it: what is one unit."""
-        return reach([index], lambda i: {w.target for w in self.forward(i)}) if self.kinds[index] == "pusher" else {index}
+        starts_more = self.kinds[index] == "pusher"
+        return reach([index], lambda i: {w.target for w in self.forward(i)}) if starts_more else {index}
 
     def origin(self, wire: Wire) -> Wire:
         """Where the value of a wire comes from when it begins at an input."""

@@ -179,9 +179,9 @@ def test_r8_what_reads_from_outside_has_one_version_a_tick(bench: MakeBench) -> 
 
 def test_r8_a_data_node_shows_what_a_latent_node_put_out_meanwhile(bench: MakeBench) -> None:
     run = bench("""
-        nodes: {Tick: Tick, Once: {type: Every, inputs: {n: 2}}, Delay: {type: Delay, inputs: {duration: 9.0}}, Add: Add, Show: Do}
+        nodes: {Tick: Tick, Go: {type: Every, inputs: {n: 2}}, Delay: {type: Delay, inputs: {duration: 9.0}}, Add: Add, Show: Do}
         connections:
-          - Once.fired -> Delay.execIn
+          - Go.fired -> Delay.execIn
           - Tick.tick -> Show.execIn
           - Delay.updates -> Add.a
           - Add.sum -> Show.a

@@ -20,7 +20,7 @@ def test_r14_a_data_node_that_raises_is_named_and_not_its_consumer(bench: MakeBe
           - Minus.sum -> Reciprocal.value
           - Reciprocal.result -> Show.a
     """)
-    with pytest.raises(NodeError, match="node Reciprocal .*division by zero") as caught:
+    with pytest.raises(NodeError, match=r"node Reciprocal .*division by zero") as caught:
         run.tick()
     assert "inputs: value=0.0" in str(caught.value)
 
@@ -32,7 +32,7 @@ def test_r14_a_node_below_a_pusher_is_named_and_not_the_pusher(bench: MakeBench)
           - Tick.tick -> ForLoop.execIn
           - ForLoop.loopBody -> Raise.execIn
     """)
-    with pytest.raises(NodeError, match="node Raise "):
+    with pytest.raises(NodeError, match=r"node Raise "):
         run.tick()
 
 
@@ -44,7 +44,7 @@ def test_r14_a_pusher_that_raises_between_two_yields_is_named(bench: MakeBench) 
           - ForLoop.loopBody -> A.execIn
     """)
     run["ForLoop"].stop = "three"
-    with pytest.raises(NodeError, match="node ForLoop .*TypeError"):
+    with pytest.raises(NodeError, match=r"node ForLoop .*TypeError"):
         run.tick()
 
 
@@ -54,7 +54,7 @@ def test_r14_a_latent_node_that_raises_later_is_named(bench: MakeBench) -> None:
         connections: [Every.fired -> FailsLater.execIn]
     """)
     run.tick()
-    with pytest.raises(NodeError, match="node FailsLater .*tired") as caught:
+    with pytest.raises(NodeError, match=r"node FailsLater .*tired") as caught:
         run.tick()
     assert isinstance(caught.value.__cause__, RuntimeError)
 
@@ -72,7 +72,7 @@ ANNOUNCES_T2 = """
 def test_r14_a_node_that_cannot_be_set_up_anew_is_named(bench: MakeBench) -> None:
     run = bench(ANNOUNCES_T2)
     run.tick()
-    with pytest.raises(NodeError, match="node Announce .*this topic is forbidden") as caught:
+    with pytest.raises(NodeError, match=r"node Announce .*this topic is forbidden") as caught:
         run.tick()
     assert "at tick 2" in str(caught.value)
 

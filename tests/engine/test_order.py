@@ -472,9 +472,8 @@ def test_r7_control_activations_come_first_whatever_the_order_of_wires(bench: Ma
           - One.tick -> Counter.execIn
           - Two.tick -> Counter.reset
     """)
-    assert run.ticks(2) == [
-        ["Counter in=0 second=0 reset=1 count=0", "Counter in=1 second=0 reset=0 count=1"],
-    ] * 2
+    once = ["Counter in=0 second=0 reset=1 count=0", "Counter in=1 second=0 reset=0 count=1"]
+    assert run.ticks(2) == [once, once]
 
 
 def test_r7_a_counting_node_counts_the_activations_of_a_counting_node(bench: MakeBench) -> None:

@@ -49,8 +49,9 @@ def test_a_chain_in_which_each_data_node_adds_what_an_executed_one_gave(tmp_path
     n = 300
     run = make(
         tmp_path,
-        ["Tick: Tick", *(f"S{i}: {{type: Sum, inputs: {{b: 1.0}}}}" for i in range(n)), *(f"A{i}: Add" for i in range(n))]
-        + ["Show: Do"],
+        ["Tick: Tick", "Show: Do"]
+        + [f"S{i}: {{type: Sum, inputs: {{b: 1.0}}}}" for i in range(n)]
+        + [f"A{i}: Add" for i in range(n)],
         ["Tick.tick -> S0.execIn", f"S{n - 1}.execOut -> Show.execIn", f"A{n - 1}.sum -> Show.a"]
         + [f"S{i}.execOut -> S{i + 1}.execIn" for i in range(n - 1)]
         + [f"S{i}.sum -> A{i}.a" for i in range(n)]

@@ -157,7 +157,7 @@ def test_r2_more_than_1000_events_in_a_tick_are_an_error_that_names_the_node(pla
     run.node("Post").times = 1000
     run.tick()
     run.node("Post").times = 1001
-    with pytest.raises(NodeError, match="node Post .*more than 1000 events 'messages' in one tick") as caught:
+    with pytest.raises(NodeError, match=r"node Post .*more than 1000 events 'messages' in one tick") as caught:
         run.tick()
     assert isinstance(caught.value.__cause__, ContextError)
 

@@ -218,7 +218,7 @@ def test_a_literal_with_which_a_constant_cannot_be_computed_names_the_constant(b
           - Tick.tick -> Show.execIn
           - Reciprocal.result -> Show.a
     """)
-    with pytest.raises(NodeError, match="node Reciprocal .*division by zero"):
+    with pytest.raises(NodeError, match=r"node Reciprocal .*division by zero"):
         run.executor.set_constant(run.index("Reciprocal"), "value", 0.0)
 
 
@@ -229,7 +229,7 @@ def test_a_setup_that_fails_names_its_node(file: MakeFile) -> None:
         connections: [Tick.tick -> Announce.execIn]
         """)
     )
-    with pytest.raises(NodeError, match="node Announce .*this topic is forbidden"):
+    with pytest.raises(NodeError, match=r"node Announce .*this topic is forbidden"):
         run.setup()
 
 

@@ -112,7 +112,8 @@ def carter(position: Sequence[float], yaw_deg: float, controller: dict[str, floa
     base = body(30.0, 2.0, '<box size="0.4 0.3 0.2"/>', "-0.05 0 0.25")
     caster = body(0.5, 0.01, '<sphere radius="0.05"/>')
     mount = '<parent link="base_link"/><child link="caster"/><origin xyz="-0.3 0 0.05"/>'
-    urdf = f'<robot name="carter"><link name="base_link">{base}</link>{wheels}<link name="caster">{caster}</link><joint name="caster_joint" type="fixed">{mount}</joint></robot>'
+    links = f'<link name="base_link">{base}</link>{wheels}<link name="caster">{caster}</link>'
+    urdf = f'<robot name="carter">{links}<joint name="caster_joint" type="fixed">{mount}</joint></robot>'
     drive = {"drive": {"damping": 50.0}, "armature": 0.01}
     materials = {
         "Wheel": {"static_friction": 1.0, "dynamic_friction": 1.0, "combine": "max", "bind": ["left", "right"]},

@@ -1,0 +1,80 @@
+"""Findings of the dry setup: the place of the input that asked, and no second finding that only follows from a first."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from graphengine import build
+from graphengine.build import Options
+
+SCENE = Path(__file__).parent / "cases" / "parts" / "rover_scene.yaml"
+TICK = "  Tick: OnPlaybackTick\n"
+
+
+def told(folder: Path, nodes: str, wires: str, *, scene: bool = False, **overrides: object) -> list[str]:
+    """`code line:column` of each error, or of each warning if there is none."""
+    path = folder / "a.yaml"
+    path.write_text(f"graph: g\nnodes:\n{TICK}{nodes}connections: [{wires}]\n")
+    options = Options(
+        scene=SCENE if scene else None, overrides={name.replace("__", "."): value for name, value in overrides.items()}
+    )
+    assembly = build.assemble(path, options)
+    assembly.world.close()
+    return [
+        f"{finding.code} {finding.span.line}:{finding.span.column}"
+        for finding in assembly.findings.errors or assembly.findings.warnings
+        if finding.span is not None
+    ]
+
+
+@pytest.mark.parametrize(
+    ("inputs", "place"),
+    [
+        ("targetPrim: /rovr", "G301 4:58"),
+        ("targetPrim: [/rovr]", "G301 4:59"),
+        ("'inputs:targetPrim': /rovr", "G301 4:67"),
+        ("targetPrim: /rover, jointNames: [left_wheel_joint, arm]", "G303 4:97"),
+        ("targetPrim: /rover, 'inputs:jointNames': [arm]", "G303 4:88"),
+        ("targetPrim: /rover, jointIndices: [1, 7]", "G303 4:84"),
+        ("robotPath: /rovr, targetPrim: /rover", "G301 4:57"),
+    ],
+)
+def test_the_place_is_the_value_that_asked(inputs: str, place: str, tmp_path: Path) -> None:
+    node = f"  A: {{type: IsaacArticulationController, inputs: {{{inputs}}}}}\n"
+    assert told(tmp_path, node, "Tick.tick -> A.execIn", scene=True) == [place]
+
+
+def test_a_value_from_the_command_line_has_the_place_of_its_node(tmp_path: Path) -> None:
+    node = "  A: {type: IsaacArticulationController, inputs: {targetPrim: /rover}}\n"
+    assert told(tmp_path, node, "Tick.tick -> A.execIn", scene=True, A__jointNames=["arm"]) == ["G303 4:3"]
+
+
+def test_a_value_that_came_by_wire_has_the_place_of_its_node(tmp_path: Path) -> None:
+    nodes = (
+        "  A: {type: IsaacArticulationController, inputs: {targetPrim: /rovr}}\n"
+        "  B: {type: IsaacArticulationController}\n"
+    )
+    wires = "Tick.tick -> A.execIn, Tick.tick -> B.execIn, A.inputs:targetPrim -> B.targetPrim"
+    assert told(tmp_path, nodes, wires, scene=True) == ["G301 4:63"]  # B lacks only what A was told wrongly
+
+
+def test_a_missing_input_is_told_once(tmp_path: Path) -> None:
+    assert told(tmp_path, "  A: IsaacComputeOdometry\n", "Tick.tick -> A.execIn") == ["G208 4:3"]
+
+
+def test_a_wrong_input_is_told_once(tmp_path: Path) -> None:
+    nodes = "  A: {type: IsaacComputeOdometry, inputs: {chassisPrim: 5}}\n"
+    assert told(tmp_path, nodes, "Tick.tick -> A.execIn") == ["G211 4:56"] * 1 + ["G208 4:3"] * 0
+
+
+def test_other_mistakes_of_a_node_are_told_beside_a_wrong_input(tmp_path: Path) -> None:
+    nodes = "  A: {type: ROS2PublishClock, inputs: {timeStamp: now, topicName: 2 clocks}}\n"
+    assert told(tmp_path, nodes, "Tick.tick -> A.execIn") == ["G211 4:51", "G304 4:67"]
+
+
+def test_nodes_behind_a_refused_wire_are_not_called_idle(tmp_path: Path) -> None:
+    nodes = "  A: ROS2SubscribeTwist\n  B: ROS2PublishClock\n"
+    assert told(tmp_path, nodes, "Tick.tock -> A.execIn, A.execOut -> B.execIn") == ["G204 6:15"]
+    assert told(tmp_path, nodes, "A.execOut -> B.execIn") == ["W101 4:3", "W101 5:3"]
