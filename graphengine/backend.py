@@ -120,6 +120,9 @@ class Network(Protocol):
     def freeze(self) -> None:
         """Begin a tick: what has arrived so far is what subscriptions deliver, what comes later waits for the next tick."""
 
+    def flush(self) -> None:
+        """End a tick: what was published in it leaves now."""
+
     def log(self, severity: str, message: str) -> None:
         """Pass a message for people on to the network."""
 
@@ -271,6 +274,9 @@ class DryNetwork:
 
     def freeze(self) -> None:
         """Nothing has arrived."""
+
+    def flush(self) -> None:
+        """Nothing was published."""
 
     def log(self, severity: str, message: str) -> None:
         """Nobody reads."""

@@ -181,6 +181,10 @@ def camel_case(field: str) -> str:
     return head + "".join(word[:1].upper() + word[1:] for word in tail)
 
 
+_RESERVED = re.compile(r"_|(type|tuple|input|id|hash|min|max|range|object|close|update|active)\Z")
+"""Names that a class body or the engine uses itself."""
+
+
 @dataclass_transform(kw_only_default=True, field_specifiers=(In, Out, State))
 class NodeMeta(type):
     """Turns the fields of a class body into slots and a table of ports."""
@@ -202,7 +206,7 @@ class NodeMeta(type):
         inherited = [base for base in bases if isinstance(base, NodeMeta)]
         taken = {member for base in inherited for member in dir(base)}
         for field_name in fields:
-            if field_name in taken or re.match(r"_|(type|tuple|input|id|hash|min|max|range|object)\Z", field_name):
+            if field_name in taken or _RESERVED.match(field_name):
                 raise TypeError(
                     f"{name}.{field_name}: the name is taken; call it {field_name}_in or {field_name}_out with name="
                 )
@@ -254,7 +258,7 @@ class Node(metaclass=NodeMeta):
             if port.side == "inputs":
                 setattr(self, port.field, 0 if port.is_exec else port.default)
         if hasattr(cls, "update"):
-            self.active = False  # type: ignore[misc]
+            self.active = False
         self.clear()
         for name, value in values.items():
             known = cls.fields.get(name)
@@ -267,8 +271,15 @@ class Node(metaclass=NodeMeta):
             except (TypeError, ValueError) as error:
                 raise type(error)(f"{cls.__name__}.{name}: {error}, got {value!r}") from None
 
-    active: bool
-    """Of a latent node: whether `update` is to be called."""
+    if TYPE_CHECKING:  # a slot of latent nodes, and to checkers no argument of the constructor
+
+        @property
+        def active(self) -> bool:
+            """Of a latent node: whether `update` is to be called."""
+            ...
+
+        @active.setter
+        def active(self, value: bool) -> None: ...
 
     @classmethod
     def kind(cls) -> Kind:
@@ -313,7 +324,7 @@ class Node(metaclass=NodeMeta):
                 factory = self._factories.get(port.field)
                 setattr(self, port.field, factory() if factory else port.default)
         if hasattr(type(self), "update"):
-            self.active = False  # type: ignore[misc]
+            self.active = False
 
     @classmethod
     def _make_ports(cls, fields: dict[str, Any]) -> None:
@@ -366,6 +377,9 @@ def _value_port(owner: str, name: str, field: _Field, hint: Any) -> Port:
         zero = None if isinstance(port_type, UnionType) else port_type.zero
         return replace(port, default=zero, bound_in_setup=field.side == "state" and field.factory is None)
     if field.side == "state":
+        if getattr(field.default, "__hash__", None) is None:
+            kind = type(field.default).__name__
+            raise TypeError(f"{owner}.{name}: default {field.default!r} can be changed; give factory={kind}")
         return replace(port, default=field.default)
     try:
         return replace(port, default=port.check(field.default))
@@ -381,10 +395,7 @@ def grown(cls: type[Node], literals: Mapping[str, Any]) -> type[Node]:
     ports = cls.dynamic_ports(literals)
     if not ports:
         return cls
-    key = (
-        cls,
-        tuple((name, repr(getattr(field, "facts", "")) + type(field).__name__) for name, field in ports.items()),
-    )
+    key = cls, tuple((name, f"{type(field).__name__} {vars(field)}") for name, field in ports.items())
     if key not in _grown:
         namespace = {"__module__": cls.__module__, "__doc__": cls.__doc__, "__qualname__": cls.__qualname__, **ports}
         made = NodeMeta(cls.__name__, (cls,), namespace, type=cls.type_name, gated=cls.gated, counts=cls.counts)
@@ -411,8 +422,10 @@ def node(
         for name, parameter in signature.parameters.items():
             default = _MISSING if parameter.default is parameter.empty else parameter.default
             namespace[name] = _Field("inputs", default)
+        if "value" in namespace:
+            raise TypeError(f"{function.__name__}.value: the name is taken by the output; call the argument otherwise")
         namespace["value"] = _Field("outputs")
-        annotations["value"] = annotations.pop("return")
+        annotations["value"] = annotations.pop("return", None)
 
         def compute(self: Any) -> None:
             self.value = function(*[getattr(self, name) for name in names])

@@ -88,6 +88,7 @@ class Session:
                 executor.run_pass()
             for executor in self._on_tick:
                 executor.run_latent()
+            services.network.flush()
         except GraphError as error:
             world.zero_commands()
             self.state = "paused"

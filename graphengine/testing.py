@@ -7,8 +7,8 @@
     node.compute()
     assert robot.targets["velocity"] == [1.0, 2.0]
 
-Prims, namespaces, QoS, transform trees and the encoding of messages are the engine's own: `context.transport.messages("/odom")`
-reads a topic back, `context.transport.inject("/cmd_vel", twist)` feeds one. `RecordingWorld` serves whole sessions too.
+Prims, names, transform trees and messages are the engine's own: `context.transport.messages("/odom")` reads a topic back,
+`context.transport.inject("/cmd_vel", twist)` feeds one. `RecordingWorld` serves whole sessions too.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ import json
 import math
 import re
 import traceback
-from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partialmethod
@@ -174,14 +173,20 @@ class RecordingContext(NodeContext):
     def __init__(
         self, prim_path: str = "/World/graph/node", *, wanted: bool = True, ros_domain_id: int | None = None
     ) -> None:
-        self.world, self.transport = RecordingWorld(), MemoryTransport(wants_all=wanted)
+        self.world, self._memory = RecordingWorld(), MemoryTransport(wants_all=wanted)
         self.logged: list[tuple[str, str]] = []  # severity and text
         self.variables: dict[str, GraphVariable] = {}
-        network = LiveNetwork(lambda _: self.transport, 0, lambda text: self.logged.append(("network", text)))
+        network = LiveNetwork(lambda _: self._memory, 0, lambda text: self.logged.append(("network", text)))
         self.services = Services(self.world, network, domain_from_environment=ros_domain_id)
         self.services.log = lambda severity, _, message: self.logged.append((severity, message))
         clock = SimulationClock(self.world.tick_period)
         super().__init__(self.services, clock, "graph", prim_path, 1.0 / clock.delta, self.variables)
+
+    @property
+    def transport(self) -> MemoryTransport:
+        """The topics, with everything that was published until now."""
+        self.services.network.flush()
+        return self._memory
 
     def tick(self, ticks: int = 1) -> None:
         """Begin the next tick: time goes on, what arrived becomes visible."""
@@ -200,14 +205,11 @@ class RecordingContext(NodeContext):
 
 
 def check_node(cls: type[Node], make_context: Callable[[], RecordingContext] = RecordingContext, **inputs: Any) -> None:
-    """Hold a node class against what its users and the engine expect.
+    """Raise NodeClassError with everything that users and the engine expect of a node class and do not find.
 
     A docstring whose first line is a fact; ports that say what they are; units on physical numbers. A name that nobody else has;
     legal defaults; a JSON Schema. Three ticks touch nothing undeclared and are the same each time; a node may refuse its inputs
     with ValueError or a GraphError. `inputs` are values, by field, of those it cannot do without.
-
-    Raises:
-        NodeClassError: it lists everything that is wrong.
     """
     problems = [*_words(cls), *_shape(cls), *_behaviour(cls, make_context, inputs)]
     if problems:
@@ -222,9 +224,7 @@ def _words(cls: type[Node]) -> Iterator[str]:
     first = (inspect.getdoc(cls) or "").partition("\n")[0] if cls.__doc__ else ""
     if not first.endswith(".") or re.match(r"(?i)(this|a node|the node|node that|class)\b", first):
         yield f"the first line of its docstring states a fact and ends with a full stop, it is {first!r}"
-    for port in cls.fields.values():
-        if port.side == "state" or port.is_exec:
-            continue
+    for port in (port for port in cls.fields.values() if port.side != "state" and not port.is_exec):
         told = port.doc or port.unit or port.tokens or port.component or re.search(r"[A-Z_]", port.name)
         if not told and port.name.lower() not in cls.type_name.lower():
             yield f"{port.name}: a name of one word needs a doc"
@@ -240,8 +240,8 @@ def _shape(cls: type[Node]) -> Iterator[str]:
     for name in (cls.type_name, *cls.aliases):
         if (other := default_registry().types.get(name, cls)) is not cls:
             yield f"{name!r} is the name of {other.__module__}.{other.__qualname__}"
-    named = Counter(f"{port.side}:{port.name}" for port in cls.fields.values())
-    yield from (f"{count} ports are called {name}" for name, count in named.items() if count > 1)
+    named = [f"{port.side}:{port.name}" for port in cls.fields.values()]
+    yield from (f"{named.count(name)} ports are called {name}" for name in sorted(set(named)) if named.count(name) > 1)
     for port in cls.fields.values():
         try:
             if port.side != "state" and not port.is_exec and not port.required:

@@ -221,15 +221,10 @@ class IsaacArticulationController(Node, type="isaacsim.core.nodes.IsaacArticulat
         selection = self.selection
         if selection is None or self.selected[0] is not self.joint_names or self.selected[1] is not self.joint_indices:
             selection = self.select()
+        position, velocity, effort = self.position_command, self.velocity_command, self.effort_command
         joints = len(selection.names)
-        commands = {
-            "positionCommand": self.position_command,
-            "velocityCommand": self.velocity_command,
-            "effortCommand": self.effort_command,
-        }
-        for name, command in commands.items():
+        for name, command in (("positionCommand", position), ("velocityCommand", velocity), ("effortCommand", effort)):
             if len(command) not in (0, joints):
                 path = self.articulation.prim_path
                 raise ValueError(f"{name} has {len(command)} values for {joints} joints of {path}; nothing was applied")
-        position, velocity, effort = (command.tolist() or None for command in commands.values())
-        selection.command(position, velocity, effort)
+        selection.command(position.tolist() or None, velocity.tolist() or None, effort.tolist() or None)

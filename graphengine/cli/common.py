@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import copy
 import importlib
 import os
 import sys
@@ -122,7 +123,7 @@ def make_registry(modules: Sequence[str]) -> Any:
     from graphengine.diagnostics import UsageError
     from graphengine.registry import default_registry
 
-    registry = default_registry()
+    registry = copy.deepcopy(default_registry())  # which others in this process share
     sys.path.insert(0, "")  # a module of the working directory, as with `python -m`
     for name in modules:
         if not all(part.isidentifier() for part in name.split(".")):

@@ -43,10 +43,12 @@ class LivePublisher:
         return self._writer.matched or bool(self._network.sinks)
 
     def publish(self, message: Any) -> None:
-        """Encode once, send everywhere."""
-        data = messages.encode(message)
+        """Encode once; the bytes go to every sink when the tick ends."""
+        self._network.outbox.append((self, messages.encode(message)))
+
+    def send(self, data: bytes) -> None:
+        """Hand bytes to the transport and to every sink."""
         self._writer.write(data)
-        self._network.sent += 1
         for sink in self._network.sinks:
             sink.write(self.topic, self._message_type, data)
 
@@ -125,6 +127,8 @@ class LiveNetwork:
         self, open_domain: Callable[[int], Transport], domain_id: int, complain: Callable[[str], None]
     ) -> None:
         self.sinks: list[Sink] = []
+        self.outbox: list[tuple[LivePublisher, bytes]] = []
+        """What was published in this tick. Sent in one go: a reader that sleeps is woken once a tick, not once a message."""
         self.sent = 0
         """Messages sent since the start."""
         self._open_domain = open_domain
@@ -165,6 +169,13 @@ class LiveNetwork:
         """Begin a tick."""
         for subscription in self._subscriptions:
             subscription.freeze()
+
+    def flush(self) -> None:
+        """End a tick: send what was published, in order."""
+        for publisher, data in self.outbox:
+            publisher.send(data)
+        self.sent += len(self.outbox)
+        self.outbox.clear()
 
     def log(self, severity: str, message: str) -> None:
         """Messages for people go to /rosout where a transport has it."""

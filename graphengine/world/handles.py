@@ -117,6 +117,7 @@ class Joints(Handle):
         self._lowest = np.where(limited, model.jnt_actfrcrange[ids, 0], -np.inf)
         self._highest = np.where(limited, model.jnt_actfrcrange[ids, 1], np.inf)
         self._stiffness, self._damping = np.array([(d.stiffness, d.damping) for d in own], float).reshape(-1, 2).T
+        self._has_springs, self._has_limits = bool(self._stiffness.any()), bool(limited.any())
         self.position_servos = _servos(model, map(position_servo, joints), self._stiffness)
         self.velocity_servos = _servos(model, map(velocity_servo, joints), self._damping)
 
@@ -144,9 +145,12 @@ class Joints(Handle):
         MuJoCo's own `actuator_force` belongs to the velocity before the step: under the discrete integrator 15 times the torque
         that accelerates a robot.
         """
-        force = self._stiffness * (self._control.take(self.position_servos) - self.positions())
-        force += self._damping * (self._control.take(self.velocity_servos) - self.velocities())
-        efforts: Floats = np.clip(force, self._lowest, self._highest) + self._data.qfrc_applied.take(self.dofs)
+        force = self._damping * (self._control.take(self.velocity_servos) - self.velocities())
+        if self._has_springs:
+            force += self._stiffness * (self._control.take(self.position_servos) - self.positions())
+        if self._has_limits:
+            force = np.clip(force, self._lowest, self._highest)
+        efforts: Floats = force + self._data.qfrc_applied.take(self.dofs)
         return efforts
 
 

@@ -186,13 +186,17 @@ def py_trees_microseconds(size: int) -> float | None:
 
 def main() -> None:
     """Print the table."""
-    print(f"Python {sys.version.split()[0]}; ratio = time of the generated pass over that of a hand-written loop, same run")
+    print(
+        f"Python {sys.version.split()[0]}; ratio = time of the generated pass over that of a hand-written loop, same run"
+    )
     for gated, bars in ((False, {20: 1.8, 100: 1.8}), (True, {20: 2.2, 100: 2.2})):
         what = "half of the nodes behind a branch" if gated else "every node runs"
         for size in (20, 100, 1000):
             ratio, best = compare(size, gated)
             bar = f"(bar {bars[size]})" if size in bars else ""
-            print(f"{size:5} nodes, {what:33}  x{ratio:.2f} {bar:10} {best:8.2f} us a pass, {best / size * 1e3:.0f} ns a node")
+            print(
+                f"{size:5} nodes, {what:33}  x{ratio:.2f} {bar:10} {best:8.2f} us a pass, {best / size * 1e3:.0f} ns a node"
+            )
     for size in (20, 100):
         for name, other in (("csp, Python nodes", csp_microseconds), ("py_trees", py_trees_microseconds)):
             theirs = other(size)

@@ -45,3 +45,9 @@ def test_a_subgraph_that_is_not_there_is_one_error(tmp_path: Path) -> None:
 def test_a_parameter_that_a_scene_gives_wrongly_is_told_in_the_scene(tmp_path: Path) -> None:
     (tmp_path / "w.xml").write_text(WORLD)
     assert told(tmp_path, SCENE) == ["G111 a.yaml:4"]
+
+
+@pytest.mark.xfail(strict=True, reason="resolve: a required input that was given wrongly is called missing as well")
+def test_a_required_input_of_a_wrong_type_is_one_error(tmp_path: Path) -> None:
+    text = "graph: g\nnodes:\n  Tick: OnPlaybackTick\n  A: {type: IsaacComputeOdometry, inputs: {chassisPrim: 5}}\n"
+    assert told(tmp_path, f"{text}connections: [Tick.tick -> A.execIn]\n") == ["G211 a.yaml:4"]

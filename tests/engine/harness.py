@@ -7,11 +7,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from graphengine.backend import DryEndpoint, DryNetwork, DryWorld, TopicClaim
+from graphengine.backend import DryEndpoint, DryNetwork, DryWorld, OwnedPublisher, TopicClaim
 from graphengine.check import make_executor, make_variables
-from graphengine.context import Publisher
 from graphengine.diagnostics import Findings, NodeError
-from graphengine.executor import Executor
 from graphengine.files import Files
 from graphengine.node_context import NodeContext, Services, SimulationClock
 from graphengine.plan import Plan, make_plan
@@ -33,9 +31,11 @@ class Journal(DryNetwork):
         self.lines: list[str] = []
         self.logged: list[str] = []
         self.frozen = 0
+        self.open = 0
 
-    def publisher(self, claim: TopicClaim) -> Publisher:
-        return _Pen(claim.topic, self.lines)
+    def publisher(self, claim: TopicClaim) -> OwnedPublisher:
+        self.open += 1
+        return _Pen(claim.topic, self)
 
     def freeze(self) -> None:
         self.frozen += 1
@@ -51,12 +51,15 @@ class Journal(DryNetwork):
 
 
 class _Pen(DryEndpoint):
-    def __init__(self, topic: str, lines: list[str]) -> None:
+    def __init__(self, topic: str, journal: Journal) -> None:
         super().__init__(topic)
-        self.lines = lines
+        self.journal = journal
 
     def publish(self, message: Any) -> None:
-        self.lines.append(message)
+        self.journal.lines.append(message)
+
+    def close(self) -> None:
+        self.journal.open -= 1
 
 
 def write(folder: Path, text: str, name: str = "g.yaml") -> Path:
@@ -94,17 +97,14 @@ class Bench:
         self.clock = SimulationClock((1, 100))
         self.variables = make_variables(plan)
         self.faults: list[NodeError] = []
-        self.executor = make_executor(plan, self.services, self.clock, self.variables)
-        if keep_going:
-            self.executor = Executor(plan, self._context_of, self._now, self.faults.append)
+        fault = self.faults.append if keep_going else None
+        self.executor = make_executor(plan, self.services, self.clock, self.variables, fault)
 
-    def _context_of(self, index: int) -> NodeContext:
-        plan = self.plan
-        prim_path = f"{plan.graph.prim_path}/{plan.graph.instances[index].id}"
-        return NodeContext(self.services, self.clock, plan.graph.name, prim_path, None, self.variables)
-
-    def _now(self) -> tuple[int, float]:
-        return self.clock.frame, self.clock.time
+    def context_of(self, index: int) -> NodeContext:
+        """What a node would be set up with."""
+        graph = self.plan.graph
+        path = f"{graph.prim_path}/{graph.instances[index].id}"
+        return NodeContext(self.services, self.clock, graph.name, path, None, self.variables)
 
     def __getitem__(self, node_id: str) -> Any:
         """A node by its name in the file."""

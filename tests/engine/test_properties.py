@@ -188,7 +188,7 @@ def play_both(path: Path) -> tuple[list[Any], list[Any]]:
     other = Bench(path)
     graph = resolved(path, Findings())
     assert graph is not None
-    rules = Reference(graph, other._context_of)
+    rules = Reference(graph, other.context_of)
     done = play(engine)
     said: list[Any] = []
     for number in range(PASSES):
@@ -278,7 +278,7 @@ def test_the_schedule_is_a_topological_order_but_for_the_wires_that_are_told_of(
         return
     run, graph = Bench(path), resolved(path, Findings())
     assert graph is not None
-    rules = Reference(graph, run._context_of)
+    rules = Reference(graph, run.context_of)
     told = {finding.span.line for finding in run.findings.items if finding.code == "W104" and finding.span is not None}
     for region in run.plan.regions:
         place = {call.node: number for number, call in enumerate(region.calls)}

@@ -112,6 +112,19 @@ def test_a_wire_that_changes_at_run_time_sets_the_node_up_again(bench: MakeBench
     ]
 
 
+def test_what_a_node_was_handed_is_closed_before_it_is_set_up_again(bench: MakeBench) -> None:
+    run = bench("""
+        nodes: {Tick: Tick, Spell: Spell, Announce: Announce}
+        connections:
+          - Tick.tick -> Spell.execIn
+          - Spell.execOut -> Announce.execIn
+          - Spell.text -> Announce.topic
+    """)
+    run.ticks(3)
+    assert run.journal.open == 1
+    assert len(run.services.claims) == 1
+
+
 def test_two_inputs_that_change_together_set_the_node_up_once(bench: MakeBench) -> None:
     run = bench("""
         nodes: {Tick: Tick, Spell: Spell, Announce: Announce}

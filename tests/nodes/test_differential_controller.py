@@ -226,6 +226,19 @@ def test_in_the_dd100s_graph_silence_brakes_it_along_the_ramp(play: Player) -> N
     assert driven == pytest.approx(up + down, abs=1e-9)
 
 
+@pytest.mark.parametrize("name", ["tutorial/cmd_vel", "dd100/cmd_vel"])
+def test_in_the_shipped_graphs_a_second_play_begins_at_rest(play: Player, name: str) -> None:
+    world = dd100()
+    playing = play.shipped(name, world)
+    robot = world.articulation(world.stage.find("/dd100"))
+    playing.transport.inject("/dd100_0000/cmd_vel", twist(0.4, 0.4))
+    playing.tick(10)
+    assert robot.targets["velocity"] != [0.0, 0.0]
+    playing.session.stop()
+    playing.tick()
+    assert robot.targets["velocity"] == [0.0, 0.0]
+
+
 def test_in_a_graph_a_controller_without_wheels_stops_the_run_and_the_robot(play: Player) -> None:
     playing = play.graph("nodes: {T: OnPlaybackTick, D: DifferentialController}\nconnections: [T.tick -> D.execIn]")
     with pytest.raises(NodeError, match=r"node D .*wheelRadius and wheelDistance must not be 0"):

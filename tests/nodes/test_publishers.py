@@ -97,6 +97,7 @@ def test_a_listener_who_comes_later_gets_what_comes_later(cls: type[PublisherNod
     node.compute()
     context.transport.reader(topic, cls.message_type, QoS(), heard.append)
     node.compute()
+    assert context.transport.raw(topic) == heard
     assert len(heard) == 1
 
 

@@ -93,6 +93,7 @@ def test_every_sink_gets_the_bytes_that_the_transport_gets() -> None:
     network.sinks.append(Recorder())
     assert (wanted_before, publisher.wanted) == (False, True)
     publisher.publish(twist(1.5))
+    network.flush()
     assert taken == [("/cmd_vel", TWIST, transport.raw("/cmd_vel")[0])]
 
 

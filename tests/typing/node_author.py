@@ -6,6 +6,8 @@ Where an error is to be told, the line ends in a comment: mypy's code, then pyri
 
 from __future__ import annotations
 
+import math
+
 from graphengine.context import Clock, Context
 from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out, State, node
 from graphengine.types import Doubles, Token, Vector3d
@@ -35,7 +37,7 @@ class Gain(Node, type="typing.Gain", gated=True):
         self.scaled = "fast"  # error: assignment reportAttributeAccessIssue
         self.rounds += 1
         self.scaled = self.speeed  # error: attr-defined reportAttributeAccessIssue
-        self.scald = 1.0  # a new attribute to both; `__slots__` refuses it when it runs, and check_node finds it
+        self.scalled = 1.0  # a new attribute to both; `__slots__` refuses it when it runs, and check_node finds it
         if self.exec_in > 1:
             return self.exec_out | "more"  # error: operator reportOperatorIssue
         return self.exec_out
@@ -52,7 +54,7 @@ class Place(Node, type="typing.Place"):
 @node("typing.Hypotenuse")
 def hypotenuse(a: float, b: float = 1.0) -> float:
     """Longest side of a right-angled triangle."""
-    return (a * a + b * b) ** 0.5
+    return math.hypot(a, b)
 
 
 right = Gain(factor=2.0, speed=1.0, mode="double")
@@ -65,11 +67,11 @@ place = Place(position=(1.0, 2.0, 3.0))
 Gain(speed=1.0)  # error: call-arg reportCallIssue
 Gain(factor=2.0, sped=1.0)  # error: call-arg reportCallIssue
 Gain(factor="two")  # error: arg-type reportArgumentType
-Gain(2.0)  # error: call-arg,misc reportCallIssue
+Gain(2.0)  # error: call-arg reportCallIssue
 Gain(factor=2.0, scaled=3.0)  # error: call-arg reportCallIssue
 Gain(factor=2.0, rounds=3)  # error: call-arg reportCallIssue
 Gain(factor=2.0, exec_in=1)  # error: call-arg reportCallIssue
 Place(position=(1.0, 2.0))  # error: arg-type reportArgumentType
-right.scald  # error: attr-defined reportAttributeAccessIssue
+misspelt: float = right.scald  # error: attr-defined reportAttributeAccessIssue
 right.speed = "fast"  # error: assignment reportAttributeAccessIssue
 wrong: str = right.scaled  # error: assignment reportAssignmentType

@@ -1,0 +1,47 @@
+"""`graphrun` runs a command in this process, `project` is a folder to stand in with a graph and a scene of one's own."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from graphengine.cli import main
+from tests.cli.harness import Graphrun, Result
+
+CLOCK = """format: 1
+graph: mine
+nodes:
+  Tick: OnPlaybackTick
+  Time: ReadSimulationTime
+  Clock:
+    type: PublishClock
+    inputs: {topicName: clock}
+connections:
+  - Tick.tick -> Clock.execIn
+  - Time.simulationTime -> Clock.timeStamp
+"""
+
+
+@pytest.fixture
+def graphrun(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Graphrun:
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")
+    monkeypatch.setattr(sys, "path", list(sys.path))
+
+    def run(*arguments: str) -> Result:
+        capsys.readouterr()
+        try:
+            code = main(arguments)
+        except SystemExit as end:  # as argparse ends
+            code = end.code if isinstance(end.code, int) else 1
+        return Result(code, *capsys.readouterr())
+
+    return run
+
+
+@pytest.fixture
+def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    (tmp_path / "mine.yaml").write_text(CLOCK, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path

@@ -1,0 +1,119 @@
+"""`graphrun check`: every mistake of every file, for people and for machines."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.cli.harness import GRAPHS, SCENES, Graphrun
+
+SPEEDY = "graph: speedy\nnodes:\n  Tick: OnPlaybackTick\n  Idle: PublishClock\n"  # a warning: nothing reaches Idle
+
+
+@pytest.fixture
+def warned(project: Path) -> str:
+    (project / "warned.yaml").write_text(SPEEDY, encoding="utf-8")
+    return "warned.yaml"
+
+
+@pytest.fixture
+def broken(project: Path) -> str:
+    text = (project / "mine.yaml").read_text(encoding="utf-8")
+    text = text.replace("topicName", "topicname").replace("Tick.tick ->", "Tick.tack ->")
+    (project / "broken.yaml").write_text(text, encoding="utf-8")
+    return "broken.yaml"
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_scene_that_ships_checks_without_an_error(graphrun: Graphrun, name: str) -> None:
+    result = graphrun("check", name)
+    assert (result.code, result.err) == (0, "")
+    assert " error " not in result.out
+    assert result.lines[-1].startswith("1 file, ")
+    if not name.startswith("tutorial"):
+        assert result.lines[-1].endswith(": 0 errors, 0 warnings")
+
+
+@pytest.mark.parametrize("name", GRAPHS)
+def test_a_graph_that_ships_checks_without_an_error_alone_and_in_a_scene(graphrun: Graphrun, name: str) -> None:
+    alone = graphrun("check", name)
+    assert (alone.code, alone.lines[-1]) == (0, "1 file, 1 graph: 0 errors, 0 warnings")
+    assert graphrun("check", name, "--scene", "tutorial/navigation").code == 0
+
+
+def test_all_that_ships_checks_at_once(graphrun: Graphrun) -> None:
+    result = graphrun("check", *SCENES, *GRAPHS)
+    assert result.code == 0
+    assert result.lines[-1].startswith(f"{len(SCENES) + len(GRAPHS)} files, ")
+    assert result.lines[-1].endswith(": 0 errors, 3 warnings")  # each once: W201, and W203 with and without a namespace
+
+
+def test_warnings_are_errors_when_strict(graphrun: Graphrun, warned: str) -> None:
+    lenient, strict = graphrun("check", warned), graphrun("check", warned, "--strict")
+    assert (lenient.code, strict.code) == (0, 1)
+    assert lenient.out == strict.out
+    assert lenient.lines[-1] == "1 file, 1 graph: 0 errors, 1 warning"
+
+
+def test_notes_are_no_errors_when_strict(graphrun: Graphrun) -> None:
+    result = graphrun("check", "dd100_warehouse", "--strict")
+    assert result.code == 0
+    assert " note N" in result.out
+
+
+def test_every_mistake_is_told_at_its_place_on_the_standard_output(graphrun: Graphrun, broken: str) -> None:
+    result = graphrun("check", broken)
+    assert (result.code, result.err) == (1, "")
+    assert [line for line in result.lines if " error " in line] == [
+        "broken.yaml:8:14: error G204: ROS2PublishClock has no input 'topicname'",
+        "broken.yaml:10:5: error G204: OnPlaybackTick has no output 'tack'",
+    ]
+    assert result.out.count("did you mean 'topicName'?") == 1
+    assert result.lines[-1].startswith("1 file, 1 graph: 2 errors, ")
+
+
+def test_json_names_each_finding_with_file_line_and_remedy(graphrun: Graphrun, broken: str) -> None:
+    result = graphrun("check", broken, "--format", "json")
+    assert (result.code, result.err) == (1, "")
+    findings = [finding for finding in json.loads(result.out) if finding["severity"] == "error"]
+    assert [(f["code"], f["path"], f["line"], f["column"]) for f in findings] == [
+        ("G204", "broken.yaml", 8, 14),
+        ("G204", "broken.yaml", 10, 5),
+    ]
+    assert findings[0]["message"] == "ROS2PublishClock has no input 'topicname'"
+    assert findings[0]["help"] == ["did you mean 'topicName'?"]
+    assert findings[0]["length"] == len("topicname")
+
+
+def test_json_of_files_without_a_finding_is_an_empty_list(graphrun: Graphrun, project: Path) -> None:
+    assert json.loads(graphrun("check", "mine.yaml", "--format", "json").out) == []
+
+
+def test_findings_of_several_files_come_together_each_once(
+    graphrun: Graphrun, project: Path, warned: str, broken: str
+) -> None:
+    result = graphrun("check", "mine.yaml", warned, broken, broken, "--format", "json")
+    assert result.code == 1
+    paths = [finding["path"] for finding in json.loads(result.out) if finding["severity"] != "note"]
+    assert paths[:3] == [warned, broken, broken]
+    assert len(paths) == len({(f["path"], f["line"], f["code"], f["message"]) for f in json.loads(result.out)})
+
+
+def test_a_file_that_is_not_there_is_a_mistake_of_the_command_line(graphrun: Graphrun, broken: str) -> None:
+    result = graphrun("check", broken, "dd100_warehose")
+    assert (result.code, result.out) == (2, "")
+    assert result.err.startswith("graphrun check: no file 'dd100_warehose'\n  did you mean 'dd100_warehouse'?\n")
+
+
+def test_a_file_may_name_only_what_lies_beside_it_unless_allowed(graphrun: Graphrun, project: Path) -> None:
+    (project / "far").mkdir()
+    (project / "near").mkdir()
+    (project / "mine.yaml").rename(project / "far/mine.yaml")
+    scene = "scene: s\nworld: worlds/flat_grid.xml\ngraphs:\n  clock: {use: ../far/mine.yaml}\n"
+    (project / "near/scene.yaml").write_text(scene, encoding="utf-8")
+    refused = graphrun("check", "near/scene.yaml")
+    assert refused.code == 1
+    assert f"allow it with --allow {project / 'far'}" in refused.out
+    assert graphrun("check", "near/scene.yaml", "--allow", "far").code == 0

@@ -1,0 +1,307 @@
+"""Whatever a user gets wrong, the answer is a sentence and an exit code, never a traceback, and nothing that steers a terminal."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.cli.harness import ROOT, Graphrun, command, environment, process
+
+STEERING = "\x1b[31mred\x07\x9b2J\x7f"  # colours, rings, clears the screen
+
+FILES = {
+    "empty.yaml": "",
+    "comment.yaml": "# nothing yet\n",
+    "word.yaml": "scene",
+    "list.yaml": "- a\n- b\n",
+    "open.yaml": "a: [",
+    "tab.yaml": "graph: g\nnodes:\n\tTick: OnPlaybackTick\n",
+    "tag.yaml": "graph: !!python/object:os.system g\n",
+    "twice.yaml": "graph: g\ngraph: h\n",
+    "kinds.yaml": "nodes: {}\n",
+    "version.yaml": "format: 99\ngraph: g\n",
+    "names.yaml": "graph: g\nnodes: {1: OnPlaybackTick, a b: OnPlaybackTick}\n",
+    "wires.yaml": "graph: g\nnodes: {T: OnPlaybackTick}\nconnections: [T.tick, -> T, T.tick -> T.tick -> T.tick, 5]\n",
+    "noworld.yaml": "scene: s\nworld: nowhere.xml\n",
+    "badworld.yaml": "scene: s\nworld: world.xml\n",
+    "world.xml": "<mujoco><worldbody><geom type='nothing'/></worldbody></mujoco>",
+    "norobot.yaml": "scene: s\nworld: worlds/flat_grid.xml\nrobots: {r: {use: nowhere.yaml}}\n",
+    "self.yaml": "scene: s\nworld: worlds/flat_grid.xml\nrobots: {r: {use: self.yaml}}\ngraphs: {g: {use: self.yaml}}\n",
+    "endless.yaml": "robot: r\nextends: endless.yaml\n",
+    "endless_scene.yaml": "scene: s\nworld: worlds/flat_grid.xml\nrobots: {r: {use: endless.yaml}}\n",
+    "raises.py": "1 / 0\n",
+    "syntax.py": "def f(:\n",
+    "leaves.py": "import sys\nsys.exit(0)\n",
+    "lacks.py": "import nowhere_at_all\n",
+    "clash.py": "from graphengine.node import Node\n\n\n"
+    'class Tick(Node, type="omni.graph.action.OnPlaybackTick"):\n    """Fires."""\n',
+    "unported.py": "from graphengine.node import In, Node\n\n\n"
+    'class A(Node, type="mistake.A"):\n    """Adds."""\n\n    a: float = In(default="five")\n',
+}
+
+USAGE = [
+    [],
+    ["ru"],
+    ["run"],
+    ["check"],
+    ["show"],
+    ["topics"],
+    ["schema"],
+    ["schema", "scenes"],
+    ["run", "a", "b"],
+    ["run", "dd100_flat", "--fro", "10s"],
+    ["run", "dd100_flat", "--for"],
+    ["run", "dd100_flat", "--for=-1s"],
+    ["run", "dd100_flat", "--rate", "0"],
+    ["run", "dd100_flat", "--rate", "1e-320"],
+    ["run", "dd100_flat", "--transport", "zenoh"],
+    ["run", "dd100_flat", "--seed", "1.5"],
+    ["run", "dd100_flat", "--set", "wheelRadius"],
+    ["run", "dd100_flat", "--set", "Diff.wheelRadius=1"],
+    ["run", "dd100_flat", "--set", "*.topicName=["],
+    ["run", "dd100_flat", "--set", "*.topicName=a: b: c"],
+    ["run", "dd100_flat", "--allow", "nowhere"],
+    ["run", "dd100_flat", "--scene", "nowhere"],
+    ["run", "dd100/cmd_vel"],
+    ["run", "clock", "--robot-state"],
+    ["run", "nowhere"],
+    ["run", ""],
+    ["run", "."],
+    ["run", "a\0b"],
+    ["check", "/dev/null"],
+    ["check", "dd100_flat", "--format", "xml"],
+    ["check", "x" * 5000],
+    ["show", "clock", "--plan", "--schedule"],
+    ["nodes", "Nowhere"],
+    ["nodes", "Tick", "Tock"],
+    *(
+        ["nodes", "--import", module]
+        for module in ("", ".", ".x", "a b", "nowhere", "raises.py", "raises", "syntax", "leaves", "lacks", "./raises.py")
+    ),
+]
+
+ERRORS = [
+    *(["check", name] for name in FILES if name.endswith(".yaml") and name != "endless.yaml"),
+    ["check", "endless.yaml"],
+    ["check", "world.xml"],
+    ["check", "raises.py"],
+    ["check", "robots/dd100"],
+    ["check", "sensors/lidar_360"],
+    ["check", sys.executable],
+    ["run", "open.yaml", "--transport", "memory"],
+    ["show", "names.yaml", "--plan"],
+    ["topics", "noworld.yaml"],
+    ["nodes", "--import", "clash"],
+    ["run", "dd100_flat", "--set", "*.wheelRadius=wide"],
+    ["run", "dd100_flat", "--set", "*.wheelRadius="],
+    ["run", "dd100_flat", "--set", "*.wheelRadius=[1, 2]"],
+    ["run", "dd100_flat", "--set", "*.targetPrim=/nowhere"],
+]
+
+
+@pytest.fixture
+def folder(project: Path) -> Path:
+    for name, text in FILES.items():
+        (project / name).write_text(text, encoding="utf-8")
+    return project
+
+
+def shown(arguments: list[str]) -> str:
+    return " ".join(argument[:30] for argument in arguments) or "nothing"
+
+
+@pytest.mark.parametrize("arguments", USAGE, ids=shown)
+def test_a_command_line_that_makes_no_sense_is_told_so(
+    graphrun: Graphrun, folder: Path, arguments: list[str]
+) -> None:
+    result = graphrun(*arguments)
+    assert (result.code, result.out) == (2, "")
+    assert result.err.startswith(("usage: graphrun", "graphrun "))
+    assert "Traceback" not in result.err
+
+
+@pytest.mark.parametrize("arguments", ERRORS, ids=shown)
+def test_a_file_or_a_value_that_makes_no_sense_is_told_so(
+    graphrun: Graphrun, folder: Path, arguments: list[str]
+) -> None:
+    result = graphrun(*arguments)
+    assert result.code == 1
+    assert "error" in result.out + result.err
+    assert "Traceback" not in result.out + result.err
+
+
+@pytest.mark.parametrize("arguments", [["nodes", "--import", "unported"]], ids=shown)
+def test_a_node_class_that_makes_no_sense_is_told_so(graphrun: Graphrun, folder: Path, arguments: list[str]) -> None:
+    result = graphrun(*arguments)
+    assert result.code != 0
+    assert "unported.py" in result.err
+
+
+@pytest.mark.parametrize("arguments", [["run", "open.yaml"], ["nodes", "--import", "raises"], ["check", "tag.yaml"]])
+def test_neither_is_there_a_traceback_in_a_process_of_its_own(folder: Path, arguments: list[str]) -> None:
+    result = process(*arguments, cwd=folder)
+    assert result.code in (1, 2)
+    assert "Traceback" not in result.out + result.err
+
+
+@pytest.mark.parametrize(
+    ("module", "complaint"),
+    [
+        ("raises", "ZeroDivisionError: division by zero (raises.py:1)"),
+        ("syntax", "SyntaxError: invalid syntax (syntax.py, line 1)"),
+        ("leaves", "SystemExit: 0 (leaves.py:2)"),
+        ("lacks", "No module named 'nowhere_at_all' (lacks.py:1)"),
+        ("raises.py", "write the name of the module, raises"),
+        ("./raises.py", "write the name of a module, as in my_robot.nodes"),
+        ("nowhere", "No module named 'nowhere'"),
+    ],
+)
+def test_a_module_that_cannot_be_imported_is_told_with_its_line(
+    graphrun: Graphrun, folder: Path, module: str, complaint: str
+) -> None:
+    assert graphrun("nodes", "--import", module).err == f"graphrun nodes: --import {module}: {complaint}\n"
+
+
+@pytest.mark.parametrize(
+    ("variable", "value"),
+    [
+        ("ROS_DOMAIN_ID", "robot"),
+        ("ROS_DOMAIN_ID", "233"),
+        ("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOT"),
+        ("ROS_LOCALHOST_ONLY", "yes"),
+    ],
+)
+def test_an_environment_that_makes_no_sense_is_told_so(
+    graphrun: Graphrun, folder: Path, monkeypatch: pytest.MonkeyPatch, variable: str, value: str
+) -> None:
+    monkeypatch.setenv(variable, value)
+    result = graphrun("run", "mine.yaml", "--for", "100ms", "--transport", "dds")
+    assert result.code == 1
+    assert result.err.startswith(f"error: {variable} is {value!r}\n")
+    assert "legal: " in result.err
+
+
+def test_a_scene_whose_name_is_no_name_of_a_node_runs_on_the_network(graphrun: Graphrun, project: Path) -> None:
+    (project / "mine.yaml").rename(project / "01 größe.yaml")
+    result = graphrun("run", "01 größe.yaml", "--for", "100ms", "--transport", "dds")
+    assert result.code == 0, result.err
+
+
+# Control characters
+
+
+STEERED = [
+    [STEERING],
+    [f"--{STEERING}"],
+    ["run", STEERING],
+    ["run", "mine.yaml", STEERING],
+    ["run", "mine.yaml", f"--{STEERING}"],
+    ["run", "mine.yaml", "--for", STEERING],
+    ["run", "mine.yaml", "--rate", STEERING],
+    ["run", "mine.yaml", "--seed", STEERING],
+    ["run", "mine.yaml", "--scene", STEERING],
+    ["run", "mine.yaml", "--allow", STEERING],
+    ["run", "mine.yaml", "--transport", STEERING],
+    ["run", "mine.yaml", "--set", STEERING],
+    ["run", "mine.yaml", "--set", f"{STEERING}.a=1"],
+    ["run", "mine.yaml", "--set", f"Clock.{STEERING}=1"],
+    ["run", "mine.yaml", "--set", f"Clock.topicName={STEERING}"],
+    ["check", STEERING],
+    ["nodes", STEERING],
+    ["nodes", "--import", STEERING],
+    ["schema", STEERING],
+    *([verb, f"{STEERING}.yaml"] for verb in ("check", "show", "topics", "run")),
+    *([verb, "steering.yaml"] for verb in ("check", "topics", "run")),
+    *(["show", "steering.yaml", *form] for form in ([], ["--plan"], ["--schedule"], ["--mermaid"])),
+    ["check", "steering.yaml", "--format", "json"],
+    ["topics", "steering.yaml", "--format", "json"],
+    ["check", "broken.yaml"],
+    ["run", "raising.yaml", "--import", "steering_nodes"],
+    ["run", "raising.yaml", "--import", "steering_nodes", "--keep-going"],
+]
+
+ESCAPED = r"\e[31mred\a\x9b2J\x7f\n"
+
+STEERING_GRAPH = f"""graph: g
+doc: "{ESCAPED}"
+at: "/World/{ESCAPED}"
+nodes:
+  Tick: OnPlaybackTick
+  Tf: {{type: PublishRawTransformTree, inputs: {{parentFrameId: "{ESCAPED}", childFrameId: "b{ESCAPED}"}}}}
+connections: [Tick.tick -> Tf.execIn]
+"""
+
+STEERING_NODES = f'''from graphengine.context import Context
+from graphengine.node import ExecIn, Node
+
+
+class Raises(Node, type="steering.Raises"):
+    """Raises."""
+
+    exec_in = ExecIn()
+
+    def setup(self, context: Context) -> None:
+        """Speak."""
+        context.log("warning", {STEERING!r})
+
+    def compute(self) -> None:
+        """Raise."""
+        raise RuntimeError({STEERING!r})
+'''
+
+
+@pytest.mark.parametrize("arguments", STEERED, ids=lambda arguments: ascii(shown(arguments)))
+def test_nothing_that_steers_a_terminal_comes_out(graphrun: Graphrun, project: Path, arguments: list[str]) -> None:
+    (project / f"{STEERING}.yaml").write_text((project / "mine.yaml").read_text(encoding="utf-8"), encoding="utf-8")
+    (project / "steering.yaml").write_text(STEERING_GRAPH, encoding="utf-8")
+    (project / "broken.yaml").write_text(f'graph: "{ESCAPED}"\n"{ESCAPED}": 1\nruns: "{ESCAPED}"\n', encoding="utf-8")
+    raising = "graph: g\nnodes: {T: OnPlaybackTick, R: steering.Raises}\nconnections: [T.tick -> R.execIn]\n"
+    (project / "raising.yaml").write_text(raising, encoding="utf-8")
+    (project / "steering_nodes.py").write_text(STEERING_NODES, encoding="utf-8")
+    runs = arguments[:1] == ["run"] and STEERING not in arguments
+    result = graphrun(*arguments, *(["--transport", "memory", "--for", "100ms"] if runs else []))
+    said = result.out + result.err
+    assert [c for c in said if not (c.isprintable() or c == "\n")] == []
+    assert "red" in said or result.code == 0
+
+
+# Streams
+
+
+@pytest.mark.parametrize("arguments", [["nodes"], ["schema", "graph"], ["check", "dd100_flat", "--format", "json"]])
+def test_a_reader_that_has_seen_enough_is_no_mistake(arguments: list[str]) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = subprocess.run(
+        command(*arguments), cwd=ROOT, env=environment(), stdout=writing, stderr=subprocess.PIPE, text=True, check=False
+    )
+    os.close(writing)
+    assert "Traceback" not in done.stderr
+    assert "Exception ignored" not in done.stderr
+
+
+def test_a_disk_that_is_full_is_told_so() -> None:
+    with open("/dev/full", "w", encoding="utf-8") as full:
+        done = subprocess.run(
+            command("schema", "graph"), cwd=ROOT, env=environment(), stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert done.returncode == 1
+    assert "Traceback" not in done.stderr
+    assert "No space left on device" in done.stderr
+
+
+def test_a_terminal_that_knows_few_characters_gets_the_others_by_number(project: Path) -> None:
+    (project / "mine.yaml").write_text("graph: g\nnodes: {T: OnPlaybackTick}\nconnections: [T → T]\n", encoding="utf-8")
+    result = process("check", "mine.yaml", cwd=project, env={"PYTHONIOENCODING": "ascii"})
+    assert result.code == 1
+    assert "     3 | connections: [T \\u2192 T]" in result.lines
+
+
+def test_a_run_needs_no_standard_error(project: Path) -> None:
+    script = 'exec "$0" -m graphengine.cli run mine.yaml --for 100ms --transport memory 2>&-'
+    done = subprocess.run(["sh", "-c", script, sys.executable], cwd=project, env=environment(), check=False)
+    assert done.returncode == 0

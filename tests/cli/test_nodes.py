@@ -1,0 +1,121 @@
+"""`graphrun nodes`: what node types there are, and all about one."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.cli.harness import ROOT, Graphrun
+
+TUTORIAL = {
+    "isaacsim.core.nodes.IsaacArticulationController",
+    "isaacsim.core.nodes.IsaacComputeOdometry",
+    "isaacsim.core.nodes.IsaacComputeTransformTree",
+    "isaacsim.core.nodes.IsaacCreateRenderProduct",
+    "isaacsim.core.nodes.IsaacReadSimulationTime",
+    "isaacsim.core.nodes.OgnIsaacRunOneSimulationFrame",
+    "isaacsim.robot.wheeled_robots.DifferentialController",
+    "isaacsim.ros2.bridge.ROS2Context",
+    "isaacsim.ros2.bridge.ROS2PublishClock",
+    "isaacsim.ros2.bridge.ROS2PublishJointState",
+    "isaacsim.ros2.bridge.ROS2PublishOdometry",
+    "isaacsim.ros2.bridge.ROS2PublishRawTransformTree",
+    "isaacsim.ros2.bridge.ROS2PublishTransformTree",
+    "isaacsim.ros2.bridge.ROS2RtxLidarHelper",
+    "isaacsim.ros2.bridge.ROS2SubscribeTwist",
+    "omni.graph.action.OnPlaybackTick",
+    "omni.graph.nodes.BreakVector3",
+}
+
+
+def test_the_list_has_every_type_with_its_kind_and_what_it_does(graphrun: Graphrun) -> None:
+    result = graphrun("nodes")
+    assert (result.code, result.err) == (0, "")
+    names = [line.split()[0] for line in result.lines]
+    assert names == sorted(names)
+    assert set(names) >= TUTORIAL
+    for line in result.lines:
+        _, kind, about = line.split(maxsplit=2)
+        assert kind in ("action", "data", "event", "latent", "pusher")
+        assert about.endswith(".")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "isaacsim.ros2.bridge.ROS2SubscribeTwist",
+        "ROS2SubscribeTwist",
+        "SubscribeTwist",
+        "omni.isaac.ros2_bridge.ROS2SubscribeTwist",
+    ],
+)
+def test_a_type_is_found_by_registered_short_and_old_name(graphrun: Graphrun, name: str) -> None:
+    result = graphrun("nodes", name)
+    assert result.code == 0
+    assert result.lines[0] == "isaacsim.ros2.bridge.ROS2SubscribeTwist  (action)"
+
+
+def test_a_type_is_told_with_ports_units_defaults_and_what_is_ours(graphrun: Graphrun) -> None:
+    lines = graphrun("nodes", "SubscribeTwist").lines
+    rows = [line.split() for line in lines]
+    assert ["inputs"] in rows
+    assert ["outputs"] in rows
+    timeout = next(line for line in lines if line.startswith("  timeout "))
+    assert timeout.split()[:4] == ["timeout", "double", "s", "0.0"]
+    assert timeout.endswith("; extension")
+    assert ["linearVelocity", "vectord[3]", "m/s"] in rows
+
+
+def test_json_of_a_type_is_one_record_and_of_all_a_list(graphrun: Graphrun) -> None:
+    record = json.loads(graphrun("nodes", "DifferentialController", "--format", "json").out)
+    assert (record["type"], record["kind"]) == ("isaacsim.robot.wheeled_robots.DifferentialController", "action")
+    radius = next(port for port in record["ports"] if port["name"] == "wheelRadius")
+    assert (radius["side"], radius["type"], radius["unit"], radius["default"]) == ("inputs", "double", "m", 0.0)
+    everything = json.loads(graphrun("nodes", "--format", "json").out)
+    assert record in everything
+    assert {one["type"] for one in everything} >= TUTORIAL
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [
+        ("DifferentialControler", "did you mean 'DifferentialController'?"),
+        ("isaacsim.ros2.bridge.ROS2SubscribeTwst", "did you mean 'isaacsim.ros2.bridge.ROS2SubscribeTwist'?"),
+        ("odometry", "types with it in their name: isaacsim.core.nodes.IsaacComputeOdometry, "),
+        ("xyzzy", "`graphrun nodes` lists every type"),
+        ("", "`graphrun nodes` lists every type"),
+    ],
+)
+def test_an_unknown_type_is_told_with_what_is_near(graphrun: Graphrun, name: str, hint: str) -> None:
+    result = graphrun("nodes", name)
+    assert (result.code, result.out) == (2, "")
+    assert result.err.startswith(f"graphrun nodes: no node type {name!r}; {hint}")
+
+
+def test_types_of_a_module_in_the_working_directory_are_listed_too(graphrun: Graphrun, project: Path) -> None:
+    text = (
+        "from graphengine.node import In, Node, Out\n\n\n"
+        'class Double(Node, type="cli_test.Double"):\n'
+        '    """Twice a number."""\n\n'
+        '    value: float = In(default=0.0, doc="a number")\n'
+        '    twice: float = Out(doc="twice as much")\n\n'
+        "    def compute(self) -> None:\n"
+        '        """Double it."""\n'
+        "        self.twice = 2.0 * self.value\n"
+    )
+    (project / "cli_test_nodes.py").write_text(text, encoding="utf-8")
+    result = graphrun("nodes", "--import", "cli_test_nodes", "cli_test.Double")
+    assert (result.code, result.lines[0]) == (0, "cli_test.Double  (data)")
+    assert "cli_test.Double" in graphrun("nodes", "--import", "cli_test_nodes").out
+    assert "cli_test.Double" not in graphrun("nodes").out
+
+
+def test_every_type_that_the_graphs_that_ship_name_is_in_the_list(graphrun: Graphrun) -> None:
+    import yaml
+
+    known = {line.split()[0] for line in graphrun("nodes").lines}
+    for path in (ROOT / "graphs").rglob("*.yaml"):
+        nodes = yaml.safe_load(path.read_text(encoding="utf-8"))["nodes"].values()
+        assert {node if isinstance(node, str) else node["type"] for node in nodes} <= known

@@ -1,0 +1,296 @@
+"""`graphrun run`: what it takes, what it says, and how it ends."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from graphengine.context import QoS
+from graphengine.ros.dds import DdsTransport
+from graphengine.ros.domain import Domain
+from tests.cli.harness import PATIENCE, ROOT, Graphrun, live, process
+
+SUMMARY = re.compile(
+    r"(\d+) ticks?, ([\d.]+) s of simulation in [\d.]+ s \(x[\d.]+\), [\d.]+ ms a tick, (\d+) messages?\n\Z"
+)
+LIVE_LINE = re.compile(r"t +[\d.]+ s   real time x[\d.]+ +tick +[\d.]+ ms   out +\d+ messages/s")
+MEMORY = ("--transport", "memory")
+
+
+def ticks(said: str) -> int:
+    found = SUMMARY.search(said)
+    assert found, f"no summary at the end of {said!r}"
+    return int(found[1])
+
+
+# What is run
+
+
+def test_a_scene_that_ships_runs_by_its_name(graphrun: Graphrun) -> None:
+    result = graphrun("run", "dd100_flat", "--for", "500ms", *MEMORY)
+    assert (result.code, result.out, ticks(result.err)) == (0, "", 30)
+    assert "dd100_flat.yaml: 4 graphs, 60 Hz; memory: nothing leaves this process\n" in result.err
+
+
+def test_a_graph_that_asks_for_no_prims_runs_alone(graphrun: Graphrun, project: Path) -> None:
+    result = graphrun("run", "mine.yaml", "--for", "1", *MEMORY)
+    assert (result.code, ticks(result.err)) == (0, 60)
+    assert result.err.startswith("mine.yaml: 1 graph, 60 Hz;")
+
+
+def test_a_graph_runs_in_the_scene_that_is_given(graphrun: Graphrun) -> None:
+    result = graphrun("run", "dd100/cmd_vel", "--scene", "dd100_flat", "--for", "1s", *MEMORY)
+    assert (result.code, ticks(result.err)) == (0, 60)
+    assert "cmd_vel.yaml: 1 graph, 60 Hz" in result.err
+
+
+def test_a_graph_runs_in_the_scene_that_it_names(graphrun: Graphrun, project: Path) -> None:
+    text = (ROOT / "graphs/dd100/cmd_vel.yaml").read_text(encoding="utf-8")
+    (project / "drive.yaml").write_text(f"{text}scene: dd100_flat.yaml\n", encoding="utf-8")
+    assert graphrun("run", "drive.yaml", "--for", "1s", *MEMORY).code == 0
+
+
+def test_a_graph_that_asks_for_prims_is_told_to_want_a_scene(graphrun: Graphrun) -> None:
+    result = graphrun("run", "dd100/cmd_vel", *MEMORY)
+    assert (result.code, result.out) == (2, "")
+    assert result.err.endswith("cmd_vel.yaml asks for prims of a scene; give one with --scene\n")
+
+
+def test_a_file_with_errors_does_not_run(graphrun: Graphrun, project: Path) -> None:
+    broken = (project / "mine.yaml").read_text(encoding="utf-8").replace("Clock.execIn", "Clok.execIn")
+    (project / "mine.yaml").write_text(broken, encoding="utf-8")
+    result = graphrun("run", "mine.yaml", *MEMORY)
+    assert (result.code, result.out) == (1, "")
+    assert result.err.startswith("mine.yaml:10:18: error G203: no node 'Clok'\n")
+    assert "did you mean 'Clock'?" in result.err
+
+
+def test_warnings_are_told_and_do_not_keep_from_running(graphrun: Graphrun) -> None:
+    result = graphrun("run", "tutorial/flat_grid", "--for", "100ms", *MEMORY)
+    assert (result.code, ticks(result.err)) == (0, 6)
+    assert "warning W201" in result.err
+    assert "note N" not in result.err
+
+
+# How long, how fast
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [("2", 120), ("2s", 120), ("0.5", 30), (".5s", 30), ("250ms", 15), ("0.05min", 180), ("0", 0), ("10ms", 1)],
+)
+def test_time_is_simulation_time_in_several_units(
+    graphrun: Graphrun, project: Path, text: str, expected: int
+) -> None:
+    assert ticks(graphrun("run", "mine.yaml", "--for", text, *MEMORY).err) == expected
+
+
+@pytest.mark.parametrize("rate", ["max", "realtime", "1", "5", "0.5"])
+def test_the_rate_changes_the_pace_and_not_the_number_of_ticks(graphrun: Graphrun, project: Path, rate: str) -> None:
+    result = graphrun("run", "mine.yaml", "--for", "100ms", "--rate", rate, *MEMORY)
+    assert (result.code, ticks(result.err)) == (0, 6)
+
+
+@pytest.mark.parametrize(("rate", "least"), [("realtime", 0.3), ("3", 0.1), ("0.5", 0.6)])
+def test_a_paced_run_takes_no_less_than_its_time(graphrun: Graphrun, project: Path, rate: str, least: float) -> None:
+    begun = time.monotonic()
+    graphrun("run", "mine.yaml", "--for", "300ms", "--rate", rate, *MEMORY)
+    assert time.monotonic() - begun >= least * 17 / 18  # the first tick is not waited for
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "remedy"),
+    [
+        ("--for", "1h", "write 10, 10s, 500ms or 2min"),
+        ("--for", "soon", "write 10, 10s, 500ms or 2min"),
+        ("--for", "1e400", "write 10, 10s, 500ms or 2min"),
+        ("--rate", "fast", "write realtime, max or a factor from 0.01 up"),
+        ("--rate", "0", "write realtime, max or a factor from 0.01 up"),
+        ("--rate", "-1", "write realtime, max or a factor from 0.01 up"),
+        ("--rate", "nan", "write realtime, max or a factor from 0.01 up"),
+        ("--rate", "1e-320", "write realtime, max or a factor from 0.01 up"),
+        ("--transport", "zenoh", "choose from"),
+        ("--seed", "x", "invalid int value"),
+        ("--allow", "/nowhere", "no such folder"),
+        ("--scene", "dd100_flatt", "did you mean 'dd100_flat'?"),
+    ],
+)
+def test_a_bad_value_of_an_option_is_told_with_what_is_legal(
+    graphrun: Graphrun, project: Path, option: str, value: str, remedy: str
+) -> None:
+    result = graphrun("run", "mine.yaml", option, value)
+    assert result.code == 2
+    assert repr(value) in result.err or value in result.err
+    assert remedy in result.err
+
+
+# --set
+
+
+def test_set_reaches_the_input_that_it_names(graphrun: Graphrun, project: Path) -> None:
+    result = graphrun("topics", "mine.yaml", "--set", "Clock.topicName=time", "--format", "text")
+    assert result.lines[1].startswith("/time ")
+
+
+@pytest.mark.parametrize(
+    "target",
+    [
+        "DiffController",
+        "cmd_vel/DiffController",
+        "dd100/cmd_vel/DiffController",
+        "Diff*",
+        "*/DiffController",
+        "dd100/*/Diff*",
+        "d?100/cmd_*/[D]iffController",
+    ],
+)
+def test_set_takes_globs_and_as_many_outer_names_as_wanted(graphrun: Graphrun, target: str) -> None:
+    result = graphrun("check", "dd100_flat", "--set", f"{target}.wheelRadius=0.098")
+    assert "warning W201: wheelRadius is 0.098 m" in result.out
+    assert "0.5 of the speed" in result.out
+
+
+def test_set_takes_values_as_yaml_has_them(graphrun: Graphrun) -> None:
+    given = ["ArtController.jointNames=[a, b]", "ArtController.robotPath='5'", "*.timeout=1"]
+    result = graphrun("show", "dd100/cmd_vel", *(word for text in given for word in ("--set", text)))
+    assert {'    jointNames = ["a", "b"]', '    robotPath = "5"', "    timeout = 1.0 s"} <= set(result.lines)
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint", "remedy"),
+    [
+        ("DiffControler.wheelRadius=1", "no node 'DiffControler'", "did you mean 'DiffController'?"),
+        ("cmd_vle/Diff.wheelRadius=1", "no node 'cmd_vle/Diff'", "did you mean 'cmd_vel/DiffController'?"),
+        ("left/right/Wheel.wheelRadius=1", "no node 'left/right/Wheel'", "nodes: cmd_vel/OnPlaybackTick, "),
+        ("Arm*.wheelRadius=1", "no node 'Arm*'", "nodes: OnPlaybackTick, Context, "),
+        ("Diff*.wheelRadus=1", "DifferentialController has no input 'wheelRadus'", "did you mean 'wheelRadius'?"),
+        ("*.wheelRadus=1", "no node that it matches has an input 'wheelRadus'", "did you mean 'wheelRadius'?"),
+        ("*Twist.speed=1", "ROS2SubscribeTwist has no input 'speed'", "inputs: context, nodeNamespace, topicName, "),
+        ("wheelRadius=1", "write NODE.PORT=VALUE", ""),
+        ("Diff.wheelRadius", "write NODE.PORT=VALUE", ""),
+        ("", "write NODE.PORT=VALUE", ""),
+        ("*.timeout=[1", "YAML syntax", ""),
+    ],
+)
+def test_set_that_matches_nothing_tells_what_is_near(
+    graphrun: Graphrun, text: str, complaint: str, remedy: str
+) -> None:
+    result = graphrun("run", "dd100/cmd_vel", "--scene", "dd100_flat", "--set", text, *MEMORY)
+    assert (result.code, result.out) == (2, "")
+    assert result.err.startswith(f"graphrun run: --set {text.partition('=')[0]}")
+    assert complaint in result.err
+    assert remedy in result.err
+
+
+def test_set_does_not_hide_the_errors_of_the_file(graphrun: Graphrun, project: Path) -> None:
+    broken = (project / "mine.yaml").read_text(encoding="utf-8").replace("PublishClock", "PublishClok")
+    (project / "mine.yaml").write_text(broken, encoding="utf-8")
+    result = graphrun("check", "mine.yaml", "--set", "Clock.topicName=time")
+    assert result.code == 1
+    assert "unknown node type 'PublishClok'" in result.out
+
+
+# --robot-state, --seed
+
+
+def test_robot_state_is_published_on_request(graphrun: Graphrun) -> None:
+    run = ("run", "dd100_flat", "--for", "100ms", *MEMORY)
+    assert "4 graphs" in graphrun(*run).err
+    assert "5 graphs" in graphrun(*run, "--robot-state").err
+
+
+def test_robot_state_goes_with_a_single_graph_too(graphrun: Graphrun) -> None:
+    result = graphrun("topics", "dd100/joint_states", "--scene", "dd100_flat", "--robot-state")
+    assert [line.split()[0] for line in result.lines if "robot_description" in line] == ["/dd100_0000/robot_description"]
+
+
+def test_robot_state_without_a_scene_makes_no_sense(graphrun: Graphrun, project: Path) -> None:
+    result = graphrun("run", "mine.yaml", "--robot-state", *MEMORY)
+    assert (result.code, result.err) == (
+        2,
+        "graphrun run: --robot-state is for the robots of a scene; give one with --scene\n",
+    )
+
+
+@pytest.mark.parametrize("seed", ["0", "7", "-5", "999999999999999999999999"])
+def test_any_whole_number_is_a_seed(graphrun: Graphrun, project: Path, seed: str) -> None:
+    assert graphrun("run", "mine.yaml", "--for", "100ms", "--seed", seed, *MEMORY).code == 0
+
+
+# How it ends
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_a_run_after_the_tick_with_the_summary_last(number: signal.Signals) -> None:
+    with live("run", "dd100_flat", "--rate", "realtime", *MEMORY) as run:
+        assert run.hear(lambda said: "nothing leaves this process" in said)
+        code = run.stop(number)
+        assert code == 0, run.said
+        assert SUMMARY.search(run.said)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_takes_the_endpoints_off_the_network(number: signal.Signals) -> None:
+    domain_id = 101 + os.getpid() % 99
+    env = {"ROS_DOMAIN_ID": str(domain_id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    peer = DdsTransport(Domain(domain_id, "LOCALHOST"), "peer")
+    try:
+        writer = peer.writer("/dd100_0000/cmd_vel", "geometry_msgs/msg/Twist", QoS())
+        with live("run", "dd100_flat", "--transport", "dds", env=env) as run:
+            assert run.hear(lambda said: f"domain {domain_id}" in said)
+            assert eventually(lambda: writer.matched), "the robot's subscription was not found"
+            assert run.stop(number) == 0, run.said
+            assert ticks(run.said) > 0
+            assert eventually(lambda: not writer.matched), "the robot's subscription is still there"
+    finally:
+        peer.close()
+
+
+def eventually(condition: Callable[[], bool]) -> bool:
+    deadline = time.monotonic() + PATIENCE
+    while not condition():
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.01)
+    return True
+
+
+# What is shown meanwhile
+
+
+def test_without_a_terminal_lines_are_plain(graphrun: Graphrun, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("graphengine.cli.run.Console.PLAIN", 0.0)
+    result = graphrun("run", "dd100_flat", "--for", "100ms", *MEMORY)
+    lines = result.err.splitlines()
+    assert [bool(LIVE_LINE.fullmatch(line)) for line in lines] == [False, *[True] * 6, False]
+
+
+def test_without_a_terminal_a_short_run_says_two_lines() -> None:
+    result = process("run", "dd100_flat", "--for", "1s", *MEMORY)
+    assert (result.code, result.out) == (0, "")
+    assert not re.search(r"[\r\x1b]", result.err)
+    assert len(result.err.splitlines()) == 2
+    assert ticks(result.err) == 60
+
+
+@pytest.mark.parametrize("columns", [100, 40])
+def test_on_a_terminal_one_line_is_written_over_and_never_wraps(columns: int) -> None:
+    with live("run", "dd100_flat", "--for", "1s", "--rate", "realtime", *MEMORY, columns=columns) as run:
+        run.hear(lambda said: False)
+        assert run.process.wait(PATIENCE) == 0
+        first, *rest = run.said.replace("\r\n", "\n").split("\n", 1)
+        assert "nothing leaves this process" in first
+        *lines, last = [line for line in rest[0].split("\r") if line.strip("\x1b[K")]
+        assert len(lines) >= 2
+        for line in lines:
+            shown = line.removesuffix("\x1b[K")
+            assert len(shown) < columns
+            assert LIVE_LINE.match(shown) if columns == 100 else shown.startswith("t  ")
+        assert last.startswith("\x1b[K")
+        assert ticks(last) == 60

@@ -1,0 +1,88 @@
+"""`graphrun show`: the parts, the order, the source and the picture. The goldens were read by eye."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.cli.harness import GRAPHS, SCENES, Graphrun
+
+GOLDEN = Path(__file__).parent / "golden"
+
+
+def check_against_golden(text: str, name: str) -> None:
+    """`UPDATE_GOLDENS=1` writes anew; read it before it is committed."""
+    golden = GOLDEN / name
+    if os.environ.get("UPDATE_GOLDENS"):
+        golden.write_text(text, encoding="utf-8")
+    assert text == golden.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("form", ["schedule", "plan", "mermaid"])
+def test_cmd_vel_is_shown_as_the_golden_has_it(graphrun: Graphrun, form: str) -> None:
+    result = graphrun("show", "dd100/cmd_vel", f"--{form}")
+    assert (result.code, result.err) == (0, "")
+    check_against_golden(result.out, f"cmd_vel.{form}.txt")
+
+
+def test_without_a_form_types_values_with_units_and_wires_are_told(graphrun: Graphrun) -> None:
+    result = graphrun("show", "dd100/cmd_vel")
+    assert result.lines[0] == "cmd_vel  at /dd100/Geometry/base_link/chassis_link/cmd_vel, every tick"
+    assert "  DiffController: isaacsim.robot.wheeled_robots.DifferentialController" in result.lines
+    assert "    maxAcceleration = 1.0 m/s2" in result.lines
+    assert '    targetPrim = ["/dd100"]' in result.lines
+    assert result.lines[-1] == "  Context.context -> SubscribeTwist.context"
+    wires = [line for line in result.lines if " -> " in line]
+    source = Path(__file__).parents[2] / "graphs/dd100/cmd_vel.yaml"
+    assert len(wires) == source.read_text(encoding="utf-8").count(" -> ")
+
+
+@pytest.mark.parametrize("name", [*SCENES, *GRAPHS])
+def test_what_is_generated_for_all_that_ships_is_python(graphrun: Graphrun, name: str) -> None:
+    source = graphrun("show", name, "--plan").out
+    assert "def pass_(" in source
+    compile(source, name, "exec")
+
+
+def test_a_node_comes_after_every_node_that_it_reads_from(graphrun: Graphrun) -> None:
+    lines = graphrun("show", "dd100/joint_states", "--schedule").lines
+    order = [line.split()[0] for line in lines if re.match(r" {4}\S", line)]
+    for earlier, later in [("ComputeOdom", "PublishRawTF"), ("ComputeTransformTree", "PublishTF"), ("ReadSimTime", "PublishOdom")]:
+        assert order.index(earlier) < order.index(later)
+
+
+def test_a_schedule_tells_what_decides_whether_a_node_runs(graphrun: Graphrun) -> None:
+    lines = graphrun("show", "dd100/scan", "--schedule").lines
+    assert "    CreateRenderProduct          action  when RunOneFrame.step fires" in lines
+
+
+def test_the_graphs_of_a_scene_come_in_the_order_in_which_they_run(graphrun: Graphrun) -> None:
+    lines = graphrun("show", "dd100_warehouse", "--schedule").lines
+    heads = [line.split()[0] for line in lines if line and not line.startswith(" ")]
+    assert heads == ["clock", "dd100/joint_states", "dd100/scan", "dd100/cmd_vel"]
+
+
+def test_the_picture_of_a_scene_is_one_flowchart_with_a_part_for_each_graph(graphrun: Graphrun) -> None:
+    lines = graphrun("show", "dd100_warehouse", "--mermaid").lines
+    assert [line for line in lines if not line.startswith(" ")] == ["flowchart LR"]
+    parts = [line.split("[")[0].strip() for line in lines if line.startswith("  subgraph ")]
+    assert parts == [f"subgraph {name}" for name in ("clock", "dd100_joint_states", "dd100_scan", "dd100_cmd_vel")]
+    assert lines.count("  end") == 4
+    boxes = [line.split("[")[0].strip() for line in lines if "<small>" in line]
+    ends = {end for line in lines if "|" in line for end in (line.split()[0], line.split()[-1])}
+    assert len(boxes) == len(set(boxes))
+    assert ends <= set(boxes)
+
+
+def test_one_form_at_a_time(graphrun: Graphrun) -> None:
+    assert graphrun("show", "clock", "--plan", "--mermaid").code == 2
+
+
+def test_a_graph_with_errors_is_not_shown_but_explained(graphrun: Graphrun, project: Path) -> None:
+    (project / "mine.yaml").write_text("graph: mine\nnodes: {Tick: OnPlaybackTik}\n", encoding="utf-8")
+    result = graphrun("show", "mine.yaml")
+    assert (result.code, result.out) == (1, "")
+    assert result.err.startswith("mine.yaml:2:15: error G201")

@@ -1,0 +1,51 @@
+"""Starting is quick because nothing heavy is imported before a verb runs."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from tests.cli.harness import ROOT, Graphrun, environment
+
+HEAVY = ["cyclonedds", "mujoco", "networkx", "numpy", "pydantic", "rosbags", "yaml"]
+VERBS = ["run", "check", "show", "topics", "nodes", "schema"]
+
+SCRIPT = """
+import contextlib, io, sys
+from graphengine.cli import main
+with contextlib.redirect_stdout(io.StringIO()) as said, contextlib.suppress(SystemExit):
+    main(sys.argv[1:])
+assert "graphrun" in said.getvalue()
+print(sorted({name.partition(".")[0] for name in sys.modules}))
+"""
+
+
+@pytest.mark.parametrize("arguments", [("--help",), ("--version",), *((verb, "--help") for verb in VERBS)], ids=" ".join)
+def test_help_and_version_import_nothing_heavy(arguments: tuple[str, ...]) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", SCRIPT, *arguments], cwd=ROOT, env=environment(), capture_output=True, text=True, check=True
+    )
+    imported = set(eval(done.stdout))
+    assert "graphengine" in imported
+    assert imported.isdisjoint(HEAVY)
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_each_verb_has_help(graphrun: Graphrun, verb: str) -> None:
+    result = graphrun(verb, "--help")
+    assert (result.code, result.err) == (0, "")
+    assert result.out.startswith(f"usage: graphrun {verb} ")
+
+
+def test_the_help_names_every_verb(graphrun: Graphrun) -> None:
+    result = graphrun("--help")
+    assert result.code == 0
+    assert [verb for verb in VERBS if f"\n    {verb} " in result.out] == VERBS
+
+
+def test_the_version_is_that_of_the_package(graphrun: Graphrun) -> None:
+    from graphengine import __version__
+
+    assert graphrun("--version").out == f"graphrun {__version__}\n"

@@ -1,0 +1,275 @@
+"""What a node class may say, and what its instances are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+
+from graphengine.node import ExecIn, ExecOut, Fire, In, Node, NodeMeta, Out, Pushes, State, grown, node
+from graphengine.types import Doubles, Token, Vector3d
+from tests.engine import nodes_for_tests as nodes
+
+
+class Controller(Node, type="test.Controller"):
+    """A node with every kind of port."""
+
+    exec_in = ExecIn()
+    wheel_radius: float = In(default=0.1, gt=0.0)
+    mode: Token = In(default="fast", tokens=("fast", "slow"))
+    gains: Doubles = In(default=[1.0, 2.0])
+    offset: Vector3d = In(default=(1.0, 0.0, 0.0))
+    exec_out = ExecOut()
+    command: Doubles = Out(default=[0.0, 0.0])
+    calls: int = State(default=0)
+    memory: list[int] = State(factory=list)
+    bound: object = State()
+
+    def compute(self) -> None:
+        self.calls += 1
+
+
+# Names
+
+
+def test_ports_are_called_as_in_omnigraph_unless_they_say_otherwise() -> None:
+    assert list(Controller.ports) == [
+        *("inputs:execIn", "inputs:wheelRadius", "inputs:mode", "inputs:gains", "inputs:offset"),
+        *("outputs:execOut", "outputs:command", "state:calls", "state:memory", "state:bound"),
+    ]
+    assert nodes.Counter.ports["inputs:reset"].field == "reset_in"
+
+
+@pytest.mark.parametrize("name", ["reset", "compute", "setup", "fields", "ports", "kind", "clear", "reads", "gated"])
+def test_a_port_may_not_be_called_like_a_member_of_node(name: str) -> None:
+    with pytest.raises(TypeError, match=f"{name}: the name is taken; call it {name}_in or {name}_out"):
+        NodeMeta("Bad", (Node,), {name: ExecIn()})
+
+
+@pytest.mark.parametrize("name", ["type", "tuple", "close", "update", "active", "_hidden", "id", "min", "input"])
+def test_a_port_may_not_be_called_like_what_the_class_body_or_the_engine_uses(name: str) -> None:
+    with pytest.raises(TypeError, match="the name is taken"):
+        NodeMeta("Bad", (Node,), {name: ExecIn()})
+
+
+def test_a_port_may_not_be_called_like_one_of_the_base_class() -> None:
+    with pytest.raises(TypeError, match="wheel_radius: the name is taken"):
+
+        class Bad(Controller):
+            wheel_radius: float = In(default=0.2)
+
+
+def test_an_input_and_an_output_may_have_one_name_in_omnigraph() -> None:
+    class Passes(Node):
+        value_in: float = In(default=1.0, name="value")
+        value_out: float = Out(name="value")
+
+    assert set(Passes.ports) == {"inputs:value", "outputs:value"}
+
+
+# Types and defaults
+
+
+def test_a_port_whose_type_cannot_be_told_is_refused() -> None:
+    with pytest.raises(TypeError, match="Bad.speed: no port type is known for .*complex"):
+
+        class Bad(Node):
+            speed: complex = In(default=0.0)
+
+
+@pytest.mark.parametrize(("default", "why"), [("fast", "expected a number"), (-1.0, "expected a value ≥ 0")])
+def test_a_default_that_is_not_legal_is_refused(default: Any, why: str) -> None:
+    with pytest.raises(TypeError, match=f"Bad.speed: default .*: {why}"):
+
+        class Bad(Node):
+            speed: float = In(default=default, ge=0.0)
+
+
+def test_a_port_without_a_default_has_the_zero_of_its_type() -> None:
+    assert nodes.Counter.fields["count"].default == 0.0
+    assert nodes.Show.fields["value"].default is None
+
+
+def test_defaults_are_shared_and_cannot_be_changed() -> None:
+    one, other = Controller(), Controller()
+    assert one.gains is other.gains
+    with pytest.raises(ValueError, match="read-only"):
+        one.gains[0] = 5.0
+    with pytest.raises(ValueError, match="read-only"):
+        one.command[0] = 5.0
+
+
+def test_a_state_that_can_change_needs_a_factory() -> None:
+    with pytest.raises(TypeError, match="Bad.seen: default .* can be changed; give factory=list"):
+
+        class Bad(Node):
+            seen: list[int] = State(default=[])
+
+    one, other = Controller(), Controller()
+    one.memory.append(1)
+    assert other.memory == []
+
+
+def test_clear_puts_outputs_and_state_back_but_not_inputs_or_what_setup_binds() -> None:
+    one = Controller(wheel_radius=0.5)
+    one.bound = handle = object()
+    one.compute()
+    one.memory.append(1)
+    one.command = np.ones(2)
+    one.clear()
+    assert (one.calls, one.memory, one.command.tolist(), one.wheel_radius) == (0, [], [0.0, 0.0], 0.5)
+    assert one.bound is handle
+
+
+# Instances
+
+
+def test_the_constructor_takes_inputs_in_their_representation() -> None:
+    one = Controller(wheel_radius=1, gains=np.array([3, 4]), offset=(1, 2, 3))
+    assert (one.wheel_radius, one.gains.tolist(), one.offset) == (1.0, [3.0, 4.0], (1.0, 2.0, 3.0))
+
+
+@pytest.mark.parametrize(
+    ("values", "error", "why"),
+    [
+        ({"wheel_radius": "0.1"}, TypeError, "Controller.wheel_radius: expected a number, got '0.1'"),
+        ({"wheel_radius": 0.0}, ValueError, "Controller.wheel_radius: expected a value > 0, got 0.0"),
+        ({"wheel_radius": float("nan")}, ValueError, "Controller.wheel_radius: expected a value > 0, got nan"),
+        ({"mode": "medium"}, ValueError, "Controller.mode: expected one of fast, slow, got 'medium'"),
+        ({"wheel_radus": 0.1}, TypeError, "Controller has no input 'wheel_radus'; did you mean 'wheel_radius'?"),
+        ({"command": []}, TypeError, "Controller has no input 'command'"),
+        ({"exec_in": 1}, TypeError, "Controller has no input 'exec_in'"),
+        ({"calls": 1}, TypeError, "Controller has no input 'calls'"),
+    ],
+)
+def test_the_constructor_refuses_what_is_no_legal_input(
+    values: dict[str, Any], error: type[Exception], why: str
+) -> None:
+    with pytest.raises(error) as caught:
+        Controller(**values)
+    assert str(caught.value).startswith(why)
+
+
+def test_instances_have_slots_and_nothing_else() -> None:
+    with pytest.raises(AttributeError):
+        Controller().misspelt = 1  # type: ignore[attr-defined]
+    assert not hasattr(Controller(), "__dict__")
+
+
+def test_outputs_of_execution_are_bits_that_joined_say_what_to_fire() -> None:
+    branch = nodes.Branch()
+    assert (branch.exec_true, branch.exec_false) == (1, 2)
+    assert nodes.Branch(condition=True).exec_true | nodes.Branch().exec_false == 3
+
+
+# Kinds
+
+
+def test_the_shape_of_a_class_says_what_kind_of_node_it_is() -> None:
+    kinds = {cls.__name__: cls.kind() for cls in (nodes.Add, nodes.Do, nodes.Branch, nodes.Tick, nodes.ForLoop)}
+    kinds |= {"OnMessage": nodes.OnMessage.kind(), "Delay": nodes.Delay.kind(), "Constant": nodes.Constant.kind()}
+    assert kinds == {
+        **{"Add": "data", "Constant": "data", "Do": "action", "Branch": "action", "Tick": "event"},
+        **{"ForLoop": "pusher", "OnMessage": "pusher", "Delay": "latent"},
+    }
+
+
+def test_an_action_with_several_outputs_says_what_it_fires_without_being_told_to() -> None:
+    assert (nodes.Branch.gated, nodes.Door.gated, nodes.Do.gated) == (True, True, False)
+
+
+def test_a_subclass_adds_ports_and_keeps_kind_bits_and_keywords() -> None:
+    class More(nodes.Gate, type="test.More"):
+        third = ExecOut()
+
+        def compute(self) -> Fire:
+            return self.third
+
+    assert More.counts
+    assert More.gated
+    assert More.ports["outputs:third"].mask == 2
+    assert More().third == 2
+
+
+def test_latent_nodes_know_whether_they_are_active() -> None:
+    delay = nodes.Delay()
+    assert delay.active is False
+    delay.active = True
+    delay.clear()
+    assert delay.active is False
+
+
+# Data nodes of functions
+
+
+def test_a_function_becomes_a_data_node() -> None:
+    assert nodes.Twice.kind() == "data"
+    assert list(nodes.Twice.ports) == ["inputs:number", "outputs:value"]
+    twice: Any = nodes.Twice(number=4.0)
+    twice.compute()
+    assert twice.value == 8.0
+
+
+def test_a_function_keeps_its_name_doc_and_defaults() -> None:
+    @node("test.Scaled", volatile=True, aliases=["test.OldScaled"])
+    def Scaled(number: float, factor: float = 3.0) -> float:
+        """So many times a number."""
+        return number * factor
+
+    assert (Scaled.__name__, Scaled.__doc__) == ("Scaled", "So many times a number.")
+    assert (Scaled.type_name, Scaled.aliases, Scaled.volatile) == ("test.Scaled", ("test.OldScaled",), True)
+    assert Scaled.fields["factor"].default == 3.0
+
+
+def test_a_function_may_not_call_an_argument_like_the_output() -> None:
+    with pytest.raises(TypeError, match="value: the name is taken"):
+
+        @node("test.Bad")
+        def Bad(value: float) -> float:
+            return value
+
+
+def test_a_function_says_what_it_returns() -> None:
+    with pytest.raises(TypeError, match=r"Bad\.value: no port type is known"):
+
+        @node("test.Bad")
+        def Bad(number: float):  # type: ignore[no-untyped-def]
+            return number
+
+
+# Dynamic ports
+
+
+def test_literals_grow_ports_and_the_same_literals_give_the_same_class() -> None:
+    three = grown(nodes.Sums, {"count": 3})
+    assert [name for name in three.fields if name.startswith("input")] == ["input0", "input1", "input2"]
+    assert grown(nodes.Sums, {"count": 3}) is three
+    assert grown(nodes.Sums, {"count": 2}) is not three
+    assert issubclass(three, nodes.Sums)
+    assert (three.__name__, three.type_name) == ("Sums", "test.Sums")
+
+
+def test_literals_that_grow_other_defaults_give_another_class() -> None:
+    one, other = grown(nodes.Sums, {"first": 1.0}), grown(nodes.Sums, {"first": 2.0})
+    assert (one.fields["input0"].default, other.fields["input0"].default) == (1.0, 2.0)
+
+
+def test_grown_execution_ports_are_told_apart_by_their_names() -> None:
+    class Grows(Node, type="test.Grows"):
+        exec_in = ExecIn()
+
+        @classmethod
+        def dynamic_ports(cls, literals: Mapping[str, Any]) -> Mapping[str, Any]:
+            return {"first": ExecOut(name=literals["name"])}
+
+        def compute(self) -> Pushes:
+            yield 0
+
+    assert "outputs:a" in grown(Grows, {"name": "a"}).ports
+    assert "outputs:b" in grown(Grows, {"name": "b"}).ports
+
+
+def test_a_class_without_dynamic_ports_is_itself() -> None:
+    assert grown(nodes.Do, {"a": 1.0}) is nodes.Do
