@@ -70,6 +70,8 @@ class FrameLink:
     child: Frame
     optical: bool = False
     """Cameras turn by 180 degrees about x: from looking along -z to the ROS optical frame."""
+    fixed: tuple[Vector3, Quaternion] | None = None
+    """Pose of the child in the parent's frame where it never changes, because one body carries both."""
 
 
 class JointSelection(Protocol):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +52,8 @@ class WireEnd:
     port: str
     side: str
     span: Span
+    via: tuple[tuple[Span, str], ...] = ()
+    """Where a port that a subgraph declares was wired."""
 
     def __str__(self) -> str:
         return f"{self.node}.{self.port}"
@@ -156,7 +158,7 @@ def _substitute(value: Value, location: Location, values: Mapping[str, Any], fin
     if isinstance(value.data, dict):
         return {
             key: item.to_data()
-            if _is_literal((*location, key))
+            if _is_literal((*location, key), item)
             else _substitute(item, (*location, key), values, findings)
             for key, item in value.data.items()
         }
@@ -186,11 +188,12 @@ def _substitute(value: Value, location: Location, values: Mapping[str, Any], fin
     return _PARAMETER.sub(replacement, value.data)
 
 
-def _is_literal(location: Location) -> bool:
-    top = location[0]
-    if top in ("parameters", "graph", "format", "connections", "layout"):
+def _is_literal(location: Location, value: Value) -> bool:
+    """Whether `$(name)` stands for itself: in keys, wires and types."""
+    if location[0] in ("parameters", "graph", "format", "connections", "layout"):
         return True
-    return top == "nodes" and (len(location) == 3 and location[2] in ("type", "subgraph"))
+    short_form = len(location) == 2 and isinstance(value.data, str)
+    return location[0] == "nodes" and (short_form or (len(location) == 3 and location[2] in ("type", "subgraph")))
 
 
 def _expand(
@@ -231,7 +234,7 @@ def _expand(
 
 
 def _prefixed(prefix: str, end: WireEnd) -> WireEnd:
-    return WireEnd(prefix + end.node, end.port, end.side, end.span)
+    return replace(end, node=prefix + end.node)
 
 
 def _open_subgraph(

@@ -10,7 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from graphengine.context import Frame, FrameLink
-from graphengine.stage import Prim, Stage
+from graphengine.rotation import Pose, compose, relative
+from graphengine.stage import IDENTITY, ORIGIN, Prim, Stage
 
 
 def expand(
@@ -42,9 +43,27 @@ def expand(
             frame(above) if above else None,
             frame(prim),
             optical=prim.kind == "camera",
+            fixed=_fixed(above, prim),
         )
         for prim, above in edges.items()
     ]
+
+
+def _fixed(parent: Prim | None, child: Prim) -> Pose | None:
+    """Pose of a child in its parent's frame, when one body carries both and it never changes."""
+    body, pose = carrier(child)
+    other, parent_pose = carrier(parent) if parent is not None else (None, (ORIGIN, IDENTITY))
+    return relative(parent_pose, pose) if body == other else None
+
+
+def carrier(prim: Prim) -> tuple[str | None, Pose]:
+    """Name of the physics body that moves a prim, None for the world, and the prim's pose in that body's frame."""
+    pose: Pose = (ORIGIN, IDENTITY)
+    for ancestor in prim.ancestors():
+        if ancestor.body is not None:
+            return ancestor.body, pose
+        pose = compose((ancestor.position, ancestor.orientation), pose)
+    return None, pose
 
 
 def frame_names(prims: Sequence[Prim]) -> dict[Prim, str]:

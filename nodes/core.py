@@ -176,17 +176,20 @@ class IsaacComputeTransformTree(Node, type="isaacsim.core.nodes.IsaacComputeTran
     def compute(self) -> None:
         """Read all poses."""
         self.parent_frames, self.child_frames = self.names
-        translations, orientations = [], []
-        for link in self.links:
-            position, orientation = link.child.pose()
-            if link.optical:
-                orientation = rotation.multiply(orientation, _HALF_TURN_ABOUT_X)
-            if link.parent is not None:
-                position, orientation = rotation.relative(link.parent.pose(), (position, orientation))
-            translations.append(position)
-            orientations.append(orientation)
-        self.translations = np.array(translations).reshape(-1, 3)
-        self.orientations = np.array(orientations).reshape(-1, 4)
+        poses = [pose_of(link) for link in self.links]
+        self.translations = np.array([position for position, _ in poses]).reshape(-1, 3)
+        self.orientations = np.array([orientation for _, orientation in poses]).reshape(-1, 4)
+
+
+def pose_of(link: FrameLink) -> rotation.Pose:
+    """Pose of an edge's child in its parent's frame, now."""
+    if link.fixed is not None:
+        position, orientation = link.fixed
+    else:
+        position, orientation = link.child.pose()
+        if link.parent is not None:
+            position, orientation = rotation.relative(link.parent.pose(), (position, orientation))
+    return position, rotation.multiply(orientation, _HALF_TURN_ABOUT_X) if link.optical else orientation
 
 
 class IsaacArticulationController(Node, type="isaacsim.core.nodes.IsaacArticulationController"):

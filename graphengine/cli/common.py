@@ -137,13 +137,13 @@ def make_registry(modules: Sequence[str]) -> Any:
 
 
 def _failure(error: BaseException, name: str) -> str:
-    """Why a module could not be imported, and in which line of it."""
+    """Why a module could not be imported, and in which line of the user's own."""
     if isinstance(error, ModuleNotFoundError) and name.endswith(".py"):
         return f"write the name of the module, {name.removesuffix('.py')}"
     what = str(error) if isinstance(error, ImportError) else f"{type(error).__name__}: {error}"
-    frame = traceback.extract_tb(error.__traceback__)[-1]
-    ours = frame.filename in (__file__, importlib.__file__) or frame.filename.startswith("<")
-    return what if ours else f"{what} ({near(frame.filename)}:{frame.lineno})"
+    engine = (str(Path(__file__).parents[1]), importlib.__file__, "<frozen")
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if not frame.filename.startswith(engine)]
+    return f"{what} ({near(frames[-1].filename)}:{frames[-1].lineno})" if frames else what
 
 
 def parse_set(text: str) -> tuple[str, Any]:

@@ -112,8 +112,11 @@ class MessageError(TransportError):
     """A message that is not what its type says, or bytes that are no such message."""
 
 
+@functools.lru_cache(maxsize=16)  # all messages of a tick bear the same stamp
 def stamp(seconds: float) -> Time:
     """A time in seconds as ROS writes it: whole nanoseconds towards zero, of which `nanosec` is never negative.
+
+    Messages share it: make another one rather than change it.
 
     Raises:
         MessageError: the time is beyond what the message can hold.

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any, ClassVar
 
-from graphengine import rotation
 from graphengine.context import Context, FrameLink, Publisher, Quaternion, RobotDescription, Vector3
 from graphengine.diagnostics import ContextError
 from graphengine.node import ExecIn, In, Node, State
 from graphengine.ros import messages
 from graphengine.types import Double3s, Double4s, Quaterniond, String, Target, Tokens, UInt64, Vector3d
+from nodes.core import pose_of
 from nodes.ros2.publisher import PublisherNode
 
 
@@ -109,15 +109,7 @@ class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.RO
 
 def linked(time: float, links: Iterable[FrameLink]) -> list[messages.TransformStamped]:
     """Edges with their poses of now."""
-    edges = []
-    for link in links:
-        position, orientation = link.child.pose()
-        if link.optical:
-            orientation = rotation.multiply(orientation, (1.0, 0.0, 0.0, 0.0))
-        if link.parent is not None:
-            position, orientation = rotation.relative(link.parent.pose(), (position, orientation))
-        edges.append(transform(time, link.parent_name, link.child_name, position, orientation))
-    return edges
+    return [transform(time, link.parent_name, link.child_name, *pose_of(link)) for link in links]
 
 
 class RobotStatePublisher(Node, type="graphengine.ros2.RobotStatePublisher"):

@@ -119,9 +119,8 @@ def main(simulated: float) -> None:
     print(f"{simulated:g} s of simulation in {wall:.3f} s: real-time factor {simulated / wall:.1f} (bar 10)")
     print(f"steps {each * 1e6:.0f} us each, {world.substeps} a tick; rays {scan * 1e3:.2f} ms a scan")
     print(f"the rest {rest:.3f} s, for {sent} messages")
-    print(
-        f"encoding and writing them in a bare loop, with steps and rays in between: {paced:.3f} s, ratio {rest / paced:.2f} (bar 1.5)"
-    )
+    print(f"encoding and writing them in a bare loop, with steps and rays in between: {paced:.3f} s")
+    print(f"ratio {rest / paced:.2f} (bar 1.5)")
     print(f"the same without a pause, caches hot and the reader awake: {bare:.3f} s, ratio {rest / bare:.2f}")
     print(f"resident {early:.0f} MB at the start, {late:.0f} MB at the end (bar 350)")
 

@@ -54,7 +54,13 @@ def command(*arguments: str) -> list[str]:
 def process(*arguments: str, cwd: Path = ROOT, env: Mapping[str, str] | None = None) -> Result:
     """Run the program to its end in a process of its own."""
     done = subprocess.run(
-        command(*arguments), cwd=cwd, env=environment(env), capture_output=True, text=True, timeout=PATIENCE, check=False
+        command(*arguments),
+        cwd=cwd,
+        env=environment(env),
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        check=False,
     )
     return Result(done.returncode, done.stdout, done.stderr)
 

@@ -85,9 +85,7 @@ def test_warnings_are_told_and_do_not_keep_from_running(graphrun: Graphrun) -> N
     ("text", "expected"),
     [("2", 120), ("2s", 120), ("0.5", 30), (".5s", 30), ("250ms", 15), ("0.05min", 180), ("0", 0), ("10ms", 1)],
 )
-def test_time_is_simulation_time_in_several_units(
-    graphrun: Graphrun, project: Path, text: str, expected: int
-) -> None:
+def test_time_is_simulation_time_in_several_units(graphrun: Graphrun, project: Path, text: str, expected: int) -> None:
     assert ticks(graphrun("run", "mine.yaml", "--for", text, *MEMORY).err) == expected
 
 
@@ -207,7 +205,9 @@ def test_robot_state_is_published_on_request(graphrun: Graphrun) -> None:
 
 def test_robot_state_goes_with_a_single_graph_too(graphrun: Graphrun) -> None:
     result = graphrun("topics", "dd100/joint_states", "--scene", "dd100_flat", "--robot-state")
-    assert [line.split()[0] for line in result.lines if "robot_description" in line] == ["/dd100_0000/robot_description"]
+    assert [line.split()[0] for line in result.lines if "robot_description" in line] == [
+        "/dd100_0000/robot_description"
+    ]
 
 
 def test_robot_state_without_a_scene_makes_no_sense(graphrun: Graphrun, project: Path) -> None:

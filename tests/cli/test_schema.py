@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -111,9 +112,17 @@ def test_names_of_nodes_and_robots_are_names() -> None:
     assert faults("scene", {"scene": "s", "world": "w.xml", "robots": {"r-1": {"use": "r.yaml"}}}) != []
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_what_the_schema_says_of_a_file_that_ships_check_says_too(graphrun: Graphrun, kind: str) -> None:
-    """The schema is made from the models that `check` uses, so both refuse what has a wrong type."""
-    data = yaml.safe_load(shipped(kind)[0].read_text(encoding="utf-8"))
-    for key in sorted(data.keys() - {"format"}):
-        assert faults(kind, {**data, key: 3.5}), key
+@pytest.mark.parametrize(
+    ("kind", "key"), [(kind, key) for kind in KINDS for key in yaml.safe_load(shipped(kind)[0].read_text("utf-8"))]
+)
+def test_a_value_of_a_wrong_type_is_refused_by_schema_and_check_alike(
+    graphrun: Graphrun, project: Path, kind: str, key: str
+) -> None:
+    data = {**yaml.safe_load(shipped(kind)[0].read_text("utf-8")), key: 3.5}
+    (project / "changed.yaml").write_text(yaml.safe_dump(data), encoding="utf-8")
+    scene = "scene: s\nworld: worlds/flat_grid.xml\nrobots: {r: {use: changed.yaml}}\n"
+    (project / "scene.yaml").write_text(scene, encoding="utf-8")
+    assert f"$.{key}" in faults(kind, data)
+    result = graphrun("check", "scene.yaml" if kind == "robot" else "changed.yaml")
+    assert result.code == 1
+    assert re.search(rf"^changed\.yaml:\d+:\d+: error G10[89]: {key}: ", result.out, re.MULTILINE)

@@ -50,7 +50,11 @@ def test_what_is_generated_for_all_that_ships_is_python(graphrun: Graphrun, name
 def test_a_node_comes_after_every_node_that_it_reads_from(graphrun: Graphrun) -> None:
     lines = graphrun("show", "dd100/joint_states", "--schedule").lines
     order = [line.split()[0] for line in lines if re.match(r" {4}\S", line)]
-    for earlier, later in [("ComputeOdom", "PublishRawTF"), ("ComputeTransformTree", "PublishTF"), ("ReadSimTime", "PublishOdom")]:
+    for earlier, later in [
+        ("ComputeOdom", "PublishRawTF"),
+        ("ComputeTransformTree", "PublishTF"),
+        ("ReadSimTime", "PublishOdom"),
+    ]:
         assert order.index(earlier) < order.index(later)
 
 

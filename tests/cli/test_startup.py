@@ -22,10 +22,17 @@ print(sorted({name.partition(".")[0] for name in sys.modules}))
 """
 
 
-@pytest.mark.parametrize("arguments", [("--help",), ("--version",), *((verb, "--help") for verb in VERBS)], ids=" ".join)
+@pytest.mark.parametrize(
+    "arguments", [("--help",), ("--version",), *((verb, "--help") for verb in VERBS)], ids=" ".join
+)
 def test_help_and_version_import_nothing_heavy(arguments: tuple[str, ...]) -> None:
     done = subprocess.run(
-        [sys.executable, "-c", SCRIPT, *arguments], cwd=ROOT, env=environment(), capture_output=True, text=True, check=True
+        [sys.executable, "-c", SCRIPT, *arguments],
+        cwd=ROOT,
+        env=environment(),
+        capture_output=True,
+        text=True,
+        check=True,
     )
     imported = set(eval(done.stdout))
     assert "graphengine" in imported

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+pytest.register_assert_rewrite("tests.nodes.isaac", "tests.nodes.harness")  # before they are imported
+
 from tests.nodes.harness import Player
 
 

@@ -176,6 +176,7 @@ def a_turn_on_the_spot_with_wheels_of_other_sizes_than_the_robots(case: Case, pl
 
 @runs("leatherback odometry", "straight 1 m/s 2 s", "circle")
 def a_car_on_a_circle_or_straight_ahead(case: Case, play: Player) -> None:
+    # The car is an ideal one, put where it would be in each tick: what steers the reference's is AckermannController.
     given, expect = case["inputs"], case["expect"]
     speed, rate = given["speed"], given["speed"] * math.tan(given["steer"]) / given.get("wheelbase", 0.37)
     world = RecordingWorld()

@@ -1,0 +1,253 @@
+"""Parameters and subgraphs: what they become, and where their mistakes are told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from graphengine.diagnostics import Finding, Findings
+from graphengine.resolve import Graph
+from tests.engine.conftest import MakeFile
+from tests.engine.harness import Bench, planned, resolved
+
+
+def resolve(path: Path, **bindings: Any) -> tuple[Graph | None, list[Finding]]:
+    findings = Findings()
+    return resolved(path, findings, bindings), findings.items
+
+
+def literal(graph: Graph | None, node: str, field: str) -> Any:
+    assert graph is not None
+    return getattr(graph.by_id(node).node, field)
+
+
+# Parameters
+
+
+PARAMETERS = """
+    parameters:
+      robot: {type: target, default: /dd100}
+      speed: {type: double, default: 1}
+      name: {type: string, default: scan}
+    nodes:
+      A: {type: Do, inputs: {a: $(speed)}}
+      T: {type: Text, inputs: {a: $(robot)/Geometry, b: $(name)_$(speed)_$$(name)}}
+"""
+
+
+def test_a_value_that_is_nothing_else_keeps_the_type_of_its_parameter(file: MakeFile) -> None:
+    graph, findings = resolve(file(PARAMETERS))
+    assert findings == []
+    assert literal(graph, "A", "a") == 1.0
+
+
+def test_inside_of_a_text_parameters_are_written_out_and_two_dollars_are_one(file: MakeFile) -> None:
+    graph, _ = resolve(file(PARAMETERS))
+    assert literal(graph, "T", "a") == "/dd100/Geometry"
+    assert literal(graph, "T", "b") == "scan_1.0_$(name)"
+
+
+def test_whoever_uses_the_graph_gives_other_values(file: MakeFile) -> None:
+    graph, findings = resolve(file(PARAMETERS), speed=2, robot="/other", name="odom")
+    assert findings == []
+    assert literal(graph, "A", "a") == 2.0
+    assert literal(graph, "T", "a") == "/other/Geometry"
+
+
+@pytest.mark.parametrize(("bindings", "code"), [({"sped": 1}, "G111"), ({"speed": "fast"}, "G211")])
+def test_a_value_for_no_parameter_or_of_a_wrong_type_is_an_error(
+    file: MakeFile, bindings: dict[str, Any], code: str
+) -> None:
+    _, findings = resolve(file(PARAMETERS), **bindings)
+    assert code in [finding.code for finding in findings]
+
+
+def test_an_unknown_parameter_is_an_error_at_its_place_with_the_nearest_name(file: MakeFile) -> None:
+    _, findings = resolve(
+        file(
+            "graph: g\nparameters: {speed: {type: double, default: 1}}\nnodes:\n  A: {type: Text, inputs: {a: a$(sped)b}}\n"
+        )
+    )
+    (found,) = findings
+    assert (found.code, found.span and (found.span.line, found.span.column, found.span.length)) == ("G111", (4, 33, 7))
+    assert found.help == ("did you mean 'speed'?",)
+
+
+def test_parameters_are_not_filled_in_into_keys_and_types(file: MakeFile) -> None:
+    _, findings = resolve(file("graph: g\nparameters: {kind: {type: string, default: Do}}\nnodes:\n  A: $(kind)\n"))
+    assert [found.code for found in findings] != []
+
+
+# Subgraphs
+
+
+INNER = """
+    graph: inner
+    inputs: {go: First.execIn, speed: First.a}
+    outputs: {done: Second.execOut, sum: Second.sum}
+    nodes:
+      First: Do
+      Second: {type: Do, inputs: {b: 1.0}}
+    connections:
+      - First.execOut -> Second.execIn
+      - First.sum -> Second.a
+"""
+OUTER = """
+    graph: outer
+    nodes:
+      Tick: Tick
+      One: {subgraph: inner.yaml}
+      Two: {subgraph: inner.yaml}
+      Show: Do
+    connections:
+      - Tick.tick -> One.go
+      - Tick.number -> One.speed
+      - One.done -> Two.go
+      - One.sum -> Two.speed
+      - Two.done -> Show.execIn
+      - Two.sum -> Show.a
+"""
+
+
+def test_a_subgraph_stands_for_its_nodes(file: MakeFile) -> None:
+    file(INNER, "inner.yaml")
+    run = Bench(file(OUTER, "outer.yaml")).setup()
+    assert [instance.id for instance in run.plan.graph.instances] == [
+        *("Tick", "One/First", "One/Second", "Two/First", "Two/Second", "Show")
+    ]
+    assert run.tick() == ["First 1", "Second 2", "First 2", "Second 3", "Show 3"]
+
+
+def test_subgraphs_nest(file: MakeFile) -> None:
+    file(INNER, "inner.yaml")
+    file(
+        """
+        graph: middle
+        nodes: {Tick: Tick, Inner: {subgraph: inner.yaml}}
+        connections: [Tick.tick -> Inner.go, Tick.number -> Inner.speed]
+        """,
+        "middle.yaml",
+    )
+    run = Bench(file("{graph: outer, nodes: {Middle: {subgraph: middle.yaml}}}", "outer.yaml")).setup()
+    assert [instance.id for instance in run.plan.graph.instances][1] == "Middle/Inner/First"
+    assert run.tick() == ["First 1", "Second 2"]
+
+
+def tell(file: MakeFile, inner: str, outer: str = OUTER) -> list[Finding]:
+    file(inner, "inner.yaml")
+    findings = Findings()
+    planned(file(outer, "outer.yaml"), findings)
+    return findings.items
+
+
+def place(finding: Finding) -> tuple[str, int]:
+    assert finding.span is not None
+    return Path(finding.span.source.path).name, finding.span.line
+
+
+def through(finding: Finding) -> list[str]:
+    return [label for _, label in finding.related if label.startswith("in subgraph")]
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "code", "line"),
+    [
+        ("First: Do", "First: Dooo", "G201", 5),
+        ("b: 1.0", "b: fast", "G211", 6),
+        ("b: 1.0", "c: 1.0", "G204", 6),
+        ("First.execOut ->", "Fist.execOut ->", "G203", 8),
+        ("-> Second.a", "-> Second.z", "G204", 9),
+        ("First.sum -> Second.a", "First.sum -> Second.execIn", "G206", 9),
+        ("First.sum -> Second.a", "Second.sum -> First.b", "W104", 9),
+        ("First.sum -> Second.a", "Second.execOut -> First.execIn", "G210", 8),
+    ],
+)
+def test_a_mistake_inside_is_told_where_it_was_written_and_says_through_which_instance(
+    file: MakeFile, before: str, after: str, code: str, line: int
+) -> None:
+    findings = [finding for finding in tell(file, INNER.replace(before, after)) if finding.code == code]
+    assert [place(finding) for finding in findings] == [("inner.yaml", line)] * 2
+    assert [through(finding) for finding in findings] == [["in subgraph One"], ["in subgraph Two"]]
+
+
+def test_a_declared_port_that_leads_nowhere_is_told_where_it_was_declared(file: MakeFile) -> None:
+    found = tell(file, INNER.replace("sum: Second.sum", "sum: Third.sum"))[0]
+    assert (found.code, place(found)) == ("G203", ("inner.yaml", 3))
+
+
+@pytest.mark.parametrize("declared", ["Second", "Second.a.b", "-> Second.sum", ""])
+def test_a_declared_port_that_is_none_is_told_where_it_was_declared(file: MakeFile, declared: str) -> None:
+    found = tell(file, INNER.replace("sum: Second.sum", f"sum: '{declared}'"))[0]
+    assert (found.code, place(found)) == ("G202", ("inner.yaml", 3))
+
+
+def test_a_port_that_a_subgraph_does_not_declare_is_told_at_the_wire(file: MakeFile) -> None:
+    found = tell(file, INNER, OUTER.replace("One.sum", "One.total"))[0]
+    assert (found.code, place(found)) == ("G204", ("outer.yaml", 10))
+
+
+def test_values_for_inputs_of_a_subgraph_are_wired_and_not_set(file: MakeFile) -> None:
+    found = tell(
+        file, INNER, OUTER.replace("Two: {subgraph: inner.yaml}", "Two: {subgraph: inner.yaml, inputs: {speed: 1}}")
+    )[0]
+    assert (found.code, place(found)) == ("G214", ("outer.yaml", 5))
+
+
+def test_a_subgraph_that_is_not_there_is_told_at_its_name(file: MakeFile) -> None:
+    found = tell(file, INNER, "{graph: outer, nodes: {One: {subgraph: innr.yaml}}}")[0]
+    assert (found.code, place(found)) == ("G214", ("outer.yaml", 1))
+
+
+def test_a_subgraph_that_contains_itself_is_an_error(file: MakeFile) -> None:
+    found = tell(
+        file, "{graph: inner, nodes: {Again: {subgraph: inner.yaml}}}", "{graph: o, nodes: {A: {subgraph: inner.yaml}}}"
+    )[0]
+    assert found.code == "G214"
+    assert "inner.yaml -> inner.yaml" in found.message
+
+
+def test_two_subgraphs_that_contain_each_other_are_an_error(file: MakeFile) -> None:
+    file("{graph: b, nodes: {A: {subgraph: a.yaml}}}", "b.yaml")
+    findings = Findings()
+    planned(file("{graph: a, nodes: {B: {subgraph: b.yaml}}}", "a.yaml"), findings)
+    assert [found.code for found in findings.items] == ["G214"]
+    assert "a.yaml -> b.yaml -> a.yaml" in findings.items[0].message
+
+
+def test_subgraphs_nest_16_deep_and_no_deeper(file: MakeFile) -> None:
+    file("{graph: last, nodes: {A: Do}}", "g0.yaml")
+    for depth in range(1, 20):
+        file(f"{{graph: g, nodes: {{A: {{subgraph: g{depth - 1}.yaml}}}}}}", f"g{depth}.yaml")
+    for depth, expected in ((16, []), (17, ["G214"])):
+        findings = Findings()
+        planned(file(f"{{graph: g, nodes: {{A: {{subgraph: g{depth - 1}.yaml}}}}}}", "top.yaml"), findings)
+        assert [found.code for found in findings.items] == expected
+
+
+# Wires
+
+
+@pytest.mark.parametrize(
+    "wire", ["A.execOut", "A.execOut -> ", "A.execOut -> B", "A -> B.execIn", "A.x -> B.y -> C.z", "->"]
+)
+def test_a_malformed_wire_is_an_error_at_its_place(file: MakeFile, wire: str) -> None:
+    path = file(f"graph: g\nnodes: {{A: Do, B: Do}}\nconnections:\n  - '{wire}'\n")
+    _, findings = resolve(path)
+    assert [(found.code, place(found)) for found in findings] == [("G202", ("g.yaml", 4))]
+
+
+def test_sides_may_be_written(file: MakeFile) -> None:
+    graph, findings = resolve(
+        file("""
+        nodes: {A: Do, B: Do}
+        connections:
+          - A.outputs:execOut -> B.inputs:execIn
+          - A.outputs:sum -> B.inputs:a
+          - A.inputs:a -> B.inputs:b
+        """)
+    )
+    assert findings == []
+    assert graph is not None
+    assert len(graph.exec_wires) + len(graph.data_wires) == 3
