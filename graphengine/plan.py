@@ -268,7 +268,7 @@ class _Planner:
         """Tell of one cycle in each knot of nodes that wait for each other; whether there is any."""
         between = {(wire.source, wire.target): wire for wire in reversed(wires)}
         found = False
-        for component in nx.strongly_connected_components(graph):
+        for component in sorted(nx.strongly_connected_components(graph), key=min):
             first = min(component)
             if len(component) > 1 or graph.has_edge(first, first):
                 loop = nx.find_cycle(graph.subgraph(component), first)
@@ -546,7 +546,7 @@ class _Planner:
                             "in no stated order",
                             self.node(reader).span,
                             "order them with a Multisequence",
-                            related=[(self.node(writer).span, "written here")],
+                            related=[(self.node(writer).span, "written here"), *self.node(reader).entry.via],
                         )
 
     def _in_stated_order(self, one: int, other: int) -> bool:

@@ -283,7 +283,12 @@ def _connect(graph: Graph, known: dict[str, Instance | None], findings: Findings
                 "G206", f"{entry.source} carries {what}, {entry.target} takes {wants}", entry.span, related=entry.via
             )
         elif out.is_exec and out.side == "inputs":
-            findings.add("G205", f"{entry.source} is an execution input; a wire begins at an output", entry.source.span)
+            findings.add(
+                "G205",
+                f"{entry.source} is an execution input; a wire begins at an output",
+                entry.source.span,
+                related=entry.via,
+            )
         elif out.is_exec:
             graph.exec_wires.append(wire)
         elif (other.index, into.field) in taken:
@@ -293,7 +298,7 @@ def _connect(graph: Graph, known: dict[str, Instance | None], findings: Findings
                 f"two wires into {entry.target}; a data input takes one",
                 entry.span,
                 "remove one, or choose between them with a node",
-                related=[(first.span, "the other one")],
+                related=[(first.span, "the other one"), *entry.via],
             )
         else:
             taken[other.index, into.field] = wire
@@ -304,6 +309,7 @@ def _connect(graph: Graph, known: dict[str, Instance | None], findings: Findings
                     f"{entry.target} has a value and a wire; the value is used only until the wire delivers",
                     other.entry.key_span("inputs", into.name),
                     f"wired from {entry.source}; remove the value, or the wire",
+                    related=entry.via,
                 )
 
 
@@ -311,12 +317,13 @@ def _end(
     end: WireEnd, sides: tuple[str, ...], known: dict[str, Instance | None], wire: WireEntry, findings: Findings
 ) -> tuple[Instance, Port] | None:
     """The instance and port that one end of a wire means."""
+    via = (*wire.via, *end.via)
     if end.node not in known:
         shown, inner = end.node, end.node.rpartition("/")[0]
         near = [name.removeprefix(f"{inner}/") for name in known if name.rpartition("/")[0] == inner]
         name = shown.rpartition("/")[2]
         findings.add(
-            "G203", f"no node {name!r}", end.span, did_you_mean(name, near) or listing(near, "nodes"), related=wire.via
+            "G203", f"no node {name!r}", end.span, did_you_mean(name, near) or listing(near, "nodes"), related=via
         )
         return None
     instance = known[end.node]
@@ -339,7 +346,7 @@ def _end(
             end.span,
             f"write {wire.target} -> {wire.source}" if turned else "",
             f"leave out `{end.side}:`" if said else listing(names, f"{sides[0]} of {instance.cls.__name__}"),
-            related=wire.via,
+            related=via,
         )
     else:
         findings.add(
@@ -347,7 +354,7 @@ def _end(
             f"{instance.cls.__name__} has no {sides[0][:-1]} {end.port!r}",
             end.span,
             did_you_mean(end.port, names) or listing(names, sides[0]),
-            related=wire.via,
+            related=via,
         )
     return None
 
@@ -373,7 +380,11 @@ def _settle_types(graph: Graph, findings: Findings) -> None:
         if gives is None:
             span, name = wire.entry.source.span, wire.entry.source
             findings.add(
-                "G213", f"the type of {name} cannot be told from its wires ({wire})", span, "set a value with its type"
+                "G213",
+                f"the type of {name} cannot be told from its wires ({wire})",
+                span,
+                "set a value with its type",
+                related=wire.entry.via,
             )
         elif takes is None or converter is None:
             legal = target.cls.fields[wire.target_field].type

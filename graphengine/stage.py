@@ -141,7 +141,7 @@ class Stage:
         wanted = normalize(path)
         if wanted in self._by_path:
             return self._by_path[wanted]
-        found = self._by_short_path.get(_without_geometry(wanted), [])
+        found = self._meant(wanted)
         if len(found) == 1:
             return found[0]
         if found:
@@ -149,6 +149,10 @@ class Stage:
                 f"{path!r} could mean {len(found)} prims", path, listing([prim.path for prim in found], "write one of")
             )
         raise self._missing(path, wanted)
+
+    def _meant(self, wanted: str) -> list[Prim]:
+        """Prims whose paths are a path with some `Geometry` put in."""
+        return [p for p in self._by_short_path.get(_without_geometry(wanted), []) if _is_short_for(wanted, p.path)]
 
     def _missing(self, path: str, wanted: str) -> PrimError:
         parts = wanted.strip("/").split("/")
@@ -161,7 +165,8 @@ class Stage:
             prim = child
         else:
             part = parts[-1]
-        near = did_you_mean(part, prim.children)
+        geometry = prim.children.get("Geometry")
+        near = did_you_mean(part, [*prim.children, *(geometry.children if geometry else ())])
         same_name = [p.path for p in self.prims() if p.name == parts[-1]]
         return PrimError(
             f"no prim at {path!r}: {prim.path} has no child {part!r}",
@@ -171,7 +176,8 @@ class Stage:
         )
 
     def __contains__(self, path: str) -> bool:
-        return normalize(path) in self._by_path or len(self._by_short_path.get(_without_geometry(path), [])) == 1
+        wanted = normalize(path)
+        return wanted in self._by_path or len(self._meant(wanted)) == 1
 
     def prims(self, kind: PrimKind | None = None) -> Iterator[Prim]:
         """All prims, or those of a kind, depth first in order of definition."""
@@ -224,3 +230,13 @@ def normalize(path: str) -> str:
 
 def _without_geometry(path: str) -> str:
     return "/" + "/".join(part for part in path.split("/") if part and part != "Geometry")
+
+
+def _is_short_for(path: str, full: str) -> bool:
+    wanted = path.split("/")
+    for part in full.split("/"):
+        if wanted and part == wanted[0]:
+            wanted = wanted[1:]
+        elif part != "Geometry":
+            return False
+    return not wanted

@@ -293,36 +293,33 @@ def _lead_through(
     end: WireEnd, subgraphs: Mapping[str, Loaded[GraphSpec]], side: str, findings: Findings
 ) -> WireEnd | None:
     """The end inside of a subgraph that a wire to one of its declared ports means."""
-    prefix = ""
-    while end.node in subgraphs:
-        spec = subgraphs[end.node].spec
-        declared = spec.outputs if side == "outputs" else spec.inputs
-        if end.port not in declared:
-            findings.add(
-                "G204",
-                f"subgraph {end.node!r} has no {side[:-1]} {end.port!r}",
-                end.span,
-                did_you_mean(end.port, declared) or listing(declared, side),
-            )
-            return None
-        match = _END.match(declared[end.port])
-        if match is None:
-            document = subgraphs[end.node].document
-            findings.add("G202", f"{declared[end.port]!r} is not `Node.port`", document.span(side, end.port))
-            return None
-        prefix += f"{end.node}/"
-        inner = _inner_subgraphs(subgraphs[end.node])
-        end = WireEnd(match["node"], match["port"], match["side"] or "", end.span)
-        if end.node not in inner:
-            break
+    if end.node not in subgraphs:
+        return end
+    subgraph = subgraphs[end.node]
+    declared = subgraph.spec.outputs if side == "outputs" else subgraph.spec.inputs
+    if end.port not in declared:
+        findings.add(
+            "G204",
+            f"subgraph {end.node!r} has no {side[:-1]} {end.port!r}",
+            end.span,
+            did_you_mean(end.port, declared) or listing(declared, side),
+        )
+        return None
+    span = subgraph.document.span(side, end.port)
+    match = _END.match(declared[end.port])
+    if match is None:
+        findings.add("G202", f"{declared[end.port]!r} is not `Node.port`", span)
+        return None
+    if match["node"] in _inner_subgraphs(subgraph):
         findings.add(
             "G214",
-            f"port {end} of a subgraph leads into another subgraph",
+            f"port {declared[end.port]} of a subgraph leads into another subgraph",
             end.span,
             "wire it inside of the subgraph's own file",
         )
         return None
-    return WireEnd(prefix + end.node, end.port, end.side, end.span)
+    via = ((end.span, f"in subgraph {end.node}"),)
+    return WireEnd(f"{end.node}/{match['node']}", match["port"], match["side"] or "", span, via)
 
 
 def _inner_subgraphs(loaded: Loaded[GraphSpec]) -> list[str]:

@@ -7,6 +7,7 @@ with the longest path keeps it.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 
 from graphengine.context import Frame, FrameLink
@@ -79,7 +80,9 @@ def frame_names(prims: Sequence[Prim]) -> dict[Prim, str]:
         if prim in names:
             continue
         parts = prim.path.strip("/").split("/")
-        candidates = [prim.name, *(f"{ancestor}_{prim.name}" for ancestor in parts[1:-1]), "_".join(parts)]
-        names[prim] = next((name for name in candidates if name not in taken), "_".join(parts))
+        whole = "_".join(parts)
+        candidates = [prim.name, *(f"{ancestor}_{prim.name}" for ancestor in parts[1:-1]), whole]
+        numbered = (f"{whole}_{number}" for number in itertools.count(1))
+        names[prim] = next(name for name in itertools.chain(candidates, numbered) if name not in taken)
         taken.add(names[prim])
     return names

@@ -166,19 +166,25 @@ class IsaacComputeTransformTree(Node, type="isaacsim.core.nodes.IsaacComputeTran
 
     links: Sequence[FrameLink] = State()
     names: tuple[tuple[str, ...], tuple[str, ...]] = State()
+    constant: tuple[Double3s, Double4s] | None = State()
 
     def setup(self, context: Context) -> None:
         """Expand the targets; the names are known before the first tick."""
         self.links = context.transform_tree(self.target_prims, self.parent_prim[0] if self.parent_prim else "")
         self.names = tuple(link.parent_name for link in self.links), tuple(link.child_name for link in self.links)
         self.parent_frames, self.child_frames = self.names
+        self.constant = self.read_poses() if all(link.fixed is not None for link in self.links) else None
 
     def compute(self) -> None:
         """Read all poses."""
         self.parent_frames, self.child_frames = self.names
+        self.translations, self.orientations = self.constant or self.read_poses()
+
+    def read_poses(self) -> tuple[Double3s, Double4s]:
+        """Translations and orientations of all edges, now."""
         poses = [pose_of(link) for link in self.links]
-        self.translations = np.array([position for position, _ in poses]).reshape(-1, 3)
-        self.orientations = np.array([orientation for _, orientation in poses]).reshape(-1, 4)
+        translations = np.array([position for position, _ in poses]).reshape(-1, 3)
+        return translations, np.array([orientation for _, orientation in poses]).reshape(-1, 4)
 
 
 def pose_of(link: FrameLink) -> rotation.Pose:

@@ -99,10 +99,15 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
 
     def joint_state(self, stamp: float, names: Sequence[str], *arrays: NDArray[np.float64]) -> messages.JointState:
         """Positions, velocities and efforts, rounded."""
+        values = np.concatenate(arrays)
         if self.resolution:
             steps = 1.0 / self.resolution
-            arrays = tuple(np.rint(array * steps) / steps for array in arrays)
-        return messages.JointState(messages.header(stamp, ""), list(names), *arrays)
+            values *= steps
+            np.rint(values, out=values)
+            values /= steps
+        joints = len(names)
+        parts = values[:joints], values[joints : 2 * joints], values[2 * joints :]
+        return messages.JointState(messages.header(stamp, ""), list(names), *parts)
 
 
 class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishOdometry"):

@@ -168,7 +168,7 @@ def test_outputs_of_execution_are_bits_that_joined_say_what_to_fire() -> None:
 
 
 def test_the_shape_of_a_class_says_what_kind_of_node_it_is() -> None:
-    kinds = {
+    kinds: dict[str, list[type[Node]]] = {
         "data": [nodes.Add, nodes.Constant, nodes.Twice, nodes.Ticket],
         "action": [nodes.Do, nodes.Branch, nodes.Gate],
         "event": [nodes.Tick, nodes.Every],

@@ -139,7 +139,7 @@ def test_a_port_whose_type_nothing_settles_is_an_error_that_names_it(file: MakeF
     assert any("M.a" in finding.message for finding in findings.items)
 
 
-@pytest.mark.parametrize("value", ["{type: token, value: x}", "{type: double[3], value: [1, 2, 3]}", "[1, 2]", "x"])
+@pytest.mark.parametrize("value", ["{type: token, value: x}", "{type: 'double[3]', value: [1, 2, 3]}", "[1, 2]", "x"])
 def test_a_literal_that_no_alternative_takes_is_an_error(file: MakeFile, value: str) -> None:
     _, findings = resolve(file, f"{{graph: g, nodes: {{M: {{type: Multiply, inputs: {{a: {value}, b: 1}}}}}}}}")
     assert set(codes(findings)) <= {"G211", "G212", "G213"}
@@ -151,7 +151,7 @@ def test_a_wire_between_types_that_do_not_match_is_an_error_at_the_wire(file: Ma
     _, findings = resolve(
         file,
         f"""
-        nodes: {{V: Vectors, B: Break, Show: Do, Text: Text}}
+        nodes: {{V: Vectors, B: {{type: Break, inputs: {{vector: [1, 2, 3]}}}}, Show: Do, Text: Text}}
         connections:
           - {wire}
         """,

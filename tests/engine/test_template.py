@@ -71,13 +71,13 @@ def test_an_unknown_parameter_is_an_error_at_its_place_with_the_nearest_name(fil
         )
     )
     (found,) = findings
-    assert (found.code, found.span and (found.span.line, found.span.column, found.span.length)) == ("G111", (4, 33, 7))
+    assert (found.code, found.span and (found.span.line, found.span.column, found.span.length)) == ("G111", (4, 32, 7))
     assert found.help == ("did you mean 'speed'?",)
 
 
 def test_parameters_are_not_filled_in_into_keys_and_types(file: MakeFile) -> None:
     _, findings = resolve(file("graph: g\nparameters: {kind: {type: string, default: Do}}\nnodes:\n  A: $(kind)\n"))
-    assert [found.code for found in findings] != []
+    assert [found.code for found in findings] == ["G201"]
 
 
 # Subgraphs
@@ -161,6 +161,9 @@ def through(finding: Finding) -> list[str]:
         ("-> Second.a", "-> Second.z", "G204", 9),
         ("First.sum -> Second.a", "First.sum -> Second.execIn", "G206", 9),
         ("First.sum -> Second.a", "Second.sum -> First.b", "W104", 9),
+        ("First.sum -> Second.a", "First.sum -> Second.b", "W103", 6),
+        ("First.execOut -> Second.execIn", "First.sum -> Second.a", "G207", 9),
+        ("First.execOut ->", "First.inputs:execIn ->", "G205", 8),
         ("First.sum -> Second.a", "Second.execOut -> First.execIn", "G210", 8),
     ],
 )
@@ -185,7 +188,7 @@ def test_a_declared_port_that_is_none_is_told_where_it_was_declared(file: MakeFi
 
 def test_a_port_that_a_subgraph_does_not_declare_is_told_at_the_wire(file: MakeFile) -> None:
     found = tell(file, INNER, OUTER.replace("One.sum", "One.total"))[0]
-    assert (found.code, place(found)) == ("G204", ("outer.yaml", 10))
+    assert (found.code, place(found)) == ("G204", ("outer.yaml", 11))
 
 
 def test_values_for_inputs_of_a_subgraph_are_wired_and_not_set(file: MakeFile) -> None:

@@ -1,0 +1,143 @@
+"""The whole stack in this process: files, engine, physics and messages; only the wire is memory."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from graphengine import build
+from graphengine.build import Assembly, Options
+from graphengine.files import find_given
+from graphengine.registry import Registry
+from graphengine.ros import messages
+from graphengine.ros.memory import MemoryTransport
+from graphengine.ros.network import LiveNetwork
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+class Recorder:
+    """Every message in the order in which it was sent."""
+
+    def __init__(self) -> None:
+        self.stream: list[tuple[str, str, bytes]] = []
+
+    def write(self, topic: str, message_type: str, data: bytes) -> None:
+        self.stream.append((topic, message_type, data))
+
+    @property
+    def digest(self) -> str:
+        """A fingerprint of topics, types, bytes and their order."""
+        made = hashlib.sha256()
+        for topic, message_type, data in self.stream:
+            made.update(f"{topic} {message_type} {len(data)} ".encode())
+            made.update(data)
+        return made.hexdigest()
+
+
+class Job:
+    """A running scene, and a peer on its network that can speak.
+
+    Args:
+        name: a file, or the name of a scene that ships.
+        overrides: as `--set` gives them.
+        seed: as `--seed` gives it.
+        robot_state: as `--robot-state` gives it.
+        registry: as `--import` makes it.
+        heard: whether the peer hears everything; if not, nobody listens until a reader is made.
+    """
+
+    def __init__(
+        self,
+        name: str | Path,
+        overrides: Mapping[str, Any] | None = None,
+        *,
+        seed: int = 0,
+        robot_state: bool = False,
+        registry: Registry | None = None,
+        heard: bool = True,
+    ) -> None:
+        self.transport = MemoryTransport(wants_all=heard)
+        self.recorder = Recorder()
+        self.assembly = assemble(name, overrides, seed=seed, robot_state=robot_state, registry=registry)
+        network = LiveNetwork(lambda domain: self.transport, 0, lambda complaint: None)
+        if heard:
+            network.sinks.append(self.recorder)
+        self.session = build.start(self.assembly, network)
+
+    def __enter__(self) -> Job:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.session.close()
+
+    @property
+    def rate(self) -> float:
+        """Ticks a second."""
+        return 1.0 / self.session.clock.delta
+
+    def run(self, seconds: float) -> None:
+        """Let simulation time pass."""
+        self.session.step(round(seconds * self.rate))
+
+    def say(self, topic: str, v: float, w: float) -> None:
+        """Command a velocity, once."""
+        self.transport.inject(topic, twist(v, w))
+
+    def drive(self, topic: str, v: float, w: float, seconds: float, every: int = 6) -> None:
+        """Command a velocity again and again, every so many ticks."""
+        for tick in range(round(seconds * self.rate)):
+            if tick % every == 0:
+                self.say(topic, v, w)
+            self.session.step()
+
+    def heard(self, topic: str) -> list[Any]:
+        """All messages of a topic, oldest first."""
+        return self.transport.messages(topic)
+
+    def newest(self, topic: str) -> Any:
+        """The last message of a topic."""
+        return messages.decode(self.transport.raw(topic)[-1], self.types()[topic])
+
+    def types(self) -> dict[str, str]:
+        """Type of each topic that something was sent on."""
+        return {topic: message_type for topic, message_type, _ in self.recorder.stream}
+
+    def velocity(self, topic: str) -> tuple[float, float]:
+        """Forward speed and yaw rate of the newest odometry."""
+        moving = self.newest(topic).twist.twist
+        return moving.linear.x, moving.angular.z
+
+
+def assemble(
+    name: str | Path,
+    overrides: Mapping[str, Any] | None = None,
+    *,
+    seed: int = 0,
+    robot_state: bool = False,
+    registry: Registry | None = None,
+) -> Assembly:
+    path = name if isinstance(name, Path) else find_given(name, "scenes")
+    return build.assemble(path, Options(overrides or {}, seed=seed, robot_state=robot_state, registry=registry))
+
+
+def twist(v: float, w: float) -> Any:
+    return messages.Twist(messages.Vector3(v, 0.0, 0.0), messages.Vector3(0.0, 0.0, w))
+
+
+def nanoseconds(time: Any) -> int:
+    """A stamp as a whole number."""
+    return int(time.sec) * 1_000_000_000 + int(time.nanosec)
+
+
+def yaw(rotation: Any) -> float:
+    """Angle about the vertical of a level robot."""
+    return 2.0 * math.atan2(rotation.z, rotation.w)
+
+
+def tick_times(ticks: Sequence[int], rate: int) -> list[int]:
+    """Nanoseconds at which ticks are, by whole numbers."""
+    return [tick * 1_000_000_000 // rate for tick in ticks]
