@@ -8,11 +8,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from graphengine import check, document, spec
 from graphengine.backend import DryWorld, Network, TopicClaim, World
-from graphengine.diagnostics import Findings, NodeError, Span, UsageError, did_you_mean, listing
+from graphengine.diagnostics import Findings, NodeError, UsageError, did_you_mean, listing
 from graphengine.files import Files, NotFoundError, shipped
 from graphengine.node_context import Services, SimulationClock
 from graphengine.plan import Plan, make_plan
@@ -21,7 +21,10 @@ from graphengine.resolve import Override, resolve
 from graphengine.session import GraphRun, Session
 from graphengine.spec import GraphUse, SceneSpec
 from graphengine.stage import Stage, normalize
-from graphengine.template import load_graph
+from graphengine.template import Use, load_graph
+
+if TYPE_CHECKING:
+    from graphengine.world.robotfile import RobotFile
 
 
 @dataclass(slots=True)
@@ -73,7 +76,8 @@ class _Use:
     name: str
     parameters: Mapping[str, Any]
     at: str
-    span: Span | None = None
+    use: Use | None = None
+    """Where a file says so."""
     asked_for: bool = False
     """By an option, whatever the files say."""
 
@@ -92,10 +96,11 @@ def assemble(path: Path, options: Options | None = None) -> Assembly:
     elif kind == "graph":
         uses = _graph_uses(assembly, path, found, files, options)
     else:
-        what = "this is a robot file; run a scene that uses it" if kind == "robot" else "a file is a scene or a graph"
-        assembly.findings.add(
-            "G107", f"no key `scene` or `graph`: {what}", found.span().part(0, 1), "see `graphrun schema scene`"
-        )
+        what, remedy = "a file is a graph or a scene", "begin with `graph: NAME`, or with `scene: NAME`"
+        if kind == "robot":
+            what, remedy = "this is a robot file", "run a scene that uses it"
+        message = f"no key `graph` or `scene`: {what}"
+        assembly.findings.add("G107", message, found.span().part(0, 1), remedy, "see `graphrun schema`")
         return assembly
     _plan(assembly, uses, files, options)
     return assembly
@@ -110,8 +115,8 @@ def _scene_uses(assembly: Assembly, path: Path, files: Files, options: Options) 
         return []
     uses: list[_Use] = []
     for graph, use in scene.spec.graphs.items():
-        span = scene.document.span("graphs", graph, "use")
-        uses += _find_use(use, graph, span, scene.folder, {}, files, assembly.findings)
+        place = _use_place(scene.document, graph, use)
+        uses += _find_use(use, graph, place, scene.folder, {}, files, assembly.findings)
     loaded = load_world(scene, files, assembly.findings, seed=options.seed)
     if loaded is None:
         return uses
@@ -119,8 +124,8 @@ def _scene_uses(assembly: Assembly, path: Path, files: Files, options: Options) 
     for name, robot in loaded.robots.items():
         prim = assembly.world.stage.find(robot.prim_path)
         for graph, use in robot.spec.graphs.items():
-            span, folder = robot.file.span("graphs", graph, "use"), robot.file.folder("graphs", graph, "use")
-            uses += _find_use(use, f"{name}/{graph}", span, folder, {"robot": prim.path}, files, assembly.findings)
+            place, folder = _use_place(robot.file, graph, use), robot.file.folder("graphs", graph, "use")
+            uses += _find_use(use, f"{name}/{graph}", place, folder, {"robot": prim.path}, files, assembly.findings)
         if options.robot_state or robot.use.robot_state:
             root = str(prim.facts.get("articulation_root") or prim.facts.get("base_link"))
             path = files.find("graphs/robot_state.yaml", shipped())
@@ -129,15 +134,22 @@ def _scene_uses(assembly: Assembly, path: Path, files: Files, options: Options) 
     return uses
 
 
+def _use_place(file: document.Document | RobotFile, graph: str, use: GraphUse) -> Use:
+    location = ("graphs", graph, "parameters")
+    keys = {name: file.key_span(*location, name) for name in use.parameters}
+    values = {name: file.span(*location, name) for name in use.parameters}
+    return Use(file.span("graphs", graph, "use"), keys, values)
+
+
 def _find_use(
-    use: GraphUse, name: str, span: Span, folder: Path, bindings: Mapping[str, Any], files: Files, findings: Findings
+    use: GraphUse, name: str, place: Use, folder: Path, bindings: Mapping[str, Any], files: Files, findings: Findings
 ) -> list[_Use]:
     try:
         path = files.find(use.use, folder)
     except NotFoundError as error:
-        findings.add("S101", f"graph {name!r}: {error.message}", span, *error.help)
+        findings.add("S101", f"graph {name!r}: {error.message}", place.span, *error.help)
         return []
-    return [_Use(path, name, {**bindings, **use.parameters}, use.at, span)]
+    return [_Use(path, name, {**bindings, **use.parameters}, use.at, place)]
 
 
 def _graph_uses(assembly: Assembly, path: Path, found: document.Document, files: Files, options: Options) -> list[_Use]:
@@ -167,7 +179,7 @@ def _plan(assembly: Assembly, uses: Sequence[_Use], files: Files, options: Optio
     for use in uses:
         declared = _declared_parameters(use.path)
         parameters = {k: v for k, v in use.parameters.items() if k in declared or k not in ("robot", "root")}
-        flat = load_graph(use.path, parameters, files, findings)
+        flat = load_graph(use.path, parameters, files, findings, use=use.use)
         if flat is None:
             continue
         at = use.at or flat.spec.at or f"/World/{flat.spec.graph}"

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from graphengine import types
-from graphengine.diagnostics import Findings, Span, did_you_mean, listing, shown
+from graphengine.diagnostics import MAX_ERRORS, Findings, Span, did_you_mean, listing, shown
 from graphengine.node import Node, Port, grown
 from graphengine.registry import Registry
-from graphengine.template import FlatGraph, NodeEntry, WireEnd, WireEntry
+from graphengine.template import UNKNOWN, FlatGraph, NodeEntry, WireEnd, WireEntry
 from graphengine.types import PortType, UnionType
 
 
@@ -25,6 +25,8 @@ class Instance:
     entry: NodeEntry
     literals: set[str] = field(default_factory=set)
     """Fields of inputs that the file or an override set."""
+    refused: set[str] = field(default_factory=set)
+    """Fields of inputs whose value was told to be wrong: they are not missing as well."""
     settled: dict[str, PortType] = field(default_factory=dict)
     """Types that ports of several types were resolved to, by field."""
 
@@ -135,8 +137,8 @@ def resolve(
 
 
 def _instantiate(graph: Graph, registry: Registry, findings: Findings) -> dict[str, Instance | None]:
-    """An instance for each entry; None for one whose type is unknown, so that its wires raise no second finding."""
-    known: dict[str, Instance | None] = {}
+    """An instance for each entry; None for one of which a mistake was told, so that its wires raise no second finding."""
+    known: dict[str, Instance | None] = dict.fromkeys(graph.flat.unopened)
     for entry in graph.flat.nodes:
         found = registry.find(entry.spec.type)
         known[entry.id] = None
@@ -190,6 +192,8 @@ def _set_literals(graph: Graph, known: dict[str, Instance | None], findings: Fin
                     did_you_mean(name, inputs) or listing(inputs, "inputs"),
                     related=entry.via,
                 )
+                meant = [p for p in cls.fields.values() if p.name in inputs and did_you_mean(name, [p.name])]
+                instance.refused.update(p.field for p in meant)
             elif port.is_exec:
                 findings.add(
                     "G211",
@@ -204,12 +208,16 @@ def _set_literals(graph: Graph, known: dict[str, Instance | None], findings: Fin
 
 def _set_literal(instance: Instance, port: Port, value: Any, span: Span, findings: Findings) -> None:
     """Put a value from the file, or from the command line, into an input."""
+    if value is UNKNOWN:
+        instance.refused.add(port.field)
+        return
     try:
         if isinstance(port.type, UnionType) or port.type == types.ANY:
             port_type, value = _explicit(value, port.type)
             instance.settled[port.field] = port_type
         setattr(instance.node, port.field, port.check(value))
     except TypeError as error:
+        instance.refused.add(port.field)
         wrong, _, remedy = str(error).partition("; ")
         if isinstance(port.type, PortType) and port.type.array and isinstance(value, str | int | float):
             remedy = f"write [{value}]"
@@ -221,6 +229,7 @@ def _set_literal(instance: Instance, port: Port, value: Any, span: Span, finding
             related=instance.entry.via,
         )
     except ValueError as error:
+        instance.refused.add(port.field)
         unit = f" (unit: {port.unit})" if port.unit else ""
         given = "" if ", got " in str(error) else f", got {shown(value)}"
         findings.add(
@@ -232,6 +241,7 @@ def _set_literal(instance: Instance, port: Port, value: Any, span: Span, finding
         )
     else:
         instance.literals.add(port.field)
+        instance.refused.discard(port.field)
 
 
 def _a(port_type: PortType | UnionType) -> str:
@@ -269,10 +279,15 @@ def _set_overrides(graph: Graph, overrides: Sequence[Override], findings: Findin
 def _connect(graph: Graph, known: dict[str, Instance | None], findings: Findings) -> None:
     """Wires between ports that exist, in the right direction, of types that match."""
     taken: dict[tuple[int, str], Wire] = {}
+    siblings: dict[str, list[str]] = {}
+    for node in known:
+        siblings.setdefault(node.rpartition("/")[0], []).append(node.rpartition("/")[2])
     for order, entry in enumerate(graph.flat.wires):
-        source = _end(entry.source, ("outputs", "state", "inputs"), known, entry, findings)
-        target = _end(entry.target, ("inputs", "state"), known, entry, findings)
+        source = _end(entry.source, ("outputs", "state", "inputs"), known, siblings, entry, findings)
+        target = _end(entry.target, ("inputs", "state"), known, siblings, entry, findings)
         if source is None or target is None:
+            if len(findings.errors) > MAX_ERRORS:  # a guess at what was meant takes time
+                return
             continue
         (one, out), (other, into) = source, target
         wire = Wire(one.index, out.field, other.index, into.field, "", entry, order)
@@ -314,17 +329,20 @@ def _connect(graph: Graph, known: dict[str, Instance | None], findings: Findings
 
 
 def _end(
-    end: WireEnd, sides: tuple[str, ...], known: dict[str, Instance | None], wire: WireEntry, findings: Findings
+    end: WireEnd,
+    sides: tuple[str, ...],
+    known: dict[str, Instance | None],
+    siblings: dict[str, list[str]],
+    wire: WireEntry,
+    findings: Findings,
 ) -> tuple[Instance, Port] | None:
     """The instance and port that one end of a wire means."""
     via = (*wire.via, *end.via)
     if end.node not in known:
-        shown, inner = end.node, end.node.rpartition("/")[0]
-        near = [name.removeprefix(f"{inner}/") for name in known if name.rpartition("/")[0] == inner]
-        name = shown.rpartition("/")[2]
-        findings.add(
-            "G203", f"no node {name!r}", end.span, did_you_mean(name, near) or listing(near, "nodes"), related=via
-        )
+        inner, _, name = end.node.rpartition("/")
+        near = siblings.get(inner, [])
+        hint = did_you_mean(name, near) or listing(near, "nodes")
+        findings.add("G203", f"no node {name!r}", end.span, hint, related=via)
         return None
     instance = known[end.node]
     if instance is None:
@@ -371,6 +389,7 @@ def _settle_types(graph: Graph, findings: Findings) -> None:
             out, into = source.cls.fields[wire.source_field], target.cls.fields[wire.target_field]
             pending |= _settle(target, into, _known_type(source, out), widening=True)
             pending |= _settle(source, out, _known_type(target, into), widening=False)
+    unknown = _tell_unsettled(graph, findings)
     checked: list[Wire] = []
     for wire in graph.data_wires:
         source, target = graph.instances[wire.source], graph.instances[wire.target]
@@ -378,6 +397,8 @@ def _settle_types(graph: Graph, findings: Findings) -> None:
         takes = _known_type(target, target.cls.fields[wire.target_field])
         converter = types.conversion(gives, takes) if gives and takes else None
         if gives is None:
+            if wire.source in unknown:
+                continue
             span, name = wire.entry.source.span, wire.entry.source
             findings.add(
                 "G213",
@@ -403,13 +424,24 @@ def _settle_types(graph: Graph, findings: Findings) -> None:
                 Wire(wire.source, wire.source_field, wire.target, wire.target_field, converter, wire.entry, wire.order)
             )
     graph.data_wires = checked
-    wired = {(wire.target, wire.target_field) for wire in checked}
+
+
+def _tell_unsettled(graph: Graph, findings: Findings) -> set[int]:
+    """Tell of inputs whose type nothing settles; the instances that have one, and those behind them."""
+    wired, behind = _wired_ports(graph), dict[int, list[int]]()
+    sources = {(wire.target, wire.target_field): wire.source for wire in graph.data_wires}
+    unknown: set[int] = set()
     for instance in graph.instances:
         for port in instance.cls.fields.values():
-            unsettled = (
-                isinstance(port.type, UnionType) and port.side == "inputs" and _known_type(instance, port) is None
-            )
-            if unsettled and (instance.index, port.field) not in wired and not _has_wire(graph, instance, port):
+            if not isinstance(port.type, UnionType) or port.side != "inputs" or port.field in instance.settled:
+                continue
+            source = sources.get((instance.index, port.field))
+            if source is not None:
+                behind.setdefault(source, []).append(instance.index)
+                continue
+            unknown.add(instance.index)
+            told = (instance.id, port.name) in wired or port.field in instance.refused
+            if not told and port.required is not True:  # which is told as a missing input
                 findings.add(
                     "G213",
                     f"the type of {instance.id}.{port.name} cannot be told: it has neither a wire nor a value",
@@ -417,11 +449,18 @@ def _settle_types(graph: Graph, findings: Findings) -> None:
                     f"wire it, or write {{type: {str(port.type).partition(' ')[0]}, value: …}}",
                     related=instance.entry.via,
                 )
+    pending = list(unknown)
+    while pending:
+        for index in behind.pop(pending.pop(), ()):
+            if index not in unknown:
+                unknown.add(index)
+                pending.append(index)
+    return unknown
 
 
-def _has_wire(graph: Graph, instance: Instance, port: Port) -> bool:
-    """Whether the file wires a port at all, rightly or not."""
-    return any(w.target.node == instance.id and w.target.port == port.name for w in graph.flat.wires)
+def _wired_ports(graph: Graph) -> set[tuple[str, str]]:
+    """Node and name of the ports that the file wires at all, rightly or not."""
+    return {(wire.target.node, wire.target.port) for wire in graph.flat.wires}
 
 
 def _known_type(instance: Instance, port: Port) -> PortType | None:
@@ -469,6 +508,7 @@ def settled_type(instance: Instance, port: Port) -> PortType | UnionType:
 
 
 def _check_required(graph: Graph, findings: Findings) -> None:
+    wired = _wired_ports(graph)
     for instance in graph.instances:
         groups: dict[str, list[Port]] = {}
         for port in instance.cls.fields.values():
@@ -476,7 +516,8 @@ def _check_required(graph: Graph, findings: Findings) -> None:
                 groups.setdefault(port.field if port.required is True else str(port.required), []).append(port)
         for ports in groups.values():
             empty = [types.equal(getattr(instance.node, port.field), port.default) for port in ports]
-            if not all(empty) or any(_has_wire(graph, instance, port) for port in ports):
+            told = any(port.field in instance.refused for port in ports)
+            if told or not all(empty) or any((instance.id, port.name) in wired for port in ports):
                 continue
             names = " or ".join(repr(port.name) for port in ports)
             docs = "; ".join(f"{port.name}: {port.doc}" for port in ports if port.doc)

@@ -204,14 +204,14 @@ class RecordingContext(NodeContext):
         self.clock.stop()
 
 
-def check_node(cls: type[Node], make_context: Callable[[], RecordingContext] = RecordingContext, **inputs: Any) -> None:
+def check_node(cls: type[Node], make: Callable[[], RecordingContext] = RecordingContext, /, **inputs: Any) -> None:
     """Raise NodeClassError with everything that users and the engine expect of a node class and do not find.
 
     A docstring whose first line is a fact; ports that say what they are; units on physical numbers. A name that nobody else has;
     legal defaults; a JSON Schema. Three ticks touch nothing undeclared and are the same each time; a node may refuse its inputs
-    with ValueError or a GraphError. `inputs` are values, by field, of those it cannot do without.
+    with ValueError or a GraphError. `make` gives its surroundings, `inputs` values by field of what it cannot do without.
     """
-    problems = [*_words(cls), *_shape(cls), *_behaviour(cls, make_context, inputs)]
+    problems = [*_words(cls), *_shape(cls), *_behaviour(cls, make, inputs)]
     if problems:
         raise NodeClassError("\n  - ".join([f"{cls.__module__}.{cls.__qualname__} is not a sound node:", *problems]))
 

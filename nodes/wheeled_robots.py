@@ -27,8 +27,8 @@ class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.Different
     """
 
     exec_in = ExecIn()
-    wheel_radius: float = In(default=0.0, unit="m", doc="r; its absolute value counts")
-    wheel_distance: float = In(default=0.0, unit="m", doc="d, between the wheels' contact points")
+    wheel_radius: float = In(default=0.0, required=True, unit="m", doc="r; its absolute value counts")
+    wheel_distance: float = In(default=0.0, required=True, unit="m", doc="d, between the wheels' contact points")
     dt: float = In(default=0.0, unit="s", doc="time between two computes; needed for ramps")
     max_acceleration: float = In(default=0.0, unit="m/s2")
     max_deceleration: float = In(default=0.0, unit="m/s2")

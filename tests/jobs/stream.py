@@ -26,4 +26,4 @@ def drive(scene: str | Path = "dd100_warehouse", seed: int = 0) -> Recorder:
 
 
 if __name__ == "__main__":
-    print(drive().digest)
+    sys.stdout.write(f"{drive().digest}\n")

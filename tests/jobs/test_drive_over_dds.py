@@ -72,7 +72,17 @@ def wait_until(condition: Callable[[], bool], meanwhile: Callable[[], None] = la
 def simulation() -> Iterator[tuple[subprocess.Popen[str], Listener]]:
     domain_id = 101 + os.getpid() % 99
     environment = {**os.environ, "ROS_DOMAIN_ID": str(domain_id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-    command = [sys.executable, "-m", "graphengine.cli", "run", "dd100_warehouse", "--transport", "dds", "--for", "10min"]
+    command = [
+        sys.executable,
+        "-m",
+        "graphengine.cli",
+        "run",
+        "dd100_warehouse",
+        "--transport",
+        "dds",
+        "--for",
+        "10min",
+    ]
     process = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
     listener = Listener(domain_id)
     try:

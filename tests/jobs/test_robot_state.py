@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from graphengine.context import QoS
-from graphengine.ros.qos import LATCHED
 from tests.jobs.harness import ROOT, Job, assemble
 
 SCENES = ["dd100_warehouse", "dd100_flat", "tutorial/flat_grid", "tutorial/simple_warehouse", "tutorial/navigation"]
 URDF = ElementTree.parse(ROOT / "scenes/robots/dd100/dd100.urdf").getroot()
+AS_TF2_DOES = QoS(depth=100, durability="transientLocal")
 LINKS = {link.get("name") for link in URDF.findall("link")}
 
 
@@ -43,7 +43,7 @@ def test_who_comes_late_still_gets_description_and_fixed_transforms() -> None:
             ("/dd100_0000/tf_static", "tf2_msgs/msg/TFMessage"),
         ):
             latched: list[bytes] = []
-            job.transport.reader(topic, message_type, LATCHED, latched.append)
+            job.transport.reader(topic, message_type, AS_TF2_DOES, latched.append)
             assert latched == job.transport.raw(topic)
             assert len(latched) == (2 if topic.endswith("tf_static") else 1)
             volatile: list[bytes] = []
@@ -93,7 +93,9 @@ def test_wheels_turn_in_tf_as_in_the_joint_states() -> None:
     with Job("dd100_flat", robot_state=True) as job:
         job.drive("/dd100_0000/cmd_vel", 0.3, 0.0, 1.5)
         state = job.newest("/dd100_0000/platform/joint_states")
-        edges = [e for m in job.heard("/dd100_0000/tf") for e in m.transforms if e.child_frame_id == "front_left_wheel_link"]
+        edges = [
+            e for m in job.heard("/dd100_0000/tf") for e in m.transforms if e.child_frame_id == "front_left_wheel_link"
+        ]
         spokes = [e for e in edges if e.header.stamp == state.header.stamp]
     assert len(spokes) == 1
     rotation = spokes[0].transform.rotation

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-pytest.register_assert_rewrite("tests.nodes.isaac", "tests.nodes.harness")  # before they are imported
+pytest.register_assert_rewrite("tests.nodes.isaac", "tests.nodes.harness")
 
-from tests.nodes.harness import Player
+from tests.nodes.harness import Player  # noqa: E402  (what is imported before is not rewritten)
 
 
 @pytest.fixture

@@ -32,7 +32,7 @@ def facts(name: str) -> dict[str, Any]:
     return found
 
 
-def ready(cls: type[N], context: RecordingContext, **inputs: Any) -> N:
+def ready(cls: type[N], context: RecordingContext, /, **inputs: Any) -> N:
     """A node with those inputs, set up."""
     node = cls(**inputs)
     node.setup(context)

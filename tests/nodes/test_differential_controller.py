@@ -109,6 +109,14 @@ def test_on_the_way_through_0_it_brakes_first_and_then_accelerates() -> None:
     assert close([twist_of(node)[0] for _ in range(4)], [0.0, -0.1, -0.2, -0.2])
 
 
+def test_it_brakes_first_even_on_the_way_to_a_higher_speed_backwards() -> None:
+    node = ramping(linear_velocity=0.2)
+    for _ in range(2):
+        node.compute()
+    node.linear_velocity = -5.0
+    assert close([twist_of(node)[0] for _ in range(3)], [0.0, -0.1, -0.2])
+
+
 def test_backwards_it_ramps_as_forwards() -> None:
     forward, backward = ramping(linear_velocity=0.25), ramping(linear_velocity=-0.25)
     assert all(close(twist_of(forward)[0], -twist_of(backward)[0]) for _ in range(4))

@@ -111,9 +111,11 @@ def test_the_selection_may_change_in_every_tick() -> None:
     node.compute()
     node.joint_names = ("finger",)
     node.compute()
-    node.joint_names, node.joint_indices = (), np.array([0], np.int32)
-    node.compute()
-    assert same(robot.targets["effort"], [1.0, 1.0, NAN, 1.0])
+    node.joint_names = ()
+    for index in (0, 2):
+        node.joint_indices, node.effort_command = np.array([index], np.int32), np.array([2.0 + index])
+        node.compute()
+    assert same(robot.targets["effort"], [2.0, 1.0, 4.0, 1.0])
 
 
 def test_after_a_stop_the_same_joints_are_commanded_again() -> None:
@@ -263,6 +265,13 @@ def test_arrays_of_different_lengths_are_an_error(array: str) -> None:
 @pytest.mark.parametrize(("sensor_time", "expected"), [(0.0, 1), (-1.0, 1), (2.0, 2)])
 def test_the_sensors_time_is_the_stamp_when_it_is_above_0(sensor_time: float, expected: int) -> None:
     assert of_arrays(sensor_time=sensor_time, time_stamp=1.0).header.stamp.sec == expected
+
+
+def test_arrays_whose_names_are_gone_are_an_error() -> None:
+    node = ready(ROS2PublishJointState, RecordingContext(), **ARRAYS)
+    node.joint_names = ()
+    with pytest.raises(ValueError, match="neither jointNames nor targetPrim"):
+        node.compute()
 
 
 def test_without_arrays_and_robot_the_file_is_refused(play: Player) -> None:

@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_typestore
 
+from graphengine.context import QoS
 from graphengine.diagnostics import ContextError, PrimError
 from graphengine.ros import messages
 from graphengine.testing import RecordingContext, RecordingLidar
@@ -264,6 +265,13 @@ def test_the_namespace_is_collected_from_the_sensors_prim_not_from_the_nodes() -
 def test_the_type_says_which_message_it_publishes_at_the_sensors_rate(kind: str, name: str) -> None:
     (claim,) = Bench(type_in=kind).context.services.claims
     assert (claim.message_type, claim.rate, claim.frame_id) == (f"sensor_msgs/msg/{name}", 10.0, "sim_lidar")
+
+
+def test_queue_profile_and_domain_are_those_of_the_ports() -> None:
+    (claim,) = Bench(queue_size=3, context=8).context.services.claims
+    assert (claim.qos, claim.ros_context) == (QoS(depth=3), 8)
+    (claim,) = Bench(queue_size=3, qos_profile='{"depth": 5, "reliability": "bestEffort"}').context.services.claims
+    assert claim.qos == QoS(depth=5, reliability="bestEffort")
 
 
 def test_a_type_that_there_is_not_is_refused() -> None:

@@ -176,6 +176,14 @@ def test_the_topic_is_collected_from_the_nodes_prim_and_of_the_queues_depth() ->
     assert (claim.topic, claim.direction, claim.qos) == ("/robot_1/platform/cmd_vel", "subscribe", QoS(depth=3))
 
 
+def test_a_namespace_that_is_given_is_used_and_none_is_collected() -> None:
+    context = RecordingContext("/robot/graph/Subscribe")
+    context.world.add_robot("/robot")
+    context.world.stage.find("/robot").namespace = "robot_1"
+    subscribing(context, node_namespace="given")
+    assert context.services.claims[0].topic == "/given/cmd_vel"
+
+
 def test_a_profile_overrides_the_queue_size() -> None:
     context = RecordingContext()
     subscribing(context, queue_size=3, qos_profile='{"depth": 1, "reliability": "bestEffort"}')

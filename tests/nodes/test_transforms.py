@@ -322,7 +322,7 @@ def described() -> RecordingContext:
     fixed = (("base_link", "mast", (0.0, 0.0, 1.0), (0.0, 0.0, 0.0, 1.0)),)
     wheel = "/robot/Geometry/base_link/wheel"
     context.world.add_robot("/robot", ["axle"], urdf="<robot/>", fixed_transforms=fixed, moving_links=(wheel,))
-    context.world.stage.add(wheel, "link", position=(0.0, 0.25, 0.0))
+    context.world.stage.add(wheel, "link", position=(0.0, 0.25, 0.0), body=wheel)
     context.world.stage.find("/robot/base_link").namespace = "robot_1"
     return context
 
@@ -337,7 +337,8 @@ def test_the_description_and_the_fixed_joints_go_out_once_and_stay_for_late_join
     (static,) = context.transport.messages("/robot_1/tf_static")
     assert [(t.header.frame_id, t.child_frame_id) for t in static.transforms] == [("base_link", "mast")]
     assert vector(static.transforms[0].transform.translation) == (0.0, 0.0, 1.0)
-    assert [claim.latched for claim in context.services.claims] == [True, True, False]
+    claimed = [(claim.latched, claim.transforms) for claim in context.services.claims]
+    assert claimed == [(True, ()), (True, (("base_link", "mast"),)), (False, (("base_link", "wheel"),))]
 
 
 @pytest.mark.parametrize("frequency", [1.0, 7.0, 20.0, 60.0, 100.0])

@@ -1,0 +1,161 @@
+"""What README.md and CONTRIBUTING.md tell people to write and to type works."""
+
+from __future__ import annotations
+
+import importlib
+import re
+import shlex
+import subprocess
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from graphengine.cli import VERBS, make_parser
+from graphengine.registry import default_registry
+from tests.cli.harness import ROOT, process
+
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+CONTRIBUTING = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+GATE = (ROOT / ".ci/run").read_text(encoding="utf-8")
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+
+PLACEHOLDERS = {
+    "SCENE": "dd100_warehouse",
+    "GRAPH": "dd100/cmd_vel",
+    "FILE…": "dd100_warehouse",
+    "FILE": "dd100/cmd_vel",
+    "[NAME]": "DifferentialController",
+}
+
+
+def blocks(text: str, language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+
+
+def quoted(text: str) -> list[str]:
+    """What stands in backticks, outside of blocks."""
+    return re.findall(r"`([^`\n]+)`", re.sub(r"^```.*?^```", "", text, flags=re.MULTILINE | re.DOTALL))
+
+
+def table(text: str, heading: str) -> list[list[str]]:
+    """Cells of the table below a heading."""
+    section = text.split(f"\n## {heading}\n", 1)[1].split("\n## ", 1)[0]
+    rows = [line.strip("|").split("|") for line in section.splitlines() if line.startswith("|")]
+    return [[cell.strip() for cell in row] for row in rows[2:]]
+
+
+def commands() -> Iterator[str]:
+    """Every command that the two files name, and those of the table with each of their options."""
+    for cell, about in table(README, "Commands"):
+        (command,) = quoted(cell)
+        yield command
+        yield from (f"{command} {option}" for option in quoted(about) if option.startswith("--"))
+    yield from (text for text in [*quoted(README), *quoted(CONTRIBUTING)] if text.startswith("graphrun "))
+
+
+COMMANDS = list(dict.fromkeys(commands()))
+
+
+# Commands
+
+
+def test_the_table_has_every_verb_once() -> None:
+    assert sorted(quoted(cell)[0].split()[1] for cell, _ in table(README, "Commands")) == sorted(VERBS)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_is_one_that_the_program_takes(command: str) -> None:
+    program, *words = [PLACEHOLDERS.get(word, word) for word in shlex.split(command)]
+    assert program == "graphrun"
+    parsed = make_parser(words[0]).parse_args(words)
+    assert parsed.verb == words[0]
+
+
+def test_the_options_of_run_work_together() -> None:
+    (row,) = [about for cell, about in table(README, "Commands") if "`graphrun run SCENE`" in cell]
+    options = [word for option in quoted(row) for word in option.split()]
+    result = process("run", "dd100_warehouse", *options)
+    assert result.code == 0, result.err
+    assert "5 graphs, 60 Hz; dds" in result.err
+    assert "warning W201: wheelRadius is 0.05 m" in result.err
+    assert "600 ticks, 10.000 s of simulation" in result.err
+
+
+# Blocks
+
+
+def test_the_first_block_sets_up_what_the_gate_sets_up_and_runs() -> None:
+    first, _ = blocks(README, "sh")
+    environment, install, run = first.strip().split(" && ")
+    assert environment == "python3 -m venv .venv"
+    assert install == ".venv/bin/pip install -q ."
+    assert PROJECT["project"]["scripts"] == {"graphrun": "graphengine.cli:main"}
+    program, *words = run.split()
+    assert program == ".venv/bin/graphrun"
+    order = [
+        GATE.index(step)
+        for step in ('-m venv "$scratch/clean"', 'clean/bin/pip" install', f"graphrun {words[0]} {words[1]}")
+    ]
+    assert order == sorted(order)
+    result = process(*words, "--rate", "max")
+    assert result.code == 0, result.err
+    assert "600 ticks" in result.err
+
+
+def test_the_second_block_is_what_the_gate_runs() -> None:
+    _, second = blocks(README, "sh")
+    assert second == "sh tests/all.sh\n"
+    assert second.strip() in GATE
+    subprocess.run(["sh", "-n", "tests/all.sh"], cwd=ROOT, check=True)
+
+
+@pytest.mark.parametrize("text", blocks(README, "yaml") + blocks(CONTRIBUTING, "yaml"))
+def test_every_yaml_block_checks(tmp_path: Path, text: str) -> None:
+    (tmp_path / "block.yaml").write_text(text, encoding="utf-8")
+    for scene in ((), ("--scene", "dd100_warehouse")):
+        result = process("check", "block.yaml", "--strict", *scene, cwd=tmp_path)
+        assert (result.code, result.err) == (0, ""), result.out
+
+
+@pytest.mark.parametrize("text", blocks(README, "python") + blocks(CONTRIBUTING, "python"))
+def test_every_python_block_runs(text: str) -> None:
+    assert "assert " in text
+    exec(compile(text, "block", "exec"), {cls.__name__: cls for cls in default_registry().types.values()})
+
+
+def test_there_are_blocks_of_each_language() -> None:
+    assert {language: bool(blocks(README + CONTRIBUTING, language)) for language in ("sh", "yaml", "python")} == {
+        "sh": True,
+        "yaml": True,
+        "python": True,
+    }
+
+
+# Words
+
+
+@pytest.mark.parametrize("text", [README, CONTRIBUTING], ids=["README", "CONTRIBUTING"])
+def test_every_path_and_link_leads_somewhere(text: str) -> None:
+    rooms = "|".join(path.name for path in ROOT.iterdir() if path.is_dir() and not path.name.startswith("."))
+    paths = [word for word in quoted(text) if re.fullmatch(rf"({rooms})/[\w./-]*", word)]
+    links = [link for link in re.findall(r"\]\(([^)]+)\)", text) if "://" not in link]
+    assert paths or links
+    assert [path for path in [*paths, *links] if not (ROOT / path).exists()] == []
+
+
+def test_the_python_that_is_needed_is_the_one_that_the_package_asks_for() -> None:
+    (needed,) = re.findall(r"Needs Python (3\.\d+) or newer", README)
+    assert PROJECT["project"]["requires-python"] == f">={needed}"
+
+
+@pytest.mark.parametrize("word", [word for word in quoted(CONTRIBUTING) if re.fullmatch(r"graphengine(\.\w+)+", word)])
+def test_what_is_named_in_python_is_there(word: str) -> None:
+    module, _, name = word.rpartition(".")
+    assert hasattr(importlib.import_module(module), name)
+
+
+def test_the_tutorials_share_of_speed_is_the_one_that_check_tells() -> None:
+    assert "0.1 m on a wheel of 0.049 m drives at 49 %" in README
+    assert "will drive at 0.49 of the speed it is told" in process("check", "tutorial/navigation").out
