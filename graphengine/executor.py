@@ -10,7 +10,8 @@ from typing import Any
 from graphengine import codegen, types
 from graphengine.context import Context
 from graphengine.diagnostics import Findings, GraphError, NodeError
-from graphengine.plan import Copy, Plan, make_plan
+from graphengine.plan import Copy, Plan
+from graphengine.planning import make_plan
 
 ContextFactory = Callable[[int], Context]
 """The context of a node, by its index in the graph; each call gives a new one and closes the old one's handles."""

@@ -17,7 +17,7 @@ from graphengine.executor import Executor
 from graphengine.files import Files
 from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out
 from graphengine.node_context import NodeContext
-from graphengine.plan import make_plan
+from graphengine.planning import make_plan
 from graphengine.registry import Registry
 from graphengine.resolve import resolve
 from graphengine.template import load_graph

@@ -12,7 +12,8 @@ from graphengine.check import make_executor, make_variables
 from graphengine.diagnostics import Findings, NodeError
 from graphengine.files import Files
 from graphengine.node_context import NodeContext, Services, SimulationClock
-from graphengine.plan import Plan, make_plan
+from graphengine.plan import Plan
+from graphengine.planning import make_plan
 from graphengine.registry import Registry
 from graphengine.resolve import Graph, Override, resolve
 from graphengine.session import GraphRun, Session

@@ -1,0 +1,66 @@
+"""From a resolved graph to a plan: wires, dependencies, regions, calls, one after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from graphengine.diagnostics import Findings
+from graphengine.plan import Plan, Refresh
+from graphengine.planning.calls import RegionWriter
+from graphengine.planning.lints import lint_reads_and_writes
+from graphengine.planning.regions import RegionGraph
+from graphengine.resolve import Graph
+
+__all__ = ["make_plan"]
+
+
+def make_plan(graph: Graph, findings: Findings, *, keep_going: bool = False) -> Plan | None:
+    """The plan of a resolved graph; None when a cycle keeps it from running.
+
+    Args:
+        graph: instances and wires.
+        findings: where mistakes go.
+        keep_going: a node that raises is to end its branch only.
+    """
+    regions = RegionGraph(graph, findings, keep_going)
+    if not regions.acyclic:
+        return None
+    lint_reads_and_writes(regions)
+    plan = Plan(graph, certain=regions.certain, keep_going=keep_going)
+    count = -1
+    while count != len(regions.flagged):  # a data node that needs a flag changes what other steps must do
+        count = len(regions.flagged)
+        plan.regions = [RegionWriter(regions, index).write() for index in range(len(regions.members))]
+    plan.flagged = tuple(sorted(regions.flagged))
+    plan.latent_marks = {i: regions.marks(i) for i, kind in enumerate(regions.kinds) if kind == "latent"}
+    _order_setup(regions, plan)
+    return plan
+
+
+def _order_setup(regions: RegionGraph, plan: Plan) -> None:
+    """Order every node that can run for setup, and find what is constant."""
+    executed: dict[int, None] = {}
+    pending = regions.members[0][::-1]
+    while pending:
+        index = pending.pop()
+        if index not in executed:
+            executed[index] = None
+            below = [regions.pin_region.get((index, port), -1) for port in regions.exec_outputs(index)]
+            pending += [n for region in reversed(below) if region >= 0 for n in reversed(regions.members[region])]
+    order: dict[int, None] = {}
+    for index in executed:
+        needs = regions.upstream(index)
+        order |= dict.fromkeys([*needs, *_read_off(regions, [*needs, index]), index])
+    constants = sorted(regions.constant & order.keys(), key=lambda data: regions.data_rank[data])
+    plan.constants = [Refresh(data, regions.copies(data, constant=None)) for data in constants]
+    plan.order = list(dict.fromkeys([*constants, *order]))
+    plan.constant_copies = [copy for i in plan.order for copy in regions.copies(i, constant=True)]
+    for wire in (wire for index in order for wire in regions.data_in.get(index, [])):
+        if regions.node(wire.target).cls.fields[wire.target_field].setup and wire.source in regions.data_rank:
+            plan.early |= {*regions.data_needs(wire.source), wire.source} - regions.constant
+
+
+def _read_off(regions: RegionGraph, readers: Iterable[int]) -> list[int]:
+    """Data nodes whose unwired inputs a wire begins at; they need not be computed for it."""
+    wires = [wire for reader in readers for wire in regions.data_in.get(reader, [])]
+    return [wire.source for wire in wires if regions.reads_input(wire) and wire.source in regions.data_rank]

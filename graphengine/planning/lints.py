@@ -1,0 +1,45 @@
+"""Where only the tie rule decides whether a reader sees a write of the same pass."""
+
+from __future__ import annotations
+
+import networkx as nx
+
+from graphengine.planning.regions import RegionGraph
+
+
+def lint_reads_and_writes(regions: RegionGraph) -> None:
+    """Tell where only the tie rule decides whether a reader sees a write of the same pass."""
+    writers: dict[str, list[int]] = {}
+    for instance in regions.graph.instances:
+        for name in instance.node.writes():
+            writers.setdefault(name, []).append(instance.index)
+    if not writers:
+        return
+    for instance in regions.graph.instances:
+        for name in instance.node.reads():
+            readers = (
+                [instance.index] if regions.kinds[instance.index] != "data" else _consumers(regions, instance.index)
+            )
+            for reader in readers:
+                for writer in writers.get(name, []):
+                    if _in_stated_order(regions, reader, writer):
+                        continue
+                    regions.findings.add(
+                        "W105",
+                        f"{regions.node(reader).id} reads and {regions.node(writer).id} writes {name.replace(':', ' ')}, "
+                        "in no stated order",
+                        regions.node(reader).span,
+                        "order them with a Multisequence",
+                        related=[(regions.node(writer).span, "written here"), *regions.node(reader).entry.via],
+                    )
+
+
+def _in_stated_order(regions: RegionGraph, one: int, other: int) -> bool:
+    """Whether execution or a pusher says which of two nodes comes first."""
+    ordered = nx.has_path(regions.execution, one, other) or nx.has_path(regions.execution, other, one)
+    return ordered or any({one, other} <= covered for covered in regions.covers.values())
+
+
+def _consumers(regions: RegionGraph, data: int) -> list[int]:
+    """Executed nodes that read a data node, through others too."""
+    return [i for i, kind in enumerate(regions.kinds) if kind != "data" and data in regions.data_needs(i)]
