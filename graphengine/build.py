@@ -164,6 +164,9 @@ def _graph_uses(assembly: Assembly, path: Path, found: document.Document, files:
         except NotFoundError as error:
             assembly.findings.add("S101", f"scene: {error.message}", found.span("scene"), *error.help)
     uses = [_Use(path, name, {}, "")]
+    given = document.load(options.scene, Findings()) if options.scene is not None else None
+    if given is not None and spec.kind_of(given) in ("graph", "robot"):
+        raise UsageError(f"--scene {options.scene}: this is a {spec.kind_of(given)} file, not a scene")
     if scene_path is not None:
         of_scene = _scene_uses(assembly, scene_path, Files.of(scene_path, files.roots, options.near), options)
         uses += [use for use in of_scene if use.asked_for]

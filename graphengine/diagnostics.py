@@ -72,6 +72,7 @@ CODES: dict[str, str] = {
     "W202": "wheel distance differs from the robot's",
     "W203": "TF tree in more than one piece",
     "W204": "timestep of the world is overruled",
+    "W205": "model that MuJoCo warns of",
     "N101": "old name of a node type",
     "N102": "prims were not checked",
     "N103": "physics setting that was resolved",

@@ -165,6 +165,8 @@ class Executor:
         """
         instance, node = self.plan.graph.instances[index], self.nodes[index]
         port = type(node).fields[field]
+        if port.side != "inputs" or port.is_exec:
+            raise TypeError(f"{instance.id}.{port.name} takes no value")
         settled = instance.settled.get(field)
         setattr(node, field, port.check(types.coerce(value, settled) if settled else value))
         changed = {index} if port.setup else set()
@@ -196,7 +198,7 @@ class Executor:
         self._active.clear()
         for index in self.plan.order:
             node = self.nodes[index]
-            node.reset()
+            self._call(index, node.reset)
             node.clear()
             for field, value in self._outputs_of_setup.get(index, {}).items():
                 setattr(node, field, value)

@@ -427,7 +427,7 @@ def _settle_types(graph: Graph, findings: Findings) -> None:
 
 
 def _tell_unsettled(graph: Graph, findings: Findings) -> set[int]:
-    """Tell of inputs whose type nothing settles; the instances that have one, and those behind them."""
+    """Tell of inputs that nothing gives a type; the instances that lack one for a reason told elsewhere, and those behind."""
     wired, behind = _wired_ports(graph), dict[int, list[int]]()
     sources = {(wire.target, wire.target_field): wire.source for wire in graph.data_wires}
     unknown: set[int] = set()
@@ -439,16 +439,16 @@ def _tell_unsettled(graph: Graph, findings: Findings) -> set[int]:
             if source is not None:
                 behind.setdefault(source, []).append(instance.index)
                 continue
-            unknown.add(instance.index)
-            told = (instance.id, port.name) in wired or port.field in instance.refused
-            if not told and port.required is not True:  # which is told as a missing input
-                findings.add(
-                    "G213",
-                    f"the type of {instance.id}.{port.name} cannot be told: it has neither a wire nor a value",
-                    instance.span,
-                    f"wire it, or write {{type: {str(port.type).partition(' ')[0]}, value: …}}",
-                    related=instance.entry.via,
-                )
+            if port.required is True or port.field in instance.refused or (instance.id, port.name) in wired:
+                unknown.add(instance.index)
+                continue
+            findings.add(
+                "G213",
+                f"the type of {instance.id}.{port.name} cannot be told: it has neither a wire nor a value",
+                instance.span,
+                f"wire it, or write {{type: {str(port.type).partition(' ')[0]}, value: …}}",
+                related=instance.entry.via,
+            )
     pending = list(unknown)
     while pending:
         for index in behind.pop(pending.pop(), ()):

@@ -63,8 +63,21 @@ def find_file(name: str) -> Path:
             failures.append(error)
             continue
         return Path(near(str(path)))
-    hints = [line for failure in failures for line in failure.help if line]
-    raise UsageError("\n  ".join([failures[0].message, *dict.fromkeys(hints)]))
+    hints = [_beside(name), *(line for failure in failures for line in failure.help)]
+    near_ones = [line for line in hints if line.startswith("did you mean")]
+    raise UsageError("\n  ".join([failures[0].message, *dict.fromkeys(near_ones or filter(None, hints))]))
+
+
+def _beside(name: str) -> str:
+    """A file with a like name in the same folder."""
+    from graphengine.diagnostics import did_you_mean
+
+    folder = os.path.dirname(name)
+    try:
+        there = os.listdir(folder or ".")
+    except (OSError, ValueError):
+        return ""
+    return did_you_mean(name, [os.path.join(folder, other) for other in there if other.endswith((".yaml", ".yml"))])
 
 
 def clean(text: str) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -33,7 +32,7 @@ def execute(arguments: argparse.Namespace) -> int:
     assembly = assemble(arguments)
     assembly.world.close()
     if assembly.findings.errors:
-        print_findings(assembly.findings, stream=sys.stderr)
+        print_findings(assembly.findings, notes=False)
         return 1
     if arguments.mermaid:
         print("\n".join(["flowchart LR", *map(mermaid, assembly.plans)]))

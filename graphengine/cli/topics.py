@@ -31,7 +31,7 @@ def execute(arguments: argparse.Namespace) -> int:
     assembly = assemble(arguments)
     assembly.world.close()
     if assembly.findings.errors:
-        print_findings(assembly.findings, stream=sys.stderr)
+        print_findings(assembly.findings, notes=False)
         return 1
     claims = sorted(assembly.claims, key=lambda claim: (claim.topic, claim.direction, claim.node))
     if arguments.format == "json":

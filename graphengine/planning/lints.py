@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import networkx as nx
 
 from graphengine.planning.regions import RegionGraph
@@ -35,9 +37,11 @@ def lint_reads_and_writes(regions: RegionGraph) -> None:
 
 
 def _in_stated_order(regions: RegionGraph, one: int, other: int) -> bool:
-    """Whether execution or a pusher says which of two nodes comes first."""
-    ordered = nx.has_path(regions.execution, one, other) or nx.has_path(regions.execution, other, one)
-    return ordered or any({one, other} <= covered for covered in regions.covers.values())
+    """Whether execution, or the order of a pusher's ports, says which of two nodes comes first."""
+    if nx.has_path(regions.execution, one, other) or nx.has_path(regions.execution, other, one):
+        return True
+    pairs = (pair for ports in regions.port_covers.values() for pair in itertools.permutations(ports, 2))
+    return any(one in first and other in second for first, second in pairs)
 
 
 def _consumers(regions: RegionGraph, data: int) -> list[int]:

@@ -36,6 +36,7 @@ class RegionGraph(DependencyGraph):
         titles: of the regions, for people.
         pin_region: the region that a pusher's port opens, -1 for one without nodes.
         covers: for each pusher every node in the regions below it.
+        port_covers: the same for each of its ports, in order.
         certain: nodes that run in every pass, whatever fires.
     """
 
@@ -46,6 +47,7 @@ class RegionGraph(DependencyGraph):
         self.titles: list[str] = []
         self.pin_region: dict[tuple[int, str], int] = {}
         self.covers = {i: nx.descendants(self.execution, i) for i, kind in enumerate(self.kinds) if kind == "pusher"}
+        self.port_covers = {pusher: self._cover_ports(pusher) for pusher in self.covers}
         self.certain: set[int] = set()
         if self.acyclic:
             self._open_regions()
@@ -137,12 +139,15 @@ class RegionGraph(DependencyGraph):
         for pusher in self.covers:
             self._lint_later_ports(pusher)
 
+    def _cover_ports(self, pusher: int) -> list[set[int]]:
+        wires = [w for w in self.exec_out.get(pusher, []) if self.forward(w)]
+        below = {w.target: {w.target} | nx.descendants(self.execution, w.target) for w in wires}
+        ports = [[w.target for w in wires if w.source_field == port] for port in self.exec_outputs(pusher)]
+        return [set[int]().union(*(below[target] for target in targets)) for targets in ports]
+
     def _lint_later_ports(self, pusher: int) -> None:
         """Tell of a node below one port that reads what only a later port's nodes compute."""
-        regions = [self.pin_region.get((pusher, port), -1) for port in self.exec_outputs(pusher)]
-        reached = [
-            {n for m in self.members[r] for n in {m} | self.covers.get(m, set())} if r >= 0 else set() for r in regions
-        ]
+        reached = self.port_covers[pusher]
         before: set[int] = set()
         for position, nodes in enumerate(reached):
             later = set().union(*reached[position + 1 :]) - nodes - before
@@ -173,16 +178,17 @@ class RegionGraph(DependencyGraph):
                 order.add_edge(before, unit)
 
     def _report_previous(self, reading: Reading) -> None:
+        if not reading.shown:
+            return  # that a variable is read before it is written needs no remark
         wire, reader = reading.wire, self.node(reading.reader).id
-        if reading.shown:  # that a variable is read before it is written needs no remark
-            self.findings.add(
-                "W104",
-                f"{wire.entry.target} reads the value that {self.node(reading.source).id} had before this pass: "
-                f"execution orders {reader} before it",
-                wire.span,
-                "if that is meant, leave it; else change the order of execution",
-                related=wire.entry.via,
-            )
+        self.findings.add(
+            "W104",
+            f"{wire.entry.target} reads the value that {self.node(reading.source).id} had before this pass: "
+            f"execution orders {reader} before it",
+            wire.span,
+            "if that is meant, leave it; else change the order of execution",
+            related=wire.entry.via,
+        )
 
     def _find_certain(self) -> None:
         """Nodes of the root region that run in every pass, whatever fires."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -21,6 +23,8 @@ from graphengine.world.robot_model import robot_spec
 from graphengine.world.robotfile import read_robot
 from graphengine.world.simulation import Simulation
 from graphengine.world.xmlfile import Element, mujoco_says, place_of, write
+
+_DEGREE_OF_FREEDOM = re.compile(r"\bDOF (\d+)")
 
 SLOWEST = 0.1
 """Ticks a second below which a step is too long for any physics."""
@@ -172,22 +176,44 @@ class _Builder:
         if len(self.findings.errors) > before:
             return None
         try:
-            return world.compile()
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                model = world.compile()
         except (ValueError, mujoco.FatalError) as error:
             self._refused(error, robots)
             return None
+        for warning in caught:
+            self._warned(str(warning.message), model, robots)
+        return model
+
+    def _warned(self, text: str, model: mujoco.MjModel, robots: dict[str, Robot]) -> None:
+        """Tell what MuJoCo thinks of a model that it compiled, at the joint if it numbers one."""
+        sentence, number = text.partition(" Time =")[0], _DEGREE_OF_FREEDOM.search(text)
+        span, where = self.scene.document.key_span("world"), ""
+        if number is not None and int(number[1]) < model.nv:
+            index = int(model.dof_jntid[int(number[1])])
+            name = model.joint(index).name or model.body(int(model.jnt_bodyid[index])).name
+            where = f"degree of freedom {number[1]} belongs to {name!r}"
+            span = element.span if (element := _element(name, robots)) is not None else span
+        self.findings.add("W205", f"MuJoCo: {sentence}", span, where)
 
     def _refused(self, error: Exception, robots: dict[str, Robot]) -> None:
         """Tell MuJoCo's sentence where its element stands: in a robot's description if the name says so, else in the world."""
         message, name, line = mujoco_says(error)
-        owner, _, rest = name.partition("/")
-        if owner in robots:
-            urdf = robots[owner].urdf
-            named = (element for element in urdf.element.walk() if element.get("name") == rest.partition(".")[0])
-            element = next(named, urdf.element)
-            self.findings.add("S106", f"MuJoCo: {message}: {rest!r}", element.span)
+        element = _element(name, robots)
+        if element is not None:
+            self.findings.add("S106", f"MuJoCo: {message}: {name.partition('/')[2]!r}", element.span)
         else:
             self.findings.add("S106", f"MuJoCo: {message}", place_of(self._lines, line))
+
+
+def _element(name: str, robots: dict[str, Robot]) -> Element | None:
+    """What a robot's description calls so, or the whole description; None for what belongs to no robot."""
+    owner, _, rest = name.partition("/")
+    if owner not in robots:
+        return None
+    root = robots[owner].urdf.element
+    return next((element for element in root.walk() if element.get("name") == rest.partition(".")[0]), root)
 
 
 def _note_limits(joints: Sequence[str], robots: dict[str, Robot], findings: Findings) -> None:

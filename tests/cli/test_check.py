@@ -104,7 +104,22 @@ def test_findings_of_several_files_come_together_each_once(
 def test_a_file_that_is_not_there_is_a_mistake_of_the_command_line(graphrun: Graphrun, broken: str) -> None:
     result = graphrun("check", broken, "dd100_warehose")
     assert (result.code, result.out) == (2, "")
-    assert result.err.startswith("graphrun check: no file 'dd100_warehose'\n  did you mean 'dd100_warehouse'?\n")
+    assert result.err == "graphrun check: no file 'dd100_warehose'\n  did you mean 'dd100_warehouse'?\n"
+
+
+@pytest.mark.parametrize(("name", "near"), [("mine.yml", "mine.yaml"), ("./mien.yaml", "./mine.yaml")])
+def test_a_file_with_a_like_name_in_the_same_folder_is_meant(
+    graphrun: Graphrun, project: Path, name: str, near: str
+) -> None:
+    assert graphrun("check", name).err == f"graphrun check: no file {name!r}\n  did you mean {near!r}?\n"
+
+
+def test_where_no_name_is_near_all_that_ships_is_listed(graphrun: Graphrun) -> None:
+    first, scenes, graphs = graphrun("check", "xyzzy").err.splitlines()
+    assert first == "graphrun check: no file 'xyzzy'"
+    assert scenes.startswith("  scenes that ship: ")
+    assert set(SCENES) <= set(scenes.removeprefix("  scenes that ship: ").split(", "))
+    assert graphs == f"  graphs that ship: {', '.join(GRAPHS)}"
 
 
 def test_a_file_may_name_only_what_lies_beside_it_unless_allowed(graphrun: Graphrun, project: Path) -> None:

@@ -78,3 +78,4 @@ def test_a_scene_with_errors_is_explained_instead(graphrun: Graphrun) -> None:
     result = graphrun("topics", "dd100_flat", "--set", "SubscribeTwist.topicName='a b'")
     assert (result.code, result.out) == (1, "")
     assert "error G304" in result.err
+    assert "note N" not in result.err

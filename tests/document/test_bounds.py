@@ -121,6 +121,49 @@ def test_after_a_thousand_mistakes_the_rest_is_dropped(tmp_path: Path) -> None:
     assert assembly.findings.items[-1].message == f"more than {MAX_ERRORS} mistakes; the others are not told"
 
 
+@pytest.mark.parametrize(
+    "body",
+    [
+        "doc: '" + "$(" * 1_000_000 + "'\n",
+        "doc: '" + "$(a" * 700_000 + "'\n",
+        "doc: '" + "$(a)" * 500_000 + "'\n",
+        "nodes: {T: OnPlaybackTick}\nconnections:\n" + "".join(f"- X{i}.a -> Y{i}.b\n" for i in range(20_000)),
+        "nodes:\n"
+        + "".join(f"  A{i}: OnPlaybackTick\n" for i in range(10_000))
+        + "connections:\n"
+        + "".join(f"- B{i}.a -> C{i}.b\n" for i in range(20_000)),
+        "nodes:\n"
+        + "".join(f"  A{i}: IsaacComputeOdometry\n" for i in range(5_000))
+        + "connections:\n"
+        + "".join(f"- A{i}.execOut -> A{i + 1}.execIn\n" for i in range(4_999)),
+    ],
+    ids=["open", "open names", "unknown parameters", "unknown nodes", "among many nodes", "missing inputs"],
+)
+def test_mistakes_without_end_are_told_in_time(body: str, tmp_path: Path) -> None:
+    path = tmp_path / "a.yaml"
+    path.write_text(f"graph: g\n{body}")
+    begun = time.perf_counter()
+    assembly = build.assemble(path)
+    assert time.perf_counter() - begun < 30
+    assert len(assembly.findings.errors) <= MAX_ERRORS + 1
+
+
+@pytest.mark.parametrize("use", ["$(p)$(p)", "$(p)"], ids=["in a text", "as the whole"])
+def test_what_parameters_amount_to_is_bounded(use: str, tmp_path: Path) -> None:
+    path = tmp_path / "a.yaml"
+    path.write_text(
+        f"graph: g\nparameters: {{p: {{type: string, default: {'x' * 60_000}}}}}\nnodes:\n"
+        + "".join(f"  A{i}: {{type: ROS2PublishClock, inputs: {{topicName: {use}}}}}\n" for i in range(1000))
+    )
+    tracemalloc.start()
+    findings = build.assemble(path).findings
+    assert tracemalloc.get_traced_memory()[1] < 100_000_000
+    tracemalloc.stop()
+    assert [f.message for f in findings.errors if f.code == "G105"] == [
+        "more than 8 MB when the parameters are filled in"
+    ]
+
+
 def test_a_very_long_line_is_shown_as_a_window_around_the_caret(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     path.write_text(f"a: [{'x, ' * 30_000}here: 1, here: 2, !t {'x, ' * 30_000}]")
@@ -245,7 +288,7 @@ def test_nothing_in_a_file_reaches_the_terminal_raw(tmp_path: Path) -> None:
         "{escaped}": 2
         runs: "{escaped}"
         at: "{escaped}/../x"
-        doc: "$({escaped})"
+        doc: "$(x{escaped})"
         parameters: {{"{escaped}": {{type: "{escaped}"}}, a: {{type: double, default: "{escaped}"}}}}
         inputs: {{"{escaped}": 1}}
         nodes: {{"{escaped}": OnPlaybackTick, A: "{escaped}", B: {{subgraph: "{escaped}"}}}}

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from tests.engine.conftest import MakeBench
+from tests.engine.harness import Bench
 
 
-def computes_of(run: object, node_id: str) -> int:
+def computes_of(run: Bench, node_id: str) -> int:
     """How often a data node was computed since this was last asked."""
-    node = run[node_id]  # type: ignore[index]
+    node = run[node_id]
     count, node.computes = node.computes, 0
     return int(count)
 
@@ -332,6 +333,20 @@ def test_r10_without_a_stated_order_readers_come_after_the_writer_and_a_lint_say
     assert run.codes == ["W105"]
     assert run.message("W105") == "Before reads and Write writes variable speed, in no stated order"
     assert run.tick() == ["Write 2", "Before 2", "After 2"]
+
+
+def test_r10_below_one_port_of_a_loop_the_order_is_not_stated(bench: MakeBench) -> None:
+    run = bench(
+        READ_WRITE_READ.replace("nodes:\n", "nodes:\n      ForLoop: ForLoop\n")
+        + """
+    connections:
+      - Tick.tick -> ForLoop.execIn
+      - ForLoop.loopBody -> Before.execIn
+      - ForLoop.loopBody -> Write.execIn
+      - Read.value -> Before.a
+    """
+    )
+    assert run.codes == ["W105"]
 
 
 def test_r10_a_variable_counts_up_when_its_writer_reads_it(bench: MakeBench) -> None:

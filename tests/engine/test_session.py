@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from graphengine.diagnostics import ContextError, NodeError, PhysicsError
+from graphengine.node_context import GraphVariable
 from tests.engine.conftest import MakePlay
 from tests.engine.harness import Play
 
@@ -187,10 +189,6 @@ def test_r2_a_change_of_a_variable_is_seen_in_the_next_tick(play: MakePlay) -> N
 
 
 def test_a_variable_that_holds_an_array_tells_whether_it_changed() -> None:
-    import numpy as np
-
-    from graphengine.node_context import GraphVariable
-
     variable = GraphVariable(np.zeros(3))
     variable.freeze()
     assert not variable.changed
@@ -353,7 +351,7 @@ def test_stop_puts_outputs_and_state_back_to_their_defaults(play: MakePlay) -> N
 
 def test_what_a_node_puts_out_in_setup_it_puts_out_again_after_stop(play: MakePlay) -> None:
     run = play("""
-        nodes: {Tick: Tick, Show: Show, Announce: {type: Announce, inputs: {topic: scan}}, Late: Do}
+        nodes: {Tick: Tick, Show: Show, Announce: {type: Announce, inputs: {topic: scan}}}
         connections:
           - Tick.tick -> Show.execIn
           - Show.execOut -> Announce.execIn

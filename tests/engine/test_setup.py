@@ -6,7 +6,7 @@ import pytest
 
 from graphengine.diagnostics import Findings, GraphError, NodeError
 from tests.engine.conftest import MakeBench, MakeFile
-from tests.engine.harness import Bench
+from tests.engine.harness import Bench, planned
 
 
 def test_setup_follows_the_schedule_each_data_node_before_its_first_consumer(bench: MakeBench) -> None:
@@ -214,6 +214,16 @@ def test_a_literal_that_is_not_legal_is_refused_and_changes_nothing(
     assert run.tick() == ["Show 1"]
 
 
+@pytest.mark.parametrize("field", ["exec_in", "sum", "exec_out"])
+def test_only_values_of_inputs_can_be_changed(bench: MakeBench, field: str) -> None:
+    run = bench("""
+        nodes: {Tick: Tick, Show: Do}
+        connections: [Tick.tick -> Show.execIn]
+    """)
+    with pytest.raises(TypeError, match="takes no value"):
+        run.executor.set_constant(run.index("Show"), field, 1.0)
+
+
 def test_a_literal_of_a_port_of_several_types_keeps_the_type_it_has(bench: MakeBench) -> None:
     run = bench("""
         nodes: {Tick: Tick, Show: {type: Show, inputs: {value: {type: double, value: 1}}}}
@@ -280,8 +290,6 @@ def test_nodes_that_nothing_reaches_are_not_set_up(file: MakeFile) -> None:
 
 
 def test_both_kinds_of_cycle_are_told_in_one_run(file: MakeFile) -> None:
-    from tests.engine.harness import planned
-
     findings = Findings()
     path = file("""
         nodes: {A: Add, B: Do}

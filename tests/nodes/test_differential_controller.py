@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.diagnostics import NodeError
+from graphengine.diagnostics import CheckError, NodeError
 from graphengine.testing import RecordingContext
 from nodes.wheeled_robots import DifferentialController
 from tests.nodes.harness import Player, dd100, twist
@@ -247,7 +247,19 @@ def test_in_the_shipped_graphs_a_second_play_begins_at_rest(play: Player, name: 
     assert robot.targets["velocity"] == [0.0, 0.0]
 
 
-def test_in_a_graph_a_controller_without_wheels_stops_the_run_and_the_robot(play: Player) -> None:
-    playing = play.graph("nodes: {T: OnPlaybackTick, D: DifferentialController}\nconnections: [T.tick -> D.execIn]")
-    with pytest.raises(NodeError, match=r"node D .*wheelRadius and wheelDistance must not be 0"):
+@pytest.mark.parametrize("given", ["wheelRadius", "wheelDistance"])
+def test_in_a_graph_a_controller_that_knows_only_one_of_radius_and_distance_is_refused(
+    play: Player, given: str
+) -> None:
+    controller = f"{{type: DifferentialController, inputs: {{{given}: 0.1}}}}"
+    other = {"wheelRadius": "wheelDistance", "wheelDistance": "wheelRadius"}[given]
+    with pytest.raises(CheckError, match=f"D needs its input '{other}'"):
+        play.graph(f"nodes: {{T: OnPlaybackTick, D: {controller}}}\nconnections: [T.tick -> D.execIn]")
+
+
+def test_in_a_graph_wheels_that_shrink_to_nothing_stop_the_run_and_name_the_node(play: Player) -> None:
+    playing = play.shipped("tutorial/cmd_vel", dd100())
+    playing.transport.inject("/dd100_0000/cmd_vel", twist(1.0, 0.0))
+    playing.set("DiffController", "wheel_radius", 0.0)
+    with pytest.raises(NodeError, match=r"node DiffController .*wheelRadius and wheelDistance must not be 0"):
         playing.tick()

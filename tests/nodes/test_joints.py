@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.diagnostics import JointError, NodeError, PrimError
+from graphengine.diagnostics import CheckError, JointError, NodeError, PrimError
 from graphengine.testing import RecordingArticulation, RecordingContext, RecordingWorld
 from nodes.core import IsaacArticulationController
 from nodes.ros2.state import ROS2PublishJointState
@@ -162,7 +162,7 @@ def test_in_a_graph_a_wrong_width_stops_the_run_and_names_the_node(play: Player)
 
 def test_in_a_graph_without_a_robot_the_file_is_refused(play: Player) -> None:
     text = "nodes: {T: OnPlaybackTick, C: ArticulationController}\nconnections: [T.tick -> C.execIn]"
-    with pytest.raises(Exception, match="C needs its input 'targetPrim' or 'robotPath'"):
+    with pytest.raises(CheckError, match="C needs its input 'targetPrim' or 'robotPath'"):
         play.graph(text)
 
 
@@ -276,7 +276,7 @@ def test_arrays_whose_names_are_gone_are_an_error() -> None:
 
 def test_without_arrays_and_robot_the_file_is_refused(play: Player) -> None:
     text = "nodes: {T: OnPlaybackTick, J: PublishJointState}\nconnections: [T.tick -> J.execIn]"
-    with pytest.raises(Exception, match="J needs its input 'targetPrim' or 'jointNames'"):
+    with pytest.raises(CheckError, match="J needs its input 'targetPrim' or 'jointNames'"):
         play.graph(text)
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from graphengine.build import Options
+from graphengine.diagnostics import CheckError
 from graphengine.node import In, Node, Out
 from graphengine.registry import Registry
 from graphengine.testing import RecordingContext
@@ -85,7 +86,7 @@ def test_in_a_graph_what_is_no_triple_is_refused_at_the_wire(play: Player, vecto
           Break: BreakVector3
         connections: [Source.value -> Break.tuple]
         """
-    with pytest.raises(Exception, match=r"Source\.value is an? .*, Break\.tuple takes"):
+    with pytest.raises(CheckError, match=r"Source\.value is an? .*, Break\.tuple takes"):
         play.graph(text, options=Options(registry=registry()))
 
 
@@ -111,5 +112,5 @@ def test_in_a_graph_a_literal_needs_a_type_only_if_it_is_not_double(play: Player
 
 def test_in_a_graph_it_needs_a_wire_or_a_value(play: Player) -> None:
     text = "nodes: {T: OnPlaybackTick, B: BreakVector3, C: PublishClock}\nconnections: [T.tick -> C.execIn, B.x -> C.timeStamp]"
-    with pytest.raises(Exception, match="B needs its input 'tuple'"):
+    with pytest.raises(CheckError, match="B needs its input 'tuple'"):
         play.graph(text)

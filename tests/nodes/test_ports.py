@@ -118,6 +118,7 @@ def test_short_names_mean_one_type_each() -> None:
 
 NEEDED: dict[str, dict[str, Any]] = {
     "BreakVector3": {"tuple_in": (1.0, 2.0, 3.0)},
+    "DifferentialController": {"wheel_radius": 0.1, "wheel_distance": 0.5},
     "IsaacArticulationController": {"target_prim": "/robot"},
     "IsaacComputeOdometry": {"chassis_prim": "/robot"},
     "IsaacComputeTransformTree": {"target_prims": "/robot"},

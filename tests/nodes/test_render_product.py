@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from graphengine.diagnostics import PrimError
+from graphengine.diagnostics import CheckError, PrimError
 from graphengine.testing import RecordingContext
 from nodes.core import IsaacCreateRenderProduct
 from tests.nodes.harness import Player, dd100, ready
@@ -88,7 +88,7 @@ def test_what_is_no_sensor_is_refused(context: RecordingContext, prim: str) -> N
 
 def test_in_a_graph_without_a_camera_the_file_is_refused(play: Player) -> None:
     text = "nodes: {Tick: OnPlaybackTick, P: CreateRenderProduct}\nconnections: [Tick.tick -> P.execIn]"
-    with pytest.raises(Exception, match="P needs its input 'cameraPrim'"):
+    with pytest.raises(CheckError, match="P needs its input 'cameraPrim'"):
         play.graph(text)
 
 

@@ -62,6 +62,16 @@ def test_a_world_that_cannot_be_loaded(project: Project, world: str, told: str) 
     assert told in project.write("world.xml", world).error()
 
 
+def test_what_mujoco_warns_of_is_told(project: Project) -> None:
+    hinges = '<joint axis="0 0 1"/><joint axis="0 0 1"/>'
+    body = f'<body name="door">{hinges}<geom type="box" size="1 1 1"/></body>'
+    findings = project.write("world.xml", f"<mujoco><worldbody>{body}</worldbody></mujoco>").try_load()[1]
+    (lint,) = findings.warnings
+    assert (lint.code, lint.help) == ("W205", ("degree of freedom 0 belongs to 'door'",))
+    assert lint.message.startswith("MuJoCo: Inertia matrix is too close to singular")
+    assert "Time" not in lint.message
+
+
 def test_a_world_that_is_too_large_is_not_read(project: Project) -> None:
     project.write("world.xml", "<mujoco>" + " " * 16_000_001 + "</mujoco>")
     assert "is larger than 16 MB" in project.error()
