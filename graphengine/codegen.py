@@ -229,6 +229,21 @@ def _indented(lines: Iterable[str]) -> list[str]:
     return [f"    {line}" for line in lines]
 
 
+def _bounded(node: Node) -> Callable[[], Iterator[int]]:
+    """A pusher's compute that ends with an error after `max_pushes` yields."""
+    compute, limit = node.compute, type(node).max_pushes
+
+    def pushes() -> Iterator[int]:
+        for count, port in enumerate(compute()):
+            if count >= limit:
+                raise RuntimeError(
+                    f"it ran on after {limit} iterations; a loop that needs more sets max_pushes of its class"
+                )
+            yield port
+
+    return pushes
+
+
 def compile_source(
     source: Source,
     nodes: list[Node],
@@ -240,7 +255,7 @@ def compile_source(
     namespace: dict[str, Any] = {"setup_again": setup_again, "activate": activate, "fault": fault, "equal": types.equal}
     namespace |= types.CONVERTERS
     namespace |= {f"n{i}": node for i, node in enumerate(nodes)}
-    namespace |= {f"c{i}": node.compute for i, node in enumerate(nodes)}
+    namespace |= {f"c{i}": _bounded(node) if node.kind() == "pusher" else node.compute for i, node in enumerate(nodes)}
     linecache.cache[source.name] = (len(source.text), None, source.text.splitlines(keepends=True), source.name)
     exec(
         compile(source.text, source.name, "exec"), namespace

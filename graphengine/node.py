@@ -246,6 +246,8 @@ class Node(metaclass=NodeMeta):
     gated: ClassVar[bool]
     counts: ClassVar[bool]
     volatile: ClassVar[bool]
+    max_pushes: ClassVar[int] = 100_000
+    """Of a pusher: how often one activation may yield, lest a loop without end stops the simulation."""
     fields: ClassVar[dict[str, Port]] = {}
     """Ports by Python name, base classes first."""
     ports: ClassVar[dict[str, Port]] = {}

@@ -321,7 +321,7 @@ def _connect(graph: Graph, known: dict[str, Instance | None], findings: Findings
             if into.field in other.literals and not isinstance(into.type, UnionType):
                 findings.add(
                     "W103",
-                    f"{entry.target} has a value and a wire; the value is used only until the wire delivers",
+                    f"{entry.target} has a value and a wire; the wire wins",
                     other.entry.key_span("inputs", into.name),
                     f"wired from {entry.source}; remove the value, or the wire",
                     related=entry.via,

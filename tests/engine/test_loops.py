@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import pytest
+
+from graphengine.diagnostics import NodeError
 from tests.engine.conftest import MakeBench
+from tests.engine.nodes_for_tests import ForLoop
 
 
 def test_r11_each_iteration_completes_its_body_and_then_finished_fires(bench: MakeBench) -> None:
@@ -133,3 +137,28 @@ def test_r13_plain_events_beside_a_pushing_one_fire_as_ever(bench: MakeBench) ->
     run.services.mailboxes["messages"].post(4.0)
     assert run.tick() == ["A 4", "B 4"]
     assert run.tick() == ["B 4"]
+
+
+def test_r11_a_loop_without_end_is_a_clear_error(bench: MakeBench) -> None:
+    run = bench("""
+        nodes: {Tick: Tick, ForLoop: {type: ForLoop, inputs: {stop: 100001}}, A: Do}
+        connections:
+          - Tick.tick -> ForLoop.execIn
+          - ForLoop.loopBody -> A.execIn
+    """)
+    with pytest.raises(NodeError, match=r"ForLoop .* ran on after 100000 iterations"):
+        run.tick()
+
+
+def test_r11_the_bound_is_that_of_the_node_type(bench: MakeBench, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ForLoop, "max_pushes", 4)  # three iterations and finished
+    run = bench("""
+        nodes: {Tick: Tick, ForLoop: {type: ForLoop, inputs: {stop: 3}}, A: Do}
+        connections:
+          - Tick.tick -> ForLoop.execIn
+          - ForLoop.loopBody -> A.execIn
+    """)
+    assert run.tick() == ["A 0", "A 0", "A 0"]
+    run["ForLoop"].stop = 4
+    with pytest.raises(NodeError, match="after 4 iterations"):
+        run.tick()
