@@ -97,11 +97,10 @@ def assemble(path: Path, options: Options | None = None) -> Assembly:
     elif kind == "graph":
         uses = _graph_uses(assembly, path, found, files, options)
     else:
-        what, remedy = "a file is a graph or a scene", "begin with `graph: NAME`, or with `scene: NAME`"
+        what, advice = "a file is a graph or a scene", ("begin with `graph: NAME`", "see `graphrun schema graph`")
         if kind == "robot":
-            what, remedy = "this is a robot file", "run a scene that uses it"
-        message = f"no key `graph` or `scene`: {what}"
-        assembly.findings.add("G107", message, found.span().part(0, 1), remedy, "see `graphrun schema`")
+            what, advice = "this is a robot file", ("run a scene that uses it", "see `graphrun schema scene`")
+        assembly.findings.add("G107", f"no key `graph` or `scene`: {what}", found.span().part(0, 1), *advice)
         return assembly
     _plan(assembly, uses, files, options)
     return assembly

@@ -7,8 +7,7 @@
     node.compute()
     assert robot.targets["velocity"] == [1.0, 2.0]
 
-Prims, names, transform trees and messages are the engine's own: `context.transport.messages("/odom")` reads a topic back,
-`context.transport.inject("/cmd_vel", twist)` feeds one. `RecordingWorld` serves whole sessions too.
+`context.transport.messages("/odom")` reads a topic back, `context.transport.inject("/cmd_vel", twist)` feeds one.
 """
 
 from __future__ import annotations
@@ -65,9 +64,7 @@ class RecordingBody:
 
 
 class RecordingArticulation(backend.DryArticulation):
-    """Joints whose `state` tests write; `targets` are what nodes wrote, NaN where never, in so many `commands`."""
-
-    commands = 0
+    """Joints whose `state` tests write; `targets` are what nodes wrote, NaN where never."""
 
     def __init__(self, robot: Prim) -> None:
         super().__init__(robot)
@@ -97,7 +94,6 @@ class RecordingSelection(backend.DryJointSelection):
 
     def command(self, positions: Any = None, velocities: Any = None, efforts: Any = None) -> None:
         """Set what is given and not NaN."""
-        self.robot.commands += 1
         for target, values in zip(self.robot.targets.values(), (positions, velocities, efforts), strict=True):
             for joint, value in zip(self.joints, values or [math.nan] * len(self.joints), strict=True):
                 target[joint] = target[joint] if math.isnan(value) else value
@@ -112,8 +108,8 @@ class RecordingLidar(backend.DryLidar):
     def see(self, ranges: ArrayLike, intensities: ArrayLike = 0.0, *, time: float = 0.0, index: int = 0) -> None:
         """Make a sample due: one range a beam, inf where nothing is."""
         distances = np.array(ranges, np.float32)
-        self._seen = Scan(time, index, distances, np.full(distances.shape, intensities, np.float32))
-        self.due = True
+        brightness = np.full(distances.shape, intensities, np.float32)
+        self.due, self._seen = True, Scan(time, index, distances, brightness)
 
     def scan(self) -> Scan:
         """The sample, or one without returns."""
@@ -122,7 +118,7 @@ class RecordingLidar(backend.DryLidar):
 
 
 class RecordingWorld(backend.DryWorld):
-    """Bodies, robots and lidars that tests define and move; any other prim is defined on `stage`."""
+    """Bodies, robots and lidars that tests define and move; other prims are defined on `stage`. It serves sessions too."""
 
     def __init__(self, tick_period: tuple[int, int] = (1, 60), substeps: int = 1) -> None:
         super().__init__(Stage(), tick_period, substeps)
@@ -201,15 +197,17 @@ class RecordingContext(NodeContext):
         for node in nodes:
             node.reset()
             node.clear()
+        for path in self.services.generators:
+            self.services.reseed(path)
         self.clock.stop()
 
 
 def check_node(cls: type[Node], make: Callable[[], RecordingContext] = RecordingContext, /, **inputs: Any) -> None:
-    """Raise NodeClassError with everything that users and the engine expect of a node class and do not find.
+    """Raise NodeClassError with all that users and the engine expect of a node class and do not find.
 
     A docstring whose first line is a fact; ports that say what they are; units on physical numbers. A name that nobody else has;
-    legal defaults; a JSON Schema. Three ticks touch nothing undeclared and are the same each time; a node may refuse its inputs
-    with ValueError or a GraphError. `make` gives its surroundings, `inputs` values by field of what it cannot do without.
+    legal defaults; a JSON Schema. Ticks that touch nothing undeclared, and that are the same in every instance and every play; a
+    node may refuse its inputs. `make` gives its surroundings, `inputs` values by field of what it cannot do without.
     """
     problems = [*_words(cls), *_shape(cls), *_behaviour(cls, make, inputs)]
     if problems:
@@ -257,44 +255,46 @@ def _shape(cls: type[Node]) -> Iterator[str]:
 
 
 def _behaviour(cls: type[Node], make: Callable[[], RecordingContext], inputs: Mapping[str, Any]) -> Iterator[str]:
-    untyped = {p.field for p in cls.fields.values() if p.side == "inputs" and isinstance(p.type, UnionType)}
-    required = [(p.field, p.required) for p in cls.fields.values() if p.required or p.field in untyped]
-    given = {group for name, group in required if name in inputs and isinstance(group, str)}
-    needed = [name for name, group in required if name not in inputs and group not in given]
+    ports = [p for p in cls.fields.values() if p.side == "inputs" and (p.required or isinstance(p.type, UnionType))]
+    given = {p.required for p in ports if p.field in inputs and isinstance(p.required, str)}
+    needed = [p.field for p in ports if p.field not in inputs and p.required not in given]
     if needed:
         yield f"check_node needs values for what the node cannot do without: {', '.join(needed)}"
         return
     try:
-        one, other = (_three_ticks(cls(**inputs), make()) for _ in range(2))
+        (one, again), (other, _) = (_two_plays(cls(**inputs), make()) for _ in range(2))
         if one != other:
             yield "two instances with the same inputs do not do the same; take time and chance from the context"
+        elif one != again:
+            yield "after a stop it is not what it was; a State that setup binds has no default, any other has one"
     except Exception as error:  # whatever it is, the author has to know
         yield f"{type(error).__name__} in line {traceback.extract_tb(error.__traceback__)[-1].lineno}: {error}"
 
 
-def _three_ticks(node: Node, context: RecordingContext) -> list[object]:
-    """Everything a node shows, in a form that compares."""
+def _two_plays(node: Any, context: RecordingContext) -> list[list[object]]:
+    """Everything a node shows in three ticks, and again after a stop, in a form that compares."""
     if hasattr(node, "__dict__"):
         raise TypeError("instances have a __dict__, where misspelt attributes hide; a base class lacks __slots__")
-    latent: Any = node
-    record: list[object] = []
-    firing = [
-        port.field for port in node.fields.values() if port.is_exec and port.side == "inputs" and not port.control
-    ]
+    record, again = plays = [list[object](), list[object]()]
     try:
         node.setup(context)
-        for _ in range(3):
+        for record, tick in itertools.product(plays, range(3)):
+            if tick == 0 and record is again:
+                context.clock.set_frame(0)  # before the stop, so that time since the session began repeats too
+                context.stop(node)
             context.tick()
-            for pin in firing:
-                setattr(node, pin, 1)
+            for port in node.fields.values():
+                if port.is_exec and port.side == "inputs" and not port.control:
+                    setattr(node, port.field, 1)
             fired = node.compute()
             if node.kind() == "pusher":
                 fired = list(itertools.islice(fired, 1000))
             elif fired is not None and not node.gated:
                 raise TypeError("compute returns what to fire, but the class is not gated=True")
-            record += [fired, latent.update() if node.kind() == "latent" and node.active else None]
+            record += [fired, node.update() if node.kind() == "latent" and node.active else None]
             outputs = [getattr(node, p.field) for p in node.fields.values() if p.side == "outputs" and not p.is_exec]
             record += [(v.dtype.str, v.shape, v.tobytes()) if isinstance(v, np.ndarray) else repr(v) for v in outputs]
+            record += [context.transport.raw(claim.topic)[-1:] for claim in context.services.claims]
     except (ValueError, GraphError) as refusal:
         record.append(str(refusal))
-    return [*record, *(context.transport.raw(claim.topic) for claim in context.services.claims)]
+    return plays if again else [record, record]

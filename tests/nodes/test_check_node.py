@@ -11,7 +11,7 @@ import pytest
 from graphengine.context import Context
 from graphengine.node import ExecIn, ExecOut, Fire, In, Node, NodeClassError, NodeMeta, Out, Pushes, State
 from graphengine.testing import RecordingContext, check_node
-from graphengine.types import Doubles, Target
+from graphengine.types import Doubles, Target, Tokens
 
 
 def complaint(cls: Any, **inputs: Any) -> str:
@@ -189,6 +189,55 @@ def test_memory_that_instances_share_is_found() -> None:
             self.next_number = float(next(counter))
 
     assert "two instances" in complaint(Shared)
+
+
+def test_what_a_stop_makes_a_node_forget_for_good_is_found() -> None:
+    class Forgetful(Node, type="test.Forgetful"):
+        """Binds a handle to a State that a stop sets back."""
+
+        names: Tokens = State(default=())
+        known_names: Tokens = Out()
+
+        def setup(self, context: Context) -> None:
+            self.names = ("left", "right")
+
+        def compute(self) -> None:
+            self.known_names = self.names
+
+    assert "after a stop it is not what it was" in complaint(Forgetful)
+
+
+def test_a_node_that_refuses_only_its_second_play_is_found() -> None:
+    class Tired(Node, type="test.Tired"):
+        """Works once."""
+
+        ready_for_more: bool = State(default=False)
+
+        def setup(self, context: Context) -> None:
+            self.ready_for_more = True
+
+        def compute(self) -> None:
+            if not self.ready_for_more:
+                raise ValueError("never again")
+
+    assert "after a stop it is not what it was" in complaint(Tired)
+
+
+def test_what_a_stop_does_not_make_a_node_forget_is_found() -> None:
+    class Elephant(Node, type="test.Elephant"):
+        """Keeps a count beyond its State."""
+
+        box: list[int] = State()
+        rounds: float = Out(doc="how many")
+
+        def setup(self, context: Context) -> None:
+            self.box = []
+
+        def compute(self) -> None:
+            self.box.append(1)
+            self.rounds = float(len(self.box))
+
+    assert "after a stop it is not what it was" in complaint(Elephant)
 
 
 def test_a_node_that_fires_by_hand_is_gated() -> None:

@@ -91,7 +91,7 @@ def test_a_command_of_the_wrong_width_is_an_error_and_none_of_the_compute_is_app
     node = ready(IsaacArticulationController, context, target_prim="/arm", **commands)
     with pytest.raises(ValueError, match=f"{kind}Command has {width} values for 4 joints of /arm"):
         node.compute()
-    assert robot.commands == 0
+    assert all(same(targets, [NAN] * 4) for targets in robot.targets.values())
 
 
 def test_robot_path_wins_over_target_prim() -> None:
@@ -101,7 +101,8 @@ def test_robot_path_wins_over_target_prim() -> None:
         IsaacArticulationController, context, target_prim="/other", robot_path="/arm", effort_command=[1.0] * 4
     )
     node.compute()
-    assert (robot.commands, other.commands) == (1, 0)
+    assert robot.targets["effort"] == [1.0] * 4
+    assert same(other.targets["effort"], [NAN] * 4)
 
 
 def test_the_selection_may_change_in_every_tick() -> None:
@@ -122,10 +123,11 @@ def test_after_a_stop_the_same_joints_are_commanded_again() -> None:
     context = RecordingContext()
     robot = arm(context)
     node = ready(IsaacArticulationController, context, target_prim="/arm", joint_names=["elbow"], effort_command=[1.0])
-    node.compute()
-    context.stop(node)
-    node.compute()
-    assert robot.commands == 2
+    for _ in range(2):
+        node.compute()
+        assert same(robot.targets["effort"], [NAN, 1.0, NAN, NAN])
+        robot.targets["effort"] = [NAN] * 4
+        context.stop(node)
 
 
 @pytest.mark.parametrize("selection", [{"joint_names": ["elbo"]}, {"joint_indices": [4]}, {"joint_indices": [-1]}])

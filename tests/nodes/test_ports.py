@@ -141,24 +141,6 @@ def surroundings() -> RecordingContext:
 
 
 @every_type
-def test_a_second_play_is_like_the_first(name: str) -> None:
-    context = surroundings()
-    node = TYPES[name](**NEEDED.get(TYPES[name].__name__, {}))
-    node.setup(context)
-    shown = []
-    for _ in range(2):
-        context.tick(2)
-        try:
-            fired = node.compute()
-        except ValueError as refusal:
-            fired = str(refusal)
-        outputs = [repr(getattr(node, p.field)) for p in node.fields.values() if p.side == "outputs" and not p.is_exec]
-        shown.append((fired, outputs, [context.transport.raw(claim.topic)[-1:] for claim in context.services.claims]))
-        context.stop(node)
-    assert shown[0] == shown[1]
-
-
-@every_type
 def test_check_node_finds_nothing_wrong_with_a_built_in(name: str) -> None:
     cls: type[Node] = TYPES[name]
     check_node(cls, surroundings, **NEEDED.get(cls.__name__, {}))

@@ -74,7 +74,6 @@ def test_commands_are_the_targets_that_are_given_and_not_nan() -> None:
     robot.select(indices=[0]).command(positions=[NAN], velocities=[2.0])
     assert np.array_equal(robot.targets["velocity"], [2.0, NAN, 3.0], equal_nan=True)
     assert np.array_equal(robot.targets["position"], [NAN] * 3, equal_nan=True)
-    assert robot.commands == 2
 
 
 def test_a_robots_state_is_the_tests_and_every_reading_is_an_array_of_its_own() -> None:

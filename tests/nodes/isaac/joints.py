@@ -82,7 +82,7 @@ def a_wrong_width_applies_nothing(case: Case, play: Player) -> None:
     with pytest.raises(ValueError, match="nothing was applied") as caught:
         node.compute()
     assert all(word in str(caught.value) for word in case["expect"]["one error mentioning"])
-    assert robot.commands == 0
+    assert all(math.isnan(target) for targets in robot.targets.values() for target in targets)
 
 
 @runs(CONTROLLER, "NaN filtered")
