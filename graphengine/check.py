@@ -93,7 +93,7 @@ def _faulty(plan: Plan, findings: Findings) -> set[int]:
         entry = instance.entry
         places = [entry.key_span(), *(entry.span("inputs", name) for name in entry.spec.inputs)]
         places += [entry.key_span("inputs", name) for name in entry.spec.inputs]
-        if instance.id in refused or any(str(place) in told for place in places):
+        if instance.refused or instance.id in refused or any(str(place) in told for place in places):
             faulty.add(instance.index)
     return faulty
 
