@@ -14,11 +14,12 @@ from graphengine import check, document, spec
 from graphengine.backend import DryWorld, Network, TopicClaim, World
 from graphengine.diagnostics import Findings, NodeError, UsageError, did_you_mean, listing
 from graphengine.files import Files, NotFoundError, shipped
+from graphengine.literals import Override
 from graphengine.node_context import Services, SimulationClock
 from graphengine.plan import Plan
 from graphengine.planning import make_plan
 from graphengine.registry import Registry, default_registry
-from graphengine.resolve import Override, resolve
+from graphengine.resolve import resolve
 from graphengine.session import GraphRun, Session
 from graphengine.spec import GraphUse, SceneSpec
 from graphengine.stage import Stage, normalize

@@ -10,10 +10,10 @@ import networkx as nx
 from graphengine.backend import DryNetwork, TopicClaim, World
 from graphengine.diagnostics import ContextError, Finding, Findings, GraphError, JointError, NodeError, PrimError, Span
 from graphengine.executor import Executor
+from graphengine.graph import Instance
 from graphengine.node_context import GraphVariable, NodeContext, Services, SimulationClock
 from graphengine.plan import Plan
 from graphengine.registry import LINTS
-from graphengine.resolve import Instance
 from graphengine.stage import Stage
 from graphengine.template import WireEntry
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from graphengine.resolve import Graph
+from graphengine.graph import Graph
 
 
 @dataclass(frozen=True, slots=True)

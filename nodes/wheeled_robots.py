@@ -15,7 +15,7 @@ from nodes.core import IsaacArticulationController
 
 if TYPE_CHECKING:
     from graphengine.check import LintContext
-    from graphengine.resolve import Instance
+    from graphengine.graph import Instance
     from graphengine.stage import Prim
 
 

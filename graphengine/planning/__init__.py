@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from graphengine.diagnostics import Findings
+from graphengine.graph import Graph
 from graphengine.plan import Plan, Refresh
 from graphengine.planning.calls import RegionWriter
 from graphengine.planning.lints import lint_reads_and_writes
 from graphengine.planning.regions import RegionGraph
-from graphengine.resolve import Graph
 
 __all__ = ["make_plan"]
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import networkx as nx
 
 from graphengine.diagnostics import Findings
+from graphengine.graph import Graph, Wire
 from graphengine.planning.dependencies import DependencyGraph
-from graphengine.resolve import Graph, Wire
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,11 +11,13 @@ from graphengine.backend import DryEndpoint, DryNetwork, DryWorld, OwnedPublishe
 from graphengine.check import make_executor, make_variables
 from graphengine.diagnostics import Findings, NodeError
 from graphengine.files import Files
+from graphengine.graph import Graph
+from graphengine.literals import Override
 from graphengine.node_context import NodeContext, Services, SimulationClock
 from graphengine.plan import Plan
 from graphengine.planning import make_plan
 from graphengine.registry import Registry
-from graphengine.resolve import Graph, Override, resolve
+from graphengine.resolve import resolve
 from graphengine.session import GraphRun, Session
 from graphengine.stage import Stage
 from graphengine.template import load_graph

@@ -11,8 +11,8 @@ from typing import Any
 
 from graphengine import types
 from graphengine.context import Context
+from graphengine.graph import Graph, Wire
 from graphengine.node import Kind, Port
-from graphengine.resolve import Graph, Wire
 
 
 class Reference:

@@ -7,8 +7,9 @@ from typing import Any
 import pytest
 
 from graphengine.diagnostics import Findings
+from graphengine.graph import Graph, settled_type
+from graphengine.literals import Override
 from graphengine.node import In, Node, Out
-from graphengine.resolve import Graph, Override, settled_type
 from graphengine.types import UnionType
 from tests.engine import harness
 from tests.engine.conftest import MakeBench, MakeFile

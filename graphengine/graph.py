@@ -1,0 +1,115 @@
+"""Typed instances and wires of one graph: what resolve yields and everything after it works on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+from graphengine.diagnostics import Span
+from graphengine.node import Node, Port
+from graphengine.template import FlatGraph, NodeEntry, WireEntry
+from graphengine.types import PortType, UnionType
+
+
+@dataclass(slots=True, eq=False)
+class Instance:
+    """A node of a resolved graph."""
+
+    index: int
+    id: str
+    node: Node
+    entry: NodeEntry
+    literals: set[str] = field(default_factory=set)
+    """Fields of inputs that the file or an override set."""
+    refused: set[str] = field(default_factory=set)
+    """Fields of inputs whose value was told to be wrong: they are not missing as well."""
+    settled: dict[str, PortType] = field(default_factory=dict)
+    """Types that ports of several types were resolved to, by field."""
+
+    @property
+    def cls(self) -> type[Node]:
+        """Its type."""
+        return type(self.node)
+
+    @property
+    def span(self) -> Span:
+        """Where its name stands in the file."""
+        return self.entry.key_span()
+
+
+@dataclass(frozen=True, slots=True)
+class Wire:
+    """A wire between two instances; `converter` names how a value changes type on the way."""
+
+    source: int
+    source_field: str
+    target: int
+    target_field: str
+    converter: str
+    entry: WireEntry
+    order: int
+
+    @property
+    def span(self) -> Span:
+        """Where it stands in the file."""
+        return self.entry.span
+
+    def __str__(self) -> str:
+        return f"{self.entry.source} -> {self.entry.target}"
+
+
+@dataclass(slots=True)
+class Graph:
+    """Typed instances and wires of one graph, put at a prim."""
+
+    name: str
+    prim_path: str
+    flat: FlatGraph
+    instances: list[Instance] = field(default_factory=list)
+    data_wires: list[Wire] = field(default_factory=list)
+    exec_wires: list[Wire] = field(default_factory=list)
+    variables: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def runs(self) -> str:
+        """`tick` or `physics_step`."""
+        return self.flat.spec.runs
+
+    def by_id(self, node_id: str) -> Instance:
+        """The instance of a node's name."""
+        return next(instance for instance in self.instances if instance.id == node_id)
+
+
+def find_port(cls: type[Node], name: str, sides: Iterable[str]) -> Port | None:
+    """A node type's port by OmniGraph name, on the first of the sides that has it."""
+    return next((cls.ports[f"{side}:{name}"] for side in sides if f"{side}:{name}" in cls.ports), None)
+
+
+def port_names(cls: type[Node], side: str) -> list[str]:
+    """OmniGraph names of a node type's ports on one side."""
+    return [port.name for port in cls.fields.values() if port.side == side]
+
+
+def known_type(instance: Instance, port: Port) -> PortType | None:
+    """A port's type as far as it is settled."""
+    settled = instance.settled.get(port.field)
+    if settled is not None:
+        return settled
+    return port.type if isinstance(port.type, PortType) else None
+
+
+def settled_type(instance: Instance, port: Port) -> PortType | UnionType:
+    """A port's type after resolution."""
+    return known_type(instance, port) or port.type
+
+
+def wired_ports(graph: Graph) -> set[tuple[str, str]]:
+    """Node and name of the ports that the file wires at all, rightly or not."""
+    return {(wire.target.node, wire.target.port) for wire in graph.flat.wires}
+
+
+def with_article(port_type: PortType | UnionType) -> str:
+    """`a double`, `an int`."""
+    name = str(port_type)
+    return f"{'an' if name[0] in 'aeio' else 'a'} {name}"
