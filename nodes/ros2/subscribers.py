@@ -13,7 +13,7 @@ _ROUNDING = 1e-9  # s; 9 / 60 - 3 / 60 is a little less than 0.1
 
 
 class ROS2SubscribeTwist(Node, type="isaacsim.ros2.bridge.ROS2SubscribeTwist", gated=True):
-    """Velocities of geometry_msgs/Twist; fires when a message came.
+    """Velocities of geometry_msgs/Twist; fires when a message came. One that is not finite is dropped, and told.
 
     With a timeout, silence for so long after a message sets both velocities to zero and fires once.
     """
@@ -37,11 +37,12 @@ class ROS2SubscribeTwist(Node, type="isaacsim.ros2.bridge.ROS2SubscribeTwist", g
 
     subscription: Subscription = State()
     clock: Clock = State()
+    logger: Context = State()
     heard: float = State(default=math.inf)
 
     def setup(self, context: Context) -> None:
         """Open the topic."""
-        self.clock = context.clock
+        self.clock, self.logger = context.clock, context
         self.subscription = context.subscription(
             "geometry_msgs/msg/Twist",
             self.topic_name,
@@ -56,10 +57,12 @@ class ROS2SubscribeTwist(Node, type="isaacsim.ros2.bridge.ROS2SubscribeTwist", g
         message = self.subscription.newest()
         if message is not None:
             linear, angular = message.linear, message.angular
-            self.linear_velocity = (linear.x, linear.y, linear.z)
-            self.angular_velocity = (angular.x, angular.y, angular.z)
-            self.heard = self.clock.time
-            return self.exec_out
+            values = (linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
+            if all(map(math.isfinite, values)):
+                self.linear_velocity, self.angular_velocity = values[:3], values[3:]
+                self.heard = self.clock.time
+                return self.exec_out
+            self.logger.log("warning", f"{self.subscription.topic}: a Twist that is not finite was dropped")
         if self.timeout and self.clock.time - self.heard >= self.timeout - _ROUNDING:
             self.linear_velocity = self.angular_velocity = _STILL
             self.heard = math.inf

@@ -37,7 +37,7 @@ def test_before_a_message_the_velocities_are_0_and_nothing_fires() -> None:
     assert (node.linear_velocity, node.angular_velocity) == (STILL, STILL)
 
 
-numbers = st.floats(allow_nan=False)
+numbers = st.floats(allow_nan=False, allow_infinity=False)
 
 
 @given(linear=st.tuples(numbers, numbers, numbers), angular=st.tuples(numbers, numbers, numbers))
@@ -49,6 +49,18 @@ def test_the_first_message_is_delivered_whole_in_the_tick_that_sees_it(
     hear(context, messages.Twist(messages.Vector3(*linear), messages.Vector3(*angular)))
     assert node.compute() == node.exec_out
     assert (node.linear_velocity, node.angular_velocity) == (linear, angular)
+
+
+@pytest.mark.parametrize("speed", [float("nan"), float("inf"), float("-inf")])
+def test_a_twist_that_is_not_finite_is_dropped_and_told(speed: float) -> None:
+    context = RecordingContext()
+    node = subscribing(context)
+    hear(context, twist(1.0, 2.0))
+    node.compute()
+    hear(context, twist(speed, 0.0))
+    assert node.compute() is None
+    assert (node.linear_velocity, node.angular_velocity) == ((1.0, 0.0, 0.0), (0.0, 0.0, 2.0))
+    assert context.logged == [("warning", "/cmd_vel: a Twist that is not finite was dropped")]
 
 
 def test_a_message_is_delivered_once_and_its_values_stay() -> None:

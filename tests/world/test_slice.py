@@ -53,7 +53,7 @@ def test_a_slice_gives_the_same_distances_and_geoms_wherever_it_serves(
         origin = np.array(
             [generator.uniform(-25, 4), generator.uniform(-22, 29), 0.165 + generator.uniform(-0.02, 0.02)]
         )
-        rotation = turned(generator.uniform(-math.pi, math.pi), generator.choice([0.0, 1e-4, 0.01]))
+        rotation = turned(generator.uniform(-math.pi, math.pi), float(generator.choice([0.0, 1e-4, 0.01])))
         if not part.covers(origin, rotation[:, 2]):
             continue
         served += 1
