@@ -44,17 +44,29 @@ def expand(
             frame(above) if above else None,
             frame(prim),
             optical=prim.kind == "camera",
-            fixed=_fixed(above, prim),
+            fixed=_fixed(stage, above, prim),
         )
         for prim, above in edges.items()
     ]
 
 
-def _fixed(parent: Prim | None, child: Prim) -> Pose | None:
-    """Pose of a child in its parent's frame, when one body carries both and it never changes."""
-    body, pose = carrier(child)
-    other, parent_pose = carrier(parent) if parent is not None else (None, (ORIGIN, IDENTITY))
-    return relative(parent_pose, pose) if body == other else None
+def _fixed(stage: Stage, parent: Prim | None, child: Prim) -> Pose | None:
+    """Pose of a child in its parent's frame, when no joint lies between the two and it never changes."""
+    anchor, pose = _anchor(stage, child)
+    other, parent_pose = _anchor(stage, parent) if parent is not None else (None, (ORIGIN, IDENTITY))
+    return relative(parent_pose, pose) if anchor is other else None
+
+
+def _anchor(stage: Stage, prim: Prim) -> tuple[Prim | None, Pose]:
+    """The prim that a joint or free motion moves and that carries a prim, None for the world; the prim's pose in its frame."""
+    robot = stage.robot_of(prim)
+    moved = {robot.facts.get("base_link"), *robot.facts.get("moving_links", ())} if robot is not None else set[str]()
+    pose: Pose = (ORIGIN, IDENTITY)
+    for ancestor in prim.ancestors():
+        if ancestor.path in moved or (robot is None and ancestor.body is not None):
+            return ancestor, pose
+        pose = compose((ancestor.position, ancestor.orientation), pose)
+    return None, pose
 
 
 def carrier(prim: Prim) -> tuple[str | None, Pose]:
