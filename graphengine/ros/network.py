@@ -9,6 +9,7 @@ from typing import Any, Protocol
 from graphengine.backend import TopicClaim
 from graphengine.diagnostics import TransportError
 from graphengine.ros import messages
+from graphengine.ros.template import Encoder
 from graphengine.ros.transport import Transport, Writer
 
 MAX_KEPT = 10_000
@@ -25,13 +26,14 @@ class Sink(Protocol):
 class LivePublisher:
     """One topic of one transport, and every sink."""
 
-    __slots__ = ("_message_type", "_network", "_writer", "topic")
+    __slots__ = ("_encode", "_message_type", "_network", "_writer", "topic")
 
     def __init__(self, network: LiveNetwork, topic: str, message_type: str, writer: Writer) -> None:
         self.topic = topic
         self._message_type = message_type
         self._network = network
         self._writer = writer
+        self._encode = Encoder().encode
 
     def close(self) -> None:
         """Leave the topic."""
@@ -44,7 +46,7 @@ class LivePublisher:
 
     def publish(self, message: Any) -> None:
         """Encode once; the bytes go to every sink when the tick ends."""
-        self._network.outbox.append((self, messages.encode(message)))
+        self._network.outbox.append((self, self._encode(message)))
 
     def send(self, data: bytes) -> None:
         """Hand bytes to the transport and to every sink."""

@@ -159,3 +159,4 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
 
 
 _NO_COVARIANCE = np.zeros(36)
+_NO_COVARIANCE.setflags(write=False)

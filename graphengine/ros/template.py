@@ -1,0 +1,189 @@
+"""Messages of one size by patching: the bytes of one message, in which only numbers are written anew.
+
+A topic's messages mostly differ in their numbers alone: frame ids stay, covariances stay, a tree has as many transforms as
+before. Then a few packs into kept bytes take the place of the encoder.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from rosbags.interfaces import Nodetype
+
+from graphengine.ros import messages
+
+_CODES = {"bool": "?", "int8": "b", "byte": "b", "uint8": "B", "char": "B", "int16": "h", "uint16": "H"}
+_CODES |= {"int32": "i", "uint32": "I", "int64": "q", "uint64": "Q", "float32": "f", "float64": "d"}
+
+MAX_ARRAY = 1024
+"""Bytes of an array from which on copying it once more than the encoder does would cost more than the encoder."""
+
+_HEADER = 4
+"""Bytes of CDR encapsulation in front of the body, from which alignment counts."""
+
+
+class _NoTemplateError(Exception):
+    """A message has parts whose size may change."""
+
+
+class Template:
+    """The bytes of a message, to be patched with the numbers of others like it.
+
+    Args:
+        message: whose texts, lengths and constant arrays the others must share.
+    """
+
+    def __init__(self, message: Any) -> None:
+        self._offset = _HEADER
+        self._numbers: list[tuple[int, str, str]] = []
+        """Offset, struct code and expression of each number."""
+        self._constants: list[tuple[str, Any]] = []
+        self._arrays: list[tuple[int, int, str]] = []
+        """Begin, end and expression of each array."""
+        self._walk(message, messages.message_type(message), "m")
+        self._bytes = bytearray(messages.encode(message))
+        self._patch = self._compile()
+
+    @staticmethod
+    def of(message: Any) -> Template | None:
+        """A template of a message; None for one with parts that grow."""
+        try:
+            template = Template(message)
+        except _NoTemplateError:
+            return None
+        return template if template.encode(message) == messages.encode(message) else None
+
+    def encode(self, message: Any) -> bytes | None:
+        """The message's bytes; None for one that differs in more than numbers."""
+        return bytes(self._bytes) if self._patch(message, self._bytes) else None
+
+    def _align(self, size: int) -> None:
+        self._offset += -(self._offset - _HEADER) % size
+
+    def _walk(self, message: Any, message_type: str, path: str) -> None:
+        fields: Any = messages.DEFINITIONS.fielddefs[message_type][1]
+        for name, (kind, detail) in fields:
+            value, place = getattr(message, name), f"{path}.{name}"
+            if kind == Nodetype.BASE:
+                self._base(value, detail[0], place)
+            elif kind == Nodetype.NAME:
+                self._walk(value, detail, place)
+            elif kind == Nodetype.ARRAY and detail[0][0] == Nodetype.BASE:
+                self._array(value, detail[0][1][0], place)
+            elif kind == Nodetype.SEQUENCE and detail[0][0] == Nodetype.NAME:
+                self._align(4)
+                self._offset += 4
+                self._constants.append((f"len({place})", len(value)))
+                for index, item in enumerate(value):
+                    self._walk(item, detail[0][1], f"{place}[{index}]")
+            elif kind == Nodetype.SEQUENCE:
+                self._sequence(value, detail[0][1][0], place)
+            else:
+                raise _NoTemplateError(place)
+
+    def _base(self, value: Any, kind: str, place: str) -> None:
+        if kind == "string":
+            self._align(4)
+            self._offset += 4 + len(value.encode()) + 1
+            self._constants.append((place, value))
+            return
+        code = _CODES.get(kind)
+        if code is None:
+            raise _NoTemplateError(place)
+        size = struct.calcsize(code)
+        self._align(size)
+        self._numbers.append((self._offset, code, place))
+        self._offset += size
+
+    def _array(self, value: Any, kind: str, place: str) -> None:
+        """An array counts as constant when nobody can write to it."""
+        if not isinstance(value, np.ndarray) or value.flags.writeable or kind not in _CODES:
+            raise _NoTemplateError(place)
+        size = struct.calcsize(_CODES[kind])
+        self._align(size)
+        self._offset += size * len(value)
+        self._constants.append((place, value))
+
+    def _sequence(self, value: Any, kind: str, place: str) -> None:
+        """Texts that stay, or a short array whose length stays."""
+        self._align(4)
+        self._offset += 4
+        if kind == "string":
+            for text in value:
+                self._align(4)
+                self._offset += 4 + len(text.encode()) + 1
+            self._constants.append((place, list(value)))  # a copy: the list itself may be changed
+            return
+        if not isinstance(value, np.ndarray) or kind not in _CODES or value.nbytes > MAX_ARRAY:
+            raise _NoTemplateError(place)
+        self._constants += [(f"len({place})", len(value)), (f"{place}.dtype", value.dtype)]
+        if len(value):
+            self._align(value.itemsize)
+            self._arrays.append((self._offset, self._offset + value.nbytes, place))
+            self._offset += value.nbytes
+
+    def _compile(self) -> Callable[[Any, bytearray], bool]:
+        """One comparison a constant, one pack a run of numbers without a gap."""
+        names: dict[str, Any] = {}
+        tests = []
+        for index, (place, value) in enumerate(self._constants):
+            names[f"c{index}"] = value
+            tests.append(f"{place} {'is not' if isinstance(value, np.ndarray) else '!='} c{index}")
+        lines = [f"    if {' or '.join(tests)}: return False"] if tests else []
+        for index, (offset, code, places) in enumerate(self._runs()):
+            names[f"p{index}"] = struct.Struct(code).pack_into
+            lines.append(f"    p{index}(b, {offset}, {', '.join(places)})")
+        lines += [f"    b[{begin}:{end}] = {place}.data.cast('B')" for begin, end, place in self._arrays]
+        arguments = "".join(f", {name}={name}" for name in names)
+        text = "\n".join([f"def patch(m, b{arguments}):", *lines, "    return True"])
+        exec(text, names)  # our own text: names in it are fields of ROS's definitions
+        patch: Callable[[Any, bytearray], bool] = names["patch"]
+        return patch
+
+    def _runs(self) -> list[tuple[int, str, list[str]]]:
+        """Numbers that lie next to each other, to be packed together."""
+        runs: list[tuple[int, str, list[str]]] = []
+        end = -1
+        for offset, code, place in self._numbers:
+            if offset == end:
+                first, codes, places = runs[-1]
+                runs[-1] = (first, codes + code, [*places, place])
+            else:
+                runs.append((offset, f"<{code}", [place]))
+            end = offset + struct.calcsize(code)
+        return runs
+
+
+class Encoder:
+    """Encodes one topic's messages: by a template as long as they are alike, else by the general way."""
+
+    PATIENCE = 8
+    """How many templates are made before the topic's messages count as too different."""
+
+    def __init__(self) -> None:
+        self._template: Template | None = None
+        self._left = self.PATIENCE
+
+    def encode(self, message: Any) -> bytes:
+        """One CDR message.
+
+        Raises:
+            MessageError: a field does not have the type that the definition says.
+        """
+        if self._template is not None:
+            try:
+                data = self._template.encode(message)
+            except (AttributeError, IndexError, TypeError, struct.error):
+                data = None  # the general way tells what is wrong
+            if data is not None:
+                return data
+        data = messages.encode(message)
+        if self._left:
+            self._left -= 1
+            self._template = Template.of(message)
+            if self._template is None:
+                self._left = 0
+        return data
