@@ -69,16 +69,6 @@ def _anchor(stage: Stage, prim: Prim) -> tuple[Prim | None, Pose]:
     return None, pose
 
 
-def carrier(prim: Prim) -> tuple[str | None, Pose]:
-    """Name of the physics body that moves a prim, None for the world, and the prim's pose in that body's frame."""
-    pose: Pose = (ORIGIN, IDENTITY)
-    for ancestor in prim.ancestors():
-        if ancestor.body is not None:
-            return ancestor.body, pose
-        pose = compose((ancestor.position, ancestor.orientation), pose)
-    return None, pose
-
-
 def frame_names(prims: Sequence[Prim]) -> dict[Prim, str]:
     """A name for each prim, no two alike."""
     unique = list(dict.fromkeys(prims))

@@ -243,7 +243,7 @@ def _known(message_type: str) -> None:
         raise MessageError(f"no message type {message_type!r}" + (f"\n{near}" if near else ""))
 
 
-_SCALARS = {
+SCALARS = {
     "bool": "?",
     "byte": "b",  # rosbags takes it for signed, ROS 2 does not
     "char": "B",
@@ -258,6 +258,7 @@ _SCALARS = {
     "float32": "<f",
     "float64": "<d",
 }
+"""How `struct` packs each number of a message."""
 _DTYPES: dict[str, tuple[str, ...]] = {"byte": ("uint8", "int8"), "char": ("uint8",)}
 
 
@@ -292,7 +293,7 @@ def _fault_of_scalar(value: Any, name: str, place: str) -> str:
     if name == "string":
         return "" if isinstance(value, str) else f"{place} is {type(value).__name__}, not str"
     try:
-        struct.pack(_SCALARS[name], value)
+        struct.pack(SCALARS[name], value)
     except (struct.error, OverflowError):
         return f"{place} is {value!r}, not a {name}"
     return ""

@@ -15,8 +15,7 @@ from rosbags.interfaces import Nodetype
 
 from graphengine.ros import messages
 
-_CODES = {"bool": "?", "int8": "b", "byte": "b", "uint8": "B", "char": "B", "int16": "h", "uint16": "H"}
-_CODES |= {"int32": "i", "uint32": "I", "int64": "q", "uint64": "Q", "float32": "f", "float64": "d"}
+_CODES = {kind: code.removeprefix("<") for kind, code in messages.SCALARS.items()}
 
 MAX_ARRAY = 1024
 """Bytes of an array from which on copying it once more than the encoder does would cost more than the encoder."""

@@ -16,9 +16,8 @@ from graphengine.backend import select_joints
 from graphengine.context import Quaternion, Vector3
 from graphengine.rotation import multiply, rotate
 from graphengine.stage import Prim
-from graphengine.transform_tree import carrier
 from graphengine.world.drives import Drive, position_servo, velocity_servo
-from graphengine.world.poses import NOWHERE
+from graphengine.world.poses import NOWHERE, carrier
 
 if TYPE_CHECKING:
     from graphengine.world.simulation import Simulation

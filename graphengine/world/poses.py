@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from graphengine.context import Quaternion
-from graphengine.rotation import Pose, from_rpy
+from graphengine.rotation import Pose, compose, from_rpy
 from graphengine.spec import Orientation
-from graphengine.stage import IDENTITY, ORIGIN
+from graphengine.stage import IDENTITY, ORIGIN, Prim
 
 NOWHERE: Pose = (ORIGIN, IDENTITY)
 """The pose that changes nothing."""
@@ -21,3 +21,13 @@ def from_orientation(orientation: Orientation) -> Quaternion:
     x, y, z, w = orientation.quaternion_xyzw
     length = math.hypot(x, y, z, w)
     return x / length, y / length, z / length, w / length
+
+
+def carrier(prim: Prim) -> tuple[str | None, Pose]:
+    """Name of the physics body that moves a prim, None for the world, and the prim's pose in that body's frame."""
+    pose = NOWHERE
+    for ancestor in prim.ancestors():
+        if ancestor.body is not None:
+            return ancestor.body, pose
+        pose = compose((ancestor.position, ancestor.orientation), pose)
+    return None, pose
