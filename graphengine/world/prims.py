@@ -14,8 +14,8 @@ from graphengine.spec import SensorSpec
 from graphengine.stage import Prim, PrimKind, Stage
 from graphengine.world.engine import mujoco
 from graphengine.world.poses import from_orientation
-from graphengine.world.profiles import LidarProfile, RigProfile, angles
 from graphengine.world.robot import Robot
+from graphengine.world.sensors.profiles import LidarProfile, RigProfile, angles
 
 
 def prim_name(name: str) -> str:

@@ -13,8 +13,8 @@ from graphengine.rotation import rotate
 from graphengine.spec import RobotSpec, RobotUse
 from graphengine.world import urdf as descriptions
 from graphengine.world.drives import Drive, drive_of
-from graphengine.world.profiles import SensorProfile, read_profiles
 from graphengine.world.robotfile import RobotFile
+from graphengine.world.sensors.profiles import SensorProfile, read_profiles
 from graphengine.world.urdf import Joint, Urdf, shape_of
 from graphengine.world.xmlfile import write
 

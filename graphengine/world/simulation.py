@@ -13,7 +13,7 @@ from graphengine.stage import Prim, PrimKind, Stage
 from graphengine.world.drives import Drive, SetPoints, velocity_servo
 from graphengine.world.engine import mujoco, sort_geoms
 from graphengine.world.handles import CarriedPrim, Handle, Joints
-from graphengine.world.lidar import RayLidar
+from graphengine.world.sensors.lidar import RayLidar
 
 SETTLED_SPEED = 1e-4
 """m/s and rad/s below which everything counts as at rest."""

@@ -11,7 +11,7 @@ import pytest
 from graphengine.diagnostics import Findings
 from graphengine.spec import read
 from graphengine.stage import Prim
-from graphengine.world.profiles import SensorProfile
+from graphengine.world.sensors.profiles import SensorProfile
 from tests.world.conftest import Ship
 from tests.world.harness import SHIPPED, try_load
 

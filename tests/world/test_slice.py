@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from graphengine.files import shipped
-from graphengine.world.slice import PlaneSlice
+from graphengine.world.sensors.slice import PlaneSlice
 
 BEAMS = 720
 FAR = 64.0

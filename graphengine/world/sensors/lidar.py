@@ -1,8 +1,6 @@
 """A lidar that casts rays into the collision geometry.
 
-Sample n belongs to the first tick at or after n / rate seconds, found in integers, so rates do not drift: 20 Hz at 60 ticks a
-second is every third tick, 7 Hz is every eighth or ninth. It is cast when somebody first asks in that tick, and what is cast
-does not depend on who asks: noise comes from a counter-based generator keyed by seed, prim and sample.
+A sample (`sampling`) is cast when somebody first asks in its tick, and what is cast does not depend on who asks.
 
 Rays meet what collides, and of a body without colliders what is drawn (`engine.sort_geoms`). The sensor's own robot is put
 into a geom group of its own for the time of a cast, as `bodyexclude` takes out a single body and a robot has many. Where the
@@ -11,8 +9,6 @@ plane of the beams meets only a part of the world, they are cast into that part 
 
 from __future__ import annotations
 
-import hashlib
-from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,7 +18,8 @@ from graphengine.context import Scan
 from graphengine.stage import Prim
 from graphengine.world.engine import OWN, RAYS, RAYS_AND_PICTURES, mujoco
 from graphengine.world.handles import CarriedPrim, Handle
-from graphengine.world.slice import PlaneSlice
+from graphengine.world.sensors.sampling import Sampling
+from graphengine.world.sensors.slice import PlaneSlice
 
 if TYPE_CHECKING:
     from graphengine.world.simulation import Simulation
@@ -46,11 +43,8 @@ class RayLidar(Handle):
         azimuth = first + increment * np.arange(beams)
         self.directions = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros(beams)], axis=1)
         self.directions.flags.writeable = False
-        period = Fraction(*simulation.tick_period) * Fraction(repr(self.rate))
-        self._samples, self._ticks = period.numerator, period.denominator
+        self._sampling = Sampling(self.rate, simulation.tick_period, simulation.seed, prim.path)
         self._noise: float = facts.get("noise_std", 0.0)
-        text = f"{simulation.seed} {prim.path}".encode()
-        self._key = int.from_bytes(hashlib.blake2b(text, digest_size=16).digest(), "little")
         self._rays = np.empty((beams, 3))
         self._distances = np.empty(beams)
         self._geoms = np.empty(beams, np.int32)
@@ -75,22 +69,17 @@ class RayLidar(Handle):
         """Forget the newest sample."""
         self._newest = None
 
-    def _sample(self, tick: int) -> int:
-        """The newest sample whose time has come at a tick."""
-        return tick * self._samples // self._ticks
-
     @property
     def due(self) -> bool:
         """Whether a new sample falls into this tick; the first tick has one."""
-        tick = self._simulation.tick
-        return tick == 1 or (tick > 1 and self._sample(tick) > self._sample(tick - 1))
+        return self._sampling.due(self._simulation.tick)
 
     def scan(self) -> Scan:
         """The newest sample, cast when first asked for in its tick and shared by all who ask.
 
         If nobody asked then, what is cast now has the sample's number and this tick's time, and is not kept.
         """
-        index = self._sample(self._simulation.tick)
+        index = self._sampling.newest(self._simulation.tick)
         if self._newest is not None and self._newest.index == index:
             return self._newest
         scan = self._cast(index)
@@ -113,7 +102,7 @@ class RayLidar(Handle):
         hit = (self._distances >= near) & (self._distances <= far)
         distances = self._distances
         if self._noise:
-            generator = np.random.Generator(np.random.Philox(key=self._key, counter=index << 128))
+            generator = self._sampling.random(index)
             distances = np.clip(distances + generator.normal(0.0, self._noise, len(distances)), near, far)
         ranges = np.where(hit, distances, np.inf).astype(np.float32)
         intensities = np.where(hit, self._brightness[self._geoms], np.float32(0))

@@ -1,0 +1,1 @@
+"""What robots sense with: profiles as data, and the handles that cast, render and measure."""
