@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graphengine import check, document, spec
-from graphengine.backend import DryWorld, Network, TopicClaim, World
+from graphengine.backend import Network, TopicClaim, World
 from graphengine.diagnostics import Findings, NodeError, UsageError, did_you_mean, listing
+from graphengine.dry import DryWorld
 from graphengine.files import Files, NotFoundError, shipped
 from graphengine.literals import Override
 from graphengine.node_context import Services, SimulationClock

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import networkx as nx
 
-from graphengine.backend import DryNetwork, TopicClaim, World
+from graphengine.backend import TopicClaim, World
 from graphengine.diagnostics import ContextError, Finding, Findings, GraphError, JointError, NodeError, PrimError, Span
+from graphengine.dry import DryNetwork
 from graphengine.executor import Executor
 from graphengine.graph import Instance
 from graphengine.node_context import GraphVariable, NodeContext, Services, SimulationClock
@@ -122,7 +123,7 @@ def make_executor(
             contexts[index].close()
         prim_path = f"{plan.graph.prim_path}/{plan.graph.instances[index].id}"
         own_rate = rate if index in plan.certain else None
-        contexts[index] = NodeContext(services, clock, plan.graph.name, prim_path, own_rate, own)
+        contexts[index] = NodeContext(services, clock, plan.graph.name, prim_path, own_rate, own, plan.graph.runs)
         return contexts[index]
 
     return Executor(plan, context_of, lambda: (clock.frame, clock.time), fault)

@@ -14,8 +14,16 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-Vector3 = tuple[float, float, float]
-Quaternion = tuple[float, float, float, float]
+from graphengine.sensor import Camera as Camera
+from graphengine.sensor import ContactReading as ContactReading
+from graphengine.sensor import ContactSensor as ContactSensor
+from graphengine.sensor import Imu as Imu
+from graphengine.sensor import ImuSample as ImuSample
+from graphengine.sensor import Lidar as Lidar
+from graphengine.sensor import Picture as Picture
+from graphengine.sensor import Quaternion as Quaternion
+from graphengine.sensor import Scan as Scan
+from graphengine.sensor import Vector3 as Vector3
 
 
 class Clock(Protocol):
@@ -125,50 +133,11 @@ class Articulation(Protocol):
     def efforts(self) -> NDArray[np.float64]:
         """Torque or force of each joint's drive after the last step, N m or N; a fresh array."""
 
+    def wrenches(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Forces (N) and torques (N m) with which each joint's parent link holds its child link, in the child's frame.
 
-@dataclass(frozen=True, slots=True)
-class Scan:
-    """One sweep of a lidar; arrays have one entry a beam, in order of azimuth, and are never written again."""
-
-    time: float
-    """Simulation time of the tick that cast it, s."""
-    index: int
-    """Number of this sample since play."""
-    ranges: NDArray[np.float32]
-    """Distance, m; inf where nothing was hit within range."""
-    intensities: NDArray[np.float32]
-    """0 to 255."""
-
-
-class Lidar(Protocol):
-    """A ray-casting range sensor."""
-
-    @property
-    def prim_path(self) -> str:
-        """Path of the sensor's prim, where its namespace is collected from."""
-
-    @property
-    def rate(self) -> float:
-        """Sweeps a second."""
-
-    @property
-    def angles(self) -> tuple[float, float, float]:
-        """Azimuth of the first beam, of the last beam, and between two beams, rad, counter-clockwise from the sensor's x."""
-
-    @property
-    def directions(self) -> NDArray[np.float64]:
-        """Unit vectors of the beams in the sensor's frame, shape (beams, 3)."""
-
-    @property
-    def ranges(self) -> tuple[float, float]:
-        """Nearest and farthest distance it reports, m."""
-
-    @property
-    def due(self) -> bool:
-        """Whether a new sample falls into this tick."""
-
-    def scan(self) -> Scan:
-        """The newest sample, cast when first asked for in its tick and shared by all who ask."""
+        Each has the shape (joints, 3); torques are about the child link's origin. Fresh arrays.
+        """
 
 
 class Publisher(Protocol):
@@ -246,6 +215,10 @@ class Context(Protocol):
     def clock(self) -> Clock:
         """Simulation time."""
 
+    @property
+    def runs(self) -> Literal["tick", "physics_step"]:
+        """How often the node's graph runs."""
+
     def body(self, prim: str) -> Body:
         """The rigid body at, or carrying, a prim."""
 
@@ -269,6 +242,18 @@ class Context(Protocol):
 
     def lidar(self, render_product: str) -> Lidar:
         """The lidar behind a render product, or at a prim path."""
+
+    def camera(self, render_product: str) -> Camera:
+        """The camera behind a render product, in the product's size, or at a prim path in its own."""
+
+    def set_camera(self, render_product: str, prim: str) -> None:
+        """Let a render product show what another camera sees; who holds its camera then gets that one's pictures."""
+
+    def imu(self, prim: str) -> Imu:
+        """The inertial unit at a prim."""
+
+    def contact_sensor(self, prim: str) -> ContactSensor:
+        """The contact sensor at a prim."""
 
     def ros_context(self, domain_id: int, use_environment: bool) -> int:
         """Handle of a ROS 2 domain; 0 means the session's own."""

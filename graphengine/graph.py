@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 from graphengine.diagnostics import Span
 from graphengine.node import Node, Port
@@ -72,7 +72,7 @@ class Graph:
     variables: dict[str, Any] = field(default_factory=dict)
 
     @property
-    def runs(self) -> str:
+    def runs(self) -> Literal["tick", "physics_step"]:
         """`tick` or `physics_step`."""
         return self.flat.spec.runs
 

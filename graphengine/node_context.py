@@ -17,15 +17,19 @@ from graphengine.backend import Closable, Network, TopicClaim, World
 from graphengine.context import (
     Articulation,
     Body,
+    Camera,
     Clock,
+    ContactSensor,
     Frame,
     FrameLink,
+    Imu,
     Lidar,
     Publisher,
     RobotDescription,
     Subscription,
 )
 from graphengine.diagnostics import ContextError, PrimError, TopicError, listing
+from graphengine.render_product import ProductCamera, RenderProduct
 from graphengine.ros import names, qos
 from graphengine.stage import Prim, PrimKind, Stage
 from graphengine.transform_tree import expand
@@ -47,7 +51,7 @@ class Services:
     mailboxes: dict[str, QueueMailbox] = field(default_factory=dict)
     generators: dict[str, np.random.Generator] = field(default_factory=dict)
     """Random numbers of each node that asked for them, by its prim path."""
-    render_products: dict[str, str] = field(default_factory=dict)
+    render_products: dict[str, RenderProduct] = field(default_factory=dict)
 
     @property
     def stage(self) -> Stage:
@@ -171,7 +175,9 @@ class NodeContext:
         prim_path: str,
         rate: float | None,
         variables: Mapping[str, GraphVariable],
+        runs: Literal["tick", "physics_step"] = "tick",
     ) -> None:
+        self.runs: Literal["tick", "physics_step"] = runs
         self._services = services
         self._graph = graph
         self._rate = rate
@@ -273,13 +279,43 @@ class NodeContext:
         found = self._find(prim, "lidar", "camera")
         slug = found.path.strip("/").replace("/", "_")
         path = f"/Render/{slug}" if found.kind == "lidar" else f"/Render/{slug}_{width}x{height}"
-        self._services.render_products[path] = found.path
+        self._services.render_products.setdefault(path, RenderProduct(found.path, (width, height)))
         return path
 
     def lidar(self, render_product: str) -> Lidar:
         """The lidar behind a render product, or at a prim path."""
-        path = self._services.render_products.get(render_product, render_product)
-        return self._services.world.lidar(self._find(path, "lidar"))
+        product = self._services.render_products.get(render_product)
+        return self._services.world.lidar(self._find(product.prim if product else render_product, "lidar"))
+
+    def camera(self, render_product: str) -> Camera:
+        """The camera behind a render product, in the product's size, or at a prim path in its own."""
+        world, product = self._services.world, self._services.render_products.get(render_product)
+        if product is None:
+            return world.camera(self._find(render_product, "camera"))
+        if product.camera is None:
+            product.camera = ProductCamera(world.camera(self._find(product.prim, "camera"), product.size))
+        return product.camera
+
+    def set_camera(self, render_product: str, prim: str) -> None:
+        """Let a render product show what another camera sees."""
+        product = self._services.render_products.get(render_product)
+        if product is None:
+            known = listing(self._services.render_products, "render products")
+            raise ContextError(f"no render product {render_product!r}", render_product, known)
+        other = self._services.world.camera(self._find(prim, "camera"), product.size)
+        if product.camera is None:
+            product.camera = ProductCamera(
+                self._services.world.camera(self._find(product.prim, "camera"), product.size)
+            )
+        product.camera.source = other
+
+    def imu(self, prim: str) -> Imu:
+        """The inertial unit at a prim."""
+        return self._services.world.imu(self._find(prim, "imu"))
+
+    def contact_sensor(self, prim: str) -> ContactSensor:
+        """The contact sensor at a prim."""
+        return self._services.world.contact_sensor(self._find(prim, "contact"))
 
     def ros_context(self, domain_id: int, use_environment: bool) -> int:
         """Handle of a ROS 2 domain: the domain's number and one."""

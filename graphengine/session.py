@@ -118,6 +118,8 @@ class Session:
             mailbox.clear()
         for path in self.services.generators:
             self.services.reseed(path)
+        for product in self.services.render_products.values():
+            product.reset()
         self.clock.stop()
         self.step_clock.stop()
 
@@ -145,6 +147,7 @@ class Session:
             PhysicsError: the simulation diverged.
         """
         self.play()
+        self.services.world.realtime = pace is not None
         first = self.clock.frame
         ticks = None if seconds is None else round(seconds / self.clock.delta)
         pacer = Pacer(self.clock.delta / pace) if pace else None

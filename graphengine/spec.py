@@ -235,7 +235,7 @@ class FrameSpec(Spec):
 class SensorSpec(FrameSpec):
     """A sensor on a link."""
 
-    type: Literal["lidar", "realsense_d455"]
+    type: Literal["lidar", "camera", "imu", "contact", "realsense_d455", "rig"]
     profile: str = Field(default="", description="Name of a sensor profile, such as microscan3_9m_20hz.")
     noise_std: NotNegative = Field(default=0.0, description="Standard deviation of a lidar's distances, m.")
 

@@ -26,8 +26,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from graphengine import backend, rotation
-from graphengine.context import Quaternion, Scan, Vector3
+from graphengine import backend, dry, rotation
+from graphengine.context import ContactReading, ImuSample, Picture, Quaternion, Scan, Vector3
 from graphengine.diagnostics import GraphError
 from graphengine.node import Node, NodeClassError
 from graphengine.node_context import GraphVariable, NodeContext, Services, SimulationClock
@@ -63,7 +63,7 @@ class RecordingBody:
         return tuple(np.add(linear, np.cross(angular, arm)).tolist()), angular
 
 
-class RecordingArticulation(backend.DryArticulation):
+class RecordingArticulation(dry.DryArticulation):
     """Joints whose `state` tests write; `targets` are what nodes wrote, NaN where never."""
 
     def __init__(self, robot: Prim) -> None:
@@ -85,7 +85,7 @@ class RecordingArticulation(backend.DryArticulation):
     efforts = partialmethod(_told, "effort")
 
 
-class RecordingSelection(backend.DryJointSelection):
+class RecordingSelection(dry.DryJointSelection):
     """Some joints; a command writes the articulation's targets."""
 
     def __init__(self, robot: RecordingArticulation, joints: Sequence[int]) -> None:
@@ -99,7 +99,7 @@ class RecordingSelection(backend.DryJointSelection):
                 target[joint] = target[joint] if math.isnan(value) else value
 
 
-class RecordingLidar(backend.DryLidar):
+class RecordingLidar(dry.DryLidar):
     """A lidar that sees what tests say; `casts` counts how often it was asked."""
 
     casts = 0
@@ -117,7 +117,59 @@ class RecordingLidar(backend.DryLidar):
         return self._seen or super().scan()
 
 
-class RecordingWorld(backend.DryWorld):
+class RecordingCamera(dry.DryCamera):
+    """A camera that delivers what tests show it; `requests` counts how often it was asked to capture."""
+
+    requests = 0
+    _picture: Picture | None = None
+
+    def show(
+        self,
+        rgb: ArrayLike,
+        depth: ArrayLike = math.inf,
+        segmentation: ArrayLike = 0,
+        *,
+        time: float = 0.0,
+        index: int = 0,
+    ) -> None:
+        """Make a picture the one that is delivered from here on: height x width x 3, and a value or one a pixel."""
+        colours = np.array(rgb, np.uint8)
+        plane = colours.shape[:2]
+        self.size = (plane[1], plane[0])
+        self.due = True
+        numbers = np.full(plane, segmentation, np.int32)
+        self._picture = Picture(time, index, colours, np.full(plane, depth, np.float32), numbers)
+
+    def request(self, *, segmentation: bool = False) -> None:
+        """Count."""
+        self.requests += 1
+
+    def delivered(self) -> Picture | None:
+        """What the test shows."""
+        return self._picture
+
+
+class RecordingImu(dry.DryImu):
+    """An inertial unit that measures what tests write to `measured`."""
+
+    measured: ImuSample | None = None
+
+    def sample(self) -> ImuSample:
+        """What the test says, else rest."""
+        return self.measured or super().sample()
+
+
+class RecordingContactSensor(dry.DryContactSensor):
+    """A contact sensor that feels what tests write to `felt`."""
+
+    felt: ContactReading | None = None
+
+    def reading(self) -> ContactReading:
+        """What the test says, else nothing."""
+        return self.felt or super().reading()
+
+
+class RecordingWorld(dry.DryWorld):
     """Bodies, robots and lidars that tests define and move; other prims are defined on `stage`. It serves sessions too."""
 
     def __init__(self, tick_period: tuple[int, int] = (1, 60), substeps: int = 1) -> None:
@@ -125,6 +177,9 @@ class RecordingWorld(backend.DryWorld):
         self._bodies: dict[Prim, RecordingBody] = {}
         self._robots: dict[Prim, RecordingArticulation] = {}
         self._lidars: dict[Prim, RecordingLidar] = {}
+        self._cameras: dict[tuple[Prim, tuple[int, int] | None], RecordingCamera] = {}
+        self._imus: dict[Prim, RecordingImu] = {}
+        self._contact_sensors: dict[Prim, RecordingContactSensor] = {}
 
     def add_body(self, path: str, position: Vector3 = ORIGIN, orientation: Quaternion = IDENTITY) -> RecordingBody:
         """Define a rigid body by its pose in the world."""
@@ -143,6 +198,18 @@ class RecordingWorld(backend.DryWorld):
         """Define a lidar by `rate` (Hz), `angles` (first, last, increment; rad) and `ranges` (near, far; m)."""
         return self.lidar(self.stage.add(path, "lidar", facts=facts))
 
+    def add_camera(self, path: str, **facts: Any) -> RecordingCamera:
+        """Define a camera by `rate` (Hz), `size` (pixels), `fov_deg` (horizontal, vertical) and `clip` (near, far; m)."""
+        return self.camera(self.stage.add(path, "camera", facts=facts))
+
+    def add_imu(self, path: str, **facts: Any) -> RecordingImu:
+        """Define an inertial unit by `rate` (Hz)."""
+        return self.imu(self.stage.add(path, "imu", facts=facts))
+
+    def add_contact_sensor(self, path: str, **facts: Any) -> RecordingContactSensor:
+        """Define a contact sensor."""
+        return self.contact_sensor(self.stage.add(path, "contact", facts=facts))
+
     def body(self, prim: Prim) -> RecordingBody:
         """The prim's handle, always the same; it is fixed to its parent's unless it was defined as a body."""
         if prim not in self._bodies:
@@ -159,6 +226,18 @@ class RecordingWorld(backend.DryWorld):
     def lidar(self, prim: Prim) -> RecordingLidar:
         """The lidar, always the same."""
         return self._lidars.setdefault(prim, RecordingLidar(prim))
+
+    def camera(self, prim: Prim, size: tuple[int, int] | None = None) -> RecordingCamera:
+        """The camera in a size, always the same."""
+        return self._cameras.setdefault((prim, size), RecordingCamera(prim, size))
+
+    def imu(self, prim: Prim) -> RecordingImu:
+        """The inertial unit, always the same."""
+        return self._imus.setdefault(prim, RecordingImu(prim))
+
+    def contact_sensor(self, prim: Prim) -> RecordingContactSensor:
+        """The contact sensor, always the same."""
+        return self._contact_sensors.setdefault(prim, RecordingContactSensor(prim))
 
 
 class RecordingContext(NodeContext):

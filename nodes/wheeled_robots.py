@@ -11,7 +11,7 @@ from graphengine.diagnostics import PrimError
 from graphengine.node import ExecIn, In, Node, Out, State
 from graphengine.registry import lint
 from graphengine.types import Doubles
-from nodes.core import IsaacArticulationController
+from nodes.core.articulation import IsaacArticulationController
 
 if TYPE_CHECKING:
     from graphengine.check import LintContext

@@ -9,6 +9,7 @@ import re
 from collections.abc import Collection
 from typing import Any
 
+from graphengine.context import Quaternion
 from graphengine.diagnostics import AmbiguousPrimError, Findings, PrimError, Span, did_you_mean, listing
 from graphengine.spec import SensorSpec
 from graphengine.stage import Prim, PrimKind, Stage
@@ -16,6 +17,9 @@ from graphengine.world.engine import mujoco
 from graphengine.world.poses import from_orientation
 from graphengine.world.robot import Robot
 from graphengine.world.sensors.profiles import LidarProfile, RigProfile, angles
+
+LOOKING_FORWARD: Quaternion = (0.5, -0.5, -0.5, 0.5)
+"""Turns a camera, which looks along its -z axis with +y up, to look along the x axis of its mount with z up."""
 
 
 def prim_name(name: str) -> str:
@@ -169,14 +173,23 @@ class _Builder:
             self.findings.add("S104", error.message, self.robot.file.key_span(section, reference), *error.help)
 
     def _sensor(self, name: str, sensor: SensorSpec) -> None:
-        pose = {"position": sensor.position, "orientation": from_orientation(sensor.orientation)}
-        path = self._mount("sensors", name, "sensor", sensor.parent, pose, type=sensor.type)
+        """A sensor's prim: an imu or contact sensor itself, or the mount below which its lidar or cameras are."""
         profile = self.robot.profiles.get(name)
+        pose = {"position": sensor.position, "orientation": from_orientation(sensor.orientation)}
+        own = (profile.imu or profile.contact) if profile is not None else None
+        if profile is not None and own is not None:
+            kind: PrimKind = "imu" if profile.imu is not None else "contact"
+            self._mount("sensors", name, kind, sensor.parent, pose, profile=profile.sensor, **own.model_dump())
+            return
+        path = self._mount("sensors", name, "sensor", sensor.parent, pose, type=sensor.type)
         if not path or profile is None:
             return
         span = self.robot.file.key_span("sensors", name)
         if profile.lidar is not None:
             self._add(f"{path}/Lidar", "lidar", span, facts=_lidar_facts(profile.lidar, sensor, profile.sensor))
+        if profile.camera is not None:
+            facts = profile.camera.model_dump() | {"profile": profile.sensor}
+            self._add(f"{path}/Camera", "camera", span, orientation=LOOKING_FORWARD, facts=facts)
         if profile.rig is not None:
             self._rig(path, profile.rig, span)
 
@@ -184,11 +197,11 @@ class _Builder:
         housing = f"{path}/{rig.housing}"
         self._add(housing, "sensor", span)
         for name, part in rig.parts.items():
-            facts = part.model_dump(include={"size", "fov_deg", "clip", "depth", "rate"})
-            orientation = from_orientation(part.orientation)
-            self._add(
-                f"{housing}/{name}", part.kind, span, position=part.position, orientation=orientation, facts=facts
-            )
+            pose = {"position": part.position, "orientation": from_orientation(part.orientation)}
+            if part.camera is not None:
+                self._add(f"{housing}/{name}", "camera", span, facts=part.camera.model_dump(), **pose)
+            if part.imu is not None:
+                self._add(f"{housing}/{name}", "imu", span, facts=part.imu.model_dump(), **pose)
 
 
 def _lidar_facts(lidar: LidarProfile, sensor: SensorSpec, profile: str) -> dict[str, Any]:

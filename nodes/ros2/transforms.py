@@ -10,7 +10,7 @@ from graphengine.diagnostics import ContextError
 from graphengine.node import ExecIn, In, Node, State
 from graphengine.ros import messages
 from graphengine.types import Double3s, Double4s, Quaterniond, String, Target, Tokens, UInt64, Vector3d
-from nodes.core import pose_of
+from nodes.core.transforms import pose_of
 from nodes.ros2.publisher import PublisherNode
 
 

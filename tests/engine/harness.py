@@ -7,9 +7,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from graphengine.backend import DryEndpoint, DryNetwork, DryWorld, OwnedPublisher, TopicClaim
+from graphengine.backend import OwnedPublisher, TopicClaim
 from graphengine.check import make_executor, make_variables
 from graphengine.diagnostics import Findings, NodeError
+from graphengine.dry import DryEndpoint, DryNetwork, DryWorld
 from graphengine.files import Files
 from graphengine.graph import Graph
 from graphengine.literals import Override

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from graphengine.diagnostics import CheckError, JointError, NodeError, PrimError
 from graphengine.testing import RecordingArticulation, RecordingContext, RecordingWorld
-from nodes.core import IsaacArticulationController
+from nodes.core.articulation import IsaacArticulationController
 from nodes.ros2.state import ROS2PublishJointState
 from tests.nodes.harness import Player, dd100, ready
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from graphengine.context import Quaternion, Vector3
 from graphengine.diagnostics import PrimError
 from graphengine.testing import RecordingBody, RecordingContext
-from nodes.core import IsaacComputeOdometry
+from nodes.core.odometry import IsaacComputeOdometry
 from nodes.ros2.state import ROS2PublishOdometry
 from tests.nodes.harness import Player, dd100, matrix, quaternion, ready, vector, yaw
 

@@ -8,7 +8,7 @@ import pytest
 
 from graphengine.diagnostics import CheckError, PrimError
 from graphengine.testing import RecordingContext
-from nodes.core import IsaacCreateRenderProduct
+from nodes.core.render_product import IsaacCreateRenderProduct
 from tests.nodes.harness import Player, dd100, ready
 
 LIDAR = "/robot/Geometry/base_link/Lidar"

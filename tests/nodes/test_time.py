@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from graphengine.testing import RecordingContext, RecordingWorld
-from nodes.core import IsaacReadSimulationTime, OgnIsaacRunOneSimulationFrame
+from nodes.core.time import IsaacReadSimulationTime, OgnIsaacRunOneSimulationFrame
 from tests.nodes.harness import Player
 
 

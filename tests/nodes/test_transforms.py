@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from graphengine.context import Quaternion, Vector3
 from graphengine.diagnostics import ContextError, PrimError
 from graphengine.testing import RecordingContext
-from nodes.core import IsaacComputeTransformTree
+from nodes.core.transforms import IsaacComputeTransformTree
 from nodes.ros2.transforms import RobotStatePublisher, ROS2PublishRawTransformTree, ROS2PublishTransformTree
 from tests.nodes.harness import Player, dd100, matrix, quaternion, ready, vector, yaw
 

@@ -7,9 +7,7 @@ import math
 import pytest
 
 from graphengine.testing import RecordingContext
-from nodes.core import (
-    IsaacArticulationController,
-)
+from nodes.core.articulation import IsaacArticulationController
 from nodes.ros2.state import ROS2PublishJointState
 from tests.nodes import scenes
 from tests.nodes.harness import Player, ready

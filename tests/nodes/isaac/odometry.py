@@ -9,9 +9,7 @@ import numpy as np
 import pytest
 
 from graphengine.testing import RecordingContext, RecordingWorld
-from nodes.core import (
-    IsaacComputeOdometry,
-)
+from nodes.core.odometry import IsaacComputeOdometry
 from nodes.ros2.state import ROS2PublishOdometry
 from tests.nodes import scenes
 from tests.nodes.harness import Player, quaternion, ready, twist, vector, yaw

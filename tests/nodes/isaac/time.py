@@ -6,9 +6,7 @@ from typing import Any
 
 from graphengine.ros import messages
 from graphengine.testing import RecordingContext, RecordingWorld
-from nodes.core import (
-    IsaacReadSimulationTime,
-)
+from nodes.core.time import IsaacReadSimulationTime
 from nodes.ros2.state import ROS2PublishClock
 from nodes.ros2.subscribers import ROS2SubscribeTwist
 from tests.nodes.harness import Player, ready, twist

@@ -1,0 +1,251 @@
+"""Stand-ins for world and network: handles at rest and endpoints that lead nowhere, for checks and for tests of nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.backend import OwnedPublisher, OwnedSubscription, TopicClaim, select_joints
+from graphengine.context import (
+    Articulation,
+    Body,
+    Camera,
+    ContactReading,
+    ContactSensor,
+    Frame,
+    Imu,
+    ImuSample,
+    JointSelection,
+    Lidar,
+    Picture,
+    Quaternion,
+    Scan,
+    Vector3,
+)
+from graphengine.sensor import beam_directions, pinhole
+from graphengine.stage import Prim, Stage
+
+
+class DryWorld:
+    """A world without physics: handles that are at rest, for checks and for tests of nodes."""
+
+    def __init__(self, stage: Stage, tick_period: tuple[int, int] = (1, 60), substeps: int = 1) -> None:
+        self.stage = stage
+        self.tick_period = tick_period
+        self.substeps = substeps
+        self.realtime = False
+
+    def body(self, prim: Prim) -> Body:
+        """A body at rest."""
+        return DryBody(prim)
+
+    def frame(self, prim: Prim) -> Frame:
+        """A frame at the world's origin."""
+        return DryBody(prim)
+
+    def articulation(self, robot: Prim) -> Articulation:
+        """Joints that stay where they are."""
+        return DryArticulation(robot)
+
+    def lidar(self, prim: Prim) -> Lidar:
+        """A sensor that sees nothing."""
+        return DryLidar(prim)
+
+    def camera(self, prim: Prim, size: tuple[int, int] | None = None) -> Camera:
+        """A camera that delivers nothing."""
+        return DryCamera(prim, size)
+
+    def imu(self, prim: Prim) -> Imu:
+        """A sensor at rest."""
+        return DryImu(prim)
+
+    def contact_sensor(self, prim: Prim) -> ContactSensor:
+        """A sensor that nothing touches."""
+        return DryContactSensor(prim)
+
+    def step(self) -> None:
+        """Nothing moves."""
+
+    def begin_tick(self, tick: int) -> None:
+        """Nothing is due."""
+
+    def zero_commands(self) -> None:
+        """Nothing was commanded."""
+
+    def reset(self) -> None:
+        """Nothing has changed."""
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+
+class DryBody:
+    """At rest at the origin."""
+
+    def __init__(self, prim: Prim) -> None:
+        self.prim = prim
+
+    def pose(self) -> tuple[Vector3, Quaternion]:
+        """The origin."""
+        return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
+
+    def velocity(self) -> tuple[Vector3, Vector3]:
+        """Zero."""
+        return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+
+
+class DryArticulation:
+    """A robot whose joints are known and do not move."""
+
+    def __init__(self, robot: Prim) -> None:
+        self.prim_path = robot.path
+        self.joint_names: tuple[str, ...] = tuple(robot.facts.get("joints", ()))
+        self.prismatic: tuple[bool, ...] = tuple(robot.facts.get("prismatic", (False,) * len(self.joint_names)))
+
+    def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> JointSelection:
+        """A selection that takes commands and does nothing."""
+        chosen = select_joints(self, names, indices)
+        return DryJointSelection(tuple(self.joint_names[i] for i in chosen))
+
+    def positions(self) -> NDArray[np.float64]:
+        """Zeros."""
+        return np.zeros(len(self.joint_names))
+
+    velocities = positions
+    efforts = positions
+
+    def wrenches(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Zeros."""
+        return np.zeros((len(self.joint_names), 3)), np.zeros((len(self.joint_names), 3))
+
+
+class DryJointSelection:
+    """Remembers nothing."""
+
+    def __init__(self, names: tuple[str, ...]) -> None:
+        self.names = names
+
+    def command(
+        self,
+        positions: Sequence[float] | None = None,
+        velocities: Sequence[float] | None = None,
+        efforts: Sequence[float] | None = None,
+    ) -> None:
+        """Take a command."""
+
+
+class DryLidar:
+    """A lidar with its profile and nothing to see. The prim's facts hold `rate`, `angles` and `ranges`."""
+
+    def __init__(self, prim: Prim) -> None:
+        self.prim_path = prim.path
+        self.rate: float = prim.facts.get("rate", 10.0)
+        self.angles: tuple[float, float, float] = prim.facts.get("angles", (0.0, 0.0, 1.0))
+        self.ranges: tuple[float, float] = prim.facts.get("ranges", (0.05, 10.0))
+        self.elevations: NDArray[np.float64] = np.array(prim.facts.get("elevations", (0.0,)), float)
+        self.due = False
+
+    @property
+    def directions(self) -> NDArray[np.float64]:
+        """Unit vectors of the beams, ring after ring."""
+        return beam_directions(self.angles, self.elevations)
+
+    def scan(self) -> Scan:
+        """No return anywhere."""
+        beams = len(self.directions)
+        return Scan(0.0, 0, np.full(beams, np.inf, np.float32), np.zeros(beams, np.float32))
+
+
+class DryCamera:
+    """A camera with its profile that never delivers; its prim's facts hold `size`, `fov_deg`, `clip` and `rate`."""
+
+    def __init__(self, prim: Prim, size: tuple[int, int] | None = None) -> None:
+        self.prim_path = prim.path
+        self.rate: float = prim.facts.get("rate", 30.0)
+        self.size: tuple[int, int] = size or prim.facts.get("size", (640, 480))
+        self.clip: tuple[float, float] = prim.facts.get("clip", (0.01, 100.0))
+        self.intrinsics = pinhole(self.size, prim.facts.get("fov_deg", (90.0, 90.0))[0])
+        self.latency = 1
+        self.labels: dict[int, str] = {}
+        self.due = False
+
+    def request(self, *, segmentation: bool = False) -> None:
+        """Nothing is captured."""
+
+    def delivered(self) -> Picture | None:
+        """Nothing."""
+        return None
+
+
+class DryImu:
+    """At rest and upright."""
+
+    def __init__(self, prim: Prim) -> None:
+        self.prim_path = prim.path
+        self.rate: float = prim.facts.get("rate", 100.0)
+        self.due = False
+
+    def sample(self) -> ImuSample:
+        """Nothing but gravity."""
+        return ImuSample(0.0, 0, (0.0, 0.0, 0.0), (0.0, 0.0, 9.81), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+
+
+class DryContactSensor:
+    """Touched by nothing."""
+
+    def __init__(self, prim: Prim) -> None:
+        self.prim_path = prim.path
+
+    def reading(self) -> ContactReading:
+        """No force."""
+        return ContactReading(0.0, False, 0.0)
+
+
+class DryNetwork:
+    """Endpoints that lead nowhere."""
+
+    def publisher(self, claim: TopicClaim) -> OwnedPublisher:
+        """Nobody listens."""
+        return DryEndpoint(claim.topic)
+
+    def subscription(self, claim: TopicClaim) -> OwnedSubscription:
+        """Nobody speaks."""
+        return DryEndpoint(claim.topic)
+
+    def freeze(self) -> None:
+        """Nothing has arrived."""
+
+    def flush(self) -> None:
+        """Nothing was published."""
+
+    def log(self, severity: str, message: str) -> None:
+        """Nobody reads."""
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+
+class DryEndpoint:
+    """A publisher nobody listens to, and a subscription nobody writes to."""
+
+    def __init__(self, topic: str) -> None:
+        self.topic = topic
+        self.wanted = False
+        self.skipped = 0
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+    def publish(self, message: Any) -> None:
+        """Drop it."""
+
+    def newest(self) -> Any | None:
+        """Nothing."""
+        return None
+
+    def take(self) -> Sequence[Any]:
+        """Nothing."""
+        return ()

@@ -1,0 +1,1 @@
+"""The nodes of `isaacsim.core.nodes`: time, state and pose, render products."""

@@ -1,0 +1,67 @@
+"""Odometry from the simulation's own state (`isaacsim.core.nodes`)."""
+
+from __future__ import annotations
+
+import math
+
+from graphengine import rotation
+from graphengine.context import Body, Clock, Context
+from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
+from graphengine.types import (
+    Quaterniond,
+    Target,
+    Vector3d,
+)
+
+
+class IsaacComputeOdometry(Node, type="isaacsim.core.nodes.IsaacComputeOdometry"):
+    """Pose since play and velocities of a body: ground truth, without noise.
+
+    Position and orientation are those of the body in the frame it had at the first compute after play. Linear velocity is in
+    the body's frame, angular velocity in the world's; accelerations are differences of the velocities over simulation time.
+    """
+
+    exec_in = ExecIn()
+    chassis_prim: Target = In(required=True, setup=True, doc="rigid body, or a prim that one carries")
+    exec_out = ExecOut()
+    position: Vector3d = Out(unit="m", doc="in the start frame")
+    orientation: Quaterniond = Out(default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w), relative to the start")
+    linear_velocity: Vector3d = Out(unit="m/s", doc="in the body's frame")
+    angular_velocity: Vector3d = Out(unit="rad/s", doc="in the world frame")
+    linear_acceleration: Vector3d = Out(unit="m/s2", doc="of the linear velocity in the body's frame")
+    angular_acceleration: Vector3d = Out(unit="rad/s2", doc="of the angular velocity in the world frame")
+    global_linear_velocity: Vector3d = Out(unit="m/s", doc="in the world frame")
+    global_linear_acceleration: Vector3d = Out(unit="m/s2", doc="in the world frame")
+
+    body: Body = State()
+    clock: Clock = State()
+    start: tuple[Vector3d, Quaterniond] | None = State(default=None)
+    last_time: float = State(default=math.nan)
+
+    def setup(self, context: Context) -> None:
+        """Bind the body."""
+        self.body = context.body(self.chassis_prim[0])
+        self.clock = context.clock
+
+    def compute(self) -> None:
+        """Read the body's state and put it into its frames."""
+        position, orientation = self.body.pose()
+        velocity, angular = self.body.velocity()
+        if self.start is None:
+            self.start = (position, orientation)
+        (x0, y0, z0), start = self.start
+        x, y, z = position
+        self.position = rotation.unrotate(start, (x - x0, y - y0, z - z0))
+        self.orientation = rotation.multiply(rotation.conjugate(start), orientation)
+        local = rotation.unrotate(orientation, velocity)
+        elapsed = self.clock.time - self.last_time
+        if elapsed > 0.0:
+            self.linear_acceleration = _slope(local, self.linear_velocity, elapsed)
+            self.global_linear_acceleration = _slope(velocity, self.global_linear_velocity, elapsed)
+            self.angular_acceleration = _slope(angular, self.angular_velocity, elapsed)
+        self.last_time = self.clock.time
+        self.linear_velocity, self.global_linear_velocity, self.angular_velocity = local, velocity, angular
+
+
+def _slope(now: Vector3d, before: Vector3d, elapsed: float) -> Vector3d:
+    return (now[0] - before[0]) / elapsed, (now[1] - before[1]) / elapsed, (now[2] - before[2]) / elapsed

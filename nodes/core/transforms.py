@@ -1,0 +1,65 @@
+"""Poses of prims as transform trees (`isaacsim.core.nodes`)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from graphengine import rotation
+from graphengine.context import Context, FrameLink
+from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
+from graphengine.types import (
+    Double3s,
+    Double4s,
+    Target,
+    Tokens,
+)
+
+_HALF_TURN_ABOUT_X = (1.0, 0.0, 0.0, 0.0)
+
+
+class IsaacComputeTransformTree(Node, type="isaacsim.core.nodes.IsaacComputeTransformTree"):
+    """Poses of prims relative to a parent prim; a robot gives all of its links."""
+
+    exec_in = ExecIn()
+    parent_prim: Target = In(setup=True, doc="prim of the parent frame; empty for the world")
+    target_prims: Target = In(required=True, setup=True, doc="robots, links, sensors, frames")
+    exec_out = ExecOut()
+    parent_frames: Tokens = Out(doc="names of the parent frames")
+    child_frames: Tokens = Out(doc="names of the child frames")
+    translations: Double3s = Out(unit="m")
+    orientations: Double4s = Out(doc="(x, y, z, w)")
+
+    links: Sequence[FrameLink] = State()
+    names: tuple[tuple[str, ...], tuple[str, ...]] = State()
+    constant: tuple[Double3s, Double4s] | None = State()
+
+    def setup(self, context: Context) -> None:
+        """Expand the targets; the names are known before the first tick."""
+        self.links = context.transform_tree(self.target_prims, self.parent_prim[0] if self.parent_prim else "")
+        self.names = tuple(link.parent_name for link in self.links), tuple(link.child_name for link in self.links)
+        self.parent_frames, self.child_frames = self.names
+        self.constant = self.read_poses() if all(link.fixed is not None for link in self.links) else None
+
+    def compute(self) -> None:
+        """Read all poses."""
+        self.parent_frames, self.child_frames = self.names
+        self.translations, self.orientations = self.constant or self.read_poses()
+
+    def read_poses(self) -> tuple[Double3s, Double4s]:
+        """Translations and orientations of all edges, now."""
+        poses = [pose_of(link) for link in self.links]
+        translations = np.array([position for position, _ in poses]).reshape(-1, 3)
+        return translations, np.array([orientation for _, orientation in poses]).reshape(-1, 4)
+
+
+def pose_of(link: FrameLink) -> rotation.Pose:
+    """Pose of an edge's child in its parent's frame, now."""
+    if link.fixed is not None:
+        position, orientation = link.fixed
+    else:
+        position, orientation = link.child.pose()
+        if link.parent is not None:
+            position, orientation = rotation.relative(link.parent.pose(), (position, orientation))
+    return position, rotation.multiply(orientation, _HALF_TURN_ABOUT_X) if link.optical else orientation
