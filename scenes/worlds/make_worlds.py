@@ -4,8 +4,8 @@
 
 Everything is a box, a cylinder or the floor, so that lidars, occupancy maps and a laptop's
 renderer are exact and quick. A world holds no robot and no actuator. One object is one body and
-its parts are geoms named `<body>/<part>`: as prims, /World/rack_03/load_2. The small cartons
-(`box_01`, ...) have a free joint and can be pushed about.
+its parts are geoms named `<body>/<part>`: as prims, /World/rack_03/load_2. Cartons (`box_01`, ...),
+cones and empty barrels have a free joint and can be pushed about; until they are, they sleep.
 
 One rule holds for all static obstacles: what is wider than 0.3 m crosses both the plane of the
 lidar (z = 0.165 m) and the band that an occupancy map looks at (z = 0.175 to 0.675 m). A robot
@@ -31,6 +31,8 @@ BAY = 4.05  # from upright to upright along a rack
 RACK_DEPTH = 1.10
 PALLET = 0.144  # height of an empty pallet
 
+SLIDING = {"friction": "0.5 0.005 0.0001", "priority": "1"}  # this counts, whatever the floor has
+
 COLOURS = {
     "wall": "0.86 0.87 0.88",
     "wall_band": "0.42 0.50 0.58",
@@ -55,9 +57,9 @@ LOADS = ("carton", "carton_light", "wrap", "carton_dark", "carton", "carton_ligh
 
 CONCRETE = {
     "builtin": "flat",
-    "rgb1": "0.50 0.51 0.52",
+    "rgb1": "0.58 0.59 0.60",
     "mark": "edge",
-    "markrgb": "0.42 0.43 0.44",
+    "markrgb": "0.46 0.47 0.48",
 }
 GRID = {
     "builtin": "checker",
@@ -93,10 +95,10 @@ class Body:
         middle = text(at[0], at[1], at[2] + size[2] / 2)
         self._geom(part, material, type="box", size=half, pos=middle, **more)
 
-    def cylinder(self, part: str, material: str, radius: float, height: float, at: Sequence[float] = (0, 0, 0)) -> None:
-        """An upright cylinder."""
-        middle = text(at[0], at[1], at[2] + height / 2)
-        self._geom(part, material, type="cylinder", size=text(radius, height / 2), pos=middle)
+    def cylinder(self, part: str, material: str, radius: float, height: float, base: float = 0, **more: str) -> None:
+        """An upright cylinder that begins at a height of `base`."""
+        middle = text(0, 0, base + height / 2)
+        self._geom(part, material, type="cylinder", size=text(radius, height / 2), pos=middle, **more)
 
     def axle(self, part: str, radius: float, length: float, x: float) -> None:
         """A pair of wheels: one cylinder that lies across the object, along y."""
@@ -117,25 +119,25 @@ class World:
         add(self.root, "compiler", angle="radian", autolimits="true")
         # What a scene sets by default. A scene's own timestep wins.
         solver = {"integrator": "discrete", "cone": "elliptic", "solver": "Newton"}
-        add(self.root, "option", timestep=repr(1 / 240), **solver)
+        self.option = add(self.root, "option", timestep=repr(1 / 240), **solver)
         # With extent 1, znear and zfar are metres; else MuJoCo scales them by the scene's size.
         add(self.root, "statistic", extent="1", center="0 0 0.5", meansize="0.2")
         visual = add(self.root, "visual")
         add(visual, "map", znear="0.02", zfar="120")
         add(visual, "quality", offsamples="0")
         add(visual, "global", offwidth="1280", offheight="800")
-        add(visual, "headlight", ambient=grey(0.42), diffuse=grey(0.14), specular=grey(0))
+        add(visual, "headlight", ambient=grey(0.40), diffuse=grey(0.12), specular=grey(0))
 
         self.assets = add(self.root, "asset")
-        sky = {"builtin": "gradient", "rgb1": "0.80 0.84 0.88", "rgb2": "0.52 0.57 0.63"}
+        sky = {"builtin": "gradient", "rgb1": "0.87 0.90 0.93", "rgb2": "0.60 0.66 0.73"}
         add(self.assets, "texture", name="sky", type="skybox", width="64", height="384", **sky)
         add(self.assets, "texture", name="floor", type="2d", width="512", height="512", **floor)
         repeat = text(2 / tile, 2 / tile)  # MuJoCo counts in half sizes
-        self._material("floor", texture="floor", texuniform="true", texrepeat=repeat)
+        self._material("floor", texture="floor", texuniform="true", texrepeat=repeat, reflectance="0.04")
 
         self.worldbody = add(self.root, "worldbody")
-        self._light("sun", "0.45 0.4 -0.85", 0.42)
-        self._light("fill", "-0.7 -0.3 -0.5", 0.3)
+        self._light("sun", "0.25 0.2 -0.95", 0.46, shadow=True)
+        self._light("fill", "-0.7 -0.4 -0.45", 0.3)
         (west, east), (south, north) = inside or ((0, 0), (0, 0))
         pose = {"pos": text((west + east) / 2, (south + north) / 2, 0)}
         size = text((east - west) / 2, (north - south) / 2, 1)
@@ -145,8 +147,8 @@ class World:
     def _material(self, name: str, **attributes: str) -> None:
         add(self.assets, "material", name=name, specular="0.1", shininess="0.1", **attributes)
 
-    def _light(self, name: str, direction: str, diffuse: float) -> None:
-        colour = {"diffuse": grey(diffuse), "specular": grey(0), "castshadow": "false"}
+    def _light(self, name: str, direction: str, diffuse: float, *, shadow: bool = False) -> None:
+        colour = {"diffuse": grey(diffuse), "specular": grey(0), "castshadow": str(shadow).lower()}
         pose = {"type": "directional", "pos": "0 0 10", "dir": direction}
         add(self.worldbody, "light", name=name, **pose, **colour)
 
@@ -162,9 +164,14 @@ class World:
         view = {"xyaxes": axes, "fovy": text(fovy), "resolution": "1280 800"}
         add(self.worldbody, "camera", name=name, pos=text(*pos), **view)
 
-    def body(self, name: str, x: float = 0, y: float = 0, yaw: float = 0) -> Body:
-        """An object on the floor, as yet without parts."""
+    def body(self, name: str, x: float = 0, y: float = 0, yaw: float = 0, *, loose: bool = False) -> Body:
+        """An object on the floor, as yet without parts. A loose one can be pushed, and sleeps until it is."""
         element = add(self.worldbody, "body", name=name, pos=text(x, y, 0))
+        if loose:
+            add(element, "freejoint", name=name)
+            element.set("sleep", "init")
+            if self.option.find("flag") is None:
+                add(self.option, "flag", sleep="enable")
         if yaw:
             half = math.radians(yaw) / 2
             element.set("quat", text(math.cos(half), 0, 0, math.sin(half)))
@@ -292,27 +299,26 @@ def forklift(world: World, name: str, x: float, y: float, yaw: float) -> None:
 
 
 def cone(world: World, name: str, x: float, y: float) -> None:
-    """A traffic cone, 0.5 m high."""
-    body = world.body(name, x, y)
-    body.box("base", "orange", (0.28, 0.28, 0.03))
-    body.cylinder("lower", "orange", 0.11, 0.17, (0, 0, 0.03))
-    body.cylinder("band", "white", 0.08, 0.13, (0, 0, 0.20))
-    body.cylinder("tip", "orange", 0.05, 0.17, (0, 0, 0.33))
+    """A loose traffic cone, 0.5 m high and 2.4 kg heavy."""
+    body = world.body(name, x, y, loose=True)
+    body.box("base", "orange", (0.28, 0.28, 0.03), mass="1.5", **SLIDING)
+    body.cylinder("lower", "orange", 0.11, 0.17, 0.03, mass="0.5", **SLIDING)
+    body.cylinder("band", "white", 0.08, 0.13, 0.20, mass="0.3", **SLIDING)
+    body.cylinder("tip", "orange", 0.05, 0.17, 0.33, mass="0.1", **SLIDING)
 
 
-def barrel(world: World, name: str, x: float, y: float) -> None:
-    """A barrel of 0.58 m x 0.88 m."""
-    body = world.body(name, x, y)
-    body.cylinder("drum", "barrel", 0.29, 0.86)
-    body.cylinder("lid", "dark", 0.27, 0.02, (0, 0, 0.86))
+def barrel(world: World, name: str, x: float, y: float, *, empty: bool = False) -> None:
+    """A barrel of 0.58 m x 0.88 m. An empty one is loose and weighs 9 kg."""
+    body = world.body(name, x, y, loose=empty)
+    drum, lid = ({"mass": mass, **SLIDING} if empty else {} for mass in ("8", "1"))
+    body.cylinder("drum", "barrel", 0.29, 0.86, **drum)
+    body.cylinder("lid", "dark", 0.27, 0.02, 0.86, **lid)
 
 
 def carton(world: World, name: str, at: Sequence[float], side: float, mass: float) -> None:
-    """A loose carton at (x, y, yaw) that a robot can push."""
-    body = world.body(name, *at)
-    add(body.element, "freejoint", name=name)
+    """A loose carton at (x, y, yaw)."""
     size = (side, side, 0.8 * side)
-    body.box("carton", "carton_light", size, mass=text(mass), friction="0.5 0.005 0.0001")
+    world.body(name, *at, loose=True).box("carton", "carton_light", size, mass=text(mass), **SLIDING)
 
 
 def flat_grid() -> World:
@@ -337,6 +343,10 @@ def simple_warehouse() -> World:
         "box", [(-7.8, -7.6, 15, 0.5, 6), (3.2, -8.4, 40, 0.4, 3), (4.1, -7.9, -10, 0.6, 9)]
     ):
         carton(world, name, (x, y, yaw), side, mass)
+    for name, (x, y) in numbered("cone", [(-7.6, -5.4), (-2.4, 15.6), (2.2, -5.6)]):
+        cone(world, name, x, y)
+    for name, (x, y) in numbered("barrel", [(7.3, -9.6), (-5.4, -9.1)]):
+        barrel(world, name, x, y, empty=True)
     return world
 
 
@@ -382,9 +392,9 @@ def full_warehouse() -> World:
     cones = [(-4.7, 8.3), (0.2, 9.2), (0.2, 11.0), (-11.6, -13.4), (-15.0, -17.2)]
     for name, (x, y) in numbered("cone", cones):
         cone(world, name, x, y)
-    barrels = [(4.5, -7.2), (4.6, -7.9), (3.9, -7.6), (4.5, -10.4), (-25.6, 15.2)]
-    for name, (x, y) in numbered("barrel", barrels):
-        barrel(world, name, x, y)
+    full = [(4.5, -7.2), (4.6, -7.9), (3.9, -7.6), (4.5, -10.4), (-25.6, 15.2)]
+    for index, (name, (x, y)) in enumerate(numbered("barrel", [*full, (-5.9, -2.2), (2.9, -9.4)])):
+        barrel(world, name, x, y, empty=index >= len(full))
     cartons = [
         (-6.2, 2.4, 12, 0.5, 6),
         (-0.2, 2.2, -8, 0.6, 10),

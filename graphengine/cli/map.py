@@ -1,0 +1,146 @@
+"""`graphrun map`: an occupancy map of a scene, as nav2's map_server reads it."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from graphengine.world.model import LoadedWorld
+    from graphengine.world.occupancy.chart import MapRequest, OccupancyMap
+
+HEIGHTS = (0.2, 0.62)
+"""The window of heights in NVIDIA's "ROS 2 Putting It All Together"."""
+
+ENDINGS = (".png", ".pgm", ".yaml", ".yml")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the verb."""
+    parser.add_argument("scene", metavar="SCENE", help="a scene file, or the name of one that ships: dd100_warehouse")
+    parser.add_argument(
+        "-o", "--output", metavar="NAME", help="writes NAME.png and NAME.yaml (default: the scene's name and _map)"
+    )
+    where = parser.add_argument_group("what is mapped")
+
+    def numbers(option: str, *names: str, help: str, **more: Any) -> None:
+        where.add_argument(option, metavar=names, nargs=len(names), type=float, help=help, **more)
+
+    def prims(option: str, help: str) -> None:
+        where.add_argument(option, metavar="PRIM", action="append", default=[], help=help)
+
+    numbers("--z", "LOW", "HIGH", default=HEIGHTS, help="heights at which obstacles count, m (0.2 0.62)")
+    where.add_argument("--cell", metavar="SIZE", type=float, default=0.05, help="side of a cell, m (0.05)")
+    whole = "what the map covers, rounded outwards to cells (default: all obstacles)"
+    numbers("--bounds", "XMIN", "YMIN", "XMAX", "YMAX", help=whole)
+    prims("--select", "the map covers this prim, and others that are given so")
+    numbers("--origin", "X", "Y", default=(0.0, 0.0), help="where cells have a corner (0 0)")
+    seed = "what can be reached from here is free (default: from the first robot); may be repeated"
+    numbers("--from", "X", "Y", dest="seeds", action="append", default=[], help=seed)
+    prims("--include", "a robot, or a body that can move, which is an obstacle all the same")
+    prims("--exclude", "a prim that is no obstacle")
+    files = parser.add_argument_group("how it is written")
+    files.add_argument("--format", choices=("png", "pgm"), default="png")
+    files.add_argument(
+        "--convention",
+        choices=("ros", "isaac"),
+        default="ros",
+        help="isaac: heights half a cell wider, the origin half a cell off, RGBA, as Isaac Sim writes it",
+    )
+    parser.add_argument(
+        "--allow", metavar="FOLDER", type=Path, action="append", default=[], help="folder that files may be read from"
+    )
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """0 when both files were written, 1 when the scene has errors."""
+    from graphengine.cli.common import clean, find_file, near
+    from graphengine.diagnostics import PrimError, UsageError
+    from graphengine.world.occupancy.chart import make_map
+    from graphengine.world.occupancy.files import write_map
+
+    path = find_file(arguments.scene)
+    stem = _stem(arguments.output, path)
+    request = _request(arguments)
+    world = _load(path, arguments.allow)
+    if world is None:
+        return 1
+    begin = time.perf_counter()
+    try:
+        chart = make_map(world, request)
+    except PrimError as error:
+        raise UsageError(str(error)) from None
+    written = write_map(chart, stem, arguments.format, arguments.convention)
+    seconds = time.perf_counter() - begin
+    print(clean(f"{' and '.join(near(str(file)) for file in written)}, in {seconds:.2f} s"))
+    print(_summary(chart))
+    return 0
+
+
+def _stem(output: str | None, scene: Path) -> Path:
+    """Where the files go, without their endings."""
+    from graphengine.diagnostics import UsageError
+
+    if output is None:
+        return Path(f"{scene.stem}_map")
+    ending = next((ending for ending in ENDINGS if output.endswith(ending)), "")
+    stem = Path(output.removesuffix(ending))
+    if output.endswith("/") or not stem.name or stem.is_dir():
+        raise UsageError(f"-o {output}: this is a folder; write {stem / scene.stem}")
+    return stem
+
+
+def _request(arguments: argparse.Namespace) -> MapRequest:
+    from graphengine.world.occupancy.chart import MapRequest
+    from graphengine.world.occupancy.files import isaac_window
+
+    bounds = arguments.bounds
+    request = MapRequest(
+        window=tuple(arguments.z),
+        cell=arguments.cell,
+        bounds=(tuple(bounds[:2]), tuple(bounds[2:])) if bounds else None,
+        select=arguments.select,
+        origin=tuple(arguments.origin),
+        seeds=[tuple(seed) for seed in arguments.seeds],
+        include=arguments.include,
+        exclude=arguments.exclude,
+    )
+    request.check()
+    isaac = arguments.convention == "isaac"
+    return replace(request, window=isaac_window(request.window, request.cell)) if isaac else request
+
+
+def _load(path: Path, allowed: list[Path]) -> LoadedWorld | None:
+    """The scene's physics, without its graphs; what is wrong with it is printed."""
+    from graphengine import document, spec
+    from graphengine.cli.common import print_findings
+    from graphengine.diagnostics import Findings, UsageError
+    from graphengine.files import Files
+    from graphengine.world.model import load_world
+
+    for folder in allowed:
+        if not folder.is_dir():
+            raise UsageError(f"--allow {folder}: no such folder")
+    findings = Findings()
+    found = document.load(path, findings)
+    kind = spec.kind_of(found) if found is not None else None
+    if kind in ("graph", "robot"):
+        raise UsageError(f"{path}: this is a {kind} file; a map is made of a scene")
+    scene = spec.read(spec.SceneSpec, path, findings)
+    world = load_world(scene, Files.of(path, allowed, Path.cwd()), findings) if scene is not None else None
+    print_findings(findings, notes=False)
+    return world
+
+
+def _summary(chart: OccupancyMap) -> str:
+    from graphengine.world.occupancy.chart import FREE, OCCUPIED, UNKNOWN
+
+    grid, (low, high) = chart.grid, chart.window
+    states = {"occupied": OCCUPIED, "free": FREE, "unknown": UNKNOWN}
+    shares = ", ".join(f"{name} {100 * chart.share(state):.1f} %" for name, state in states.items())
+    west, south = round(grid.west, 6), round(grid.south, 6)
+    size = f"{grid.columns} x {grid.rows} cells of {grid.cell:g} m, origin ({west:.10g}, {south:.10g})"
+    return f"{size}, z {low:g} to {high:g} m\n{shares}"

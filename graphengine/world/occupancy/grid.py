@@ -1,0 +1,119 @@
+"""The cells of a floor plan, and how bodies fill them row by row.
+
+A cell is occupied when a body meets its prism, the cell times the window of heights, drawn in by MARGIN on every side. So what
+only touches a prism is outside of it, and a wall whose face lies on the border of two cells stands in one of them, whatever
+the last bits of its coordinates are.
+
+All bodies here are convex, hence so is what a row of cells holds of one: the cells that it fills in a row are those between its
+least and its greatest x in that row, and these two numbers are all that a shape has to tell.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.intp]
+Bools = NDArray[np.bool_]
+
+Window = tuple[float, float]
+"""Lowest and highest z, m."""
+
+MARGIN = 1e-9
+"""m by which cells and the window are drawn in: far below what matters, far above the noise of floating point."""
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """Square cells, in rows from south to north and columns from west to east.
+
+    Attributes:
+        cell: side of a cell, m.
+        west: x of the outer border of the first column, m.
+        south: y of the outer border of the first row, m.
+        columns: cells in a row.
+        rows: cells in a column.
+    """
+
+    cell: float
+    west: float
+    south: float
+    columns: int
+    rows: int
+
+    @staticmethod
+    def around(low: tuple[float, float], high: tuple[float, float], cell: float, origin: tuple[float, float]) -> Grid:
+        """The least grid over a rectangle that has a corner of its cells at `origin`."""
+        first = [math.floor((a - o + MARGIN) / cell) for a, o in zip(low, origin, strict=True)]
+        last = [math.ceil((b - o - MARGIN) / cell) for b, o in zip(high, origin, strict=True)]
+        west, south = (o + i * cell for o, i in zip(origin, first, strict=True))
+        columns, rows = (max(j - i, 1) for i, j in zip(first, last, strict=True))
+        return Grid(cell, west, south, columns, rows)
+
+    @property
+    def east(self) -> float:
+        """X of the outer border of the last column, m."""
+        return self.west + self.columns * self.cell
+
+    @property
+    def north(self) -> float:
+        """Y of the outer border of the last row, m."""
+        return self.south + self.rows * self.cell
+
+    def locate(self, x: float, y: float) -> tuple[int, int] | None:
+        """Row and column of the cell that holds a point; None outside."""
+        row, column = math.floor((y - self.south) / self.cell), math.floor((x - self.west) / self.cell)
+        return (row, column) if 0 <= row < self.rows and 0 <= column < self.columns else None
+
+    def centre(self, row: int, column: int) -> tuple[float, float]:
+        """X and y of a cell's centre."""
+        return self.west + (column + 0.5) * self.cell, self.south + (row + 0.5) * self.cell
+
+    def bands(self, rows: Integers, margin: float = MARGIN) -> tuple[Floats, Floats]:
+        """Least and greatest y of rows, drawn in."""
+        edges: Floats = self.south + np.stack([rows, rows + 1]) * self.cell
+        return edges[0] + margin, edges[1] - margin
+
+    def rows_of(self, low: Floats, high: Floats, margin: float = MARGIN) -> tuple[Integers, Integers]:
+        """First and last row that each range of y meets; first > last where there is none."""
+        return _met(low - self.south + margin, high - self.south - margin, self.cell, self.rows)
+
+    def columns_of(self, low: Floats, high: Floats, margin: float = MARGIN) -> tuple[Integers, Integers]:
+        """First and last column that each range of x meets; first > last where there is none."""
+        return _met(low - self.west + margin, high - self.west - margin, self.cell, self.columns)
+
+
+def _met(low: Floats, high: Floats, cell: float, count: int) -> tuple[Integers, Integers]:
+    first, last = np.ceil(low / cell) - 1, np.floor(high / cell)
+    return np.clip(first, 0, count).astype(np.intp), np.clip(last, -1, count - 1).astype(np.intp)
+
+
+def expand(first: Integers, last: Integers) -> tuple[Integers, Integers]:
+    """All integers of ranges `first..last`, and for each the number of its range."""
+    counts = np.maximum(last - first + 1, 0)
+    owner = np.repeat(np.arange(len(counts)), counts)
+    within = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
+    return first[owner] + within, owner
+
+
+class Canvas:
+    """The occupied cells of a grid, gathered from ranges of x in rows."""
+
+    def __init__(self, grid: Grid) -> None:
+        self.grid = grid
+        self._steps = np.zeros((grid.rows, grid.columns + 1), np.int32)
+
+    def fill(self, rows: Integers, low: Floats, high: Floats, margin: float = MARGIN) -> None:
+        """Occupy, in each of the rows, the cells that a range of x meets; infinite ends are the grid's own."""
+        first, last = self.grid.columns_of(low, high, margin)
+        met = first <= last
+        np.add.at(self._steps, (rows[met], first[met]), 1)
+        np.add.at(self._steps, (rows[met], last[met] + 1), -1)
+
+    def occupied(self) -> Bools:
+        """One value a cell, (rows, columns), the first row in the south."""
+        return np.cumsum(self._steps, axis=1, dtype=np.int32)[:, :-1] > 0
