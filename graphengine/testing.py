@@ -362,6 +362,7 @@ def _two_plays(node: Any, context: RecordingContext) -> list[list[object]]:
                 context.clock.set_frame(0)  # before the stop, so that time since the session began repeats too
                 context.stop(node)
             context.tick()
+            sent = {claim.topic: len(context.transport.raw(claim.topic)) for claim in context.services.claims}
             for port in node.fields.values():
                 if port.is_exec and port.side == "inputs" and not port.control:
                     setattr(node, port.field, 1)
@@ -373,7 +374,7 @@ def _two_plays(node: Any, context: RecordingContext) -> list[list[object]]:
             record += [fired, node.update() if node.kind() == "latent" and node.active else None]
             outputs = [getattr(node, p.field) for p in node.fields.values() if p.side == "outputs" and not p.is_exec]
             record += [(v.dtype.str, v.shape, v.tobytes()) if isinstance(v, np.ndarray) else repr(v) for v in outputs]
-            record += [context.transport.raw(claim.topic)[-1:] for claim in context.services.claims]
+            record += [context.transport.raw(topic)[before:] for topic, before in sent.items()]
     except (ValueError, GraphError) as refusal:
         record.append(str(refusal))
     return plays if again else [record, record]

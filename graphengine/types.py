@@ -10,6 +10,7 @@
 | T[], T[n][] of numbers               | numpy array of the exact dtype    |
 | token[], string[]                    | tuple of str                      |
 | target                               | tuple of prim paths               |
+| uint64 of a pointer, such as dataPtr | the buffer itself; 0 for none     |
 | any, unions                          | what they are resolved to         |
 """
 
@@ -35,6 +36,7 @@ _DTYPES |= {"uint64": np.uint64, "half": np.float16, "float": np.float32, "doubl
 _PRECISION = {"d": "double", "f": "float", "h": "half"}
 _ROLES = {"vector": (3,), "point": (3,), "normal": (3,), "color": (3, 4), "texcoord": (2, 3), "quat": (4,)}
 _MATRICES = {"matrixd": (2, 3, 4), "frame": (4,), "transform": (4,)}
+_POINTER = "pointer"
 
 _PATTERN = re.compile(r"(?P<name>[A-Za-z0-9]+?)(?P<tuple>\[[2-9]\])?(?P<array>\[\])?\Z")
 
@@ -47,7 +49,7 @@ class PortType:
         base: scalar type, such as `double`.
         count: components of a tuple; 1 for a scalar. A `matrixd[4]` has 16.
         array: whether it is an array of them.
-        role: `vector`, `quat`, …; storage and wiring do not depend on it.
+        role: `vector`, `quat`, …; storage and wiring do not depend on it. A `pointer` carries a Python buffer instead.
     """
 
     base: str
@@ -58,7 +60,7 @@ class PortType:
     def __str__(self) -> str:
         if self.role in _MATRICES:
             name, size = self.role, f"[{math.isqrt(self.count)}]"
-        elif self.role:
+        elif self.role in _ROLES:
             name, size = self.role + self.base[0], f"[{self.count}]"
         else:
             name, size = self.base, f"[{self.count}]" if self.count > 1 else ""
@@ -105,6 +107,7 @@ class UnionType:
 ANY = PortType("any")
 EXECUTION = PortType("execution")
 TARGET = PortType("target")
+POINTER = PortType("uint64", role=_POINTER)
 
 
 @functools.cache
@@ -145,6 +148,8 @@ def coerce(value: Any, port_type: PortType) -> Any:
     """
     if port_type.base in ("any", "bundle"):
         return value
+    if port_type.role == _POINTER:
+        return _buffer(value)
     if port_type.base == "target":
         paths = (value,) if isinstance(value, str) else value
         if not isinstance(paths, Sequence) or not all(isinstance(path, str) for path in paths):
@@ -160,6 +165,16 @@ def coerce(value: Any, port_type: PortType) -> Any:
         return tuple(elements)
     shape = (len(elements),) if port_type.count == 1 else (len(elements), port_type.count)
     return _frozen(np.array(elements, port_type.dtype).reshape(shape))
+
+
+def _buffer(value: Any) -> Any:
+    if type(value) is int and value == 0:
+        return value
+    try:
+        memoryview(value)
+    except TypeError:
+        raise TypeError("expected a wire: what is an address elsewhere is the buffer itself here") from None
+    return value
 
 
 def _frozen(array: NDArray[Any]) -> NDArray[Any]:
@@ -213,6 +228,8 @@ def conversion(source: PortType, target: PortType) -> str | None:
         return None
     if source.base == target.base:
         return ""
+    if source.role == _POINTER:
+        return None
     whole = source.base == "bool" or source.base in ("int", "uint", "int64", "uint64", "uchar")
     if target.base == "int64" and whole and source.base != "uint64":
         return "" if source.base != "bool" and not source.array else _converter("int64", source)
@@ -259,11 +276,17 @@ String = Annotated[str, parse("string")]
 Target = Annotated[tuple[str, ...], parse("target")]
 Tokens = Annotated[tuple[str, ...], parse("token[]")]
 Ints = Annotated[NDArray[np.int32], parse("int[]")]
+UInts = Annotated[NDArray[np.uint32], parse("uint[]")]
 UChars = Annotated[NDArray[np.uint8], parse("uchar[]")]
 Floats = Annotated[NDArray[np.float32], parse("float[]")]
 Doubles = Annotated[NDArray[np.float64], parse("double[]")]
 Vector3d = Annotated[tuple[float, float, float], parse("vectord[3]")]
+Float2 = Annotated[tuple[float, float], parse("float[2]")]
+Float3 = Annotated[tuple[float, float, float], parse("float[3]")]
 Double3 = Annotated[tuple[float, float, float], parse("double[3]")]
+Point3fs = Annotated[NDArray[np.float32], parse("pointf[3][]")]
 Double3s = Annotated[NDArray[np.float64], parse("double[3][]")]
 Double4s = Annotated[NDArray[np.float64], parse("double[4][]")]
 Quaterniond = Annotated[tuple[float, float, float, float], parse("quatd[4]")]
+Buffer = Annotated[Any, POINTER]
+"""Of pointer ports: an object with Python's buffer protocol, such as an array; 0 for none."""

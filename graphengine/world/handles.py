@@ -6,8 +6,8 @@ the model was compiled anew.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from graphengine.backend import select_joints
 from graphengine.context import Quaternion, Vector3
 from graphengine.rotation import multiply, rotate
 from graphengine.stage import Prim
-from graphengine.world.drives import Drive, position_servo, velocity_servo
+from graphengine.world.drives import Drive, position_servo, servos, velocity_servo
 from graphengine.world.poses import NOWHERE, carrier
 
 if TYPE_CHECKING:
@@ -27,6 +27,9 @@ Floats = NDArray[np.float64]
 
 class Handle:
     """A prim's place in a simulation."""
+
+    sees_steps: ClassVar[bool] = False
+    """Whether it is told of every physics step, by the two methods below."""
 
     def __init__(self, simulation: Simulation, prim: Prim) -> None:
         self._simulation = simulation
@@ -44,6 +47,12 @@ class Handle:
 
     def reset(self) -> None:
         """Forget what was seen since the start."""
+
+    def see_forces(self) -> None:
+        """Look at what acts in a step: contacts and their forces are known, bodies are where they were before it."""
+
+    def see_motion(self) -> None:
+        """Look at where the step led."""
 
 
 class CarriedPrim(Handle):
@@ -110,16 +119,15 @@ class Joints(Handle):
         own = [drives[name] or Drive() for name in self.joint_names]
         joints = [f"{robot.name}/{name}" for name in self.joint_names]
         ids = np.array([model.joint(joint).id for joint in joints], np.intp)
-        limited = model.jnt_actfrclimited[ids].astype(bool)
         self._data = data
         self._control = data.ctrl if model.nu else np.zeros(1)
         self._qpos, self.dofs = model.jnt_qposadr[ids], model.jnt_dofadr[ids]
-        self._lowest = np.where(limited, model.jnt_actfrcrange[ids, 0], -np.inf)
-        self._highest = np.where(limited, model.jnt_actfrcrange[ids, 1], np.inf)
+        self._children = model.jnt_bodyid[ids]
+        self._trees = model.body_rootid[self._children]
         self._stiffness, self._damping = np.array([(d.stiffness, d.damping) for d in own], float).reshape(-1, 2).T
-        self._has_springs, self._has_limits = bool(self._stiffness.any()), bool(limited.any())
-        self.position_servos = _servos(model, map(position_servo, joints), self._stiffness)
-        self.velocity_servos = _servos(model, map(velocity_servo, joints), self._damping)
+        self._has_springs = bool(self._stiffness.any())
+        self.position_servos = servos(model, map(position_servo, joints), self._stiffness)
+        self.velocity_servos = servos(model, map(velocity_servo, joints), self._damping)
 
     def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> SelectedJoints:
         """Joints by name, else by index, else all.
@@ -148,16 +156,20 @@ class Joints(Handle):
         force = self._damping * (self._control.take(self.velocity_servos) - self.velocities())
         if self._has_springs:
             force += self._stiffness * (self._control.take(self.position_servos) - self.positions())
-        if self._has_limits:
-            force = np.clip(force, self._lowest, self._highest)
         efforts: Floats = force + self._data.qfrc_applied.take(self.dofs)
         return efforts
 
+    def wrenches(self) -> tuple[Floats, Floats]:
+        """Forces (N) and torques (N m) with which each joint's parent link holds its child link, in the child's frame.
 
-def _servos(model: Any, names: Iterable[str], gains: Floats) -> NDArray[np.intp]:
-    """Ids of actuators, -1 where a gain is zero and there is none."""
-    found = [model.actuator(name).id if gain > 0 else -1 for name, gain in zip(names, gains, strict=True)]
-    return np.array(found, np.intp)
+        Each has the shape (joints, 3); torques are about the child link's origin. Fresh arrays. MuJoCo gives them in the world's
+        axes, torques about the centre of mass of the robot's whole tree.
+        """
+        data = self._simulation.forces.now()
+        torques, forces = np.hsplit(data.cfrc_int[self._children], 2)
+        torques = torques + np.cross(data.subtree_com[self._trees] - data.xpos[self._children], forces)
+        axes = data.xmat[self._children].reshape(-1, 3, 3)
+        return np.einsum("jik,ji->jk", axes, forces), np.einsum("jik,ji->jk", axes, torques)
 
 
 class SelectedJoints:

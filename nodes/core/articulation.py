@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from graphengine.context import Articulation, Context, JointSelection
-from graphengine.node import ExecIn, In, Node, State
+from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
 from graphengine.types import (
+    Double3s,
     Doubles,
     Ints,
     String,
@@ -13,25 +14,32 @@ from graphengine.types import (
 )
 
 
-class IsaacArticulationController(Node, type="isaacsim.core.nodes.IsaacArticulationController"):
-    """Joint targets from arrays; they act from the next physics step on, and hold until the next command."""
+class RobotNode(Node):
+    """A node that is executed on the joints of a robot."""
 
     exec_in = ExecIn()
     target_prim: Target = In(required="robot", setup=True, doc="prim that stands for the robot")
     robot_path: String = In(default="", required="robot", setup=True, doc="the same as text; wins over targetPrim")
-    joint_names: Tokens = In(doc="joints that the arrays are for; empty for all, or by index")
-    joint_indices: Ints = In(doc="joints by number, where no names are given")
-    position_command: Doubles = In(unit="rad, m", doc="one a joint; NaN leaves a joint alone")
-    velocity_command: Doubles = In(unit="rad/s, m/s", doc="one a joint; NaN leaves a joint alone")
-    effort_command: Doubles = In(unit="N m, N", doc="one a joint; NaN leaves a joint alone")
 
     articulation: Articulation = State()
+
+    def prim(self) -> str:
+        """The path that names the robot."""
+        return self.robot_path or self.target_prim[0]
+
+
+class SelectedJointsNode(RobotNode):
+    """A node that is executed on some joints of a robot."""
+
+    joint_names: Tokens = In(doc="joints that the arrays are for; empty for all, or by index")
+    joint_indices: Ints = In(doc="joints by number, where no names are given")
+
     selection: JointSelection | None = State(default=None)
     selected: tuple[object, object] = State(default=((), ()))
 
     def setup(self, context: Context) -> None:
         """Bind the robot, and the joints that are known by now."""
-        self.articulation = context.articulation(self.robot_path or self.target_prim[0])
+        self.articulation = context.articulation(self.prim())
         self.select()
 
     def select(self) -> JointSelection:
@@ -40,11 +48,24 @@ class IsaacArticulationController(Node, type="isaacsim.core.nodes.IsaacArticulat
         self.selection = self.articulation.select(self.joint_names, self.joint_indices.tolist())
         return self.selection
 
+    def joints(self) -> JointSelection:
+        """The joints that the inputs name, bound anew if they changed."""
+        names, indices = self.selected
+        if self.selection is None or names is not self.joint_names or indices is not self.joint_indices:
+            return self.select()
+        return self.selection
+
+
+class IsaacArticulationController(SelectedJointsNode, type="isaacsim.core.nodes.IsaacArticulationController"):
+    """Joint targets from arrays; they act from the next physics step on, and hold until the next command."""
+
+    position_command: Doubles = In(unit="rad, m", doc="one a joint; NaN leaves a joint alone")
+    velocity_command: Doubles = In(unit="rad/s, m/s", doc="one a joint; NaN leaves a joint alone")
+    effort_command: Doubles = In(unit="N m, N", doc="one a joint; NaN leaves a joint alone")
+
     def compute(self) -> None:
         """Apply the commands, all or none."""
-        selection = self.selection
-        if selection is None or self.selected[0] is not self.joint_names or self.selected[1] is not self.joint_indices:
-            selection = self.select()
+        selection = self.joints()
         position, velocity, effort = self.position_command, self.velocity_command, self.effort_command
         joints = len(selection.names)
         for name, command in (("positionCommand", position), ("velocityCommand", velocity), ("effortCommand", effort)):
@@ -52,3 +73,52 @@ class IsaacArticulationController(Node, type="isaacsim.core.nodes.IsaacArticulat
                 path = self.articulation.prim_path
                 raise ValueError(f"{name} has {len(command)} values for {joints} joints of {path}; nothing was applied")
         selection.command(position.tolist() or None, velocity.tolist() or None, effort.tolist() or None)
+
+
+class IsaacArticulationState(SelectedJointsNode, type="isaacsim.core.nodes.IsaacArticulationState"):
+    """Positions, velocities and forces of joints, in the order they are asked for."""
+
+    joint_positions: Doubles = Out(unit="rad, m")
+    joint_velocities: Doubles = Out(unit="rad/s, m/s")
+    measured_joint_efforts: Doubles = Out(unit="N m, N", doc="what drives and commanded efforts exert")
+    measured_joint_forces: Double3s = Out(
+        unit="N", doc="with which parent links hold child links, in the child's frame"
+    )
+    measured_joint_torques: Double3s = Out(unit="N m", doc="the same, about the child link's origin")
+    joint_names_out: Tokens = Out(name="jointNames", doc="the joints of the arrays")
+
+    def compute(self) -> None:
+        """Read the joints."""
+        robot = self.articulation
+        self.joint_names_out = names = self.joints().names
+        chosen = [robot.joint_names.index(name) for name in names]
+        self.joint_positions, self.joint_velocities = robot.positions()[chosen], robot.velocities()[chosen]
+        self.measured_joint_efforts = robot.efforts()[chosen]
+        forces, torques = robot.wrenches()
+        self.measured_joint_forces, self.measured_joint_torques = forces[chosen], torques[chosen]
+
+
+class IsaacJointNameResolver(RobotNode, type="isaacsim.core.nodes.IsaacJointNameResolver"):
+    """Own names of joints that are called by their published names.
+
+    Published are values of `isaac:nameOverride`. Other names are handed on as they are.
+    """
+
+    joint_names: Tokens = In(doc="published names")
+    exec_out = ExecOut()
+    joint_names_out: Tokens = Out(name="jointNames", doc="the joints' own names, for IsaacArticulationController")
+    robot_path_out: String = Out(name="robotPath", doc="path of the robot's prim")
+
+    own_names: dict[str, str] = State()
+
+    def setup(self, context: Context) -> None:
+        """Learn the names; what is known of them by now is put out before the first tick."""
+        self.articulation = context.articulation(self.prim())
+        published = context.joint_names(self.prim())
+        self.own_names = dict(zip(published, self.articulation.joint_names, strict=True))
+        self.compute()
+
+    def compute(self) -> None:
+        """Replace the names."""
+        self.joint_names_out = tuple(self.own_names.get(name, name) for name in self.joint_names)
+        self.robot_path_out = self.articulation.prim_path

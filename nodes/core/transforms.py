@@ -7,16 +7,38 @@ from collections.abc import Sequence
 import numpy as np
 
 from graphengine import rotation
-from graphengine.context import Context, FrameLink
+from graphengine.context import Context, Frame, FrameLink
 from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
 from graphengine.types import (
     Double3s,
     Double4s,
+    Quaterniond,
     Target,
     Tokens,
+    Vector3d,
 )
 
 _HALF_TURN_ABOUT_X = (1.0, 0.0, 0.0, 0.0)
+
+
+class IsaacReadWorldPose(Node, type="isaacsim.core.nodes.IsaacReadWorldPose", volatile=True):
+    """Pose of a prim in the world frame."""
+
+    prim: Target = In(required=True, setup=True, doc="any prim")
+    translation: Vector3d = Out(unit="m")
+    orientation: Quaterniond = Out(default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w)")
+    scale: Vector3d = Out(doc="once it is read always 1: poses are rigid")
+
+    frame: Frame = State()
+
+    def setup(self, context: Context) -> None:
+        """Bind the prim."""
+        self.frame = context.frame(self.prim[0])
+
+    def compute(self) -> None:
+        """Read the pose."""
+        self.translation, self.orientation = self.frame.pose()
+        self.scale = (1.0, 1.0, 1.0)
 
 
 class IsaacComputeTransformTree(Node, type="isaacsim.core.nodes.IsaacComputeTransformTree"):

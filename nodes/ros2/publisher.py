@@ -6,14 +6,12 @@ from typing import Any, ClassVar
 
 from graphengine.context import Context, Publisher
 from graphengine.node import ExecIn, In, Node, State
+from graphengine.ros import messages
 from graphengine.types import String, UInt64
 
 
-class PublisherNode(Node):
-    """A node that sends one message an execution; a subclass gives `message_type`, `topicName` and `message`."""
-
-    message_type: ClassVar[str]
-    topic_name: str
+class TopicNode(Node):
+    """A node that is executed and opens topics, whose namespace and QoS its ports give."""
 
     exec_in = ExecIn()
     context: UInt64 = In(default=0, setup=True, doc="handle from a ROS2Context; 0 is the session's domain")
@@ -25,6 +23,25 @@ class PublisherNode(Node):
     )
     queue_size: UInt64 = In(default=10, setup=True, doc="history depth, when no QoS profile is given")
 
+    def open_topic(self, context: Context, message_type: str, topic: str, **facts: Any) -> Publisher:
+        """A topic of that type and name; `facts` as for `Context.publisher`."""
+        return context.publisher(
+            message_type,
+            topic,
+            namespace=self.node_namespace,
+            qos_profile=self.qos_profile,
+            queue_size=self.queue_size,
+            ros_context=self.context,
+            **facts,
+        )
+
+
+class PublisherNode(TopicNode):
+    """A node that sends one message an execution; a subclass gives `message_type`, `topicName` and `message`."""
+
+    message_type: ClassVar[str]
+    topic_name: str
+
     publisher: Publisher = State()
 
     def setup(self, context: Context) -> None:
@@ -33,15 +50,7 @@ class PublisherNode(Node):
 
     def open(self, context: Context, **facts: Any) -> Publisher:
         """The topic that the ports name; `facts` as for `Context.publisher`."""
-        return context.publisher(
-            self.message_type,
-            self.topic_name,
-            namespace=self.node_namespace,
-            qos_profile=self.qos_profile,
-            queue_size=self.queue_size,
-            ros_context=self.context,
-            **facts,
-        )
+        return self.open_topic(context, self.message_type, self.topic_name, **facts)
 
     def compute(self) -> None:
         """Send a message, if anybody wants it."""
@@ -51,3 +60,18 @@ class PublisherNode(Node):
     def message(self) -> Any:
         """The message of this execution."""
         raise NotImplementedError
+
+
+class SensorPublisher(PublisherNode):
+    """A publisher of what a sensor measured, from arrays and numbers; a subclass gives `frameId` too."""
+
+    frame_id: str
+    time_stamp: float = In(default=0.0, unit="s")
+
+    def open(self, context: Context, **facts: Any) -> Publisher:
+        """The topic that the ports name, with its frame."""
+        return super().open(context, frame_id=self.frame_id, **facts)
+
+    def header(self) -> messages.Header:
+        """Time and frame of this execution's message."""
+        return messages.header(self.time_stamp, self.frame_id)

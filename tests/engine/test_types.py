@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from graphengine import types
-from graphengine.types import CONVERTERS, PortType, UnionType, coerce, conversion, parse
+from graphengine.types import CONVERTERS, POINTER, PortType, UnionType, coerce, conversion, parse
 
 
 def concrete(name: str) -> PortType:
@@ -260,3 +260,23 @@ def test_equal_compares_arrays_whole() -> None:
     assert not types.equal(np.zeros(1), 0.0)
     assert types.equal((1.0, 2.0), (1.0, 2.0))
     assert not types.equal("a", "b")
+
+
+def test_a_pointer_is_called_what_the_reference_calls_it_and_points_nowhere_by_default() -> None:
+    assert (str(POINTER), POINTER.zero) == ("uint64", 0)
+
+
+@pytest.mark.parametrize("buffer", [b"abc", bytearray(3), memoryview(b"abc"), np.zeros((2, 3), np.float32)])
+def test_a_pointer_carries_the_buffer_itself(buffer: Any) -> None:
+    assert coerce(buffer, POINTER) is buffer
+
+
+@pytest.mark.parametrize("address", [1, 2**40, -1, 0.0, True, False, "0", None, [1, 2]])
+def test_an_address_is_no_buffer(address: Any) -> None:
+    with pytest.raises(TypeError, match="expected a wire"):
+        coerce(address, POINTER)
+
+
+def test_a_pointer_goes_into_a_pointer_and_into_nothing_that_counts() -> None:
+    assert conversion(POINTER, POINTER) == conversion(POINTER, types.ANY) == ""
+    assert conversion(POINTER, concrete("double")) is conversion(POINTER, concrete("int64")) is None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import struct
 import textwrap
 from collections.abc import Mapping
 from pathlib import Path
@@ -129,6 +130,21 @@ def vector(message: Any) -> Vector3:
 def quaternion(message: Any) -> Quaternion:
     """x, y, z, w of a message."""
     return message.x, message.y, message.z, message.w
+
+
+def read_points(cloud: Any) -> dict[str, list[Any]]:
+    """Columns of a cloud by name, from its bytes and fields as sensor_msgs/PointField defines them."""
+    formats = {1: "b", 2: "B", 3: "h", 4: "H", 5: "i", 6: "I", 7: "f", 8: "d"}
+    order = ">" if cloud.is_bigendian else "<"
+    data, columns = bytes(cloud.data), dict[str, list[Any]]()
+    assert len(data) == cloud.row_step * cloud.height == cloud.point_step * cloud.width * cloud.height
+    for field in cloud.fields:
+        layout = f"{order}{field.count}{formats[field.datatype]}"
+        assert field.offset + struct.calcsize(layout) <= cloud.point_step
+        starts = range(field.offset, len(data), cloud.point_step)
+        values = [struct.unpack_from(layout, data, start) for start in starts]
+        columns[field.name] = [value[0] if field.count == 1 else value for value in values]
+    return columns
 
 
 def yaw(angle: float) -> Quaternion:

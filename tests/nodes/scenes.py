@@ -157,3 +157,75 @@ def carter(position: Sequence[float], yaw_deg: float, controller: dict[str, floa
               - Tick.tick -> TF.execIn
             """,
     }
+
+
+def pulled_imu(acceleration: float) -> dict[str, str]:
+    """An inertial unit on a robot that falls sideways."""
+    graph = """
+        format: 1
+        graph: graph
+        nodes: {Tick: OnPlaybackTick, Imu: {type: ReadIMU, inputs: {imuPrim: /robot/base_link/imu, readGravity: false}}}
+        connections: [Tick.tick -> Imu.execIn]
+        """
+    return {
+        "world.xml": f'<mujoco><option gravity="{acceleration} 0 0"/></mujoco>',
+        "scene.yaml": SCENE + ROBOT.format(position=[0.0, 0.0, 1.0], yaw_deg=0.0),
+        "robot.urdf": f'<robot name="box"><link name="base_link">{body(1.0, 0.1, CUBE)}</link></robot>',
+        "robot.yaml": "{format: 1, robot: box, urdf: robot.urdf, sensors: {imu: {type: imu, parent: base_link}}}",
+        "graph.yaml": graph,
+    }
+
+
+CUBE = '<box size="0.2 0.2 0.2"/>'
+
+
+def forklift(controller: dict[str, Any]) -> dict[str, str]:
+    """Driven wheels in front, wheels that are driven and steer behind; its base is in the middle of the front axle."""
+    half, base = controller["trackWidth"] / 2, controller["wheelBase"]
+    front, back = controller["frontWheelRadius"], controller["backWheelRadius"]
+    chassis = body(200.0, 20.0, '<box size="1.6 0.8 0.2"/>', f"{-base / 2} 0 0.5")
+    parts = [f'<link name="base_link">{chassis}</link>']
+    names = ["front_left", "front_right", "back_left", "back_right"]
+    for name, x, y, radius in zip(
+        names, (0, 0, -base, -base), (half, -half) * 2, (front,) * 2 + (back,) * 2, strict=True
+    ):
+        above, place = "base_link", f"{x} {y} {radius}"
+        if x:
+            knuckle = body(2.0, 0.05, CUBE, collides=False)
+            parts += [f'<link name="{name}_knuckle">{knuckle}</link>', _turning(f"{name}_steer", above, place, "0 0 1")]
+            above, place = f"{name}_knuckle", "0 0 0"
+        wheel = body(5.0, 0.2, f'<sphere radius="{radius}"/>')
+        parts += [f'<link name="{name}">{wheel}</link>', _turning(name, above, place, "0 1 0")]
+    steered = ["back_left_steer", "back_right_steer"]
+    joints = {name: {"drive": {"damping": 100.0}} for name in names}
+    joints |= {name: {"drive": {"stiffness": 5000.0, "damping": 500.0}} for name in steered}
+    return {
+        "world.xml": FLOOR.format(body=""),
+        "scene.yaml": SCENE + ROBOT.format(position=[0.0, 0.0, 0.0], yaw_deg=0.0),
+        "robot.urdf": f'<robot name="forklift">{"".join(parts)}</robot>',
+        "robot.yaml": json.dumps({"format": 1, "robot": "forklift", "urdf": "robot.urdf", "joints": joints}),
+        "graph.yaml": f"""
+            format: 1
+            graph: graph
+            nodes:
+              Tick: OnPlaybackTick
+              Ackermann: {{type: AckermannController, inputs: {json.dumps(controller)}}}
+              Steer: {{type: ArticulationController, inputs: {{targetPrim: /robot, jointNames: {json.dumps(steered)}}}}}
+              Drive: {{type: ArticulationController, inputs: {{targetPrim: /robot, jointNames: {json.dumps(names)}}}}}
+              Compute: {{type: ComputeOdometry, inputs: {{chassisPrim: /robot}}}}
+            connections:
+              - Tick.tick -> Ackermann.execIn
+              - Ackermann.execOut -> Steer.execIn
+              - Ackermann.execOut -> Drive.execIn
+              - Ackermann.wheelAngles -> Steer.positionCommand
+              - Ackermann.wheelRotationVelocity -> Drive.velocityCommand
+              - Tick.tick -> Compute.execIn
+            """,
+    }
+
+
+def _turning(name: str, above: str, place: str, axis: str) -> str:
+    """A joint of a URDF without limits; a wheel's is called like the wheel."""
+    below = name.replace("_steer", "_knuckle")
+    ends = f'<parent link="{above}"/><child link="{below}"/><origin xyz="{place}"/><axis xyz="{axis}"/>'
+    return f'<joint name="{name}" type="continuous">{ends}</joint>'

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from graphengine.diagnostics import CheckError, NodeError
 from graphengine.testing import RecordingContext
-from nodes.wheeled_robots import DifferentialController
+from nodes.wheeled_robots.differential import DifferentialController
 from tests.nodes.harness import Player, dd100, twist
 
 GEOMETRY: dict[str, Any] = {"wheel_radius": 0.1, "wheel_distance": 0.5}

@@ -11,10 +11,10 @@ from typing import Any
 import pytest
 
 from tests.nodes.harness import Player
-from tests.nodes.isaac import joints, lidar, names, odometry, time, transforms, wheels
+from tests.nodes.isaac import ackermann, holonomic, joints, lidar, names, odometry, state, time, transforms, wheels
 from tests.nodes.isaac.book import CASES, DIFFERS, OURS, RUN
 
-FAMILIES = (wheels, odometry, transforms, joints, time, names, lidar)
+FAMILIES = (wheels, holonomic, ackermann, odometry, transforms, joints, state, time, names, lidar)
 """To import them is to register their cases."""
 
 

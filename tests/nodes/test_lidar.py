@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import struct
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ from graphengine.diagnostics import ContextError, PrimError
 from graphengine.ros import messages
 from graphengine.testing import RecordingContext, RecordingLidar
 from nodes.ros2.lidar import ROS2RtxLidarHelper
-from tests.nodes.harness import Player, dd100, ready
+from tests.nodes.harness import Player, dd100, read_points, ready
 
 LIDAR = "/robot/Geometry/base_link/Lidar"
 INF = math.inf
@@ -108,21 +107,6 @@ def test_messages_are_what_their_type_says(kind: str) -> None:
 # PointCloud2
 
 
-def read_points(cloud: Any) -> dict[str, list[Any]]:
-    """Columns of a cloud by name, from its bytes and fields as sensor_msgs/PointField defines them."""
-    formats = {1: "b", 2: "B", 3: "h", 4: "H", 5: "i", 6: "I", 7: "f", 8: "d"}
-    order = ">" if cloud.is_bigendian else "<"
-    data, columns = bytes(cloud.data), dict[str, list[Any]]()
-    assert len(data) == cloud.row_step * cloud.height == cloud.point_step * cloud.width * cloud.height
-    for field in cloud.fields:
-        layout = f"{order}{field.count}{formats[field.datatype]}"
-        assert field.offset + struct.calcsize(layout) <= cloud.point_step
-        starts = range(field.offset, len(data), cloud.point_step)
-        values = [struct.unpack_from(layout, data, start) for start in starts]
-        columns[field.name] = [value[0] if field.count == 1 else value for value in values]
-    return columns
-
-
 def test_a_cloud_holds_the_points_that_were_hit_in_the_sensors_frame() -> None:
     (cloud,) = Bench(type_in="point_cloud").sample([1.0, INF, 2.0, INF, 3.0])
     points = read_points(cloud)
@@ -143,7 +127,8 @@ def test_metadata_become_fields_in_the_references_order_whatever_order_they_are_
     assert list(points) == ["x", "y", "z", "intensity", "timestamp", "emitter_id", "channel_id"]
     assert [field.datatype for field in cloud.fields] == [7, 7, 7, 7, 6, 6, 6]
     assert points["intensity"] == [10.0, 30.0, 50.0]
-    assert points["emitter_id"] == points["channel_id"] == [0, 2, 4]
+    assert points["emitter_id"] == [0, 2, 4]
+    assert points["channel_id"] == [0, 0, 0]
     low, high = points["timestamp"][0]
     assert low + (high << 32) == int(301 / 60 * 1e9) > 2**32
 
@@ -172,6 +157,43 @@ def test_rosbags_reads_the_bytes_back(kind: str) -> None:
 def test_metadata_that_rays_do_not_have_are_refused_in_setup() -> None:
     with pytest.raises(ContextError, match="HitNormal"):
         Bench(type_in="point_cloud", selected_metadata=["Intensity", "HitNormal"])
+
+
+# Several rings
+
+
+class Rings(Bench):
+    """A lidar of two beams, straight ahead and 90 degrees to the left, on rings at 20, -1 and -15 degrees."""
+
+    def __init__(self, **inputs: Any) -> None:
+        super().__init__(**inputs)
+        elevations = tuple(math.radians(angle) for angle in (20.0, -1.0, -15.0))
+        lidar = "/robot/Geometry/base_link/Rings"
+        self.lidar = self.context.world.add_lidar(
+            lidar, rate=10.0, angles=(0.0, math.pi / 2, math.pi / 2), elevations=elevations
+        )
+        self.context.close()
+        self.node = ready(ROS2RtxLidarHelper, self.context, **{"render_product_path": lidar, **inputs})
+
+
+def test_a_scan_is_the_ring_nearest_to_the_sensors_plane() -> None:
+    (scan,) = Rings().sample([1.0, 2.0, 3.0, INF, 5.0, 6.0], [10, 20, 30, 40, 50, 60])
+    assert scan.ranges.tolist() == [3.0, INF]
+    assert scan.intensities.tolist() == [30.0, 40.0]
+    assert (scan.angle_min, scan.angle_max, scan.angle_increment) == (0.0, single(math.pi / 2), single(math.pi / 2))
+
+
+def test_a_cloud_has_the_points_of_all_rings() -> None:
+    bench = Rings(type_in="point_cloud", selected_metadata=["ChannelId", "EmitterId", "Intensity"])
+    (cloud,) = bench.sample([1.0, INF, 3.0, INF, INF, 6.0], [10, 20, 30, 40, 50, 60])
+    points = read_points(cloud)
+    up, level, down = (math.radians(angle) for angle in (20.0, -1.0, -15.0))
+    assert points["x"] == pytest.approx([math.cos(up), 3.0 * math.cos(level), 0.0], abs=1e-6)
+    assert points["y"] == pytest.approx([0.0, 0.0, 6.0 * math.cos(down)], abs=1e-6)
+    assert points["z"] == pytest.approx([math.sin(up), 3.0 * math.sin(level), 6.0 * math.sin(down)], abs=1e-6)
+    assert points["channel_id"] == [0, 1, 2]
+    assert points["emitter_id"] == [0, 2, 5]
+    assert points["intensity"] == [10.0, 30.0, 60.0]
 
 
 # When it publishes
@@ -306,3 +328,11 @@ def test_in_the_shipped_graphs_scans_go_out_from_the_first_tick_on_and_again_aft
     sent = playing.published("/dd100_0000/sim_lidar/scan")
     assert len(sent) == 5
     assert all(scan.ranges.tolist() == [1.0, 2.0, INF, 4.0, 5.0] for scan in sent)
+
+
+def test_in_a_graph_of_physics_steps_it_is_refused_because_samples_belong_to_ticks() -> None:
+    context = RecordingContext()
+    context.world.add_lidar("/Lidar")
+    context.runs = "physics_step"
+    with pytest.raises(ContextError, match="runs: tick"):
+        ready(ROS2RtxLidarHelper, context, render_product_path="/Lidar")

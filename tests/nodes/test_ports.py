@@ -117,12 +117,36 @@ def test_short_names_mean_one_type_each() -> None:
 
 
 NEEDED: dict[str, dict[str, Any]] = {
+    "AckermannController": {"wheel_base": 1.6, "track_width": 1.2, "front_wheel_radius": 0.25},
     "BreakVector3": {"tuple_in": (1.0, 2.0, 3.0)},
     "DifferentialController": {"wheel_radius": 0.1, "wheel_distance": 0.5},
+    "HolonomicController": {
+        "wheel_radius": [0.05],
+        "wheel_positions": [[0.1, 0.0, 0.0], [-0.05, 0.1, 0.0], [-0.05, -0.1, 0.0]],
+        "wheel_orientations": [[1.0, 0.0, 0.0, 0.0], [0.5, 0.0, 0.0, 0.866], [0.5, 0.0, 0.0, -0.866]],
+        "mecanum_angles": [90.0],
+    },
     "IsaacArticulationController": {"target_prim": "/robot"},
+    "IsaacArticulationState": {"target_prim": "/robot"},
     "IsaacComputeOdometry": {"chassis_prim": "/robot"},
+    "IsaacComputeRTXLidarFlatScan": {"render_product_path": "/robot/Geometry/base_link/Lidar"},
     "IsaacComputeTransformTree": {"target_prims": "/robot"},
     "IsaacCreateRenderProduct": {"camera_prim": "/robot/Geometry/base_link/Lidar"},
+    "IsaacJointNameResolver": {"target_prim": "/robot", "joint_names": ["left"]},
+    "IsaacReadCameraInfo": {"render_product_path": "/robot/Geometry/base_link/Camera"},
+    "IsaacReadContactSensor": {"cs_prim": "/robot/Geometry/base_link/Contact"},
+    "IsaacReadIMU": {"imu_prim": "/robot/Geometry/base_link/Imu"},
+    "IsaacReadJointState": {"prim": "/robot"},
+    "IsaacReadLidarBeams": {"lidar_prim": "/robot/Geometry/base_link/Lidar"},
+    "IsaacReadLidarPointCloud": {"lidar_prim": "/robot/Geometry/base_link/Lidar"},
+    "IsaacReadWorldPose": {"prim": "/robot"},
+    "IsaacSetCameraOnRenderProduct": {
+        "render_product_path": "/Render/robot_Geometry_base_link_Camera_64x48",
+        "camera_prim": "/robot/Geometry/base_link/Camera",
+    },
+    "IsaacTimeSplitter": {"time": 1.5},
+    "ROS2CameraHelper": {"render_product_path": "/robot/Geometry/base_link/Camera"},
+    "ROS2CameraInfoHelper": {"render_product_path": "/robot/Geometry/base_link/Camera"},
     "ROS2PublishJointState": {"target_prim": "/robot"},
     "ROS2PublishTransformTree": {"target_prims": "/robot"},
     "ROS2RtxLidarHelper": {"render_product_path": "/robot/Geometry/base_link/Lidar"},
@@ -132,11 +156,15 @@ NEEDED: dict[str, dict[str, Any]] = {
 
 
 def surroundings() -> RecordingContext:
-    """A robot with a lidar that sees something."""
+    """A robot with a lidar and a camera that see something, an inertial unit and a contact sensor."""
     context = RecordingContext()
     context.world.add_robot("/robot", ["left", "right"])
     lidar = context.world.add_lidar("/robot/Geometry/base_link/Lidar", angles=(0.0, 1.0, 1.0))
     lidar.see([1.0, np.inf])
+    context.world.add_camera("/robot/Geometry/base_link/Camera").show(np.zeros((3, 4, 3)), depth=2.0)
+    context.render_product("/robot/Geometry/base_link/Camera", 64, 48)
+    context.world.add_imu("/robot/Geometry/base_link/Imu")
+    context.world.add_contact_sensor("/robot/Geometry/base_link/Contact")
     return context
 
 

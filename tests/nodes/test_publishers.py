@@ -7,13 +7,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rosbags.typesys import Stores, get_typestore
 
 from graphengine.context import QoS
 from graphengine.diagnostics import GraphError, TopicError
 from graphengine.ros import messages
 from graphengine.testing import RecordingContext
+from nodes.ros2.camera_info import ROS2PublishCameraInfo
 from nodes.ros2.context import ROS2Context
-from nodes.ros2.publisher import PublisherNode
+from nodes.ros2.image import ROS2PublishImage
+from nodes.ros2.imu import ROS2PublishImu
+from nodes.ros2.laser_scan import ROS2PublishLaserScan
+from nodes.ros2.point_cloud import ROS2PublishPointCloud
+from nodes.ros2.publisher import PublisherNode, SensorPublisher
 from nodes.ros2.state import ROS2PublishClock, ROS2PublishJointState, ROS2PublishOdometry
 from nodes.ros2.transforms import ROS2PublishRawTransformTree, ROS2PublishTransformTree, TransformPublisher
 from tests.nodes.harness import Player, dd100, ready
@@ -24,12 +30,18 @@ PUBLISHERS: dict[type[PublisherNode], tuple[str, dict[str, Any]]] = {
     ROS2PublishOdometry: ("odom", {}),
     ROS2PublishRawTransformTree: ("tf", {}),
     ROS2PublishTransformTree: ("tf", {"target_prims": "/robot/Geometry/base_link"}),
+    ROS2PublishImage: ("rgb", {}),
+    ROS2PublishCameraInfo: ("camera_info", {}),
+    ROS2PublishPointCloud: ("point_cloud", {}),
+    ROS2PublishLaserScan: ("scan", {"linear_depth_data": [1.0], "num_rows": 1, "num_cols": 1}),
+    ROS2PublishImu: ("imu", {}),
 }
 """Default topics, and inputs that a node cannot do without."""
 NODE = "/robot/Geometry/base_link/graph/Publish"
 STATIC = LATCHED = QoS(depth=1, reliability="reliable", durability="transientLocal")
 
 every_publisher = pytest.mark.parametrize("cls", PUBLISHERS)
+every_sensor_publisher = pytest.mark.parametrize("cls", [c for c in PUBLISHERS if issubclass(c, SensorPublisher)])
 every_tf_publisher = pytest.mark.parametrize("cls", [c for c in PUBLISHERS if issubclass(c, TransformPublisher)])
 
 
@@ -121,11 +133,31 @@ def test_the_time_stamp_acts_when_it_is_set(cls: type[PublisherNode]) -> None:
     assert stamp(node.message()) == (2, 500_000_000)
 
 
+@every_sensor_publisher
+def test_the_frame_is_in_the_header_and_in_the_table_of_topics(cls: type[PublisherNode]) -> None:
+    context = robot()
+    node = publishing(cls, context, frame_id="front")
+    (claim,) = context.services.claims
+    assert (node.message().header.frame_id, claim.frame_id) == ("front", "front")
+
+
+@every_publisher
+def test_the_encoders_bytes_are_read_back_by_rosbags_as_what_was_sent(cls: type[PublisherNode]) -> None:
+    context = robot()
+    node = publishing(cls, context, time_stamp=1.25)
+    for _ in range(3):  # later ones by a template of the first
+        node.compute()
+    sent = context.transport.raw(f"/{PUBLISHERS[cls][0]}")
+    read = [get_typestore(Stores.ROS2_JAZZY).deserialize_cdr(data, cls.message_type) for data in sent]
+    assert [stamp(message) for message in read] == [(1, 250_000_000)] * 3
+    assert len(set(sent)) == 1
+
+
 def stamp(message: Any) -> tuple[int, int]:
     """Seconds and nanoseconds of any of these messages."""
-    if isinstance(message, messages.TFMessage):
+    if hasattr(message, "transforms"):
         message = message.transforms[0]
-    time = message.clock if isinstance(message, messages.Clock) else message.header.stamp
+    time = message.clock if hasattr(message, "clock") else message.header.stamp
     return time.sec, time.nanosec
 
 

@@ -1,14 +1,16 @@
-"""IsaacCreateRenderProduct: a sensor's prim bound to a path that helpers take."""
+"""IsaacCreateRenderProduct, IsaacReadCameraInfo and IsaacSetCameraOnRenderProduct: cameras and the paths that lead to them."""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
+import numpy as np
 import pytest
 
-from graphengine.diagnostics import CheckError, PrimError
-from graphengine.testing import RecordingContext
-from nodes.core.render_product import IsaacCreateRenderProduct
+from graphengine.diagnostics import CheckError, ContextError, PrimError
+from graphengine.testing import RecordingContext, RecordingWorld
+from nodes.core.render_product import IsaacCreateRenderProduct, IsaacReadCameraInfo, IsaacSetCameraOnRenderProduct
 from tests.nodes.harness import Player, dd100, ready
 
 LIDAR = "/robot/Geometry/base_link/Lidar"
@@ -113,3 +115,117 @@ def test_disabled_in_a_graph_the_helper_behind_it_never_starts(play: Player) -> 
     playing.set("Product", "enabled", True)
     playing.tick()
     assert len(playing.published("/dd100_0000/sim_lidar/scan")) == 1
+
+
+# IsaacReadCameraInfo
+
+
+def two_cameras() -> RecordingWorld:
+    """A wide one and a narrow one."""
+    world = RecordingWorld()
+    world.add_robot("/robot")
+    for name, degrees in (("wide", 90.0), ("narrow", 60.0)):
+        world.add_camera(f"/robot/{name}", size=(640, 480), fov_deg=(degrees, 40.0))
+    return world
+
+
+def info(context: RecordingContext, path: str) -> IsaacReadCameraInfo:
+    node = ready(IsaacReadCameraInfo, context, render_product_path=path)
+    node.compute()
+    return node
+
+
+@pytest.fixture
+def cameras() -> RecordingContext:
+    made = RecordingContext()
+    made.services.world = made.world = two_cameras()
+    return made
+
+
+@pytest.mark.parametrize(("camera", "degrees"), [("wide", 90.0), ("narrow", 60.0)])
+def test_focal_length_and_aperture_give_the_field_of_view(
+    cameras: RecordingContext, camera: str, degrees: float
+) -> None:
+    node = info(cameras, f"/robot/{camera}")
+    assert 2 * math.atan2(node.horizontal_aperture / 2, node.focal_length) == pytest.approx(math.radians(degrees))
+    assert node.vertical_aperture / node.horizontal_aperture == pytest.approx(480 / 640)
+    assert (node.horizontal_offset, node.vertical_offset) == (0.0, 0.0)
+
+
+def test_the_lens_is_one_without_distortion(cameras: RecordingContext) -> None:
+    node = info(cameras, "/robot/wide")
+    assert (node.projection_type, node.physical_distortion_model) == ("pinhole", "plumb_bob")
+    assert node.physical_distortion_coefficients.tolist() == [0.0] * 5
+    assert node.physical_distortion_coefficients.dtype == np.float32
+    assert node.camera_fisheye_params.tolist() == []
+
+
+def test_the_size_is_that_of_the_render_product(cameras: RecordingContext) -> None:
+    node = info(cameras, cameras.render_product("/robot/wide", 320, 200))
+    assert (node.width, node.height) == (320, 200)
+    assert node.vertical_aperture == pytest.approx(node.horizontal_aperture * 200 / 320)
+
+
+# IsaacSetCameraOnRenderProduct
+
+
+def test_the_render_product_shows_the_other_camera_in_its_own_size(cameras: RecordingContext) -> None:
+    path = cameras.render_product("/robot/wide", 320, 240)
+    reader = info(cameras, path)
+    node = ready(IsaacSetCameraOnRenderProduct, cameras, render_product_path=path, camera_prim="/robot/narrow")
+    assert cameras.camera(path).prim_path == "/robot/wide"
+    node.compute()
+    assert cameras.camera(path).prim_path == "/robot/narrow"
+    before = reader.focal_length
+    reader.compute()
+    assert reader.focal_length > before
+    assert (reader.width, reader.height) == (320, 240)
+
+
+@pytest.mark.parametrize(
+    ("inputs", "complaint"),
+    [
+        ({"render_product_path": "/Render/nothing", "camera_prim": "/robot/wide"}, "/Render/nothing"),
+        ({"render_product_path": "", "camera_prim": "/robot"}, "camera"),
+    ],
+)
+def test_what_is_not_there_is_refused_in_setup(
+    cameras: RecordingContext, inputs: dict[str, str], complaint: str
+) -> None:
+    path = inputs["render_product_path"] or cameras.render_product("/robot/wide", 320, 240)
+    with pytest.raises(ContextError, match=complaint):
+        ready(IsaacSetCameraOnRenderProduct, cameras, **{**inputs, "render_product_path": path})
+
+
+def test_in_a_graph_a_reader_sees_the_camera_that_was_set_in_the_same_pass(play: Player) -> None:
+    world = two_cameras()
+    playing = play.graph(
+        """
+        nodes:
+          Tick: OnPlaybackTick
+          Product: {type: CreateRenderProduct, inputs: {cameraPrim: /robot/wide, width: 320, height: 240}}
+          Gate: {type: SimulationGate, inputs: {step: 2}}
+          Set: {type: SetCameraOnRenderProduct, inputs: {cameraPrim: /robot/narrow}}
+          Info: ReadCameraInfo
+          Out: PublishCameraInfo
+        connections:
+          - Tick.tick -> Product.execIn
+          - Product.execOut -> Gate.execIn
+          - Gate.execOut -> Set.execIn
+          - Set.execOut -> Out.execIn
+          - Product.execOut -> Out.execIn
+          - Product.renderProductPath -> Set.renderProductPath
+          - Product.renderProductPath -> Info.renderProductPath
+          - Info.focalLength -> Out.timeStamp
+        """,
+        world,
+    )
+    seen = []
+    for _ in range(3):
+        playing.tick()
+        seen.append(playing.node("Info").focal_length)
+    wide, narrow = (20.955 / 2 / math.tan(math.radians(degrees) / 2) for degrees in (90, 60))
+    assert seen == pytest.approx([wide, narrow, narrow])
+    playing.session.stop()
+    playing.tick()
+    assert playing.node("Info").focal_length == pytest.approx(wide)

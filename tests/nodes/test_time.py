@@ -1,14 +1,24 @@
-"""IsaacReadSimulationTime and OgnIsaacRunOneSimulationFrame."""
+"""IsaacReadSimulationTime, IsaacReadSystemTime, their annotators, IsaacTimeSplitter and IsaacRealTimeFactor."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from graphengine.ros import messages
 from graphengine.testing import RecordingContext, RecordingWorld
-from nodes.core.time import IsaacReadSimulationTime, OgnIsaacRunOneSimulationFrame
-from tests.nodes.harness import Player
+from nodes.core.time import (
+    IsaacReadSimulationTime,
+    IsaacReadSimulationTimeAnnotator,
+    IsaacReadSystemTime,
+    IsaacReadSystemTimeAnnotator,
+    IsaacRealTimeFactor,
+    IsaacTimeSplitter,
+)
+from tests.nodes.harness import Player, ready
 
 
 def reading(context: RecordingContext, **inputs: Any) -> IsaacReadSimulationTime:
@@ -100,32 +110,144 @@ def test_everything_that_reads_simulation_time_in_a_tick_reads_the_same(play: Pl
     assert one == other == [100_000_000, 200_000_000, 300_000_000]
 
 
-def test_one_frame_fires_at_its_first_execution_only() -> None:
-    node = OgnIsaacRunOneSimulationFrame()
-    assert [node.compute() for _ in range(3)] == [node.step, None, None]
+# IsaacReadSystemTime
 
 
-def test_one_frame_fires_again_after_a_stop() -> None:
-    context, node = RecordingContext(), OgnIsaacRunOneSimulationFrame()
+def test_system_time_is_the_wall_clock_when_the_tick_began() -> None:
+    context = RecordingContext()
+    node = ready(IsaacReadSystemTime, context)
+    assert node.system_time == 0.0
+    context.clock.wall_time = 1.7e9
     node.compute()
-    context.stop(node)
-    assert node.compute() == node.step
+    assert node.system_time == 1.7e9
 
 
-@pytest.mark.parametrize("pauses", [False, True])
-def test_in_a_graph_one_frame_fires_once_a_play(play: Player, pauses: bool) -> None:
+def test_a_reference_time_overrides_the_wall_clock() -> None:
+    node = ready(IsaacReadSystemTime, RecordingContext(), reference_time_numerator=7, reference_time_denominator=4)
+    node.compute()
+    assert node.system_time == 1.75
+
+
+def test_everything_that_reads_system_time_in_a_tick_reads_the_same(play: Player) -> None:
     playing = play.graph(
         """
-        nodes: {Tick: OnPlaybackTick, Once: OgnIsaacRunOneSimulationFrame, Clock: PublishClock}
-        connections: [Tick.tick -> Once.execIn, Once.step -> Clock.execIn]
+        nodes:
+          Tick: OnPlaybackTick
+          Time: ReadSystemTime
+          Read: ReadSystemTimeAnnotator
+          One: {type: PublishClock, inputs: {topicName: one}}
+          Other: {type: PublishClock, inputs: {topicName: other}}
+        connections:
+          - Tick.tick -> One.execIn
+          - Tick.tick -> Read.execIn
+          - Read.execOut -> Other.execIn
+          - Time.systemTime -> One.timeStamp
+          - Read.systemTime -> Other.timeStamp
         """
     )
-    playing.tick(3)
-    if pauses:
-        playing.session.pause()
-        playing.session.play()
-    playing.tick(2)
-    assert len(playing.published("/clock")) == 1
-    playing.session.stop()
-    playing.tick(3)
-    assert len(playing.published("/clock")) == 2
+    playing.tick()
+    (one,), (other,) = playing.published("/one"), playing.published("/other")
+    assert one.clock == other.clock
+    assert one.clock.sec > 0
+
+
+# Annotators
+
+
+@pytest.mark.parametrize("cls", [IsaacReadSimulationTimeAnnotator, IsaacReadSystemTimeAnnotator])
+def test_an_annotator_is_executed_and_fires(cls: Any) -> None:
+    assert cls.kind() == "action"
+    assert not cls.gated
+
+
+def test_an_annotator_reads_simulation_time_when_it_is_executed() -> None:
+    context = RecordingContext()
+    node = ready(IsaacReadSimulationTimeAnnotator, context, reset_on_stop=False)
+    context.tick(30)
+    context.stop(node)
+    context.tick(30)
+    node.compute()
+    assert node.simulation_time == 1.0
+
+
+# IsaacTimeSplitter
+
+
+def split(time: Any) -> tuple[int, int, int, int]:
+    node = IsaacTimeSplitter(time=time)
+    node.compute()
+    return node.seconds, node.milliseconds, node.microseconds, node.nanoseconds
+
+
+@given(st.integers(0, 2**31 - 1), st.integers(0, 10**9 - 1))
+def test_parts_are_those_of_the_time_and_nested_in_each_other(seconds: int, nanoseconds: int) -> None:
+    whole, ms, us, ns = split(seconds + nanoseconds / 1e9)
+    assert abs(whole + ns / 1e9 - (seconds + nanoseconds / 1e9)) <= 1e-9 + 1e-15 * seconds
+    assert (ms, us) == (ns // 1_000_000, ns // 1_000)
+    assert 0 <= ns < 10**9
+
+
+@given(st.floats(-1e6, 1e6))
+def test_a_split_time_is_the_stamp_of_that_time(time: float) -> None:
+    seconds, _, _, nanoseconds = split(time)
+    assert messages.stamp(time) == messages.Time(seconds, nanoseconds)
+
+
+@given(st.integers(0, 2**31 - 1))
+def test_a_whole_number_has_nothing_beyond_its_seconds(seconds: int) -> None:
+    assert split(seconds) == (seconds, 0, 0, 0)
+
+
+def test_in_a_graph_the_splitter_takes_what_is_wired_to_it(play: Player) -> None:
+    playing = play.graph(
+        """
+        nodes: {Tick: OnPlaybackTick, Time: ReadSimulationTime, Split: TimeSplitter, Clock: PublishClock}
+        connections:
+          - Tick.tick -> Clock.execIn
+          - Time.simulationTime -> Split.time
+          - Split.milliseconds -> Clock.timeStamp
+        """,
+        RecordingWorld((1, 8)),
+    )
+    playing.tick(9)
+    assert [message.clock.sec for message in playing.published("/clock")] == [125, 250, 375, 500, 625, 750, 875, 0, 125]
+
+
+# IsaacRealTimeFactor
+
+
+def factors(*wall_times: float, ticks: int = 1) -> list[float]:
+    """What it reads in ticks that begin at these wall times."""
+    context = RecordingContext()
+    node, found = ready(IsaacRealTimeFactor, context), []
+    for wall_time in wall_times:
+        context.tick(ticks)
+        context.clock.wall_time = wall_time
+        node.compute()
+        found.append(node.rtf)
+    return found
+
+
+def test_the_factor_compares_simulation_with_the_wall_clock() -> None:
+    assert factors(100.0, 100.5, 102.5, ticks=60) == pytest.approx([0.0, 2.0, 0.5])
+
+
+def test_the_factor_is_kept_while_a_clock_stands_still_or_is_set_back() -> None:
+    assert factors(100.0, 100.5, 100.5, 90.0, 91.0, ticks=60) == pytest.approx([0.0, 2.0, 2.0, 2.0, 1.0])
+
+
+def test_in_a_tick_of_several_steps_the_factor_is_that_of_whole_ticks() -> None:
+    # The wall clock is read once a tick; four steps of 1/60 s a tick, whose wall clock goes on by 1/15 s.
+    walls = [10.0 + tick / 15 for tick in range(4) for _ in range(4)]
+    assert factors(*walls)[4:] == pytest.approx([1.0] * 12)
+
+
+def test_reading_twice_in_a_tick_changes_nothing() -> None:
+    context = RecordingContext()
+    node = ready(IsaacRealTimeFactor, context)
+    for wall_time in (1.0, 1.5):
+        context.tick(60)
+        context.clock.wall_time = wall_time
+        for _ in range(2):
+            node.compute()
+    assert node.rtf == pytest.approx(2.0)

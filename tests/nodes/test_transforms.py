@@ -1,4 +1,4 @@
-"""IsaacComputeTransformTree, the two publishers of TF, and RobotStatePublisher."""
+"""IsaacReadWorldPose, IsaacComputeTransformTree, the two publishers of TF, and RobotStatePublisher."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from graphengine.context import Quaternion, Vector3
 from graphengine.diagnostics import ContextError, PrimError
 from graphengine.testing import RecordingContext
-from nodes.core.transforms import IsaacComputeTransformTree
+from nodes.core.transforms import IsaacComputeTransformTree, IsaacReadWorldPose
 from nodes.ros2.transforms import RobotStatePublisher, ROS2PublishRawTransformTree, ROS2PublishTransformTree
 from tests.nodes.harness import Player, dd100, matrix, quaternion, ready, vector, yaw
 
@@ -386,3 +386,49 @@ def test_in_a_graph_robot_state_ships_for_any_robot(play: Player) -> None:
     playing.tick()
     topics = {claim.topic for claim in playing.session.services.claims}
     assert topics == {"/dd100_0000/robot_description", "/dd100_0000/tf_static", "/dd100_0000/tf"}
+
+
+# IsaacReadWorldPose
+
+
+@given(carrier=poses, mounted=poses)
+def test_a_world_pose_is_that_of_all_that_carries_the_prim(
+    carrier: tuple[Vector3, Quaternion], mounted: tuple[Vector3, Quaternion]
+) -> None:
+    context = RecordingContext()
+    context.world.add_body("/body", *carrier)
+    context.world.stage.add("/body/mount", "frame", position=mounted[0], orientation=mounted[1])
+    node = ready(IsaacReadWorldPose, context, prim="/body/mount")
+    node.compute()
+    np.testing.assert_allclose(at((node.translation, node.orientation)), at(carrier) @ at(mounted), atol=1e-9)
+    assert node.scale == (1.0, 1.0, 1.0)
+
+
+def test_before_it_is_read_a_world_pose_has_the_references_defaults() -> None:
+    context = RecordingContext()
+    context.world.add_body("/body", (1.0, 2.0, 3.0))
+    node = ready(IsaacReadWorldPose, context, prim="/body")
+    assert (node.translation, node.orientation) == ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+    assert node.scale == (0.0, 0.0, 0.0)
+
+
+def test_in_a_graph_a_world_pose_is_that_of_the_tick(play: Player) -> None:
+    world = dd100()
+    playing = play.graph(
+        """
+        nodes: {Tick: OnPlaybackTick, Pose: {type: ReadWorldPose, inputs: {prim: /dd100}}, TF: PublishRawTransformTree}
+        connections: [Tick.tick -> TF.execIn, Pose.translation -> TF.translation, Pose.orientation -> TF.rotation]
+        """,
+        world,
+    )
+    body = world.body(world.stage.find("/dd100"))
+    for x in (1.0, 2.0):
+        body.position = (x, 0.0, 0.0)
+        playing.tick()
+        (transform,) = playing.published("/tf")[-1].transforms
+        assert vector(transform.transform.translation) == (x, 0.0, 0.0)
+
+
+def test_a_pose_of_no_prim_is_refused() -> None:
+    with pytest.raises(PrimError, match="/nowhere"):
+        ready(IsaacReadWorldPose, RecordingContext(), prim="/nowhere")

@@ -1,12 +1,14 @@
-"""Cases of simulation time, stamps, the clock and subscribers."""
+"""Cases of simulation time, physics steps, stamps, the clock and subscribers."""
 
 from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from graphengine.ros import messages
 from graphengine.testing import RecordingContext, RecordingWorld
-from nodes.core.time import IsaacReadSimulationTime
+from nodes.core.time import IsaacReadSimulationTime, IsaacTimeSplitter
 from nodes.ros2.state import ROS2PublishClock
 from nodes.ros2.subscribers import ROS2SubscribeTwist
 from tests.nodes.harness import Player, ready, twist
@@ -101,3 +103,33 @@ def clocks_after_each_execution(case: Case, play: Player) -> Any:
         node.compute()
         sent.append(len(context.transport.raw("/clock")))
     return {"messages after 1st": sent[0], "messages after 2nd": sent[1]}
+
+
+@runs("isaacsim.core.nodes.IsaacTimeSplitter", "double", "float", "int", "int64", "uint64")
+def a_time_is_split(case: Case, play: Player) -> None:
+    given = case["inputs"]
+    held = float(np.float32(given["time"])) if given["type"] == "float" else given["time"]
+    node = IsaacTimeSplitter(time=held)
+    node.compute()
+    assert {name: getattr(node, name) for name in case["expect"]} == case["expect"]
+
+
+@runs("isaacsim.core.nodes.OnPhysicsStep", "fires once per physics step (on-demand graph)")
+def every_step_fires_once(case: Case, play: Player) -> None:
+    playing = play.graph(
+        """
+        runs: physics_step
+        nodes:
+          Step: OnPhysicsStep
+          Other: OnPhysicsStep
+          One: {type: PublishClock, inputs: {topicName: one}}
+          Two: {type: PublishClock, inputs: {topicName: two}}
+        connections: [Step.step -> One.execIn, Other.step -> Two.execIn]
+        """,
+        RecordingWorld(substeps=4),
+    )
+    start = case["inputs"]["cube_size0"]
+    assert case["expect"]["cube size after k steps"] == f"{start} + k"
+    for ticks in range(1, 4):
+        playing.tick()
+        assert start + len(playing.published("/one")) == start + len(playing.published("/two")) == start + 4 * ticks

@@ -1,4 +1,4 @@
-"""Controllers of wheeled bases (`isaacsim.robot.wheeled_robots`)."""
+"""Two driven wheels on one axle, and the lints that compare a controller with the robot it drives."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from graphengine.node import ExecIn, In, Node, Out, State
 from graphengine.registry import lint
 from graphengine.types import Doubles
 from nodes.core.articulation import IsaacArticulationController
+from nodes.wheeled_robots.limits import limited, ramped
 
 if TYPE_CHECKING:
     from graphengine.check import LintContext
@@ -52,25 +53,18 @@ class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.Different
             raise ValueError(
                 f"acceleration limits need dt > 0, it is {self.dt:g}; wire deltaSeconds of OnPlaybackTick to it"
             )
-        linear = _limit(self.linear_velocity, abs(self.max_linear_speed))
-        angular = _limit(self.angular_velocity, abs(self.max_angular_speed))
+        linear = limited(self.linear_velocity, abs(self.max_linear_speed))
+        angular = limited(self.angular_velocity, abs(self.max_angular_speed))
         if self.max_acceleration and self.max_deceleration:
             faster = abs(linear) > abs(self.previous_linear) and linear * self.previous_linear >= 0.0
             slope = abs(self.max_acceleration if faster else self.max_deceleration)
-            linear = self.previous_linear + _limit(linear - self.previous_linear, slope * self.dt)
-        if self.max_angular_acceleration:
-            step = abs(self.max_angular_acceleration) * self.dt
-            angular = self.previous_angular + _limit(angular - self.previous_angular, step)
+            linear = ramped(self.previous_linear, linear, slope, self.dt)
+        angular = ramped(self.previous_angular, angular, abs(self.max_angular_acceleration), self.dt)
         self.previous_linear, self.previous_angular = linear, angular
         limit = abs(self.max_wheel_speed)
         left = (2.0 * linear - angular * distance) / (2.0 * radius)
         right = (2.0 * linear + angular * distance) / (2.0 * radius)
-        self.velocity_command = np.array((_limit(left, limit), _limit(right, limit)))
-
-
-def _limit(value: float, limit: float) -> float:
-    """Within plus and minus the limit; 0 is no limit."""
-    return value if limit == 0.0 else min(max(value, -limit), limit)
+        self.velocity_command = np.array((limited(left, limit), limited(right, limit)))
 
 
 TOLERANCE = 0.01

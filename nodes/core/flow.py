@@ -1,0 +1,75 @@
+"""What fires, and how often (`isaacsim.core.nodes`)."""
+
+from __future__ import annotations
+
+import math
+
+from graphengine.context import Clock, Context
+from graphengine.diagnostics import ContextError
+from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out, State
+from graphengine.types import UInt
+
+
+class OnPhysicsStep(Node, type="isaacsim.core.nodes.OnPhysicsStep"):
+    """Fires after every physics step, in a graph with `runs: physics_step`."""
+
+    step = ExecOut(doc="fires after every physics step")
+    delta_simulation_time: float = Out(unit="s", doc="of a physics step")
+    delta_system_time: float = Out(
+        unit="s", doc="of the wall clock, which is read once a tick: since the last tick at a tick's first step, else 0"
+    )
+
+    clock: Clock = State()
+    last_wall_time: float = State(default=math.nan)
+
+    def setup(self, context: Context) -> None:
+        """Bind the clock, which counts physics steps.
+
+        Raises:
+            ContextError: the graph runs once a tick.
+        """
+        if context.runs != "physics_step":
+            raise ContextError(
+                "it fires in graphs that run at every physics step, and this one runs once a tick",
+                None,
+                "write `runs: physics_step` into the graph file, or use OnPlaybackTick",
+            )
+        self.clock = context.clock
+
+    def compute(self) -> None:
+        """Read the clock."""
+        now = self.clock.wall_time
+        self.delta_simulation_time = self.clock.delta
+        self.delta_system_time = now - self.last_wall_time if self.last_wall_time == self.last_wall_time else 0.0
+        self.last_wall_time = now
+
+
+class IsaacSimulationGate(Node, type="isaacsim.core.nodes.IsaacSimulationGate", gated=True, counts=True):
+    """Fires at every n-th execution since play; with 0 never."""
+
+    exec_in = ExecIn()
+    step: UInt = In(default=1, doc="n; the first to fire is execution n")
+    exec_out = ExecOut()
+
+    executions: int = State(default=0)
+
+    def compute(self) -> Fire:
+        """Count."""
+        self.executions += 1
+        return self.exec_out if self.step and self.executions % self.step == 0 else None
+
+
+class OgnIsaacRunOneSimulationFrame(Node, type="isaacsim.core.nodes.OgnIsaacRunOneSimulationFrame", gated=True):
+    """Fires the first time it runs after play, and then no more."""
+
+    exec_in = ExecIn()
+    step = ExecOut(doc="fires once after play")
+
+    done: bool = State(default=False)
+
+    def compute(self) -> Fire:
+        """Fire once."""
+        if self.done:
+            return None
+        self.done = True
+        return self.step

@@ -1,0 +1,102 @@
+"""Sensors of the physics (`isaacsim.sensors.physics`)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from graphengine.context import Articulation, Clock, ContactSensor, Context, Imu
+from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out, State
+from graphengine.types import Doubles, Float, Quaterniond, Target, Tokens, UChars, Vector3d
+
+
+class IsaacReadIMU(Node, type="isaacsim.sensors.physics.IsaacReadIMU", gated=True):
+    """What an inertial unit measured; fires once for each of its samples.
+
+    Acceleration and angular velocity are means since the sample before, in the sensor's frame; orientation is that at the
+    sample's time. A graph that runs at every physics step gets samples of a unit that is faster than ticks.
+    """
+
+    exec_in = ExecIn()
+    imu_prim: Target = In(required=True, setup=True, doc="prim of the inertial unit")
+    use_latest_data: bool = In(default=False, doc="without effect, as in the reference")
+    read_gravity: bool = In(default=True, doc="whether linAcc has what gravity adds to an accelerometer")
+    exec_out = ExecOut()
+    sensor_time: Float = Out(unit="s", doc="simulation time of the sample")
+    lin_acc: Vector3d = Out(unit="m/s2", doc="at rest and upright (0, 0, 9.81), without gravity 0")
+    ang_vel: Vector3d = Out(unit="rad/s")
+    orientation: Quaterniond = Out(default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w), of the sensor in the world frame")
+
+    imu: Imu = State()
+    last: int = State(default=-1)
+
+    def setup(self, context: Context) -> None:
+        """Bind the unit."""
+        self.imu = context.imu(self.imu_prim[0])
+
+    def compute(self) -> Fire:
+        """Hand on the newest sample, if it was not yet."""
+        sample = self.imu.sample()
+        if sample.index == self.last:
+            return None
+        self.last = sample.index
+        x, y, z = sample.linear_acceleration
+        u, v, w = sample.gravity if self.read_gravity else (0.0, 0.0, 0.0)
+        self.lin_acc = (x + u, y + v, z + w)
+        self.sensor_time, self.ang_vel, self.orientation = sample.time, sample.angular_velocity, sample.orientation
+        return self.exec_out
+
+
+class IsaacReadContactSensor(Node, type="isaacsim.sensors.physics.IsaacReadContactSensor"):
+    """What a contact sensor feels: the mean force of the tick, or of the physics step in a graph that runs at each."""
+
+    exec_in = ExecIn()
+    cs_prim: Target = In(required=True, setup=True, doc="prim of the contact sensor")
+    use_latest_data: bool = In(default=False, doc="without effect, as in the reference")
+    exec_out = ExecOut()
+    sensor_time: Float = Out(default=0.0, unit="s", doc="simulation time of the reading")
+    in_contact: bool = Out(default=False, doc="whether the force reaches the sensor's threshold")
+    value: Float = Out(default=0.0, unit="N", doc="magnitude of the sum of all forces")
+
+    sensor: ContactSensor = State()
+
+    def setup(self, context: Context) -> None:
+        """Bind the sensor."""
+        self.sensor = context.contact_sensor(self.cs_prim[0])
+
+    def compute(self) -> None:
+        """Read the sensor."""
+        reading = self.sensor.reading()
+        self.sensor_time, self.in_contact, self.value = reading.time, reading.in_contact, reading.force
+
+
+class IsaacReadJointState(Node, type="isaacsim.sensors.physics.IsaacReadJointState"):
+    """The state of all joints of a robot, for ROS2PublishJointState; by their own names, without `isaac:nameOverride`."""
+
+    exec_in = ExecIn()
+    prim: Target = In(required=True, setup=True, doc="prim that stands for the robot")
+    exec_out = ExecOut()
+    sensor_time: Float = Out(unit="s", doc="simulation time of the reading")
+    joint_names: Tokens = Out(doc="in the articulation's order")
+    joint_positions: Doubles = Out(unit="rad, m")
+    joint_velocities: Doubles = Out(unit="rad/s, m/s")
+    joint_efforts: Doubles = Out(unit="N m, N", doc="what drives and commanded efforts exert")
+    joint_dof_types: UChars = Out(doc="0 for a joint that turns, 1 for one that slides")
+    stage_meters_per_unit: Float = Out(default=0.0, unit="m", doc="length of a stage unit; once it is read always 1")
+
+    articulation: Articulation = State()
+    clock: Clock = State()
+    dof_types: UChars = State()
+
+    def setup(self, context: Context) -> None:
+        """Bind the robot."""
+        self.articulation, self.clock = context.articulation(self.prim[0]), context.clock
+        self.dof_types = np.array(self.articulation.prismatic, np.uint8)
+
+    def compute(self) -> None:
+        """Read the joints."""
+        robot = self.articulation
+        self.sensor_time = self.clock.time
+        self.joint_names, self.joint_dof_types = robot.joint_names, self.dof_types
+        self.joint_positions, self.joint_velocities = robot.positions(), robot.velocities()
+        self.joint_efforts = robot.efforts()
+        self.stage_meters_per_unit = 1.0

@@ -1,0 +1,129 @@
+"""The helper that publishes a camera for as long as the simulation plays."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.context import Camera, Context, Picture, Publisher
+from graphengine.diagnostics import ContextError, listing
+from graphengine.node import In, State
+from graphengine.ros import messages
+from graphengine.types import Float2, String, Token
+from nodes.ros2.helper import SensorHelper
+from nodes.ros2.image import image
+from nodes.ros2.point_cloud import point_cloud
+
+_TYPES = (
+    "rgb",
+    "rgb_h264",
+    "depth",
+    "depth_pcl",
+    "instance_segmentation",
+    "semantic_segmentation",
+    "bbox_2d_tight",
+    "bbox_2d_loose",
+    "bbox_3d",
+)
+_SEGMENTATIONS = ("instance_segmentation", "semantic_segmentation")
+_MESSAGES = {"rgb": "Image", "depth": "Image", "depth_pcl": "PointCloud2", **dict.fromkeys(_SEGMENTATIONS, "Image")}
+"""The message of each type that is available."""
+
+
+class ROS2CameraHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper"):
+    """Publishes what a camera sees as Image or PointCloud2, from its first execution until stop.
+
+    `rgb` is rgb8; `depth` is the distance along the optical axis in m, 32FC1, inf where nothing was seen; `depth_pcl` is the
+    same as points in the optical frame; both segmentations are the number of the prim seen, 32SC1, 0 for none. A picture is
+    delivered some ticks after it was captured and bears the time of the capture. One that nobody wants is not drawn.
+    """
+
+    frame_id: String = In(default="sim_camera", setup=True, doc="the camera's optical frame")
+    topic_name: String = In(default="rgb", setup=True)
+    type_in: Token = In(
+        default="rgb", name="type", setup=True, tokens=_TYPES, doc=f"available are {', '.join(_MESSAGES)}"
+    )
+    enable_semantic_labels: bool = In(
+        default=False, setup=True, doc="with a segmentation, publish the prim of each number"
+    )
+    semantic_labels_topic_name: String = In(default="semantic_labels", setup=True)
+    stereo_offset: Float2 = In(default=(0.0, 0.0), doc="no effect: ROS2CameraInfoHelper knows where both cameras are")
+    srtx_compression_type: String = In(default="hevc", doc="no effect: pictures are not compressed")
+
+    camera: Camera = State()
+    publisher: Publisher = State()
+    labels: Publisher | None = State()
+
+    def setup(self, context: Context) -> None:
+        """Bind the camera and open the topics."""
+        if self.type_in not in _MESSAGES:
+            available = listing(_MESSAGES, "available types")
+            raise ContextError(f"pictures of type {self.type_in!r} are not available", self.type_in, available)
+        super().setup(context)
+        self.camera = context.camera(self.render_product_path)
+        kind = f"sensor_msgs/msg/{_MESSAGES[self.type_in]}"
+        self.publisher = self.open_for(context, self.camera, kind, self.topic_name, frame_id=self.frame_id)
+        self.labels = None
+        if self.enable_semantic_labels and self.type_in in _SEGMENTATIONS:
+            topic = self.semantic_labels_topic_name
+            self.labels = self.open_for(context, self.camera, "std_msgs/msg/String", topic)
+        elif self.enable_semantic_labels:
+            context.log("warning", f"enableSemanticLabels has no effect: {self.type_in} has no labels")
+
+    def update(self) -> None:
+        """Ask for the picture of this tick, and publish the one that is delivered in it, if anybody wants it."""
+        labels = self.labels if self.labels is not None and self.labels.wanted else None
+        if not self.publisher.wanted and labels is None:
+            return
+        if self.camera.due:
+            self.camera.request(segmentation=self.type_in in _SEGMENTATIONS)
+        picture = self.camera.delivered()
+        if picture is None or self.left_out(picture.index):
+            return
+        header = messages.header(self.stamp(picture.time), self.frame_id)
+        if self.publisher.wanted:
+            message = self.message(header, picture)
+            if message is not None:
+                self.publisher.publish(message)
+        if labels is not None:
+            labels.publish(messages.String(self.labels_text(header.stamp)))
+
+    def message(self, header: messages.Header, picture: Picture) -> messages.Image | messages.PointCloud2 | None:
+        """The message of the helper's type; None where the picture was asked for without a segmentation."""
+        height, width = picture.depth.shape
+        if self.type_in == "rgb":
+            return image(header, "rgb8", (width, height), np.ascontiguousarray(picture.rgb))
+        if self.type_in == "depth":
+            return image(header, "32FC1", (width, height), np.ascontiguousarray(picture.depth, "<f4"))
+        if self.type_in == "depth_pcl":
+            return point_cloud(header, points_of(picture.depth, self.camera.intrinsics))
+        if picture.segmentation is None:
+            return None
+        return image(header, "32SC1", (width, height), np.ascontiguousarray(picture.segmentation, "<i4"))
+
+    def labels_text(self, stamp: messages.Time) -> str:
+        """The prim of each number, and the picture's time, as JSON."""
+        classes: dict[str, Any] = {"0": {"class": "BACKGROUND"}}
+        classes |= {str(number): {"class": path} for number, path in self.camera.labels.items()}
+        return json.dumps({**classes, "time_stamp": {"sec": stamp.sec, "nanosec": stamp.nanosec}})
+
+
+def points_of(depth: NDArray[np.float32], intrinsics: tuple[float, float, float, float]) -> NDArray[np.float32]:
+    """What a depth image saw as points in the camera's optical frame, m, shape (n, 3), row after row.
+
+    The optical frame has x to the right, y down and z ahead: a pixel (u, v) of depth z is z ((u - cx) / fx, (v - cy) / fy, 1).
+
+    Args:
+        depth: along the optical axis, m, not finite where nothing was seen.
+        intrinsics: fx, fy, cx, cy in pixels.
+    """
+    fx, fy, cx, cy = intrinsics
+    height, width = depth.shape
+    right = ((np.arange(width) - cx) / fx).astype(np.float32)
+    down = ((np.arange(height) - cy) / fy).astype(np.float32)
+    seen = np.isfinite(depth)
+    with np.errstate(invalid="ignore"):  # 0 times inf, and then not taken
+        return np.stack([(depth * right)[seen], (depth * down[:, None])[seen], depth[seen]], axis=1)

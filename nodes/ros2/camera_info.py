@@ -1,0 +1,173 @@
+"""CameraInfo: how a camera projects points into its picture."""
+
+from __future__ import annotations
+
+import functools
+from collections import deque
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.context import Camera, Context, Publisher
+from graphengine.diagnostics import ContextError
+from graphengine.node import In, State
+from graphengine.ros import messages
+from graphengine.types import Doubles, Floats, String, Token, UInt
+from nodes.ros2.helper import SensorHelper
+from nodes.ros2.publisher import SensorPublisher
+
+_WHOLE = messages.RegionOfInterest(0, 0, 0, 0, False)
+"""Zeros say that the picture is all of the sensor."""
+_NO_DISTORTION = np.zeros(5)
+_NO_DISTORTION.setflags(write=False)
+_PARALLEL = 1e-3
+"""How far two optical axes of a stereo pair may be from parallel, rad: a pixel at a focal length of 1000 pixels."""
+_ROUNDING = 1e-9  # of t * rate: sample n belongs to the first tick at or after n / rate
+
+Matrices = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+
+
+class ROS2PublishCameraInfo(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishCameraInfo"):
+    """Publishes matrices and distortion as sensor_msgs/CameraInfo; matrices that are not given are zero."""
+
+    message_type: ClassVar[str] = "sensor_msgs/msg/CameraInfo"
+
+    frame_id: String = In(default="sim_camera", setup=True)
+    topic_name: String = In(default="camera_info", setup=True)
+    width: UInt = In(default=0, unit="pixel")
+    height: UInt = In(default=0, unit="pixel")
+    projection_type: Token = In(default="", doc="stands in for physicalDistortionModel, without coefficients")
+    k: Doubles = In(doc="9 numbers row by row: focal lengths and optical axis, pixels")
+    r: Doubles = In(doc="9 numbers row by row: rotation that makes a stereo pair's rows the same")
+    p: Doubles = In(doc="12 numbers row by row: projection of points in the rectified frame")
+    physical_distortion_model: Token = In(default="", doc="such as plumb_bob or rational_polynomial")
+    physical_distortion_coefficients: Floats = In()
+
+    def message(self) -> messages.CameraInfo:
+        """What the ports say."""
+        model, coefficients = self.physical_distortion_model, self.physical_distortion_coefficients
+        matrices = _matrix("k", self.k, 9), _matrix("r", self.r, 9), _matrix("p", self.p, 12)
+        if not model:
+            model, coefficients = self.projection_type, coefficients[:0]
+        size = (self.width, self.height)
+        return camera_info(self.header(), size, model, coefficients.astype(np.float64), matrices)
+
+
+def _matrix(name: str, given: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    if len(given) not in (0, count):
+        raise ValueError(f"{name} has {len(given)} numbers, not {count}")
+    return given if len(given) else np.zeros(count)
+
+
+def camera_info(
+    header: messages.Header, size: tuple[int, int], model: str, distortion: NDArray[np.float64], matrices: Matrices
+) -> messages.CameraInfo:
+    """The message of a whole picture without binning; matrices are K, R and P."""
+    k, r, p = matrices
+    return messages.CameraInfo(header, size[1], size[0], model, distortion, k, r, p, 0, 0, _WHOLE)
+
+
+@functools.lru_cache(maxsize=64)
+def pinhole_matrices(intrinsics: tuple[float, float, float, float], baseline: float = 0.0) -> Matrices:
+    """K, R and P of a pinhole camera whose picture is rectified as it is; messages share them.
+
+    Args:
+        intrinsics: fx, fy, cx, cy in pixels.
+        baseline: of the right camera of a stereo pair, how far it is to the right of the left one, m.
+    """
+    fx, fy, cx, cy = intrinsics
+    k = np.array([fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0])
+    p = np.array([fx, 0.0, cx, -fx * baseline, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0])
+    matrices = k, np.eye(3).ravel(), p
+    for matrix in matrices:
+        matrix.setflags(write=False)
+    return matrices
+
+
+@dataclass(frozen=True, slots=True)
+class Eye:
+    """A camera whose calibration is published, how far it is to the right of the other one, and where to."""
+
+    camera: Camera
+    baseline: float
+    publisher: Publisher
+    frame_id: str
+
+
+class ROS2CameraInfoHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraInfoHelper"):
+    """Publishes the calibration of a camera, or of a stereo pair, as CameraInfo with each of its pictures.
+
+    A message goes out in the tick, and with the stamp, of the picture it belongs to, whether or not anybody has that drawn.
+    Cameras are pinholes without distortion and with square pixels. Those of a pair have parallel axes and stand side by side,
+    so their pictures are rectified as they are: R is 1, and P of the right one has -fx times the distance between them.
+    """
+
+    frame_id: String = In(default="sim_camera", setup=True, doc="the camera's optical frame; the left one's of a pair")
+    topic_name: String = In(default="camera_info", setup=True)
+    frame_id_right: String = In(default="sim_camera_right", setup=True)
+    topic_name_right: String = In(default="camera_info_right", setup=True)
+    render_product_path_right: Token = In(default="", setup=True, doc="of the right camera of a stereo pair")
+
+    eyes: tuple[Eye, ...] = State()
+    captured: deque[tuple[int, float]] = State(factory=deque)
+
+    def setup(self, context: Context) -> None:
+        """Bind the cameras and open the topics."""
+        super().setup(context)
+        left = context.camera(self.render_product_path)
+        self.eyes = (self.eye(context, left, 0.0, self.topic_name, self.frame_id),)
+        if self.render_product_path_right:
+            right = context.camera(self.render_product_path_right)
+            baseline = self.baseline(context, left, right)
+            self.eyes += (self.eye(context, right, baseline, self.topic_name_right, self.frame_id_right),)
+
+    def eye(self, context: Context, camera: Camera, baseline: float, topic: str, frame_id: str) -> Eye:
+        """A camera with its topic."""
+        publisher = self.open_for(context, camera, "sensor_msgs/msg/CameraInfo", topic, frame_id=frame_id)
+        return Eye(camera, baseline, publisher, frame_id)
+
+    def baseline(self, context: Context, left: Camera, right: Camera) -> float:
+        """How far the right camera is to the right of the left one, m.
+
+        Raises:
+            ContextError: the two are no rectified pair.
+        """
+        pair, path = f"{left.prim_path} and {right.prim_path}", self.render_product_path_right
+        if (left.size, left.intrinsics, left.rate) != (right.size, right.intrinsics, right.rate):
+            raise ContextError(f"{pair} differ in size, lens or rate", path, "the cameras of a stereo pair are alike")
+        (link,) = context.transform_tree([right.prim_path], left.prim_path)
+        if link.fixed is None:
+            raise ContextError(f"{pair} move against each other", path, "a stereo pair is mounted on one body")
+        (x, y, z), (qx, qy, qz, _) = link.fixed
+        if max(abs(qx), abs(qy), abs(qz)) > _PARALLEL / 2 or max(abs(y), abs(z)) > _PARALLEL * abs(x):
+            legal = "the axes have to be parallel, and the cameras side by side"
+            raise ContextError(f"{pair} are no rectified stereo pair", path, legal)
+        if x <= 0.0:
+            raise ContextError(f"{right.prim_path} is not to the right of {left.prim_path}", path, "exchange the two")
+        return x
+
+    def compute(self) -> None:
+        """Begin, or end, to publish."""
+        super().compute()
+        if not self.enabled:
+            self.captured.clear()
+
+    def update(self) -> None:
+        """Publish the calibration of the picture whose turn it is, if anybody wants it."""
+        camera, clock = self.eyes[0].camera, self.clock
+        if camera.due and not self.left_out(int(clock.time * camera.rate + _ROUNDING)):
+            self.captured.append((clock.frame + camera.latency, clock.time))
+        if not self.captured or self.captured[0][0] > clock.frame:
+            return
+        _, time = self.captured.popleft()
+        for eye in self.eyes:
+            if eye.publisher.wanted:
+                eye.publisher.publish(self.message(eye, time))
+
+    def message(self, eye: Eye, time: float) -> messages.CameraInfo:
+        """The calibration of one camera, with the time of a picture."""
+        header = messages.header(self.stamp(time), eye.frame_id)
+        matrices = pinhole_matrices(eye.camera.intrinsics, eye.baseline)
+        return camera_info(header, eye.camera.size, "plumb_bob", _NO_DISTORTION, matrices)

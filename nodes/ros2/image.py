@@ -1,0 +1,56 @@
+"""Image: rows of pixels, whose encoding says what a pixel is."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from graphengine.node import In
+from graphengine.ros import messages
+from graphengine.types import Buffer, Int, String, Token, UChars, UInt, UInt64
+from nodes.ros2.publisher import SensorPublisher
+
+PIXEL_BYTES = {"rgb8": 3, "rgba8": 4, "32FC1": 4, "32SC1": 4}
+"""Bytes of a pixel by encoding: colours, a number in single precision, a signed whole number."""
+
+
+def image(header: messages.Header, encoding: str, size: tuple[int, int], pixels: Buffer) -> messages.Image:
+    """An image around a buffer of its pixels, which is not copied.
+
+    Args:
+        header: time and frame.
+        encoding: one of PIXEL_BYTES.
+        size: width and height.
+        pixels: row after row from the upper edge, numbers in little endian.
+
+    Raises:
+        ValueError: the buffer does not have the bytes of such an image.
+    """
+    width, height = size
+    data, step = np.frombuffer(pixels, np.uint8), width * PIXEL_BYTES[encoding]
+    if len(data) != step * height:
+        raise ValueError(f"{width} x {height} pixels of {encoding} are {step * height} bytes, data has {len(data)}")
+    return messages.Image(header, height, width, encoding, 0, step, data)
+
+
+class ROS2PublishImage(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishImage"):
+    """Publishes pixels as sensor_msgs/Image, from an array of bytes or from a buffer."""
+
+    message_type: ClassVar[str] = "sensor_msgs/msg/Image"
+
+    frame_id: String = In(default="sim_camera", setup=True)
+    topic_name: String = In(default="rgb", setup=True)
+    data: UChars = In(doc="pixels, row after row from the upper edge")
+    width: UInt = In(default=0, unit="pixel")
+    height: UInt = In(default=0, unit="pixel")
+    encoding: Token = In(default="rgb8", tokens=tuple(PIXEL_BYTES), doc="what a pixel is")
+    data_ptr: Buffer = In(default=0, doc="pixels, where no array is given")
+    cuda_device_index: Int = In(default=-1, doc="no effect: buffers are in the host's memory")
+    buffer_size: UInt = In(default=0, doc="no effect: a buffer knows its size")
+    format: UInt64 = In(default=0, doc="no effect: encoding tells")
+
+    def message(self) -> messages.Image:
+        """The pixels."""
+        pixels = self.data_ptr if not len(self.data) and not isinstance(self.data_ptr, int) else self.data
+        return image(self.header(), self.encoding, (self.width, self.height), pixels)

@@ -1,0 +1,49 @@
+"""Imu: what an inertial unit measured."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from graphengine.node import In
+from graphengine.ros import messages
+from graphengine.types import Quaterniond, String, Vector3d
+from nodes.ros2.publisher import SensorPublisher
+
+_KNOWN, _ABSENT = np.zeros(9), np.array([-1.0, *[0.0] * 8])
+"""Covariances of what was measured, without saying how well, and of what was not, as sensor_msgs/Imu defines it."""
+_KNOWN.setflags(write=False)
+_ABSENT.setflags(write=False)
+
+
+class ROS2PublishImu(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishImu"):
+    """Publishes a reading as sensor_msgs/Imu; what is left out is zero and has -1 for the first number of its covariance."""
+
+    message_type: ClassVar[str] = "sensor_msgs/msg/Imu"
+
+    frame_id: String = In(default="sim_imu", setup=True)
+    topic_name: String = In(default="imu", setup=True)
+    publish_orientation: bool = In(default=True)
+    publish_linear_acceleration: bool = In(default=True)
+    publish_angular_velocity: bool = In(default=True)
+    orientation: Quaterniond = In(default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w)")
+    linear_acceleration: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m/s2", doc="in the sensor's frame")
+    angular_velocity: Vector3d = In(default=(0.0, 0.0, 0.0), unit="rad/s", doc="in the sensor's frame")
+
+    def message(self) -> messages.Imu:
+        """The reading."""
+        turned, accelerates, turns = (
+            self.publish_orientation,
+            self.publish_linear_acceleration,
+            self.publish_angular_velocity,
+        )
+        return messages.Imu(
+            self.header(),
+            messages.Quaternion(*(self.orientation if turned else (0.0, 0.0, 0.0, 0.0))),
+            _KNOWN if turned else _ABSENT,
+            messages.Vector3(*(self.angular_velocity if turns else (0.0, 0.0, 0.0))),
+            _KNOWN if turns else _ABSENT,
+            messages.Vector3(*(self.linear_acceleration if accelerates else (0.0, 0.0, 0.0))),
+            _KNOWN if accelerates else _ABSENT,
+        )

@@ -1,0 +1,180 @@
+"""PointCloud2: points and what is known of each, packed one point after another."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.node import In
+from graphengine.ros import messages
+from graphengine.types import Buffer, Float, Float3, Int, Point3fs, String, UChar, UInt, UInt64, UInts
+from nodes.ros2.publisher import SensorPublisher
+
+METADATA: dict[str, list[Any]] = {
+    "Intensity": [("intensity", "<f4")],
+    "Timestamp": [("timestamp", "<u4", (2,))],
+    "EmitterId": [("emitter_id", "<u4")],
+    "ChannelId": [("channel_id", "<u4")],
+    "MaterialId": [("material_id", "<u4")],
+    "TickId": [("tick_id", "<u4")],
+    "HitNormal": [("nx", "<f4"), ("ny", "<f4"), ("nz", "<f4")],
+    "Velocity": [("vx", "<f4"), ("vy", "<f4"), ("vz", "<f4")],
+    "ObjectId": [("object_id", "<u4", (4,))],
+    "EchoId": [("echo_id", "u1")],
+    "TickState": [("tick_state", "u1")],
+    "RadialVelocityMS": [("radial_velocity_ms", "<f4")],
+}
+"""Fields of a point after x, y and z, in this order. A timestamp is nanoseconds, the low half first."""
+
+_DATATYPES = {"f4": 7, "u4": 6, "u1": 2}
+"""Numbers of sensor_msgs/PointField."""
+
+
+@functools.cache
+def layout(metadata: tuple[str, ...]) -> tuple[np.dtype[Any], list[messages.PointField]]:
+    """How one point with that metadata is packed, and how messages say so; they share it."""
+    extra = [field for name in metadata for field in METADATA[name]]
+    packed = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), *extra])
+    fields = []
+    for name, (kind, offset, *_) in (packed.fields or {}).items():
+        datatype = _DATATYPES[kind.base.str[1:]]
+        fields.append(messages.PointField(name, offset, datatype, int(np.prod(kind.shape, dtype=int))))
+    return packed, fields
+
+
+def point_cloud(
+    header: messages.Header, positions: NDArray[np.floating[Any]], metadata: Mapping[str, Buffer] | None = None
+) -> messages.PointCloud2:
+    """A cloud of one row.
+
+    Args:
+        header: time and frame.
+        positions: in that frame, m, shape (n, 3).
+        metadata: by names of METADATA, buffers with one packed record a point.
+
+    Raises:
+        ValueError: a buffer has another number of records.
+    """
+    given = metadata or {}
+    names = tuple(name for name in METADATA if name in given)
+    packed, fields = layout(names)
+    if names:
+        points = np.empty(len(positions), packed)
+        points["x"], points["y"], points["z"] = positions.T
+        for name in names:
+            _fill(points, name, given[name])
+        data = points.view(np.uint8)
+    else:
+        data = np.ascontiguousarray(positions, "<f4").reshape(-1).view(np.uint8)
+    step = packed.itemsize
+    return messages.PointCloud2(header, 1, len(positions), fields, False, step, len(data), data, True)
+
+
+def _fill(points: NDArray[Any], name: str, buffer: Buffer) -> None:
+    records = np.frombuffer(buffer, np.dtype(METADATA[name]))
+    if len(records) != len(points):
+        raise ValueError(f"{name} has {len(records)} records for {len(points)} points")
+    for field in records.dtype.names or ():
+        points[field] = records[field]
+
+
+class ROS2PublishPointCloud(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishPointCloud"):
+    """Publishes points as sensor_msgs/PointCloud2.
+
+    Points come as an array or as a buffer of x, y, z in single precision. Each kind of metadata that is put out comes as a
+    buffer of one record a point; its data type and size are known, so the ports that tell them have no effect.
+    """
+
+    message_type: ClassVar[str] = "sensor_msgs/msg/PointCloud2"
+
+    frame_id: String = In(default="sim_lidar", setup=True)
+    topic_name: String = In(default="point_cloud", setup=True)
+    output_intensity: bool = In(default=False)
+    output_timestamp: bool = In(default=False)
+    output_emitter_id: bool = In(default=False)
+    output_channel_id: bool = In(default=False)
+    output_material_id: bool = In(default=False)
+    output_tick_id: bool = In(default=False)
+    output_hit_normal: bool = In(default=False)
+    output_velocity: bool = In(default=False)
+    output_object_id: bool = In(default=False)
+    output_echo_id: bool = In(default=False)
+    output_tick_state: bool = In(default=False)
+    output_radial_velocity_ms: bool = In(default=False, name="outputRadialVelocityMS")
+    data_ptr: Buffer = In(default=0, doc="points, where no array is given")
+    data: Point3fs = In(unit="m", doc="points in the frame")
+    cuda_device_index: Int = In(default=-1, doc="no effect: buffers are in the host's memory")
+    buffer_size: UInt = In(default=0)
+    intensity_ptr: Buffer = In(default=0, doc="float32, 0 to 255")
+    intensity_data_type: Float = In(default=0.0)
+    intensity_buffer_size: UInt64 = In(default=0)
+    timestamp_ptr: Buffer = In(default=0, unit="ns", doc="uint64")
+    timestamp_data_type: UInt64 = In(default=8)
+    timestamp_buffer_size: UInt64 = In(default=0)
+    emitter_id_ptr: Buffer = In(default=0, doc="uint32")
+    emitter_id_data_type: UInt = In(default=0)
+    emitter_id_buffer_size: UInt64 = In(default=0)
+    channel_id_ptr: Buffer = In(default=0, doc="uint32")
+    channel_id_data_type: UInt = In(default=0)
+    channel_id_buffer_size: UInt64 = In(default=0)
+    material_id_ptr: Buffer = In(default=0, doc="uint32")
+    material_id_data_type: UInt = In(default=0)
+    material_id_buffer_size: UInt64 = In(default=0)
+    tick_id_ptr: Buffer = In(default=0, doc="uint32")
+    tick_id_data_type: UInt = In(default=0)
+    tick_id_buffer_size: UInt64 = In(default=0)
+    hit_normal_ptr: Buffer = In(default=0, doc="3 float32")
+    hit_normal_data_type: Float3 = In(default=(0.0, 0.0, 0.0))
+    hit_normal_buffer_size: UInt64 = In(default=0)
+    velocity_ptr: Buffer = In(default=0, unit="m/s", doc="3 float32")
+    velocity_data_type: Float3 = In(default=(0.0, 0.0, 0.0), unit="m/s")
+    velocity_buffer_size: UInt64 = In(default=0)
+    object_id_ptr: Buffer = In(default=0, doc="4 uint32")
+    object_id_data_type: UInts = In(default=np.zeros(4, np.uint32))
+    object_id_buffer_size: UInt64 = In(default=0)
+    echo_id_ptr: Buffer = In(default=0, doc="uint8")
+    echo_id_data_type: UChar = In(default=0)
+    echo_id_buffer_size: UInt64 = In(default=0)
+    tick_state_ptr: Buffer = In(default=0, doc="uint8")
+    tick_state_data_type: UChar = In(default=0)
+    tick_state_buffer_size: UInt64 = In(default=0)
+    radial_velocity_ms_ptr: Buffer = In(default=0, name="radialVelocityMSPtr", unit="m/s", doc="float32")
+    radial_velocity_ms_data_type: Float = In(default=0.0, name="radialVelocityMSDataType", unit="m/s")
+    radial_velocity_ms_buffer_size: UInt64 = In(default=0, name="radialVelocityMSBufferSize")
+
+    def message(self) -> messages.PointCloud2:
+        """The points, and their metadata."""
+        points = self.data
+        if not len(points) and not isinstance(self.data_ptr, int):
+            points = np.frombuffer(self.data_ptr, "<f4").reshape(-1, 3)
+        return point_cloud(self.header(), points, self.metadata())
+
+    def metadata(self) -> dict[str, Buffer]:
+        """Buffers of the metadata that are put out.
+
+        Raises:
+            ValueError: one was not given.
+        """
+        chosen = {
+            "Intensity": (self.output_intensity, self.intensity_ptr),
+            "Timestamp": (self.output_timestamp, self.timestamp_ptr),
+            "EmitterId": (self.output_emitter_id, self.emitter_id_ptr),
+            "ChannelId": (self.output_channel_id, self.channel_id_ptr),
+            "MaterialId": (self.output_material_id, self.material_id_ptr),
+            "TickId": (self.output_tick_id, self.tick_id_ptr),
+            "HitNormal": (self.output_hit_normal, self.hit_normal_ptr),
+            "Velocity": (self.output_velocity, self.velocity_ptr),
+            "ObjectId": (self.output_object_id, self.object_id_ptr),
+            "EchoId": (self.output_echo_id, self.echo_id_ptr),
+            "TickState": (self.output_tick_state, self.tick_state_ptr),
+            "RadialVelocityMS": (self.output_radial_velocity_ms, self.radial_velocity_ms_ptr),
+        }
+        for name, (wanted, buffer) in chosen.items():
+            if wanted and isinstance(buffer, int):
+                port = name[0].lower() + name[1:]
+                raise ValueError(f"output{name} is set, but no buffer is wired to {port}Ptr")
+        return {name: buffer for name, (wanted, buffer) in chosen.items() if wanted}

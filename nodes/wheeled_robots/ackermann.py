@@ -1,0 +1,82 @@
+"""Four wheels, of which two steer."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
+from graphengine.types import Doubles
+from nodes.wheeled_robots.limits import limited, ramped
+
+
+class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannController"):
+    """Steering angles and speeds with which four wheels roll about one turning centre.
+
+    The steering angle d is that of a bicycle with the same wheel base b. A wheel on the side of the turning centre is at
+    1 - (t / 2b) tan d, one on the other side at 1 + (t / 2b) tan d, of the turning radius, with t the track width; there it rolls
+    at that share of `speed`, and steers by the arc tangent of tan d over that share. A limit of 0 is no limit. Parameters take
+    effect whenever they change.
+    """
+
+    exec_in = ExecIn()
+    acceleration: float = In(default=0.0, unit="m/s2", doc="ramp of the speed; 0 for at once")
+    max_acceleration: float = In(default=0.0, unit="m/s2", doc="most that `acceleration` may be")
+    speed: float = In(default=0.0, unit="m/s", doc="forward, in the middle of the axle that does not steer")
+    steering_angle: float = In(default=0.0, unit="rad", doc="of the bicycle; to the left is positive")
+    max_wheel_rotation: float = In(default=6.28, unit="rad", doc="limit of every steering angle")
+    steering_angle_velocity: float = In(default=0.0, unit="rad/s", doc="ramp of the steering angle; 0 for at once")
+    max_steering_angle_velocity: float = In(default=0.0, unit="rad/s", doc="most that `steeringAngleVelocity` may be")
+    wheel_base: float = In(default=0.0, required=True, unit="m", doc="b, from axle to axle")
+    track_width: float = In(default=0.0, required=True, unit="m", doc="t, from left to right wheel")
+    front_wheel_radius: float = In(default=0.0, required="radius", unit="m", doc="0 for the back wheels'")
+    back_wheel_radius: float = In(default=0.0, required="radius", unit="m", doc="0 for the front wheels'")
+    max_wheel_velocity: float = In(default=0.0, unit="rad/s")
+    invert_steering: bool = In(default=False, doc="the back wheels steer, the other way round")
+    dt: float = In(default=0.0, unit="s", doc="time between two computes; needed for ramps")
+    exec_out = ExecOut()
+    wheel_angles: Doubles = Out(unit="rad", doc="of the wheels that steer: [left, right]")
+    wheel_rotation_velocity: Doubles = Out(unit="rad/s", doc="[front left, front right, back left, back right]")
+
+    previous_speed: float = State(default=0.0)
+    previous_angle: float = State(default=0.0)
+
+    def compute(self) -> None:
+        """Limit, ramp, and share out to the wheels."""
+        base, half_track, front, back = self.geometry()
+        fastest, widest = abs(self.max_wheel_velocity), abs(self.max_wheel_rotation)
+        speed, angle = self.commanded(fastest * max(front, back), widest)
+        self.previous_speed, self.previous_angle = speed, angle
+        slope = math.tan(angle)
+        left, right = 1.0 - half_track / base * slope, 1.0 + half_track / base * slope
+        # Where the turning centre lies between the wheels, the share of one is negative, and it rolls backwards.
+        steered = math.copysign(math.hypot(left, slope), left), math.copysign(math.hypot(right, slope), right)
+        if self.invert_steering:
+            shares = (left / front, right / front, steered[0] / back, steered[1] / back)
+            slope = -slope
+        else:
+            shares = (steered[0] / front, steered[1] / front, left / back, right / back)
+        angles = [math.atan2(math.copysign(1.0, side) * slope, abs(side)) for side in (left, right)]
+        self.wheel_angles = np.array([limited(angle, widest) for angle in angles])
+        self.wheel_rotation_velocity = np.array([limited(speed * share, fastest) for share in shares])
+
+    def geometry(self) -> tuple[float, float, float, float]:
+        """Wheel base, half the track width, radius of the front and of the back wheels."""
+        front, back = abs(self.front_wheel_radius), abs(self.back_wheel_radius)
+        if self.wheel_base == 0.0 or not (front or back):
+            raise ValueError(
+                f"wheelBase and one of frontWheelRadius and backWheelRadius must not be 0, "
+                f"they are {self.wheel_base:g}, {front:g} and {back:g}"
+            )
+        return abs(self.wheel_base), abs(self.track_width) / 2.0, front or back, back or front
+
+    def commanded(self, fastest: float, widest: float) -> tuple[float, float]:
+        """Speed and steering angle of this compute, within limits and on their ramps."""
+        acceleration = limited(abs(self.acceleration), abs(self.max_acceleration))
+        turning = limited(abs(self.steering_angle_velocity), abs(self.max_steering_angle_velocity))
+        if self.dt == 0.0 and (acceleration or turning):
+            raise ValueError("ramps need dt > 0, it is 0; wire deltaSeconds of OnPlaybackTick to it")
+        speed, angle = limited(self.speed, fastest), limited(self.steering_angle, widest)
+        dt = abs(self.dt)
+        return ramped(self.previous_speed, speed, acceleration, dt), ramped(self.previous_angle, angle, turning, dt)

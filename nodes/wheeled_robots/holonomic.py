@@ -1,0 +1,131 @@
+"""Bases on omnidirectional or mecanum wheels."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine import rotation
+from graphengine.context import Vector3
+from graphengine.node import ExecIn, In, Node, Out, State
+from graphengine.types import Double3, Double3s, Double4s, Doubles
+from nodes.wheeled_robots.limits import limited
+
+Floats = NDArray[np.float64]
+
+
+class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicController"):
+    """Wheel speeds whose contributions add up to a body twist (vx, vy, wz).
+
+    A wheel of radius r at p, turning at x, contributes the velocity x r g, and x r (g x p) to the turn; g is its axle, turned by
+    the roller angle about the up axis. Of all speeds that add up to the twist these have the least sum of r x^2. That is the
+    reference's model; it does not ask how wheels roll. With `rolling`, no wheel slips along its rollers' axis: x r (a x up) g =
+    (v + w up x p) g, where a is the axle about which x is positive.
+
+    A limit of 0 is no limit. Parameters take effect whenever they change.
+    """
+
+    exec_in = ExecIn()
+    wheel_radius: Doubles = In(required=True, unit="m", doc="r, one a wheel, or one for all")
+    wheel_positions: Double3s = In(required=True, unit="m", doc="p, from the middle of the base")
+    wheel_orientations: Double4s = In(required=True, doc="(w, x, y, z), relative to the base")
+    mecanum_angles: Doubles = In(required=True, unit="deg", doc="from axle to roller axis, one a wheel, or one for all")
+    wheel_axis: Double3 = In(default=(1.0, 0.0, 0.0), doc="axle in a wheel's frame")
+    up_axis: Double3 = In(default=(0.0, 0.0, 1.0), doc="of the base")
+    input_velocity: Double3 = In(
+        default=(0.0, 0.0, 0.0), unit="m/s, m/s, rad/s", doc="forward, to the left, turning left"
+    )
+    max_linear_speed: float = In(default=100000.0, unit="m/s")
+    max_angular_speed: float = In(default=100000.0, unit="rad/s")
+    max_wheel_speed: float = In(default=100000.0, unit="rad/s", doc="where one would be faster, all are slowed alike")
+    linear_gain: float = In(default=1.0, doc="what vx and vy are multiplied by")
+    angular_gain: float = In(default=1.0, doc="what wz is multiplied by")
+    rolling: bool = In(default=False, extension=True, doc="speeds of wheels that roll without slipping")
+    joint_velocity_command: Doubles = Out(unit="rad/s", doc="one a wheel")
+
+    matrix: Floats | None = State(default=None)
+    matrix_of: tuple[object, ...] = State(default=())
+
+    def compute(self) -> None:
+        """Limit the twist, and share it out to the wheels."""
+        matrix, geometry = self.matrix, self.geometry()
+        if matrix is None or any(one is not other for one, other in zip(geometry, self.matrix_of, strict=True)):
+            matrix = self.matrix = self.wheel_speeds_of_a_twist()
+            self.matrix_of = geometry
+        forward, sideways = self.input_velocity[0] * self.linear_gain, self.input_velocity[1] * self.linear_gain
+        speed = math.hypot(forward, sideways)
+        share = limited(speed, abs(self.max_linear_speed)) / speed if speed else 1.0
+        turning = limited(self.input_velocity[2] * self.angular_gain, abs(self.max_angular_speed))
+        command: Floats = matrix @ (forward * share, sideways * share, turning)
+        fastest = float(np.abs(command).max())
+        if fastest:
+            command *= limited(fastest, abs(self.max_wheel_speed)) / fastest
+        self.joint_velocity_command = command
+
+    def geometry(self) -> tuple[object, ...]:
+        """The inputs that the matrix follows from."""
+        arrays = (self.wheel_radius, self.wheel_positions, self.wheel_orientations, self.mecanum_angles)
+        return (*arrays, self.wheel_axis, self.up_axis, self.rolling)
+
+    def wheel_speeds_of_a_twist(self) -> Floats:
+        """What gives the wheels' speeds when multiplied by (vx, vy, wz), shape (wheels, 3)."""
+        wheels, positions = len(self.wheel_positions), self.wheel_positions
+        if wheels < 3:
+            raise ValueError(f"a base that drives in every direction has 3 wheels or more, wheelPositions has {wheels}")
+        radii = self.one_a_wheel("wheelRadius", self.wheel_radius)[:, None]
+        if not np.all(radii > 0.0):
+            raise ValueError(f"wheelRadius must be above 0, it is {self.wheel_radius.tolist()}")
+        axles, rollers = (np.array(axes) for axes in zip(*self.axes(), strict=True))
+        contributions: Floats = radii * rollers
+        contributions[:, 2] = np.cross(contributions, positions)[:, 2]
+        if np.linalg.matrix_rank(contributions) < 3:
+            raise ValueError("wheels with these axles and roller angles cannot drive in every direction")
+        if self.rolling:
+            return _without_slip(radii, axles, rollers, positions, np.array(_unit("upAxis", self.up_axis)))
+        weighted = contributions / radii
+        least: Floats = weighted @ np.linalg.inv(contributions.T @ weighted)
+        return least
+
+    def axes(self) -> Iterator[tuple[Vector3, Vector3]]:
+        """Of each wheel the axle and its rollers' axis, unit vectors in the base's frame."""
+        angles = self.one_a_wheel("mecanumAngles", self.mecanum_angles).tolist()
+        orientations = self.wheel_orientations.tolist()
+        if len(orientations) != len(angles):
+            raise ValueError(f"wheelOrientations has {len(orientations)} values for {len(angles)} wheels")
+        up = _unit("upAxis", self.up_axis)
+        for angle, orientation in zip(angles, orientations, strict=True):
+            w, x, y, z = _unit("wheelOrientations", orientation)
+            a, b, c = _unit("wheelAxis", self.wheel_axis)
+            axle = rotation.rotate((x, y, z, w), (a, b, c))
+            half = math.radians(angle) / 2
+            i, j, k = (part * math.sin(half) for part in up)
+            yield axle, rotation.rotate((i, j, k, math.cos(half)), axle)
+
+    def one_a_wheel(self, name: str, values: Floats) -> Floats:
+        """An input with a value a wheel, or a single one for all."""
+        wheels = len(self.wheel_positions)
+        if len(values) not in (1, wheels):
+            raise ValueError(f"{name} has {len(values)} values for {wheels} wheels of wheelPositions")
+        return np.broadcast_to(values, wheels)
+
+
+def _without_slip(radii: Floats, axles: Floats, rollers: Floats, positions: Floats, up: Floats) -> Floats:
+    """Speeds of wheels that do not slip along their rollers' axes, for each part of a twist."""
+    grips = radii * np.sum(np.cross(axles, up) * rollers, axis=1, keepdims=True)
+    if np.any(np.abs(grips) < 1e-9 * radii):
+        raise ValueError("rollers along the axle drive nothing: mecanumAngles of 0 or 180 degrees are not legal")
+    paths = np.column_stack([rollers[:, :2], np.cross(positions, rollers) @ up])
+    speeds: Floats = paths / grips
+    return speeds
+
+
+def _unit(name: str, vector: Iterable[float]) -> list[float]:
+    """A vector or quaternion of length 1 in the same direction."""
+    parts = list(vector)
+    length = math.hypot(*parts)
+    if length == 0.0:
+        raise ValueError(f"{name} must not be all zeros")
+    return [part / length for part in parts]

@@ -1,0 +1,402 @@
+"""ROS2CameraHelper: what a camera sees as Image and PointCloud2."""
+
+from __future__ import annotations
+
+import json
+import math
+import struct
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rosbags.typesys import Stores, get_typestore
+
+from graphengine.context import QoS
+from graphengine.diagnostics import ContextError, PrimError
+from graphengine.ros import messages
+from graphengine.testing import RecordingContext
+from nodes.ros2.camera import ROS2CameraHelper, points_of
+from tests.nodes.harness import Player, dd100, read_points, ready
+
+CAMERA = "/robot/Geometry/base_link/Camera"
+INF = math.inf
+SEGMENTATIONS = ("instance_segmentation", "semantic_segmentation")
+TYPES = ("rgb", "depth", "depth_pcl", *SEGMENTATIONS)
+COLOURS = [[[1, 2, 3], [4, 5, 6], [7, 8, 9]], [[10, 11, 12], [13, 14, 15], [16, 17, 18]]]
+"""Two rows of three pixels."""
+DEPTHS = [[1.0, INF, 2.0], [INF, 3.0, 4.5]]
+PRIMS = [[0, 1, 1], [2, 2, 0]]
+
+every_type = pytest.mark.parametrize("kind", TYPES)
+every_segmentation = pytest.mark.parametrize("kind", SEGMENTATIONS)
+
+
+class Bench:
+    """A camera of 3 x 2 pixels and 90 degrees, and a helper on it."""
+
+    def __init__(self, kind: str = "rgb", *, wanted: bool = True, rate: float = 30.0, **inputs: Any) -> None:
+        self.context = RecordingContext(wanted=wanted)
+        self.context.world.add_robot("/robot")
+        self.camera = self.context.world.add_camera(CAMERA, rate=rate, size=(3, 2), fov_deg=(90.0, 67.4))
+        self.camera.labels = {1: "/World/shelf", 2: "/World/crate"}
+        inputs = {"type_in": kind, "render_product_path": CAMERA, **inputs}
+        self.node = ready(ROS2CameraHelper, self.context, **inputs)
+
+    def deliver(self, index: int = 0, captured: float = 0.0) -> list[Any]:
+        """What is published in a tick in which that picture is delivered, once the helper was executed."""
+        self.camera.show(COLOURS, DEPTHS, PRIMS, time=captured, index=index)
+        before = len(self.sent)
+        self.context.tick()
+        self.node.compute()
+        self.node.update()
+        return self.sent[before:]
+
+    @property
+    def sent(self) -> list[Any]:
+        """Everything that was published on the first topic."""
+        return self.context.transport.messages(self.context.services.claims[0].topic)
+
+
+# Images
+
+
+def test_colours_are_rows_of_rgb8_from_the_upper_edge() -> None:
+    (picture,) = Bench().deliver()
+    assert (picture.width, picture.height, picture.encoding, picture.step) == (3, 2, "rgb8", 9)
+    assert picture.is_bigendian == 0
+    assert bytes(picture.data) == bytes(range(1, 19))
+
+
+def test_depth_is_metres_in_single_precision_and_inf_where_nothing_was_seen() -> None:
+    (picture,) = Bench("depth").deliver()
+    assert (picture.width, picture.height, picture.encoding, picture.step) == (3, 2, "32FC1", 12)
+    assert struct.unpack("<6f", bytes(picture.data)) == (1.0, INF, 2.0, INF, 3.0, 4.5)
+
+
+@every_segmentation
+def test_segmentations_are_the_number_of_the_prim_at_each_pixel(kind: str) -> None:
+    (picture,) = Bench(kind).deliver()
+    assert (picture.width, picture.height, picture.encoding, picture.step) == (3, 2, "32SC1", 12)
+    assert struct.unpack("<6i", bytes(picture.data)) == (0, 1, 1, 2, 2, 0)
+
+
+@every_type
+def test_messages_are_what_their_type_says_and_rosbags_reads_them_back(kind: str) -> None:
+    bench = Bench(kind)
+    bench.deliver()
+    (claim,) = bench.context.services.claims
+    (data,) = bench.context.transport.raw(claim.topic)
+    read: Any = get_typestore(Stores.ROS2_JAZZY).deserialize_cdr(data, claim.message_type)
+    messages.check(messages.decode(data, claim.message_type))
+    assert read.header.frame_id == claim.frame_id == "sim_camera"
+    assert len(read.data) == (read.row_step if kind == "depth_pcl" else read.step * read.height)
+
+
+def test_pixels_are_not_copied_on_their_way_into_the_message() -> None:
+    bench = Bench()
+    bench.deliver()
+    picture = bench.camera.delivered()
+    assert picture is not None
+    message: Any = bench.node.message(messages.header(0.0, ""), picture)
+    assert np.shares_memory(message.data, picture.rgb)
+
+
+def test_rows_that_lie_otherwise_in_memory_are_put_in_order() -> None:
+    bench = Bench()
+    bench.deliver()
+    picture = bench.camera.delivered()
+    assert picture is not None
+    upside_down: Any = type(picture)(0.0, 0, picture.rgb[::-1], picture.depth[::-1])
+    message: Any = bench.node.message(messages.header(0.0, ""), upside_down)
+    assert bytes(message.data) == bytes([*range(10, 19), *range(1, 10)])
+
+
+# Points
+
+
+def test_a_cloud_has_the_points_of_the_pixels_that_saw_something() -> None:
+    (cloud,) = Bench("depth_pcl").deliver()
+    points = read_points(cloud)
+    # 90 degrees over three pixels: fx = 1.5, and the axis meets the middle of the picture at (1, 0.5).
+    seen = [(0, 0, 1.0), (2, 0, 2.0), (1, 1, 3.0), (2, 1, 4.5)]
+    assert points["x"] == pytest.approx([z * (u - 1.0) / 1.5 for u, v, z in seen])
+    assert points["y"] == pytest.approx([z * (v - 0.5) / 1.5 for u, v, z in seen])
+    assert points["z"] == [1.0, 2.0, 3.0, 4.5]
+    assert (cloud.height, cloud.width, cloud.is_dense, cloud.header.frame_id) == (1, 4, True, "sim_camera")
+
+
+@given(
+    size=st.tuples(st.integers(1, 7), st.integers(1, 7)),
+    lens=st.tuples(st.floats(1.0, 1e4), st.floats(1.0, 1e4), st.floats(-5.0, 10.0), st.floats(-5.0, 10.0)),
+    seed=st.integers(0, 2**32 - 1),
+)
+def test_each_point_is_projected_back_onto_its_pixel(
+    size: tuple[int, int], lens: tuple[float, float, float, float], seed: int
+) -> None:
+    random = np.random.default_rng(seed)
+    depth = np.where(random.random(size) < 0.3, INF, random.uniform(0.1, 50.0, size)).astype(np.float32)
+    x, y, z = points_of(depth, lens).astype(float).T
+    fx, fy, cx, cy = lens
+    rows, columns = np.nonzero(np.isfinite(depth))
+    assert np.array_equal(z, depth[rows, columns])
+    assert np.allclose(fx * x / z + cx, columns, atol=1e-5)
+    assert np.allclose(fy * y / z + cy, rows, atol=1e-5)
+
+
+def test_a_picture_of_nothing_is_an_empty_cloud() -> None:
+    assert points_of(np.full((2, 3), INF, np.float32), (1.5, 1.5, 1.0, 0.5)).shape == (0, 3)
+
+
+def test_points_follow_the_lens_of_the_camera_that_the_product_shows() -> None:
+    context = RecordingContext()
+    context.world.add_camera("/wide", size=(3, 2), fov_deg=(90.0, 67.4))
+    context.world.add_camera("/narrow", size=(3, 2), fov_deg=(45.0, 30.0))
+    path = context.render_product("/wide", 3, 2)
+    node = ready(ROS2CameraHelper, context, render_product_path=path, type_in="depth_pcl", topic_name="points")
+    context.set_camera(path, "/narrow")
+    context.world.camera(context.world.stage.find("/narrow"), (3, 2)).show(COLOURS, depth=1.0)
+    node.update()
+    (cloud,) = context.transport.messages("/points")
+    assert read_points(cloud)["x"][0] == pytest.approx(-1.0 / (1.5 / math.tan(math.radians(22.5))))
+
+
+# Labels
+
+
+@every_segmentation
+def test_with_labels_each_number_is_published_with_its_prim(kind: str) -> None:
+    bench = Bench(kind, enable_semantic_labels=True, semantic_labels_topic_name="names")
+    bench.deliver(captured=1.25)
+    (text,) = bench.context.transport.messages("/names")
+    assert json.loads(text.data) == {
+        "0": {"class": "BACKGROUND"},
+        "1": {"class": "/World/shelf"},
+        "2": {"class": "/World/crate"},
+        "time_stamp": {"sec": 1, "nanosec": 250_000_000},
+    }
+
+
+def test_labels_and_picture_bear_one_stamp() -> None:
+    bench = Bench(SEGMENTATIONS[0], enable_semantic_labels=True)
+    (picture,) = bench.deliver(captured=1 / 30)
+    (text,) = bench.context.transport.messages("/semantic_labels")
+    stamp = json.loads(text.data)["time_stamp"]
+    assert (stamp["sec"], stamp["nanosec"]) == (picture.header.stamp.sec, picture.header.stamp.nanosec)
+
+
+def test_whoever_wants_the_labels_alone_gets_the_labels_alone() -> None:
+    bench = Bench(SEGMENTATIONS[0], wanted=False, enable_semantic_labels=True)
+    heard: list[bytes] = []
+    bench.context.transport.reader("/semantic_labels", "std_msgs/msg/String", QoS(), heard.append)
+    assert bench.deliver() == []
+    assert len(heard) == 1
+
+
+def test_without_labels_there_is_no_such_topic() -> None:
+    assert len(Bench(SEGMENTATIONS[0]).context.services.claims) == 1
+
+
+@pytest.mark.parametrize("kind", ["rgb", "depth", "depth_pcl"])
+def test_labels_of_what_has_none_are_told_to_have_no_effect(kind: str) -> None:
+    context = Bench(kind, enable_semantic_labels=True).context
+    assert [severity for severity, _ in context.logged] == ["warning"]
+    assert len(context.services.claims) == 1
+
+
+# What is asked of the camera
+
+
+class Asked:
+    """Notes what a helper asks a camera for."""
+
+    def __init__(self, bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.segmentations: list[bool] = []
+        monkeypatch.setattr(bench.camera, "request", self.request)
+
+    def request(self, *, segmentation: bool = False) -> None:
+        self.segmentations.append(segmentation)
+
+
+@every_type
+def test_a_segmentation_is_asked_for_only_where_one_is_published(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench(kind)
+    asked = Asked(bench, monkeypatch)
+    bench.deliver()
+    assert asked.segmentations == [kind in SEGMENTATIONS]
+
+
+def test_a_picture_that_nobody_wants_is_not_asked_for() -> None:
+    bench = Bench(wanted=False)
+    assert bench.deliver() == []
+    assert bench.camera.requests == 0
+
+
+def test_between_two_samples_nothing_is_asked_for_but_what_is_delivered_is_published() -> None:
+    bench = Bench()
+    bench.camera.show(COLOURS)
+    bench.camera.due = False
+    bench.node.update()
+    assert (bench.camera.requests, len(bench.sent)) == (0, 1)
+
+
+def test_before_a_picture_is_delivered_nothing_is_published() -> None:
+    bench = Bench()
+    bench.camera.due = True
+    bench.node.update()
+    assert (bench.camera.requests, bench.sent) == (1, [])
+
+
+@every_segmentation
+def test_a_picture_that_another_helper_asked_for_may_have_no_segmentation(
+    kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench = Bench(kind)
+    bench.camera.show(COLOURS)
+    picture = bench.camera.delivered()
+    assert picture is not None
+    without = type(picture)(picture.time, picture.index, picture.rgb, picture.depth)
+    monkeypatch.setattr(bench.camera, "delivered", lambda: without)
+    bench.node.update()
+    assert bench.sent == []
+
+
+# When it publishes
+
+
+def test_before_its_first_execution_it_is_not_active() -> None:
+    assert not Bench().node.active
+
+
+def test_it_publishes_from_its_first_execution_on_without_another() -> None:
+    bench = Bench()
+    bench.deliver(0)
+    for index in (1, 2):
+        bench.camera.show(np.full((2, 3, 3), index), index=index)
+        bench.node.update()
+    assert [int(picture.data[-1]) for picture in bench.sent] == [18, 1, 2]
+
+
+def test_executed_while_disabled_it_ends_and_enabled_it_begins_again() -> None:
+    bench = Bench(enabled=False)
+    bench.node.compute()
+    assert not bench.node.active
+    bench.node.enabled = True
+    bench.node.compute()
+    assert bench.node.active
+
+
+def test_a_stop_detaches_it() -> None:
+    bench = Bench()
+    bench.deliver()
+    bench.context.stop(bench.node)
+    assert not bench.node.active
+
+
+def test_frame_skip_count_leaves_pictures_out() -> None:
+    bench = Bench(frame_skip_count=2)
+    assert [index for index in range(9) if bench.deliver(index)] == [0, 3, 6]
+    assert bench.context.services.claims[0].rate == 10.0
+
+
+@every_type
+def test_the_stamp_is_the_time_of_the_capture_not_of_the_delivery(kind: str) -> None:
+    bench = Bench(kind)
+    bench.context.tick(60)
+    (message,) = bench.deliver(captured=0.75)
+    assert (message.header.stamp.sec, message.header.stamp.nanosec) == (0, 750_000_000)
+
+
+def test_stamps_that_go_on_over_stop_and_play_count_what_was_played_before() -> None:
+    bench = Bench(reset_simulation_time_on_stop=False)
+    bench.context.tick(90)
+    bench.context.stop(bench.node)
+    (picture,) = bench.deliver(captured=0.25)
+    stamp = picture.header.stamp
+    assert stamp.sec + stamp.nanosec * 1e-9 == pytest.approx(1.75, abs=1e-8)
+
+
+def test_with_system_time_stamps_are_the_wall_time_of_the_delivery() -> None:
+    bench = Bench(use_system_time=True)
+    bench.context.clock.wall_time = 1_700_000_000.25
+    (picture,) = bench.deliver()
+    # A double that counts seconds since the epoch is exact to a quarter of a microsecond.
+    assert picture.header.stamp.sec == 1_700_000_000
+    assert picture.header.stamp.nanosec == pytest.approx(250_000_000, abs=256)
+
+
+# Where it publishes
+
+
+def test_namespaces_are_collected_from_the_cameras_prim_for_both_topics() -> None:
+    context = RecordingContext("/World/elsewhere/Helper")
+    context.world.add_robot("/robot")
+    context.world.add_camera(CAMERA)
+    context.world.stage.find("/robot/base_link").namespace = "robot_1"
+    context.world.stage.find(CAMERA).namespace = "front"
+    inputs = {"render_product_path": CAMERA, "type_in": SEGMENTATIONS[1], "enable_semantic_labels": True}
+    ready(ROS2CameraHelper, context, topic_name="seen", **inputs)
+    ready(ROS2CameraHelper, context, node_namespace="given", **inputs)
+    assert [claim.topic for claim in context.services.claims] == [
+        "/robot_1/front/seen",
+        "/robot_1/front/semantic_labels",
+        "/given/rgb",
+        "/given/semantic_labels",
+    ]
+
+
+@every_type
+def test_the_type_says_which_message_it_publishes_at_the_cameras_rate(kind: str) -> None:
+    (claim,) = Bench(kind, rate=12.5, queue_size=3, context=8).context.services.claims
+    name = "PointCloud2" if kind == "depth_pcl" else "Image"
+    assert (claim.message_type, claim.rate, claim.qos) == (f"sensor_msgs/msg/{name}", 12.5, QoS(depth=3))
+    assert claim.ros_context == 8
+
+
+@pytest.mark.parametrize("kind", ["rgb_h264", "bbox_2d_tight", "bbox_2d_loose", "bbox_3d"])
+def test_a_type_that_is_not_available_is_refused_with_those_that_are(kind: str) -> None:
+    with pytest.raises(ContextError, match=rf"'{kind}' are not available\n.*rgb, depth, depth_pcl") as refused:
+        Bench(kind)
+    assert refused.value.value == kind
+
+
+def test_a_type_that_there_is_not_is_refused() -> None:
+    with pytest.raises(ValueError, match="one of rgb"):
+        Bench("camera_info")
+
+
+@pytest.mark.parametrize("path", ["/robot", "/nowhere", "/Render/nothing"])
+def test_what_is_no_camera_is_refused_in_setup(path: str) -> None:
+    with pytest.raises(PrimError):
+        Bench(render_product_path=path)
+
+
+def test_in_a_graph_of_physics_steps_it_is_refused_because_samples_belong_to_ticks() -> None:
+    context = RecordingContext()
+    context.world.add_camera("/Camera")
+    context.runs = "physics_step"
+    with pytest.raises(ContextError, match="runs: tick"):
+        ready(ROS2CameraHelper, context, render_product_path="/Camera")
+
+
+# In the graph that ships
+
+
+def test_the_shipped_graph_publishes_colours_depth_and_calibration_with_one_stamp_and_the_cameras_place(
+    play: Player,
+) -> None:
+    world = dd100()
+    path = "/dd100/Geometry/base_link/chassis_link/sim_camera/RSD455/Camera_OmniVision_OV9782_Color"
+    world.add_camera(path, fov_deg=(90.0, 64.0))
+    camera = world.camera(world.stage.find(path), (640, 400))
+    camera.show(np.zeros((400, 640, 3)), depth=2.0, time=1 / 60)
+    playing = play.shipped("camera", world)
+    playing.tick(2)  # the recorded camera delivers at once, a calibration after the latency of one tick
+    root = "/dd100_0000/sim_camera"
+    colour, depth, info = (playing.published(f"{root}/{name}")[0] for name in ("rgb", "depth", "camera_info"))
+    assert colour.header == depth.header == info.header
+    assert colour.header.frame_id == "Camera_OmniVision_OV9782_Color"
+    assert (colour.width, colour.height, info.width, info.height) == (640, 400, 640, 400)
+    (tree,) = playing.published("/dd100_0000/tf_static")
+    assert [(t.header.frame_id, t.child_frame_id) for t in tree.transforms] == [("base_link", colour.header.frame_id)]

@@ -1,0 +1,349 @@
+"""ROS2CameraInfoHelper and ROS2PublishCameraInfo: the calibration of a camera, and of a stereo pair."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import ArrayLike, NDArray
+from rosbags.typesys import Stores, get_typestore
+
+from graphengine import rotation
+from graphengine.context import Quaternion, Vector3
+from graphengine.diagnostics import ContextError, PrimError
+from graphengine.ros import messages
+from graphengine.testing import RecordingContext
+from nodes.ros2.camera import ROS2CameraHelper
+from nodes.ros2.camera_info import ROS2CameraInfoHelper, ROS2PublishCameraInfo
+from tests.nodes.harness import matrix, ready
+
+LEFT, RIGHT = "/robot/Geometry/base_link/Left", "/robot/Geometry/base_link/Right"
+FORWARD = (0.5, -0.5, -0.5, 0.5)
+"""Of a camera that looks along its parent's x axis, with z up in the picture."""
+OPTICAL = np.diag([1.0, -1.0, -1.0])
+"""From the axes of a prim, which looks along -z with y up, to those of the optical frame."""
+
+
+class Bench:
+    """A camera of 1280 x 720 pixels and 87 degrees, or two that are 95 mm apart, and a helper on them."""
+
+    def __init__(self, *, stereo: bool = False, wanted: bool = True, rate: float = 30.0, **inputs: Any) -> None:
+        self.context = RecordingContext(wanted=wanted)
+        self.context.world.add_robot("/robot")
+        self.place(LEFT, (0.0, 0.0475, 0.0), rate=rate)
+        self.place(RIGHT, (0.0, -0.0475, 0.0), rate=rate)
+        self.inputs = {"render_product_path": LEFT, **inputs}
+        if stereo:
+            self.inputs.setdefault("render_product_path_right", RIGHT)
+        self.camera = self.context.world.camera(self.context.world.stage.find(LEFT))
+        self.node = ready(ROS2CameraInfoHelper, self.context, **self.inputs)
+
+    def place(self, path: str, position: Vector3, turn: Quaternion = FORWARD, **facts: Any) -> None:
+        facts = {"size": (1280, 720), "fov_deg": (87.0, 58.0), **facts}
+        self.context.world.stage.add(path, "camera", position=position, orientation=turn, facts=facts)
+
+    def tick(self, *, due: bool) -> None:
+        """A tick in which the camera has a sample, or has none."""
+        self.context.tick()
+        self.camera.due = due
+        self.node.compute()
+        self.node.update()
+
+    def calibration(self, topic: str = "/camera_info") -> Any:
+        """What is published for a sample."""
+        self.tick(due=True)
+        self.tick(due=False)
+        (info,) = self.context.transport.messages(topic)
+        return info
+
+
+def projected(p: ArrayLike, point: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Pixel of a point, as sensor_msgs/CameraInfo defines P."""
+    u, v, w = np.array(p).reshape(3, 4) @ [*point, 1.0]
+    return np.array([u / w, v / w])
+
+
+# One camera
+
+
+def test_a_pinhole_has_square_pixels_no_distortion_and_is_rectified_as_it_is() -> None:
+    info = Bench(frame_id="front").calibration()
+    fx = 640.0 / math.tan(math.radians(87.0) / 2)
+    assert info.k.tolist() == pytest.approx([fx, 0, 639.5, 0, fx, 359.5, 0, 0, 1])
+    assert info.r.tolist() == [1, 0, 0, 0, 1, 0, 0, 0, 1]
+    assert info.p.tolist() == pytest.approx([fx, 0, 639.5, 0, 0, fx, 359.5, 0, 0, 0, 1, 0])
+    assert (info.distortion_model, info.d.tolist()) == ("plumb_bob", [0.0] * 5)
+    assert (info.width, info.height, info.header.frame_id) == (1280, 720, "front")
+    assert (info.binning_x, info.binning_y, info.roi.width, info.roi.do_rectify) == (0, 0, 0, False)
+
+
+@given(width=st.integers(1, 4096), height=st.integers(1, 4096), degrees=st.floats(1.0, 179.0))
+def test_what_lies_in_the_edge_of_the_field_of_view_is_projected_onto_the_edge_of_the_picture(
+    width: int, height: int, degrees: float
+) -> None:
+    context = RecordingContext()
+    context.world.add_camera("/Camera", size=(width, height), fov_deg=(degrees, degrees))
+    node = ready(ROS2CameraInfoHelper, context, render_product_path="/Camera")
+    info = node.message(node.eyes[0], 0.0)
+    # The middle of pixel 0 is 0, so the picture reaches from -0.5 to width - 0.5.
+    edge = math.tan(math.radians(degrees) / 2)
+    expected = (height - 1) / 2
+    assert projected(info.p, np.array([edge, 0.0, 1.0])) == pytest.approx([width - 0.5, expected], abs=1e-6)
+    assert projected(info.p, np.array([-edge, 0.0, 1.0])) == pytest.approx([-0.5, expected], abs=1e-6)
+
+
+def test_it_is_the_size_of_the_render_product_that_counts() -> None:
+    context = RecordingContext()
+    context.world.add_camera("/Camera", size=(1280, 720), fov_deg=(90.0, 60.0))
+    node = ready(ROS2CameraInfoHelper, context, render_product_path=context.render_product("/Camera", 640, 360))
+    info = node.message(node.eyes[0], 0.0)
+    assert (info.width, info.height) == (640, 360)
+    assert info.k.tolist() == pytest.approx([320.0, 0, 319.5, 0, 320.0, 179.5, 0, 0, 1])
+
+
+def test_the_message_is_what_its_type_says_and_rosbags_reads_it_back() -> None:
+    bench = Bench()
+    for _ in range(3):  # later ones by a template of the first
+        bench.tick(due=True)
+    first, second = bench.context.transport.raw("/camera_info")
+    store = get_typestore(Stores.ROS2_JAZZY)
+    one, two = (store.deserialize_cdr(data, "sensor_msgs/msg/CameraInfo") for data in (first, second))
+    messages.check(messages.decode(first, "sensor_msgs/msg/CameraInfo"))
+    assert one.k.tolist() == two.k.tolist() == bench.node.message(bench.node.eyes[0], 0.0).k.tolist()  # type: ignore[attr-defined]
+    assert one.header.stamp != two.header.stamp  # type: ignore[attr-defined]
+
+
+# A stereo pair
+
+
+def seen_by(context: RecordingContext, path: str, point: Vector3) -> NDArray[np.float64]:
+    """A point of the world in a camera's optical frame, from the poses of the prims alone."""
+    position, orientation = context.frame(path).pose()
+    in_optical: NDArray[np.float64] = OPTICAL @ matrix(orientation).T @ np.subtract(point, position)
+    return in_optical
+
+
+@given(
+    point=st.tuples(st.floats(0.5, 20.0), st.floats(-5.0, 5.0), st.floats(-3.0, 3.0)),
+    mount=st.tuples(*[st.floats(-3.0, 3.0)] * 3),
+)
+def test_both_projections_agree_with_where_each_camera_is(point: Vector3, mount: tuple[float, float, float]) -> None:
+    bench = Bench(stereo=True)
+    turn = rotation.from_rpy(*mount)
+    bench.context.world.body(bench.context.world.stage.find("/robot")).orientation = turn
+    left, right = (bench.node.message(eye, 0.0) for eye in bench.node.eyes)
+    in_world = rotation.rotate(turn, point)
+    at_left, at_right = (seen_by(bench.context, path, in_world) for path in (LEFT, RIGHT))
+    # P of both takes points in the left camera's frame.
+    assert projected(left.p, at_left) == pytest.approx(pixel(left.k, at_left), abs=1e-6)
+    assert projected(right.p, at_left) == pytest.approx(pixel(right.k, at_right), abs=1e-6)
+
+
+def pixel(k: ArrayLike, point: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Pixel of a point in the camera's own frame, as sensor_msgs/CameraInfo defines K."""
+    u, v, w = np.array(k).reshape(3, 3) @ point
+    return np.array([u / w, v / w])
+
+
+def test_a_pair_has_one_matrix_each_and_the_right_one_the_distance_between_them() -> None:
+    bench = Bench(stereo=True, frame_id_right="right", topic_name_right="right_info")
+    right = bench.calibration("/right_info")
+    fx = 640.0 / math.tan(math.radians(87.0) / 2)
+    assert right.p.tolist() == pytest.approx([fx, 0, 639.5, -fx * 0.095, 0, fx, 359.5, 0, 0, 0, 1, 0])
+    assert right.r.tolist() == [1, 0, 0, 0, 1, 0, 0, 0, 1]
+    assert right.header.frame_id == "right"
+    (left,) = bench.context.transport.messages("/camera_info")
+    assert left.p[3] == 0.0
+    assert left.header.stamp == right.header.stamp
+
+
+def refused(match: str, **changes: Any) -> None:
+    """The right camera with those changes is refused, and the mistake is that of its path."""
+    context = RecordingContext()
+    context.world.add_robot("/robot")
+    facts = {"size": (1280, 720), "fov_deg": (87.0, 58.0), "rate": 30.0}
+    place: dict[str, Any] = {"position": (0.0, -0.0475, 0.0), "orientation": FORWARD, "path": RIGHT}
+    place |= {name: changes.pop(name) for name in tuple(changes) if name in place}
+    context.world.stage.add(LEFT, "camera", position=(0.0, 0.0475, 0.0), orientation=FORWARD, facts=facts)
+    context.world.stage.add(place.pop("path"), "camera", facts=facts | changes, **place)
+    path = next(p.path for p in context.world.stage.prims("camera") if p.path != LEFT)
+    with pytest.raises(ContextError, match=match) as mistake:
+        ready(ROS2CameraInfoHelper, context, render_product_path=LEFT, render_product_path_right=path)
+    assert mistake.value.value == path
+
+
+@pytest.mark.parametrize("changes", [{"size": (640, 480)}, {"fov_deg": (69.0, 42.0)}, {"rate": 15.0}])
+def test_a_pair_whose_cameras_differ_is_refused(changes: dict[str, Any]) -> None:
+    refused("differ in size, lens or rate", **changes)
+
+
+@pytest.mark.parametrize(
+    "turn", [rotation.from_rpy(0.0, 0.0, 0.01), rotation.from_rpy(0.01, 0.0, 0.0), rotation.from_rpy(0.0, math.pi, 0.0)]
+)
+def test_a_pair_whose_axes_are_not_parallel_is_refused(turn: Quaternion) -> None:
+    refused("no rectified stereo pair\nthe axes have to be parallel", orientation=rotation.multiply(turn, FORWARD))
+
+
+@pytest.mark.parametrize("position", [(0.0, 0.0475, -0.095), (0.05, -0.0475, 0.0)])
+def test_a_pair_one_above_or_behind_the_other_is_refused(position: Vector3) -> None:
+    refused("side by side", position=position)
+
+
+def test_a_pair_that_was_exchanged_is_refused() -> None:
+    refused("not to the right of .*Left\nexchange the two", position=(0.0, 0.2, 0.0))
+
+
+def test_one_camera_is_no_pair() -> None:
+    with pytest.raises(ContextError, match="not to the right"):
+        Bench(render_product_path_right=LEFT)
+
+
+def test_a_pair_on_two_bodies_is_refused() -> None:
+    refused("move against each other\na stereo pair is mounted on one body", path="/World/Camera")
+
+
+# When it publishes
+
+
+def test_it_goes_out_with_the_picture_and_its_stamp_as_many_ticks_after_the_capture() -> None:
+    bench = Bench()
+    bench.camera.latency = 2
+    sent = []
+    for tick in range(6):
+        bench.tick(due=tick % 2 == 0)
+        sent.append(len(bench.context.transport.raw("/camera_info")))
+    assert sent == [0, 0, 1, 1, 2, 2]
+    stamps = [info.header.stamp for info in bench.context.transport.messages("/camera_info")]
+    assert stamps == [messages.stamp(1 / 60), messages.stamp(3 / 60)]
+
+
+def test_picture_and_calibration_bear_one_stamp() -> None:
+    bench = Bench()
+    picture = ready(ROS2CameraHelper, bench.context, render_product_path=LEFT)
+    bench.tick(due=True)
+    bench.camera.show(np.zeros((720, 1280, 3)), time=bench.context.clock.time)
+    bench.tick(due=False)
+    picture.update()
+    (info,), (image,) = (bench.context.transport.messages(topic) for topic in ("/camera_info", "/rgb"))
+    assert info.header == image.header
+
+
+def test_no_picture_is_drawn_for_it() -> None:
+    bench = Bench()
+    bench.calibration()
+    assert bench.camera.requests == 0
+
+
+def test_one_that_nobody_wants_is_not_built(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench(wanted=False)
+    monkeypatch.setattr(ROS2CameraInfoHelper, "message", None)
+    bench.tick(due=True)
+    bench.tick(due=False)
+    assert bench.context.transport.raw("/camera_info") == []
+
+
+def test_frame_skip_count_leaves_out_the_same_samples_as_of_the_pictures() -> None:
+    bench = Bench(rate=20.0, frame_skip_count=2)
+    for tick in range(1, 62):
+        bench.tick(due=tick == 1 or tick % 3 == 0)
+    stamps = [info.header.stamp for info in bench.context.transport.messages("/camera_info")]
+    # Samples 0, 3, 6, … of 20 a second; sample 0 belongs to the first tick.
+    assert stamps == [messages.stamp(1 / 60), *(messages.stamp(9 * n / 60) for n in range(1, 7))]
+    assert bench.context.services.claims[0].rate == pytest.approx(20.0 / 3)
+
+
+def test_executed_while_disabled_it_ends_and_what_was_captured_is_forgotten() -> None:
+    bench = Bench()
+    bench.tick(due=True)
+    bench.node.enabled = False
+    bench.node.compute()
+    assert not bench.node.active
+    bench.node.enabled = True
+    bench.tick(due=False)
+    assert bench.context.transport.raw("/camera_info") == []
+
+
+def test_a_stop_detaches_it_and_what_was_captured_is_forgotten() -> None:
+    bench = Bench()
+    bench.tick(due=True)
+    bench.context.stop(bench.node)
+    assert not bench.node.active
+    bench.tick(due=False)
+    assert bench.context.transport.raw("/camera_info") == []
+
+
+def test_stamps_that_go_on_over_stop_and_play_count_what_was_played_before() -> None:
+    bench = Bench(reset_simulation_time_on_stop=False)
+    bench.context.tick(60)
+    bench.context.stop(bench.node)
+    stamp = bench.calibration().header.stamp
+    assert stamp.sec + stamp.nanosec * 1e-9 == pytest.approx(1.0 + 1 / 60, abs=1e-8)
+
+
+# Where it publishes
+
+
+def test_each_topics_namespace_is_collected_from_its_own_camera() -> None:
+    bench = Bench(stereo=True)
+    stage = bench.context.world.stage
+    stage.find("/robot").namespace = "robot_1"
+    stage.find(LEFT).namespace, stage.find(RIGHT).namespace = "infra1", "infra2"
+    bench.context.close()
+    bench.node.setup(bench.context)
+    topics = [claim.topic for claim in bench.context.services.claims]
+    assert topics == ["/robot_1/infra1/camera_info", "/robot_1/infra2/camera_info_right"]
+
+
+@pytest.mark.parametrize("which", ["render_product_path", "render_product_path_right"])
+@pytest.mark.parametrize("path", ["/robot", "/nowhere"])
+def test_what_is_no_camera_is_refused_in_setup(which: str, path: str) -> None:
+    inputs: dict[str, Any] = {which: path}
+    with pytest.raises(PrimError):
+        Bench(**inputs)
+
+
+# ROS2PublishCameraInfo
+
+
+def info_of(**inputs: Any) -> messages.CameraInfo:
+    """The message of a node with those inputs."""
+    return ROS2PublishCameraInfo(**inputs).message()
+
+
+def test_it_publishes_what_its_ports_say() -> None:
+    k, r, p = np.arange(9.0), np.arange(10.0, 19.0), np.arange(20.0, 32.0)
+    info = info_of(
+        width=640,
+        height=480,
+        k=k,
+        r=r,
+        p=p,
+        physical_distortion_model="rational_polynomial",
+        physical_distortion_coefficients=[0.5, 0.25],
+        projection_type="pinhole",
+    )
+    messages.check(info)
+    assert (info.width, info.height, info.distortion_model) == (640, 480, "rational_polynomial")
+    assert (info.k.tolist(), info.r.tolist(), info.p.tolist()) == (k.tolist(), r.tolist(), p.tolist())
+    assert info.d.tolist() == [0.5, 0.25]
+
+
+def test_without_a_distortion_model_the_projection_stands_in_without_coefficients() -> None:
+    info = info_of(projection_type="pinhole", physical_distortion_coefficients=[0.5])
+    assert (info.distortion_model, info.d.tolist()) == ("pinhole", [])
+
+
+def test_matrices_that_are_not_given_are_zero() -> None:
+    info = info_of()
+    messages.check(info)
+    assert (info.k.tolist(), info.r.tolist(), info.p.tolist()) == ([0.0] * 9, [0.0] * 9, [0.0] * 12)
+
+
+@pytest.mark.parametrize(("port", "count"), [("k", 9), ("r", 9), ("p", 12)])
+def test_a_matrix_of_another_size_is_an_error(port: str, count: int) -> None:
+    with pytest.raises(ValueError, match=f"{port} has 8 numbers, not {count}"):
+        info_of(**{port: np.zeros(8)})

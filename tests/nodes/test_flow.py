@@ -1,0 +1,155 @@
+"""OnPhysicsStep, IsaacSimulationGate and OgnIsaacRunOneSimulationFrame."""
+
+from __future__ import annotations
+
+import pytest
+
+from graphengine.diagnostics import CheckError
+from graphengine.testing import RecordingContext, RecordingWorld
+from nodes.core.flow import IsaacSimulationGate, OgnIsaacRunOneSimulationFrame, OnPhysicsStep
+from tests.nodes.harness import Player, ready
+
+# OnPhysicsStep
+
+
+def stepping(context: RecordingContext) -> OnPhysicsStep:
+    context.runs = "physics_step"
+    return ready(OnPhysicsStep, context)
+
+
+def test_a_physics_step_is_an_event() -> None:
+    assert OnPhysicsStep.kind() == "event"
+
+
+def test_it_tells_how_long_a_step_takes_in_simulation() -> None:
+    context = RecordingContext()
+    node = stepping(context)
+    node.compute()
+    assert node.delta_simulation_time == 1 / 60
+
+
+def test_all_of_a_ticks_wall_time_falls_to_its_first_step() -> None:
+    context = RecordingContext()
+    node, deltas = stepping(context), []
+    for tick in range(3):
+        context.clock.wall_time = 100.0 + 0.5 * tick
+        for _ in range(4):
+            node.compute()
+            deltas.append(node.delta_system_time)
+    assert deltas == [0.0] * 4 + [0.5, 0.0, 0.0, 0.0] * 2
+
+
+def test_after_a_stop_the_wall_time_of_the_pause_does_not_count() -> None:
+    context = RecordingContext()
+    node = stepping(context)
+    node.compute()
+    context.stop(node)
+    context.clock.wall_time = 1000.0
+    node.compute()
+    assert node.delta_system_time == 0.0
+
+
+def test_in_a_graph_that_runs_once_a_tick_the_file_is_refused_with_the_remedy(play: Player) -> None:
+    text = "nodes: {Step: OnPhysicsStep, Clock: PublishClock}\nconnections: [Step.step -> Clock.execIn]"
+    with pytest.raises(CheckError, match="this one runs once a tick") as caught:
+        play.graph(text)
+    assert "write `runs: physics_step` into the graph file, or use OnPlaybackTick" in str(caught.value)
+
+
+def test_a_graph_of_physics_steps_runs_at_each_with_the_time_of_each(play: Player) -> None:
+    playing = play.graph(
+        """
+        runs: physics_step
+        nodes: {Step: OnPhysicsStep, Time: ReadSimulationTime, Clock: PublishClock}
+        connections: [Step.step -> Clock.execIn, Time.simulationTime -> Clock.timeStamp]
+        """,
+        RecordingWorld((1, 10), substeps=5),
+    )
+    playing.tick(2)
+    stamps = [message.clock.nanosec for message in playing.published("/clock")]
+    assert stamps == [number * 20_000_000 for number in range(1, 11)]
+    assert playing.node("Step").delta_simulation_time == 0.02
+
+
+# IsaacSimulationGate
+
+
+def gate(step: int, executions: int = 12) -> list[int]:
+    """Which executions fire, counted from 1."""
+    node = IsaacSimulationGate(step=step)
+    return [count for count in range(1, executions + 1) if node.compute() == node.exec_out]
+
+
+@pytest.mark.parametrize(
+    ("step", "fired"), [(1, list(range(1, 13))), (2, [2, 4, 6, 8, 10, 12]), (5, [5, 10]), (13, []), (0, [])]
+)
+def test_a_gate_fires_at_every_nth_execution_and_with_0_never(step: int, fired: list[int]) -> None:
+    assert gate(step) == fired
+
+
+def test_a_gate_of_1_is_the_default() -> None:
+    node = IsaacSimulationGate()
+    assert node.compute() == node.exec_out
+
+
+def test_a_gate_counts_from_play() -> None:
+    node = IsaacSimulationGate(step=2)
+    node.compute()
+    RecordingContext().stop(node)
+    assert [node.compute(), node.compute()] == [None, node.exec_out]
+
+
+def test_a_step_takes_effect_when_it_is_set() -> None:
+    node = IsaacSimulationGate(step=0)
+    for _ in range(3):
+        node.compute()
+    node.step = 4
+    assert node.compute() == node.exec_out
+
+
+def test_in_a_graph_each_wire_that_fires_is_an_execution(play: Player) -> None:
+    playing = play.graph(
+        """
+        nodes: {Tick: OnPlaybackTick, Other: OnPlaybackTick, Gate: {type: SimulationGate, inputs: {step: 3}}, Clock: PublishClock}
+        connections: [Tick.tick -> Gate.execIn, Other.tick -> Gate.execIn, Gate.execOut -> Clock.execIn]
+        """
+    )
+    counts = []
+    for _ in range(6):
+        playing.tick()
+        counts.append(len(playing.published("/clock")))
+    assert counts == [0, 1, 2, 2, 3, 4]
+
+
+# OgnIsaacRunOneSimulationFrame
+
+
+def test_one_frame_fires_at_its_first_execution_only() -> None:
+    node = OgnIsaacRunOneSimulationFrame()
+    assert [node.compute() for _ in range(3)] == [node.step, None, None]
+
+
+def test_one_frame_fires_again_after_a_stop() -> None:
+    context, node = RecordingContext(), OgnIsaacRunOneSimulationFrame()
+    node.compute()
+    context.stop(node)
+    assert node.compute() == node.step
+
+
+@pytest.mark.parametrize("pauses", [False, True])
+def test_in_a_graph_one_frame_fires_once_a_play(play: Player, pauses: bool) -> None:
+    playing = play.graph(
+        """
+        nodes: {Tick: OnPlaybackTick, Once: OgnIsaacRunOneSimulationFrame, Clock: PublishClock}
+        connections: [Tick.tick -> Once.execIn, Once.step -> Clock.execIn]
+        """
+    )
+    playing.tick(3)
+    if pauses:
+        playing.session.pause()
+        playing.session.play()
+    playing.tick(2)
+    assert len(playing.published("/clock")) == 1
+    playing.session.stop()
+    playing.tick(3)
+    assert len(playing.published("/clock")) == 2

@@ -1,0 +1,64 @@
+"""ROS2PublishImu: a reading, and what of it is left out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from graphengine.context import ImuSample
+from graphengine.ros import messages
+from nodes.ros2.imu import ROS2PublishImu
+from tests.nodes.harness import Player, dd100, quaternion, vector
+
+TURN, ACCELERATION, RATE = (0.5, -0.5, 0.5, 0.5), (1.0, 2.0, 9.81), (0.1, 0.2, 0.3)
+PARTS = ("orientation", "linear_acceleration", "angular_velocity")
+
+
+def reading(**inputs: Any) -> messages.Imu:
+    """The message of a reading."""
+    return ROS2PublishImu(orientation=TURN, linear_acceleration=ACCELERATION, angular_velocity=RATE, **inputs).message()
+
+
+def test_a_reading_is_sent_as_it_is_with_covariances_of_zero() -> None:
+    imu = reading(frame_id="imu_link", time_stamp=2.5)
+    messages.check(imu)
+    assert (quaternion(imu.orientation), vector(imu.linear_acceleration), vector(imu.angular_velocity)) == (
+        TURN,
+        ACCELERATION,
+        RATE,
+    )
+    assert all(getattr(imu, f"{part}_covariance").tolist() == [0.0] * 9 for part in PARTS)
+    assert (imu.header.frame_id, imu.header.stamp.sec, imu.header.stamp.nanosec) == ("imu_link", 2, 500_000_000)
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_a_part_that_is_not_published_is_zero_and_its_covariance_says_so(part: str) -> None:
+    imu = reading(**{f"publish_{part}": False})
+    messages.check(imu)
+    left_out = getattr(imu, part)
+    numbers = quaternion(left_out) if part == "orientation" else vector(left_out)
+    assert set(numbers) == {0.0}
+    assert getattr(imu, f"{part}_covariance").tolist() == [-1.0] + [0.0] * 8
+    others = [other for other in PARTS if other != part]
+    assert all(getattr(imu, f"{other}_covariance").tolist() == [0.0] * 9 for other in others)
+
+
+def test_without_a_reading_it_is_upright_and_at_rest() -> None:
+    imu = ROS2PublishImu().message()
+    assert quaternion(imu.orientation) == (0.0, 0.0, 0.0, 1.0)
+    assert vector(imu.linear_acceleration) == vector(imu.angular_velocity) == (0.0, 0.0, 0.0)
+
+
+def test_the_shipped_graph_publishes_each_sample_once_with_its_stamp_and_the_units_place(play: Player) -> None:
+    world = dd100()
+    imu = world.add_imu("/dd100/Geometry/base_link/chassis_link/sim_camera/RSD455/Imu_Sensor")
+    imu.measured = ImuSample(0.25, 7, (1.0, 2.0, 3.0), (0.0, 0.0, 9.81), (4.0, 5.0, 6.0), TURN)
+    playing = play.shipped("imu", world)
+    playing.tick(3)
+    (message,) = playing.published("/dd100_0000/sim_camera/imu")
+    assert (message.header.frame_id, message.header.stamp.nanosec) == ("Imu_Sensor", 250_000_000)
+    assert vector(message.linear_acceleration) == pytest.approx((1.0, 2.0, 12.81))
+    assert (vector(message.angular_velocity), quaternion(message.orientation)) == ((4.0, 5.0, 6.0), TURN)
+    (tree,) = playing.published("/dd100_0000/tf_static")
+    assert [(t.header.frame_id, t.child_frame_id) for t in tree.transforms] == [("base_link", "Imu_Sensor")]

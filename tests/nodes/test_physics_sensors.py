@@ -1,0 +1,149 @@
+"""IsaacReadIMU and IsaacReadContactSensor."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from graphengine.context import ContactReading, ImuSample
+from graphengine.diagnostics import PrimError
+from graphengine.testing import RecordingContext, RecordingImu
+from nodes.physics_sensors import IsaacReadContactSensor, IsaacReadIMU
+from tests.nodes.harness import Player, ready
+from tests.nodes.scenes import CUBE, FLOOR, ROBOT, SCENE, body
+
+G = 9.81
+HALF = math.sqrt(0.5)
+
+
+# IsaacReadIMU
+
+
+def measured(index: int) -> ImuSample:
+    return ImuSample(0.5, index, (1.0, 2.0, 3.0), (0.0, 0.0, G), (4.0, 5.0, 6.0), (0.0, 0.0, HALF, HALF))
+
+
+def unit(context: RecordingContext) -> RecordingImu:
+    context.world.add_robot("/robot")
+    return context.world.add_imu("/robot/Imu")
+
+
+@pytest.mark.parametrize(("read_gravity", "upwards"), [(True, 3.0 + G), (False, 3.0)])
+def test_a_sample_is_handed_on_with_gravity_or_without(read_gravity: bool, upwards: float) -> None:
+    context = RecordingContext()
+    unit(context).measured = measured(0)
+    node = ready(IsaacReadIMU, context, imu_prim="/robot/Imu", read_gravity=read_gravity)
+    assert node.compute() == node.exec_out
+    assert node.lin_acc == (1.0, 2.0, upwards)
+    assert node.ang_vel == (4.0, 5.0, 6.0)
+    assert node.orientation == (0.0, 0.0, HALF, HALF)
+    assert node.sensor_time == 0.5
+
+
+def test_each_sample_fires_once_and_one_that_was_missed_is_no_trouble() -> None:
+    context = RecordingContext()
+    imu = unit(context)
+    node = ready(IsaacReadIMU, context, imu_prim="/robot/Imu")
+    fired = []
+    for index in (0, 0, 1, 1, 4, 4):
+        imu.measured = measured(index)
+        fired.append(node.compute() == node.exec_out)
+    assert fired == [True, False, True, False, True, False]
+
+
+def test_after_a_stop_sample_0_fires_again() -> None:
+    context = RecordingContext()
+    unit(context)
+    node = ready(IsaacReadIMU, context, imu_prim="/robot/Imu")
+    node.compute()
+    context.stop(node)
+    assert (node.lin_acc, node.orientation) == ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+    assert node.compute() == node.exec_out
+
+
+def test_what_is_no_unit_is_refused_with_those_below_it() -> None:
+    context = RecordingContext()
+    unit(context)
+    with pytest.raises(PrimError, match="is a robot, not a imu\nbelow it: /robot/Imu"):
+        ready(IsaacReadIMU, context, imu_prim="/robot")
+
+
+def sensing(nodes: str, sensors: str, runs: str = "tick") -> dict[str, str]:
+    """A box of 2 kg on the floor, with sensors, and a graph."""
+    return {
+        "world.xml": FLOOR.format(body=""),
+        "scene.yaml": SCENE + ROBOT.format(position=[0.0, 0.0, 0.1], yaw_deg=0.0),
+        "robot.urdf": f'<robot name="box"><link name="base_link">{body(2.0, 0.1, CUBE)}</link></robot>',
+        "robot.yaml": f"{{format: 1, robot: box, urdf: robot.urdf, sensors: {sensors}}}",
+        "graph.yaml": f"format: 1\ngraph: graph\nruns: {runs}\n{nodes}",
+    }
+
+
+@pytest.mark.parametrize(
+    ("runs", "event", "rate", "samples"),
+    [
+        ("tick", "OnPlaybackTick", 20, 21),
+        ("tick", "OnPlaybackTick", 200, 60),
+        ("physics_step", "OnPhysicsStep", 200, 201),
+    ],
+)
+def test_in_a_simulation_samples_come_at_the_units_rate_as_far_as_its_graph_runs(
+    play: Player, runs: str, event: str, rate: int, samples: int
+) -> None:
+    # In the first second, its end included, falls sample 0 and one for each 1 / rate.
+    graph = f"""
+nodes: {{Event: {event}, Imu: {{type: ReadIMU, inputs: {{imuPrim: /robot/base_link/imu}}}}, Out: PublishImu}}
+connections:
+  - Event.{"tick" if runs == "tick" else "step"} -> Imu.execIn
+  - Imu.execOut -> Out.execIn
+  - Imu.linAcc -> Out.linearAcceleration
+  - Imu.sensorTime -> Out.timeStamp
+"""
+    (play.folder / "sensors").mkdir()
+    (play.folder / "sensors/own.yaml").write_text(f"{{format: 1, sensor: own, imu: {{rate: {rate}.0}}}}", "utf-8")
+    playing = play.scene(sensing(graph, "{imu: {type: imu, profile: own, parent: base_link}}", runs))
+    playing.tick(60)
+    sent = playing.published("/imu")
+    assert len(sent) == samples
+    assert sent[-1].linear_acceleration.z == pytest.approx(G, abs=0.02)
+    stamps = [message.header.stamp.sec + message.header.stamp.nanosec / 1e9 for message in sent]
+    assert stamps == sorted(set(stamps))
+    assert stamps[-1] == 1.0
+
+
+# IsaacReadContactSensor
+
+
+def test_a_reading_is_handed_on_at_every_execution() -> None:
+    context = RecordingContext()
+    context.world.add_robot("/robot")
+    sensor = context.world.add_contact_sensor("/robot/Bumper")
+    node = ready(IsaacReadContactSensor, context, cs_prim="/robot/Bumper")
+    node.compute()
+    assert (node.in_contact, node.value) == (False, 0.0)
+    sensor.felt = ContactReading(0.25, True, 12.5)
+    node.compute()
+    assert (node.sensor_time, node.in_contact, node.value) == (0.25, True, 12.5)
+    context.stop(node)
+    assert (node.sensor_time, node.in_contact, node.value) == (0.0, False, 0.0)
+
+
+def test_what_is_no_contact_sensor_is_refused() -> None:
+    context = RecordingContext()
+    unit(context)
+    with pytest.raises(PrimError, match="is a imu, not a contact"):
+        ready(IsaacReadContactSensor, context, cs_prim="/robot/Imu")
+
+
+def test_in_a_simulation_a_box_on_the_floor_feels_its_weight(play: Player) -> None:
+    nodes = """
+nodes: {Tick: OnPlaybackTick, Bumper: {type: ReadContactSensor, inputs: {csPrim: /robot/base_link/bumper}}}
+connections: [Tick.tick -> Bumper.execIn]
+"""
+    playing = play.scene(sensing(nodes, "{bumper: {type: contact, parent: base_link}}"))
+    playing.tick(60)
+    node = playing.node("Bumper")
+    assert node.in_contact
+    assert node.value == pytest.approx(2 * G, rel=1e-3)
+    assert node.sensor_time == 1.0
