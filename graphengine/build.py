@@ -14,20 +14,21 @@ from graphengine import check, document, spec
 from graphengine.backend import Network, TopicClaim, World
 from graphengine.diagnostics import Findings, NodeError, UsageError, did_you_mean, listing
 from graphengine.dry import DryWorld
-from graphengine.files import Files, NotFoundError, shipped
+from graphengine.files import Files, NotFoundError
+from graphengine.graph_run import make_graph_run
 from graphengine.literals import Override
 from graphengine.node_context import Services, SimulationClock
 from graphengine.plan import Plan
-from graphengine.planning import make_plan
 from graphengine.registry import Registry, default_registry
-from graphengine.resolve import resolve
-from graphengine.session import GraphRun, Session
-from graphengine.spec import GraphUse, SceneSpec
-from graphengine.stage import Stage, normalize
-from graphengine.template import Use, load_graph
+from graphengine.roster import SceneRoster
+from graphengine.session import Session
+from graphengine.spec import SceneSpec
+from graphengine.stage import Stage
+from graphengine.uses import GraphFile, find_use, plan_uses, robot_uses, use_place
 
 if TYPE_CHECKING:
-    from graphengine.world.robotfile import RobotFile
+    from graphengine.world.model import LoadedWorld
+    from graphengine.world.sensors.rays import RaysChoice
 
 
 @dataclass(slots=True)
@@ -41,6 +42,10 @@ class Assembly:
     world: World = field(default_factory=lambda: DryWorld(Stage()))
     has_scene: bool = False
     seed: int = 0
+    loaded: LoadedWorld | None = None
+    """The scene's robots and what they were made from."""
+    files: Files | None = None
+    options: Options | None = None
 
     @property
     def runnable(self) -> bool:
@@ -55,41 +60,32 @@ class Options:
     Attributes:
         overrides: values for inputs of nodes, as `[robot/][graph/]Node.port`.
         allowed: folders beside the given file's own that files may be read from.
+        installed: folders of ROS packages, as an ament index has them; files may be read from there too.
         seed: of every generator.
         robot_state: publish what robot_state_publisher would, for every robot.
         scene: scene to put a single graph into; its own `scene:` key when empty.
+        rays: what lidars see with: MuJoCo's own rays, the fast ones that need numba, or these where they serve.
         registry: node types; the installed ones when None.
         near: the working directory, where messages are to name paths from there.
     """
 
     overrides: Mapping[str, Any] = field(default_factory=dict)
     allowed: Sequence[Path] = ()
+    installed: Sequence[Path] = ()
     seed: int = 0
     robot_state: bool = False
     scene: Path | None = None
+    rays: RaysChoice = "auto"
     registry: Registry | None = None
     near: Path | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class _Use:
-    """A graph file to be put somewhere."""
-
-    path: Path
-    name: str
-    parameters: Mapping[str, Any]
-    at: str
-    use: Use | None = None
-    """Where a file says so."""
-    asked_for: bool = False
-    """By an option, whatever the files say."""
 
 
 def assemble(path: Path, options: Options | None = None) -> Assembly:
     """Read, resolve, plan and check a scene or a graph file; every mistake is among the findings."""
     options = options or Options()
     assembly = Assembly(path, Findings(), seed=options.seed)
-    files = Files.of(path, options.allowed, options.near)
+    files = assembly.files = Files.of(path, options.allowed, options.near, options.installed)
+    assembly.options = options
     found = document.load(path, assembly.findings)
     if found is None:
         return assembly
@@ -108,53 +104,31 @@ def assemble(path: Path, options: Options | None = None) -> Assembly:
     return assembly
 
 
-def _scene_uses(assembly: Assembly, path: Path, files: Files, options: Options) -> list[_Use]:
+def _scene_uses(assembly: Assembly, path: Path, files: Files, options: Options) -> list[GraphFile]:
     """Load a scene's world; the graphs it uses, the scene's own first, then each robot's."""
     from graphengine.world.model import load_world  # MuJoCo takes a quarter of a second to import
 
     scene = spec.read(SceneSpec, path, assembly.findings)
     if scene is None:
         return []
-    uses: list[_Use] = []
+    uses: list[GraphFile] = []
     for graph, use in scene.spec.graphs.items():
-        place = _use_place(scene.document, graph, use)
-        uses += _find_use(use, graph, place, scene.folder, {}, files, assembly.findings)
-    loaded = load_world(scene, files, assembly.findings, seed=options.seed)
+        place = use_place(scene.document, graph, use)
+        uses += find_use(use, graph, place, scene.folder, {}, files, assembly.findings)
+    loaded = load_world(scene, files, assembly.findings, seed=options.seed, rays=options.rays)
     if loaded is None:
         return uses
     assembly.world, assembly.has_scene = loaded.simulation, True
-    for name, robot in loaded.robots.items():
-        prim = assembly.world.stage.find(robot.prim_path)
-        for graph, use in robot.spec.graphs.items():
-            place, folder = _use_place(robot.file, graph, use), robot.file.folder("graphs", graph, "use")
-            uses += _find_use(use, f"{name}/{graph}", place, folder, {"robot": prim.path}, files, assembly.findings)
-        if options.robot_state or robot.use.robot_state:
-            root = str(prim.facts.get("articulation_root") or prim.facts.get("base_link"))
-            path = files.find("graphs/robot_state.yaml", shipped())
-            parameters = {"robot": prim.path, "root": root}
-            uses.append(_Use(path, f"{name}/robot_state", parameters, "", asked_for=options.robot_state))
+    assembly.loaded = loaded
+    for robot in loaded.robots.values():
+        stage = assembly.world.stage
+        uses += robot_uses(robot, stage, files, assembly.findings, robot_state=options.robot_state)
     return uses
 
 
-def _use_place(file: document.Document | RobotFile, graph: str, use: GraphUse) -> Use:
-    location = ("graphs", graph, "parameters")
-    keys = {name: file.key_span(*location, name) for name in use.parameters}
-    values = {name: file.span(*location, name) for name in use.parameters}
-    return Use(file.span("graphs", graph, "use"), keys, values)
-
-
-def _find_use(
-    use: GraphUse, name: str, place: Use, folder: Path, bindings: Mapping[str, Any], files: Files, findings: Findings
-) -> list[_Use]:
-    try:
-        path = files.find(use.use, folder)
-    except NotFoundError as error:
-        findings.add("S101", f"graph {name!r}: {error.message}", place.span, *error.help)
-        return []
-    return [_Use(path, name, {**bindings, **use.parameters}, use.at, place)]
-
-
-def _graph_uses(assembly: Assembly, path: Path, found: document.Document, files: Files, options: Options) -> list[_Use]:
+def _graph_uses(
+    assembly: Assembly, path: Path, found: document.Document, files: Files, options: Options
+) -> list[GraphFile]:
     """A single graph, in the scene that it or the caller names."""
     data = found.data if isinstance(found.data, dict) else {}
     name = str(data.get("graph", "graph"))
@@ -164,43 +138,28 @@ def _graph_uses(assembly: Assembly, path: Path, found: document.Document, files:
             scene_path = files.find(data["scene"], path.parent)
         except NotFoundError as error:
             assembly.findings.add("S101", f"scene: {error.message}", found.span("scene"), *error.help)
-    uses = [_Use(path, name, {}, "")]
+    uses = [GraphFile(path, name, {}, "")]
     given = document.load(options.scene, Findings()) if options.scene is not None else None
     if given is not None and spec.kind_of(given) in ("graph", "robot"):
         raise UsageError(f"--scene {options.scene}: this is a {spec.kind_of(given)} file, not a scene")
     if scene_path is not None:
-        of_scene = _scene_uses(assembly, scene_path, Files.of(scene_path, files.roots, options.near), options)
+        of_scene = _scene_uses(assembly, scene_path, Files.of(scene_path, files.roots, options.near, options.installed), options)
         uses += [use for use in of_scene if use.asked_for]
     elif options.robot_state:
         raise UsageError("--robot-state is for the robots of a scene; give one with --scene")
     return uses
 
 
-def _plan(assembly: Assembly, uses: Sequence[_Use], files: Files, options: Options) -> None:
+def _plan(assembly: Assembly, uses: Sequence[GraphFile], files: Files, options: Options) -> None:
     """Resolve and plan every graph, then set all nodes up dry."""
     registry = options.registry or default_registry()
     overrides = [Override.parse(text, value) for text, value in options.overrides.items()]
     findings = assembly.findings
-    for use in uses:
-        declared = _declared_parameters(use.path)
-        parameters = {k: v for k, v in use.parameters.items() if k in declared or k not in ("robot", "root")}
-        flat = load_graph(use.path, parameters, files, findings, use=use.use)
-        if flat is None:
-            continue
-        at = use.at or flat.spec.at or f"/World/{flat.spec.graph}"
-        graph = resolve(
-            flat, use.name, normalize(at) if at.startswith("/") else f"/{at}", registry, findings, overrides
-        )
-        plan = make_plan(graph, findings)
-        if plan is not None:
-            assembly.plans.append(plan)
-            check.lint_structure(plan, findings)
+    assembly.plans = plan_uses(uses, files, registry, findings, overrides)
     unused = [override for override in overrides if not override.used]
     if unused and not findings.errors:
         raise UsageError(_unmatched(unused[0], assembly.plans))
-    assembly.claims = check.dry_setup(assembly.plans, _dry(assembly.world), findings, prims_known=assembly.has_scene)
-    lints = check.LintContext(assembly.plans, assembly.world.stage, assembly.claims, findings)
-    check.lint_claims(lints)
+    assembly.claims = check.check_plans(assembly.plans, assembly.world, findings, prims_known=assembly.has_scene)
 
 
 def _unmatched(override: Override, plans: Sequence[Plan]) -> str:
@@ -217,17 +176,6 @@ def _unmatched(override: Override, plans: Sequence[Plan]) -> str:
     names = [path if "/" in wanted else path.rpartition("/")[2] for path in nodes]
     near = did_you_mean(wanted, names) or listing(dict.fromkeys(names), "nodes")
     return f"--set {override.text}: no node {wanted!r}\n  {near}"
-
-
-def _declared_parameters(path: Path) -> Sequence[str]:
-    found = document.load(path, Findings())
-    declared = found.data.get("parameters") if found and isinstance(found.data, dict) else None
-    return list(declared) if isinstance(declared, dict) else []
-
-
-def _dry(world: World) -> World:
-    """The same prims without physics: a dry setup must not touch the world that will run."""
-    return DryWorld(world.stage, world.tick_period, world.substeps)
 
 
 def start(
@@ -261,16 +209,14 @@ def start(
     clock = SimulationClock(world.tick_period)
     numerator, denominator = world.tick_period
     step_clock = SimulationClock((numerator, denominator * world.substeps))
-    runs: list[GraphRun] = []
+    clocks = {"tick": clock, "physics_step": step_clock}
+    runs = [make_graph_run(plan, services, clocks[plan.graph.runs], fault) for plan in assembly.plans]
     try:
-        for plan in assembly.plans:
-            on_step = plan.graph.runs == "physics_step"
-            variables = check.make_variables(plan)
-            executor = check.make_executor(plan, services, step_clock if on_step else clock, variables, fault)
-            runs.append(GraphRun(executor, variables, on_step))
-            executor.setup()
+        for run in runs:
+            run.executor.setup()
     except BaseException:
         network.close()
         world.close()
         raise
-    return Session(services, clock, step_clock, runs)
+    roster = SceneRoster(assembly, services, clocks, fault) if assembly.loaded is not None else None
+    return Session(services, clock, step_clock, runs, roster)

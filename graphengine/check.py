@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import networkx as nx
 
 from graphengine.backend import TopicClaim, World
-from graphengine.diagnostics import ContextError, Finding, Findings, GraphError, JointError, NodeError, PrimError, Span
-from graphengine.dry import DryNetwork
-from graphengine.executor import Executor
+from graphengine.diagnostics import ContextError, Finding, Findings, GraphError, JointError, PrimError, Span
+from graphengine.dry import DryNetwork, DryWorld
 from graphengine.graph import Instance
-from graphengine.node_context import GraphVariable, NodeContext, Services, SimulationClock
+from graphengine.graph_run import make_graph_run
+from graphengine.node_context import Services, SimulationClock
 from graphengine.plan import Plan
 from graphengine.registry import LINTS
 from graphengine.stage import Stage
@@ -35,6 +35,14 @@ class LintContext:
                 if f"{plan.graph.prim_path}/{instance.id}" == prim_path:
                     return instance
         return None
+
+
+def check_plans(plans: Sequence[Plan], world: World, findings: Findings, *, prims_known: bool) -> list[TopicClaim]:
+    """Set every node up dry, over the same prims without physics, and lint what they ask for; topics they claim."""
+    dry = DryWorld(world.stage, world.tick_period, world.substeps)
+    claims = dry_setup(plans, dry, findings, prims_known=prims_known)
+    lint_claims(LintContext(plans, world.stage, claims, findings))
+    return claims
 
 
 def dry_setup(plans: Sequence[Plan], world: World, findings: Findings, *, prims_known: bool) -> list[TopicClaim]:
@@ -71,9 +79,9 @@ def _dry_setup_graph(plan: Plan, services: Services, findings: Findings, *, prim
         else:
             findings.put(explain(plan.graph.instances[index], error))
 
-    executor = make_executor(plan, services, SimulationClock(services.world.tick_period))
+    executor = make_graph_run(plan, services, SimulationClock(services.world.tick_period)).executor
     executor.setup(fail)
-    executor.close()
+    executor.close()  # what the nodes claimed stays: it is the answer
     for instance in plan.graph.instances:  # the same instances run later, from their defaults
         instance.node.reset()
         instance.node.clear()
@@ -103,35 +111,6 @@ def _refused(plan: Plan) -> list[WireEntry]:
     """Wires of the file that came to nothing."""
     made = {id(wire.entry) for wire in (*plan.graph.data_wires, *plan.graph.exec_wires)}
     return [entry for entry in plan.graph.flat.wires if id(entry) not in made]
-
-
-def make_executor(
-    plan: Plan,
-    services: Services,
-    clock: SimulationClock,
-    variables: dict[str, GraphVariable] | None = None,
-    fault: Callable[[NodeError], None] | None = None,
-) -> Executor:
-    """An executor whose nodes get contexts over the services; `fault` hears of nodes that raise, else the run stops."""
-    own = variables if variables is not None else make_variables(plan)
-    rate = 1.0 / clock.delta
-
-    contexts: dict[int, NodeContext] = {}
-
-    def context_of(index: int) -> NodeContext:
-        if index in contexts:
-            contexts[index].close()
-        prim_path = f"{plan.graph.prim_path}/{plan.graph.instances[index].id}"
-        own_rate = rate if index in plan.certain else None
-        contexts[index] = NodeContext(services, clock, plan.graph.name, prim_path, own_rate, own, plan.graph.runs)
-        return contexts[index]
-
-    return Executor(plan, context_of, lambda: (clock.frame, clock.time), fault)
-
-
-def make_variables(plan: Plan) -> dict[str, GraphVariable]:
-    """A graph's variables at their defaults."""
-    return {name: GraphVariable(default) for name, default in plan.graph.variables.items()}
 
 
 def explain(instance: Instance, error: GraphError) -> Finding:

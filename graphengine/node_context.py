@@ -186,6 +186,8 @@ class NodeContext:
         self._claims: list[TopicClaim] = []
         self.clock = clock
         self.prim_path = prim_path
+        self.prims: set[str] = set()
+        """Paths of the prims that it handed something out of."""
 
     def close(self) -> None:
         """Close what was handed out, before the node is set up again or when its session ends."""
@@ -198,6 +200,7 @@ class NodeContext:
 
     def _find(self, path: str, *kinds: PrimKind) -> Prim:
         prim = self._services.stage.find(path)
+        self.prims.add(prim.path)
         if kinds and prim.kind not in kinds:
             wanted = " or ".join(kinds)
             inside = [child.path for child in prim.descendants() if child.kind in kinds]
@@ -208,7 +211,7 @@ class NodeContext:
 
     def body(self, prim: str) -> Body:
         """The rigid body at, or carrying, a prim."""
-        found = self._services.stage.find(prim)
+        found = self._find(prim)
         if not any(ancestor.body is not None for ancestor in found.ancestors()):
             bodies = [p.path for p in found.descendants() if p.body is not None]
             raise PrimError(
@@ -220,21 +223,21 @@ class NodeContext:
 
     def frame(self, prim: str) -> Frame:
         """The pose of any prim."""
-        return self._services.world.frame(self._services.stage.find(prim))
+        return self._services.world.frame(self._find(prim))
 
     def transform_tree(self, targets: Sequence[str], parent: str = "") -> Sequence[FrameLink]:
         """The edges that target prims expand to."""
         stage = self._services.stage
         return expand(
             stage,
-            [stage.find(target) for target in targets],
-            stage.find(parent) if parent else None,
+            [self._find(target) for target in targets],
+            self._find(parent) if parent else None,
             self._services.world.frame,
         )
 
     def _robot(self, path: str) -> Prim:
         stage = self._services.stage
-        prim = stage.find(path)
+        prim = self._find(path)
         robot = stage.stands_for_robot(prim)
         if robot is None:
             owner = stage.robot_of(prim)

@@ -4,23 +4,24 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Protocol
 
-from graphengine.diagnostics import GraphError, NodeError
-from graphengine.executor import Executor
-from graphengine.node_context import GraphVariable, Services, SimulationClock
+from graphengine.diagnostics import GraphError, NodeError, UsageError
+from graphengine.graph_run import GraphRun
+from graphengine.node_context import Services, SimulationClock
+from graphengine.spec import RobotUse
 
 SessionState = Literal["stopped", "playing", "paused"]
 
 
-@dataclass(slots=True)
-class GraphRun:
-    """A graph of the session, and its variables."""
+class Roster(Protocol):
+    """Puts robots into a running session and takes them out; between two ticks."""
 
-    executor: Executor
-    variables: dict[str, GraphVariable]
-    on_physics_step: bool = False
+    def add(self, name: str, use: RobotUse) -> Sequence[GraphRun]:
+        """A robot, and its graphs, set up."""
+
+    def remove(self, name: str, graphs: Sequence[GraphRun]) -> Sequence[GraphRun]:
+        """Take a robot away; which of the session's graphs were its own."""
 
 
 class Session:
@@ -31,18 +32,57 @@ class Session:
         clock: of the ticks.
         step_clock: of the physics steps inside of a tick.
         graphs: in the order they run: the scene's, then each robot's.
+        roster: who adds and removes robots; None where there is no scene.
     """
 
     def __init__(
-        self, services: Services, clock: SimulationClock, step_clock: SimulationClock, graphs: Sequence[GraphRun]
+        self,
+        services: Services,
+        clock: SimulationClock,
+        step_clock: SimulationClock,
+        graphs: Sequence[GraphRun],
+        roster: Roster | None = None,
     ) -> None:
         self.services = services
         self.clock = clock
         self.step_clock = step_clock
-        self.graphs = list(graphs)
+        self.graphs: list[GraphRun] = []
         self.state: SessionState = "stopped"
+        self._roster = roster
+        self._take(graphs)
+
+    def _take(self, graphs: Sequence[GraphRun]) -> None:
+        self.graphs = list(graphs)
         self._on_tick = [run.executor for run in graphs if not run.on_physics_step]
         self._on_step = [run.executor for run in graphs if run.on_physics_step]
+
+    def spawn(self, name: str, use: RobotUse) -> None:
+        """Put a robot into the scene, between two ticks: time goes on, what others do and publish stays as it is.
+
+        Its graphs run after those that are there. On `stop` it goes back to where it was put.
+
+        Args:
+            name: in the scene, as a scene file's key would be.
+            use: as in a scene file; one robot.
+
+        Raises:
+            CheckError: with all that is wrong with it; nothing has changed then.
+            UsageError: the session has no scene.
+        """
+        if self._roster is None:
+            raise UsageError("a session without a scene has no place for robots")
+        self._take([*self.graphs, *self._roster.add(name, use)])
+
+    def remove(self, name: str) -> None:
+        """Take a robot, its graphs and its topics away, between two ticks; time and the others' state stay.
+
+        Raises:
+            UsageError: there is no such robot, or a graph that is not its own reads something of it.
+        """
+        if self._roster is None:
+            raise UsageError("a session without a scene has no robots")
+        gone = [id(run) for run in self._roster.remove(name, self.graphs)]
+        self._take([run for run in self.graphs if id(run) not in gone])
 
     @property
     def time(self) -> float:
@@ -161,7 +201,7 @@ class Session:
     def close(self) -> None:
         """Leave the network and release the world; safe to call twice."""
         for run in self.graphs:
-            run.executor.close()
+            run.close()
         self.services.network.close()
         self.services.world.close()
 

@@ -149,6 +149,9 @@ class GraphUse(Spec):
     parameters: dict[Name, Any] = {}
 
 
+MAX_ROBOTS = 1000
+
+
 class PhysicsSpec(Spec):
     """How often graphs tick, and how often physics integrates inside a tick."""
 
@@ -156,14 +159,44 @@ class PhysicsSpec(Spec):
     substeps: int = Field(default=4, ge=1, le=1000, description="MuJoCo steps in a tick.")
 
 
+class PlaceSpec(Spec):
+    """Where one robot of several stands."""
+
+    position: Vector = (0.0, 0.0, 0.0)
+    orientation: Orientation = UPRIGHT
+
+
 class RobotUse(Spec):
-    """A robot file put into a scene."""
+    """A robot file put into a scene, once or as a fleet: `NAME_0000`, `NAME_0001` and so on."""
 
     use: str
     position: Vector = (0.0, 0.0, 0.0)
     orientation: Orientation = UPRIGHT
-    namespace: str | None = Field(default=None, description="Replaces the robot file's namespace on its base link.")
+    count: int | None = Field(
+        default=None, ge=1, le=MAX_ROBOTS, description="How many robots, in rows along the x axis."
+    )
+    spacing: Annotated[tuple[Positive, Positive], Field(strict=False)] | None = Field(
+        default=None, description="From one to the next in a row, and from row to row along the y axis, m."
+    )
+    per_row: int | None = Field(default=None, ge=1, description="Robots in a row; all of them when not given.")
+    places: Annotated[tuple[PlaceSpec, ...], Field(strict=False, max_length=MAX_ROBOTS)] | None = Field(
+        default=None, description="In place of count: where each robot stands, relative to position and orientation."
+    )
+    namespace: str | None = Field(
+        default=None,
+        description="Replaces the robot file's namespace on its base link; {name} is the robot's name, {index:04} its number.",
+    )
     robot_state: bool = Field(default=False, description="Publish what robot_state_publisher would.")
+
+    @model_validator(mode="after")
+    def _one_fleet(self) -> RobotUse:
+        if self.count is not None and self.places is not None:
+            raise ValueError("a fleet has a count or places, not both")
+        if (self.count or 1) > 1 and self.spacing is None:
+            raise ValueError("a fleet with a count needs a spacing: [x, y], in m")
+        if self.count is None and (self.spacing or self.per_row):
+            raise ValueError("spacing and per_row belong to a count")
+        return self
 
 
 class SceneSpec(Spec):
@@ -185,8 +218,11 @@ class DriveSpec(Spec):
     damping: NotNegative = Field(default=0.0, description="N m s/rad, or N s/m.")
     stiffness: NotNegative = Field(default=0.0, description="N m/rad, or N/m.")
     target_velocity: float = Field(default=0.0, description="rad/s, or m/s, until something commands the joint.")
+    max_force: Positive | None = Field(
+        default=None, description="N m, or N: the most that the drive exerts; the description's effort when not given."
+    )
     max_acceleration: Positive | None = Field(
-        default=None, description="Limit on the slope of the velocity set point, rad/s2."
+        default=None, description="Limit on the slope of the velocity set point, rad/s2, or m/s2."
     )
 
 
@@ -195,13 +231,17 @@ class UsdDriveSpec(Spec):
 
     damping: NotNegative = Field(default=0.0, description="N m s/deg.")
     stiffness: NotNegative = Field(default=0.0, description="N m/deg.")
-    target_velocity: float = Field(default=0.0, description="deg/s.")
+    max_force: Positive | None = Field(
+        default=None, description="N m, or N: the most that the drive exerts; the description's effort when not given."
+    )
+    target_velocity: float = Field(default=0.0, description="deg/s, or m/s.")
 
 
 class JointSpec(Spec):
     """What is changed about a joint of the robot description."""
 
     enabled: bool = True
+    weld: bool = Field(default=False, description="Keep in place what would fall off once the joint is disabled.")
     position: Vector | None = Field(default=None, description="Overrides the joint's origin in its parent link, m.")
     drive: DriveSpec | None = None
     usd_drive: UsdDriveSpec | None = None
@@ -237,7 +277,9 @@ class SensorSpec(FrameSpec):
 
     type: Literal["lidar", "camera", "imu", "contact", "realsense_d455", "rig"]
     profile: str = Field(default="", description="Name of a sensor profile, such as microscan3_9m_20hz.")
-    noise_std: NotNegative = Field(default=0.0, description="Standard deviation of a lidar's distances, m.")
+    noise_std: NotNegative | None = Field(
+        default=None, description="Standard deviation of a lidar's distances, m; the profile's when not given."
+    )
 
 
 class RobotSpec(Spec):
@@ -247,10 +289,22 @@ class RobotSpec(Spec):
     robot: Name
     doc: str = ""
     extends: str = Field(default="", description="A robot file that this one changes.")
-    urdf: str = Field(default="", description="URDF file.")
+    urdf: str = Field(default="", description="URDF file, or a .xacro file that expands to one.")
+    xacro_arguments: dict[str, str | bool | int | float] = Field(
+        default={}, description="Values of the xacro file's arguments, as in `xacro file name:=value`."
+    )
+    package_paths: tuple[str, ...] = Field(
+        default=(),
+        description="ROS packages, or folders that contain them, for package:// and $(find …).",
+        strict=False,
+    )
     base_link: str = Field(default="base_link", description="Root link; the free joint moves it.")
+    fixed_base: bool = Field(
+        default=False,
+        description="Bolt the root link to the world, as for an arm; a root link that is called `world` always is.",
+    )
     articulation_root: str = Field(
-        default="", description="Link that graphs address the robot by; the base link when empty."
+        default="", description="Link that graphs address the robot by; the one that moves freely when empty."
     )
     joints: dict[str, JointSpec] = {}
     keep_only_joints: tuple[str, ...] = Field(

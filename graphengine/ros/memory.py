@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import itertools
-from collections import deque
+from collections import defaultdict, deque
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Any
 
 from graphengine.context import QoS
@@ -71,6 +72,15 @@ class MemoryReader:
         self._transport.remove(self)
 
 
+@dataclass(slots=True)
+class _Topic:
+    """Who writes and reads a topic, and what was written to it."""
+
+    writers: list[MemoryWriter] = field(default_factory=list)
+    readers: list[MemoryReader] = field(default_factory=list)
+    sent: list[tuple[str, bytes]] = field(default_factory=list)
+
+
 class MemoryTransport:
     """Topics within one process, with the rules of DDS on who matches whom and what late joiners get.
 
@@ -84,9 +94,7 @@ class MemoryTransport:
         self._wants_all = wants_all
         self._closed = False
         self._numbers = itertools.count()
-        self._writers: list[MemoryWriter] = []
-        self._readers: list[MemoryReader] = []
-        self._sent: dict[str, list[tuple[str, bytes]]] = {}
+        self._topics: defaultdict[str, _Topic] = defaultdict(_Topic)
 
     def writer(self, topic: str, message_type: str, qos: QoS) -> MemoryWriter:
         """A writer on a topic.
@@ -96,7 +104,7 @@ class MemoryTransport:
         """
         self._admit(topic, message_type)
         writer = MemoryWriter(self, topic, message_type, qos)
-        self._writers.append(writer)
+        self._topics[topic].writers.append(writer)
         return writer
 
     def reader(self, topic: str, message_type: str, qos: QoS, deliver: Callable[[bytes], None]) -> MemoryReader:
@@ -107,20 +115,20 @@ class MemoryTransport:
         """
         self._admit(topic, message_type)
         reader = MemoryReader(self, topic, message_type, qos, deliver)
-        self._readers.append(reader)
+        self._topics[topic].readers.append(reader)
         if reader.qos.durability == "transientLocal":
-            missed = sorted(kept for writer in self._writers if reader.matches(writer) for kept in writer.kept)
+            missed = sorted(kept for writer in self._topics[topic].writers if reader.matches(writer) for kept in writer.kept)
             for _, data in missed if reader.qos.history == "keepAll" else missed[-reader.qos.depth :]:
                 deliver(data)
         return reader
 
     def raw(self, topic: str) -> list[bytes]:
         """Every message that was written to a topic, encoded, oldest first."""
-        return [data for _, data in self._sent.get(topic, [])]
+        return [data for _, data in self._topics[topic].sent]
 
     def messages(self, topic: str) -> list[Any]:
         """Every message that was written to a topic, oldest first."""
-        return [messages.decode(data, message_type) for message_type, data in self._sent.get(topic, [])]
+        return [messages.decode(data, message_type) for message_type, data in self._topics[topic].sent]
 
     def inject(self, topic: str, message: Any) -> None:
         """Deliver a message, or bytes, to the readers of a topic as a peer that matches them all would.
@@ -128,11 +136,10 @@ class MemoryTransport:
         Raises:
             TransportError: nobody reads that topic, or not with the message's type.
         """
-        readers = [reader for reader in self._readers if reader.topic == topic]
+        readers = list(self._topics[topic].readers)
         if not readers:
-            raise TransportError(
-                f"nobody reads {topic}\n{listing(sorted({r.topic for r in self._readers}), 'topics that are read')}"
-            )
+            read = sorted(name for name, other in self._topics.items() if other.readers)
+            raise TransportError(f"nobody reads {topic}\n{listing(read, 'topics that are read')}")
         if not isinstance(message, bytes):
             found = messages.message_type(message)
             for reader in readers:
@@ -145,12 +152,14 @@ class MemoryTransport:
     def close(self) -> None:
         """End all deliveries; what was written can still be read back."""
         self._closed = True
-        self._writers.clear()
-        self._readers.clear()
+        for topic in self._topics.values():
+            topic.writers.clear()
+            topic.readers.clear()
 
     def serves(self, writer: MemoryWriter) -> bool:
         """Whether what a writer would write is wanted."""
-        return writer in self._writers and (self._wants_all or any(r.matches(writer) for r in self._readers))
+        topic = self._topics[writer.topic]
+        return writer in topic.writers and (self._wants_all or any(r.matches(writer) for r in topic.readers))
 
     def send(self, writer: MemoryWriter, data: bytes) -> None:
         """Keep and deliver one message of a writer.
@@ -158,17 +167,19 @@ class MemoryTransport:
         Raises:
             TransportError: the writer is closed.
         """
-        if writer not in self._writers:
+        topic = self._topics[writer.topic]
+        if writer not in topic.writers:
             raise TransportError(f"{writer.topic}: the writer is closed")
-        self._sent.setdefault(writer.topic, []).append((writer.message_type, data))
+        topic.sent.append((writer.message_type, data))
         writer.kept.append((next(self._numbers), data))
-        for reader in tuple(self._readers):
+        for reader in tuple(topic.readers):
             if reader.matches(writer):
                 reader.deliver(data)
 
     def remove(self, endpoint: MemoryWriter | MemoryReader) -> None:
         """Forget an endpoint."""
-        endpoints: list[Any] = self._writers if isinstance(endpoint, MemoryWriter) else self._readers
+        topic = self._topics[endpoint.topic]
+        endpoints: list[Any] = topic.writers if isinstance(endpoint, MemoryWriter) else topic.readers
         if endpoint in endpoints:
             endpoints.remove(endpoint)
 

@@ -16,7 +16,7 @@ from graphengine.stage import Prim, PrimKind, Stage
 from graphengine.world.engine import mujoco
 from graphengine.world.poses import from_orientation
 from graphengine.world.robot import Robot
-from graphengine.world.sensors.profiles import LidarProfile, RigProfile, angles
+from graphengine.world.sensors.profiles import LidarProfile, RigProfile
 
 LOOKING_FORWARD: Quaternion = (0.5, -0.5, -0.5, 0.5)
 """Turns a camera, which looks along its -z axis with +y up, to look along the x axis of its mount with z up."""
@@ -93,8 +93,8 @@ class _Builder:
             self._sensor(name, sensor)
         for reference, value in robot.spec.namespaces.items():
             self._write("namespaces", reference, "namespace", value)
-        if robot.use.namespace is not None:
-            self.stage.find(links[robot.spec.base_link]).namespace = robot.use.namespace
+        if robot.placement.namespace is not None:
+            self.stage.find(links[robot.spec.base_link]).namespace = robot.placement.namespace
         for reference, value in robot.spec.name_overrides.items():
             self._write("name_overrides", reference, "name_override", value)
         for name, material in robot.spec.materials.items():
@@ -111,12 +111,13 @@ class _Builder:
     def _links(self) -> dict[str, str]:
         """Define the robot and its links; their paths by name."""
         robot = self.robot
+        base = f"{robot.name}/{robot.spec.base_link}"
         self.stage.add(
             robot.prim_path,
             "robot",
-            position=robot.use.position,
-            orientation=from_orientation(robot.use.orientation),
-            body=f"{robot.name}/{robot.spec.base_link}",
+            position=robot.placement.pose[0],
+            orientation=robot.placement.pose[1],
+            body=base if base in self.bodies else None,
         )
         paths: dict[str, str] = {}
         for link in robot.urdf.depth_first():
@@ -148,7 +149,7 @@ class _Builder:
                 facts={
                     "joint": joint.name,
                     "type": joint.type,
-                    "enabled": joint.name not in self.robot.disabled,
+                    "enabled": joint.name not in self.robot.disabled.joints,
                     "parent": links[joint.parent],
                     "child": links[joint.child],
                     "drive": self.robot.drives.get(joint.name),
@@ -181,7 +182,8 @@ class _Builder:
             kind: PrimKind = "imu" if profile.imu is not None else "contact"
             self._mount("sensors", name, kind, sensor.parent, pose, profile=profile.sensor, **own.model_dump())
             return
-        path = self._mount("sensors", name, "sensor", sensor.parent, pose, type=sensor.type)
+        shapes = [shape.model_dump() for shape in profile.appearance] if profile is not None else []
+        path = self._mount("sensors", name, "sensor", sensor.parent, pose, type=sensor.type, appearance=shapes)
         if not path or profile is None:
             return
         span = self.robot.file.key_span("sensors", name)
@@ -208,9 +210,11 @@ def _lidar_facts(lidar: LidarProfile, sensor: SensorSpec, profile: str) -> dict[
     return {
         "profile": profile,
         "rate": lidar.rate,
-        "angles": angles(lidar.beams),
+        "angles": lidar.angles,
+        "elevations": lidar.elevations,
         "ranges": (lidar.near, lidar.far),
-        "noise_std": sensor.noise_std,
+        "noise_std": lidar.noise_std if sensor.noise_std is None else sensor.noise_std,
+        "resolution": lidar.resolution,
     }
 
 

@@ -318,11 +318,11 @@ def test_a_text_of_a_file_cannot_forge_a_line_of_output(tmp_path: Path) -> None:
 @pytest.mark.skipif(sys.platform == "win32", reason="no such names")
 def test_the_name_of_a_file_cannot_steer_a_terminal(tmp_path: Path) -> None:
     path = tmp_path / f"{HOSTILE}.yaml"
-    path.write_text("graph: g\ndoc: a\ndoc: b\nnodes: {A: {subgraph: x.yaml}}\n")
-    (tmp_path / "\x1b[31mx.yaml").write_text("")
+    path.write_text("graph: g\ndoc: a\ndoc: b\nnodes: {A: {subgraph: secret.yaml}}\n")
+    (tmp_path / "\x1b[31msecret.yaml").write_text("")
     missing = tmp_path / f"{HOSTILE}missing.yaml"
     findings = [*build.assemble(path).findings.items, *build.assemble(missing).findings.items]
     assert [finding.code for finding in findings] == ["G103", "G214", "G101"]
-    assert findings[1].help[0] == r"did you mean '\x1b[31mx.yaml'?"
+    assert findings[1].help[0] == r"did you mean '\x1b[31msecret.yaml'?"
     text = "\n".join(finding.render() for finding in findings)
     assert all(character.isprintable() or character == "\n" for character in text)

@@ -8,18 +8,18 @@ from pathlib import Path
 from typing import Any
 
 from graphengine.backend import OwnedPublisher, TopicClaim
-from graphengine.check import make_executor, make_variables
 from graphengine.diagnostics import Findings, NodeError
 from graphengine.dry import DryEndpoint, DryNetwork, DryWorld
 from graphengine.files import Files
 from graphengine.graph import Graph
+from graphengine.graph_run import GraphRun, make_graph_run
 from graphengine.literals import Override
 from graphengine.node_context import NodeContext, Services, SimulationClock
 from graphengine.plan import Plan
 from graphengine.planning import make_plan
 from graphengine.registry import Registry
 from graphengine.resolve import resolve
-from graphengine.session import GraphRun, Session
+from graphengine.session import Session
 from graphengine.stage import Stage
 from graphengine.template import load_graph
 from tests.engine import nodes_for_tests
@@ -99,10 +99,10 @@ class Bench:
         self.journal = Journal()
         self.services = Services(DryWorld(Stage()), self.journal)
         self.clock = SimulationClock((1, 100))
-        self.variables = make_variables(plan)
         self.faults: list[NodeError] = []
         fault = self.faults.append if keep_going else None
-        self.executor = make_executor(plan, self.services, self.clock, self.variables, fault)
+        run = make_graph_run(plan, self.services, self.clock, fault)
+        self.executor, self.variables = run.executor, run.variables
 
     def context_of(self, index: int) -> NodeContext:
         """What a node would be set up with."""
@@ -193,10 +193,9 @@ class Play:
             plan = planned(path, findings)
             assert plan is not None, "\n".join(finding.render() for finding in findings.items)
             on_step = plan.graph.runs == "physics_step"
-            variables = make_variables(plan)
-            executor = make_executor(plan, self.services, self.step_clock if on_step else self.clock, variables)
-            executor.setup()
-            runs.append(GraphRun(executor, variables, on_step))
+            run = make_graph_run(plan, self.services, self.step_clock if on_step else self.clock)
+            run.executor.setup()
+            runs.append(run)
             self.plans.append(plan)
         self.session = Session(self.services, self.clock, self.step_clock, runs)
         self.journal.lines.clear()

@@ -10,8 +10,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from graphengine.diagnostics import PrimError
+from graphengine.diagnostics import Findings, PrimError
+from graphengine.spec import RobotUse
 from graphengine.world.model import LoadedWorld
+from graphengine.world.population import Population
 from tests.world.conftest import Ship
 from tests.world.harness import FLOOR, SCENE, Project
 
@@ -105,24 +107,29 @@ def test_bodies_of_the_world_are_prims_and_stand_still_or_move(project: Project)
     assert world.simulation.body(world.stage.find("/World")).velocity() == ((0, 0, 0), (0, 0, 0))
 
 
-def test_handles_outlive_a_model_that_is_compiled_anew(ship: Ship) -> None:
-    world = ship("dd100_flat.yaml")
+def test_handles_outlive_a_model_that_is_compiled_anew(project: Project) -> None:
+    sensors = "sensors: {eye: {type: lidar, profile: lidar_360, parent: base_link}}\n"
+    joints = "joints: {arm_joint: {drive: {damping: 1.0}}}\n"
+    project.write("bot.yaml", f"robot: bot\nurdf: bot.urdf\n{sensors}{joints}")
+    world = project.load()
     simulation = world.simulation
-    joints = simulation.articulation(world.stage.find("/dd100"))
-    base, lidar = simulation.body(world.stage.find("/dd100")), simulation.lidar(world.stage.find(LIDAR))
+    arm = simulation.articulation(world.stage.find("/bot"))
+    base, eye = (
+        simulation.body(world.stage.find("/bot")),
+        simulation.lidar(world.stage.find("/bot/base_link/eye/Lidar")),
+    )
     before = base.pose()
-    pillar = world.editable.worldbody.add_body(name="a_pillar", pos=[2, 0, 0.5])
-    pillar.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[0.1, 0.1, 0.5])
-    simulation.rebind(*world.editable.recompile(simulation.model, simulation.data))
+    Population(world).add("other", RobotUse(use="bot.yaml", position=(2.0, 0.0, 0.1)), Findings())
     assert base.pose() == before
     simulation.reset()
     assert base.pose() == before
     simulation.begin_tick(1)
-    assert lidar.scan().ranges[1375] == pytest.approx(1.9, abs=1e-3)
-    joints.select().command(velocities=[10.0, 10.0])
-    for _ in range(120):
+    assert eye.scan().ranges[180] == pytest.approx(1.8, abs=1e-6)  # straight ahead, to the side of a box of 0.4 m
+    arm.select().command(velocities=[0.5])
+    for _ in range(10):
         simulation.step()
-    assert base.velocity()[0][0] == pytest.approx(0.49, rel=0.005)
+    assert arm.velocities() == pytest.approx([0.5], rel=0.2)
+    assert simulation.articulation(world.stage.find("/other")).velocities() == pytest.approx([0.0], abs=0.05)
 
 
 def test_settling_gives_up_on_what_never_rests(project: Project) -> None:

@@ -1,0 +1,81 @@
+"""One graph of a session: its executor, its variables, and the contexts of its nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from graphengine.diagnostics import NodeError
+from graphengine.executor import Executor
+from graphengine.node_context import GraphVariable, NodeContext, Services, SimulationClock
+from graphengine.plan import Plan
+
+
+class GraphContexts:
+    """Hands out the context of each node, by its index; a new one closes what the old one handed out."""
+
+    def __init__(
+        self, plan: Plan, services: Services, clock: SimulationClock, variables: dict[str, GraphVariable]
+    ) -> None:
+        self._plan = plan
+        self._services = services
+        self._clock = clock
+        self._variables = variables
+        self._contexts: dict[int, NodeContext] = {}
+
+    def __call__(self, index: int) -> NodeContext:
+        """The context of one node."""
+        if index in self._contexts:
+            self._contexts[index].close()
+        graph = self._plan.graph
+        path = f"{graph.prim_path}/{graph.instances[index].id}"
+        rate = 1.0 / self._clock.delta if index in self._plan.certain else None
+        context = NodeContext(self._services, self._clock, graph.name, path, rate, self._variables, graph.runs)
+        self._contexts[index] = context
+        return context
+
+    def bound(self, below: str) -> str | None:
+        """Prim path of a node that was handed something of a prim, or of one below it; None if there is none."""
+        for context in self._contexts.values():
+            if any(path == below or path.startswith(f"{below}/") for path in context.prims):
+                return context.prim_path
+        return None
+
+    def close(self) -> None:
+        """Close everything that was handed out."""
+        for context in self._contexts.values():
+            context.close()
+        self._contexts.clear()
+
+
+@dataclass(slots=True)
+class GraphRun:
+    """A graph that runs."""
+
+    executor: Executor
+    variables: dict[str, GraphVariable]
+    contexts: GraphContexts
+
+    @property
+    def name(self) -> str:
+        """As messages call it: the robot's name, if it belongs to one, and its own."""
+        return self.executor.plan.graph.name
+
+    @property
+    def on_physics_step(self) -> bool:
+        """Whether it runs after each physics step, not once a tick."""
+        return self.executor.plan.graph.runs == "physics_step"
+
+    def close(self) -> None:
+        """Close what its nodes hold; safe to call twice."""
+        self.executor.close()
+        self.contexts.close()
+
+
+def make_graph_run(
+    plan: Plan, services: Services, clock: SimulationClock, fault: Callable[[NodeError], None] | None = None
+) -> GraphRun:
+    """A graph over services, not set up yet; `fault` hears of nodes that raise, else the run stops."""
+    variables = {name: GraphVariable(default) for name, default in plan.graph.variables.items()}
+    contexts = GraphContexts(plan, services, clock, variables)
+    return GraphRun(Executor(plan, contexts, lambda: (clock.frame, clock.time), fault), variables, contexts)

@@ -1,0 +1,137 @@
+"""A scene's world and the kinds of robots in it, as MuJoCo's editable models: any set of robots compiles from them."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from graphengine.diagnostics import Findings, Span
+from graphengine.files import NotFoundError
+from graphengine.spec import Loaded, SceneSpec
+from graphengine.world.engine import mujoco
+from graphengine.world.fleet import Placement
+from graphengine.world.materials import NO_FLOOR_FRICTION
+from graphengine.world.references import Library
+from graphengine.world.robot import Robot, load_robot
+from graphengine.world.robot_model import robot_spec
+from graphengine.world.robotfile import read_robot
+from graphengine.world.xmlfile import Element, mujoco_says, place_of
+
+_DEGREE_OF_FREEDOM = re.compile(r"\bDOF (\d+)")
+
+
+@dataclass(frozen=True, slots=True)
+class _Kind:
+    """What one robot file stands for: a robot somewhere, and its model."""
+
+    robot: Robot
+    model: mujoco.MjSpec
+
+
+class Scenery:
+    """A world, and robots to be put into it.
+
+    Args:
+        scene: what messages about the world point to; relative paths begin in its folder.
+        world: parsed; None if that failed, and then nothing compiles.
+        lines: where each line of the parsed text comes from.
+        library: reads what descriptions refer to.
+    """
+
+    def __init__(
+        self, scene: Loaded[SceneSpec], world: mujoco.MjSpec | None, lines: Sequence[Span], library: Library
+    ) -> None:
+        self.scene = scene
+        self.library = library
+        self._world = world
+        self._lines = lines
+        self._floor = _floor_friction(world) if world is not None else NO_FLOOR_FRICTION
+        self._kinds: dict[Path, _Kind | None] = {}
+
+    def robot(self, placement: Placement, findings: Findings) -> Robot | None:
+        """A robot at its place; each robot file is read once, and what is wrong with it told once."""
+        try:
+            path = self.library.files.find(placement.use.use, self.scene.folder)
+        except NotFoundError as error:
+            findings.add("S101", error.message, self.scene.document.span("robots", placement.key, "use"), *error.help)
+            return None
+        if path not in self._kinds:
+            self._kinds[path] = self._read(path, placement, findings)
+        kind = self._kinds[path]
+        return replace(kind.robot, placement=placement) if kind is not None else None
+
+    def _read(self, path: Path, placement: Placement, findings: Findings) -> _Kind | None:
+        file = read_robot(path, self.library.files, findings)
+        robot = load_robot(placement, file, self.library.files, findings) if file is not None else None
+        model = robot_spec(robot, self.library, self._floor, findings) if robot is not None else None
+        return _Kind(robot, model) if robot is not None and model is not None else None
+
+    def compile(self, robots: Mapping[str, Robot], findings: Findings) -> mujoco.MjModel | None:
+        """One model of the world and robots from `robot`; None when MuJoCo refuses."""
+        if self._world is None:
+            return None
+        before, whole = len(findings.errors), self._world.copy()
+        whole.copy_during_attach = True
+        models = {id(kind.robot.file): kind.model for kind in self._kinds.values() if kind is not None}
+        for robot in robots.values():
+            position, (x, y, z, w) = robot.placement.pose
+            frame = whole.worldbody.add_frame(pos=position, quat=(w, x, y, z))
+            try:
+                whole.attach(models[id(robot.file)], frame=frame, prefix=f"{robot.name}/")
+            except (ValueError, mujoco.FatalError) as error:
+                self._refused(error, robots, findings)
+        if len(findings.errors) > before:
+            return None
+        try:
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                model = whole.compile()
+        except (ValueError, mujoco.FatalError) as error:
+            self._refused(error, robots, findings)
+            return None
+        for warning in caught:
+            self._warned(str(warning.message), model, robots, findings)
+        return model
+
+    def _warned(self, text: str, model: mujoco.MjModel, robots: Mapping[str, Robot], findings: Findings) -> None:
+        """Tell what MuJoCo thinks of a model that it compiled, at the joint if it numbers one."""
+        sentence, number = text.partition(" Time =")[0], _DEGREE_OF_FREEDOM.search(text)
+        span, where = self.scene.document.key_span("world"), ""
+        if number is not None and int(number[1]) < model.nv:
+            index = int(model.dof_jntid[int(number[1])])
+            name = model.joint(index).name or model.body(int(model.jnt_bodyid[index])).name
+            where = f"degree of freedom {number[1]} belongs to {name!r}"
+            span = element.span if (element := _element(name, robots)) is not None else span
+        findings.add("W205", f"MuJoCo: {sentence}", span, where)
+
+    def _refused(self, error: Exception, robots: Mapping[str, Robot], findings: Findings) -> None:
+        """Tell MuJoCo's sentence where its element stands: in a robot's description if the name says so, else in the world."""
+        message, name, line = mujoco_says(error)
+        element = _element(name, robots)
+        if element is not None:
+            findings.add("S106", f"MuJoCo: {message}: {name.partition('/')[2]!r}", element.span)
+        else:
+            findings.add("S106", f"MuJoCo: {message}", place_of(self._lines, line))
+
+
+def _element(name: str, robots: Mapping[str, Robot]) -> Element | None:
+    """What a robot's description calls so, or the whole description; None for what belongs to no robot."""
+    owner, _, rest = name.partition("/")
+    if owner not in robots:
+        return None
+    root = robots[owner].urdf.element
+    return next((element for element in root.walk() if element.get("name") == rest.partition(".")[0]), root)
+
+
+def _floor_friction(world: mujoco.MjSpec) -> float:
+    """Sliding friction of the world's first plane."""
+    planes = (geom for geom in world.geoms if geom.type == mujoco.mjtGeom.mjGEOM_PLANE)
+    return next((float(geom.friction[0]) for geom in planes), NO_FLOOR_FRICTION)
+
+
+def body_names(model: mujoco.MjModel) -> set[str]:
+    """Names of all bodies of a model."""
+    return {model.body(index).name for index in range(model.nbody)}
