@@ -10,11 +10,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from graphengine.rotation import from_rpy, rotate
+from graphengine.rotation import compose, from_rpy, relative, rotate
 from graphengine.stage import Stage
 from graphengine.world.engine import mujoco
 from graphengine.world.model import LoadedWorld
+from graphengine.world.sensors.rays import RaysChoice
 from graphengine.world.simulation import Simulation
+from tests.world.casters import either_rays
 from tests.world.conftest import Ship
 from tests.world.harness import SCENE, Project
 
@@ -26,30 +28,61 @@ ROOM = """<mujoco><worldbody>
 LOW, HIGH = np.array([-5.0, -4.0, -2.0]), np.array([7.0, 6.0, 3.0])
 
 
-def room(rate: float = 20.0, tick_rate: Fraction = Fraction(60), beams: int = 2751, **facts: object) -> Simulation:
+def room(
+    rate: float = 20.0,
+    tick_rate: Fraction = Fraction(60),
+    beams: int = 2751,
+    rays: RaysChoice = "auto",
+    **facts: object,
+) -> Simulation:
     """A lidar that hangs in a closed box of 12 m x 10 m x 5 m, tilted, at (1, -0.5, 0.4)."""
     stage = Stage()
     last = math.radians(137.5)
     known = {"rate": rate, "angles": (-last, last, 2 * last / (beams - 1)), "ranges": (0.05, 64.0)}
     pose = {"position": (1.0, -0.5, 0.4), "orientation": from_rpy(0.1, -0.2, 0.9)}
     stage.add("/Lidar", "lidar", facts=known | facts, **pose)
-    return Simulation(mujoco.MjModel.from_xml_string(ROOM), stage, tick_rate, 1)
+    return Simulation(mujoco.MjModel.from_xml_string(ROOM), stage, tick_rate, 1, rays=rays)
 
 
-def test_every_beam_measures_the_distance_to_the_wall_it_meets() -> None:
-    simulation = room()
+def walls_along(beams: np.ndarray) -> np.ndarray:
+    """Distances to the walls of the room, for directions in the lidar's frame."""
+    turned = np.array([rotate(from_rpy(0.1, -0.2, 0.9), tuple(beam)) for beam in beams.tolist()])
+    start = np.array([1.0, -0.5, 0.4])
+    with np.errstate(divide="ignore"):
+        distances: np.ndarray = np.where(turned > 0, (HIGH - start) / turned, (LOW - start) / turned).min(axis=1)
+    return distances
+
+
+@either_rays
+def test_every_beam_measures_the_distance_to_the_wall_it_meets(rays: RaysChoice) -> None:
+    simulation = room(rays=rays)
     lidar = simulation.lidar(simulation.stage.find("/Lidar"))
     simulation.begin_tick(1)
     scan = lidar.scan()
     assert len(scan.ranges) == 2751
-    beams = np.array([rotate(from_rpy(0.1, -0.2, 0.9), tuple(beam)) for beam in lidar.directions.tolist()])
-    start = np.array([1.0, -0.5, 0.4])
-    with np.errstate(divide="ignore"):
-        walls = np.where(beams > 0, (HIGH - start) / beams, (LOW - start) / beams)
-    np.testing.assert_allclose(scan.ranges, walls.min(axis=1), atol=1e-6, rtol=0)
+    np.testing.assert_allclose(scan.ranges, walls_along(lidar.directions), atol=1e-6, rtol=0)
     assert scan.ranges.dtype == np.float32
+    assert lidar.elevations.tolist() == [0.0]
     assert lidar.directions[1375] == pytest.approx([1, 0, 0], abs=1e-12)
     assert lidar.directions[2750][1] == pytest.approx(math.sin(math.radians(137.5)))
+
+
+@either_rays
+def test_beams_of_a_3d_lidar_come_ring_after_ring_and_measure_the_walls_too(rays: RaysChoice) -> None:
+    elevations = tuple(map(math.radians, (-70.0, -15.0, 0.0, 2.5, 40.0)))
+    simulation = room(rays=rays, beams=100, elevations=elevations)
+    lidar = simulation.lidar(simulation.stage.find("/Lidar"))
+    simulation.begin_tick(1)
+    scan = lidar.scan()
+    assert lidar.elevations.tolist() == list(elevations)
+    assert lidar.directions.shape == (500, 3)
+    first, _, increment = lidar.angles
+    for ring, beam in ((0, 0), (1, 99), (2, 17), (4, 50)):
+        azimuth, elevation = first + beam * increment, elevations[ring]
+        level = math.cos(elevation)
+        expected = (level * math.cos(azimuth), level * math.sin(azimuth), math.sin(elevation))
+        assert lidar.directions[100 * ring + beam] == pytest.approx(expected)
+    np.testing.assert_allclose(scan.ranges, walls_along(lidar.directions), atol=1e-6, rtol=0)
 
 
 def test_what_is_too_near_or_too_far_is_no_return() -> None:
@@ -60,8 +93,8 @@ def test_what_is_too_near_or_too_far_is_no_return() -> None:
     returned = np.isfinite(scan.ranges)
     true = unbounded.lidar(unbounded.stage.find("/Lidar")).scan().ranges
     np.testing.assert_array_equal(returned, (true >= 4.0) & (true <= 6.0))
-    assert scan.ranges[returned].min() == 4.0  # noise stays within what the sensor reports
-    assert scan.ranges[returned].max() == 6.0
+    assert min(scan.ranges[returned]) == 4.0  # noise stays within what the sensor reports
+    assert max(scan.ranges[returned]) == 6.0
     np.testing.assert_array_equal(scan.intensities > 0, returned)
 
 
@@ -154,6 +187,16 @@ def test_noise_has_the_standard_deviation_it_is_given() -> None:
     assert error.mean() == pytest.approx(0.0, abs=0.002)
 
 
+def test_distances_are_multiples_of_the_resolution_the_nearest_ones() -> None:
+    simulation, exact = room(resolution=0.25), room()
+    coarse = simulation.lidar(simulation.stage.find("/Lidar")).scan().ranges
+    fine = exact.lidar(exact.stage.find("/Lidar")).scan().ranges
+    assert np.all(coarse % 0.25 == 0)
+    assert np.abs(coarse - fine).max() <= 0.125 + 1e-6
+    noisy = room(resolution=0.25, noise_std=0.1)
+    assert np.all(noisy.lidar(noisy.stage.find("/Lidar")).scan().ranges % 0.25 == 0)
+
+
 def test_a_lidar_sees_other_robots_and_not_its_own(project: Project) -> None:
     """Two carts 2 m apart, a lidar inside each: it looks through its own box and meets the other's 0.2 m before its middle."""
     project.write("scene.yaml", SCENE + "  other: {use: bot.yaml, position: [2, 0, 0.1]}\n").write(
@@ -199,6 +242,47 @@ def test_brighter_surfaces_return_more(project: Project) -> None:
     scan = world.simulation.lidar(world.stage.find("/bot/base_link/arm/eye/Lidar")).scan()
     assert scan.intensities[180] == pytest.approx(255)
     assert scan.intensities[0] == pytest.approx(255 * 0.7152)
+
+
+HALF = np.array([0.4, 0.3, 0.6])
+"""m, half the sides of a box, which is turned and stands ahead of the robot."""
+BOX = ((1.6, 0.3, 0.5), from_rpy(0.3, 0.2, 0.5))
+BESIDE = """<mujoco><compiler angle="radian" eulerseq="XYZ"/><worldbody>
+  <body pos="1.6 0.3 0.5" euler="0.3 0.2 0.5"><geom type="box" size=".4 .3 .6"/></body>
+</worldbody></mujoco>"""
+
+
+@either_rays
+@pytest.mark.parametrize("profile", ["lidar_360", "lidar_3d_32"])
+def test_the_points_of_a_turned_and_tilted_lidar_lie_on_the_surface_of_a_box(
+    project: Project, profile: str, rays: RaysChoice
+) -> None:
+    project.write("world.xml", BESIDE).write(
+        "bot.yaml",
+        f"""robot: bot
+urdf: bot.urdf
+sensors:
+  eye:
+    type: lidar
+    profile: {profile}
+    noise_std: 0.0
+    parent: arm
+    position: [0.1, -0.05, 0.4]
+    orientation: {{rpy_deg: [20, 15, 130]}}
+""",
+    )
+    project.write("scene.yaml", SCENE.replace("0.1]", "0.1], orientation: {rpy_deg: [5, -10, 25]}"))
+    world = project.load()
+    simulation = Simulation(world.simulation.model, world.stage, Fraction(60), 4, rays=rays)
+    simulation.begin_tick(1)
+    prim = world.stage.find("/bot/base_link/arm/eye/Lidar")
+    lidar, frame = simulation.lidar(prim), simulation.frame(prim).pose()
+    scan = lidar.scan()
+    hit = np.isfinite(scan.ranges)
+    for point in (lidar.directions[hit] * scan.ranges[hit, None]).tolist():
+        place, _ = relative(BOX, compose(frame, (tuple(point), (0.0, 0.0, 0.0, 1.0))))
+        assert np.max(np.abs(place) - HALF) == pytest.approx(0.0, abs=1e-6)
+    assert hit.sum() > 10
 
 
 def look(world: LoadedWorld, path: str) -> np.ndarray:

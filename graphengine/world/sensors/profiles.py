@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
@@ -13,19 +14,58 @@ from graphengine.spec import UPRIGHT, Format, Loaded, Name, NotNegative, Orienta
 from graphengine.world.robotfile import RobotFile
 
 Pair = Annotated[tuple[float, float], Field(strict=False)]
-MAX_BEAMS = 100_000
+Elevation = Annotated[float, Field(ge=-90, le=90)]
+MAX_BEAMS = 500_000
 PixelCount = Annotated[int, Field(ge=1, le=8192)]
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
 OWN_PROFILES = {"realsense_d455": "realsense_d455", "camera": "camera", "imu": "imu", "contact": "contact"}
 """The profile that a type of sensor has when its robot file names none."""
 
 
 class BeamsSpec(Spec):
-    """Beams in the sensor's xy plane, counter-clockwise from its x axis, evenly spaced."""
+    """Beams of a ring, counter-clockwise from the sensor's x axis, evenly spaced."""
 
     first_deg: float = Field(ge=-360, le=360)
     last_deg: float = Field(ge=-360, le=360)
     count: int = Field(ge=2, le=MAX_BEAMS)
+
+    @model_validator(mode="after")
+    def _once_around(self) -> BeamsSpec:
+        if not 0.0 < self.last_deg - self.first_deg <= 360.0:
+            raise ValueError(
+                "beams go counter-clockwise and once around: last_deg is more than first_deg, by at most 360"
+            )
+        return self
+
+
+class RingsSpec(Spec):
+    """Rings of a 3D lidar, from the lowest up: evenly spaced, or one by one."""
+
+    first_deg: Elevation | None = None
+    last_deg: Elevation | None = None
+    count: int | None = Field(default=None, ge=2, le=1024)
+    each_deg: Annotated[tuple[Elevation, ...], Field(strict=False, min_length=1, max_length=1024)] | None = Field(
+        default=None, description="Angle of each ring above the sensor's xy plane, in place of first, last and count."
+    )
+
+    @model_validator(mode="after")
+    def _upwards(self) -> RingsSpec:
+        spaced = (self.first_deg, self.last_deg, self.count)
+        if (self.each_deg is None) == (spaced == (None, None, None)) or (self.each_deg is None and None in spaced):
+            raise ValueError("rings have first_deg, last_deg and count, or each_deg")
+        angles = self.each_deg or (self.first_deg, self.last_deg)
+        if any(not low < high for low, high in itertools.pairwise(angles)):  # type: ignore[operator]
+            raise ValueError("rings go upwards: each is higher than the one before")
+        return self
+
+    @property
+    def degrees(self) -> tuple[float, ...]:
+        """Angle of each ring."""
+        if self.first_deg is None or self.last_deg is None or self.count is None:
+            return self.each_deg or ()
+        step = (self.last_deg - self.first_deg) / (self.count - 1)
+        return tuple(self.first_deg + step * ring for ring in range(self.count))
 
 
 class LidarProfile(Spec):
@@ -33,8 +73,37 @@ class LidarProfile(Spec):
 
     rate: Positive = Field(le=10_000, description="Sweeps a second.")
     beams: BeamsSpec
+    rings: RingsSpec | None = Field(
+        default=None, description="Rings of a 3D lidar; without, one in the sensor's xy plane."
+    )
     near: NotNegative = Field(description="Nearest distance reported, m.")
     far: Positive = Field(description="Farthest distance reported, m.")
+    noise_std: NotNegative = Field(default=0.0, description="Standard deviation of a distance, m.")
+    resolution: NotNegative = Field(
+        default=0.0, description="Distances are multiples of it, m; 0: they are not rounded."
+    )
+
+    @model_validator(mode="after")
+    def _in_bounds(self) -> LidarProfile:
+        if not self.near < self.far:
+            raise ValueError(f"near must be less than far, and {self.near:g} is not less than {self.far:g}")
+        rings = len(self.elevations)
+        if rings * self.beams.count > MAX_BEAMS:
+            raise ValueError(
+                f"{rings} rings of {self.beams.count} beams are too many: at most {MAX_BEAMS} beams in all"
+            )
+        return self
+
+    @property
+    def angles(self) -> tuple[float, float, float]:
+        """Azimuth of the first and last beam of a ring and between two beams, rad."""
+        first, last = math.radians(self.beams.first_deg), math.radians(self.beams.last_deg)
+        return first, last, (last - first) / (self.beams.count - 1)
+
+    @property
+    def elevations(self) -> tuple[float, ...]:
+        """Angle of each ring above the sensor's xy plane, rad."""
+        return tuple(map(math.radians, self.rings.degrees)) if self.rings is not None else (0.0,)
 
 
 class CameraProfile(Spec):
@@ -108,6 +177,17 @@ class RigProfile(Spec):
     parts: dict[Name, PartSpec]
 
 
+class ShapeSpec(Spec):
+    """A part of a sensor's body, which cameras and the rays of other robots see; nothing collides with it."""
+
+    shape: Literal["box", "cylinder"]
+    size: Annotated[tuple[Positive, Positive, Positive], Field(strict=False)] = Field(
+        description="Length, width and height, m; a cylinder stands upright."
+    )
+    position: Vector = Field(default=(0.0, 0.0, 0.0), description="Of its middle, in the frame of the sensor's mount.")
+    colour: Annotated[tuple[Share, Share, Share], Field(strict=False)] = Field(description="Red, green, blue; 0 to 1.")
+
+
 class SensorProfile(Spec):
     """A sensor profile file."""
 
@@ -119,6 +199,7 @@ class SensorProfile(Spec):
     imu: ImuProfile | None = None
     contact: ContactProfile | None = None
     rig: RigProfile | None = None
+    appearance: list[ShapeSpec] = Field(default=[], description="What it looks like to cameras and to the rays of other robots.")
 
     @model_validator(mode="after")
     def _one_section(self) -> SensorProfile:
@@ -126,12 +207,6 @@ class SensorProfile(Spec):
         if sum(getattr(self, section) is not None for section in sections) != 1:
             raise ValueError(f"a profile is one of: {', '.join(sections)}")
         return self
-
-
-def angles(beams: BeamsSpec) -> tuple[float, float, float]:
-    """Azimuth of the first and last beam and between two beams, rad."""
-    first, last = math.radians(beams.first_deg), math.radians(beams.last_deg)
-    return first, last, (last - first) / (beams.count - 1)
 
 
 def read_profiles(robot: RobotFile, files: Files, findings: Findings) -> dict[str, SensorProfile]:

@@ -66,9 +66,9 @@ class PlaneSlice:
 
     @staticmethod
     def serves(model: mujoco.MjModel, seen: Sequence[int]) -> bool:
-        """Whether all geoms have shapes that need no assets."""
+        """Whether there are geoms, and all have shapes that need no assets."""
         shapes = {getattr(mujoco.mjtGeom, f"mjGEOM_{shape}") for shape in _SHAPES}
-        return all(mujoco.mjtGeom(kind) in shapes for kind in model.geom_type[list(seen)])
+        return len(seen) > 0 and all(mujoco.mjtGeom(kind) in shapes for kind in model.geom_type[list(seen)])
 
     def covers(self, origin: Floats, normal: Floats) -> bool:
         """Whether the plane meets nothing that was left out."""

@@ -1,0 +1,149 @@
+"""What scans cost: `mj_multiRay` in the whole world and in a slice of it, and the rays of the extra `fast`, in one run.
+
+`python tests/bench/rays.py [ROUNDS]` casts in the full warehouse: 2751 beams of one robot, 3D lidars, and a scan of each robot
+for 1, 5, 10, 20 and 50 of them. It prints medians of this thread's processor time, and ratios; nothing is
+asserted.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import statistics
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+
+from graphengine.sensor import beam_directions
+from graphengine.world.sensors.rays import Caster, RaysChoice
+from graphengine.world.sensors.select import select_rays
+from graphengine.world.simulation import Simulation
+from tests.world.harness import SHIPPED, load
+
+FAR = 64.0
+FLEET = """scene: fleet
+world: worlds/full_warehouse.xml
+robots:
+  dd100: {{use: robots/dd100.yaml, count: {count}, per_row: 13, spacing: [1.2, 1.2], position: [-25.0, -12.6, 0.025]}}
+"""
+
+
+def interleaved(rounds: int, jobs: Mapping[str, Callable[[], float]]) -> dict[str, float]:
+    """Median of what some jobs say they took, run in turns so that all meet the same weather; the first round warms up."""
+    times: dict[str, list[float]] = {name: [] for name in jobs}
+    for _ in range(rounds + 1):
+        for name, job in jobs.items():
+            times[name].append(job())
+    return {name: statistics.median(found[1:]) for name, found in times.items()}
+
+
+def poses(count: int) -> list[tuple[np.ndarray, np.ndarray]]:
+    """The tutorial's two places, and others in the warehouse, all at the height of the lidar."""
+    generator = np.random.default_rng(1)
+    places = [(-3.0, 6.0, 1.57), (-5.0, 10.0, 2.36)]
+    places += [tuple(generator.uniform((-25.0, -22.0, -3.0), (5.0, 30.0, 3.0))) for _ in range(count - len(places))]
+    found = []
+    for x, y, yaw in places:
+        turn = np.array([[np.cos(yaw), -np.sin(yaw), 0.0], [np.sin(yaw), np.cos(yaw), 0.0], [0.0, 0.0, 1.0]])
+        found.append((np.array([x, y, 0.165]), turn))
+    return found
+
+
+POSES = poses(12)
+
+
+def one_lidar(ways: list[RaysChoice], rounds: int) -> None:
+    """Scans of single lidars at many poses."""
+    simulation = load(SHIPPED / "dd100_warehouse.yaml").simulation
+    model, data = simulation.model, simulation.data
+    tree = int(model.body_rootid[model.body("dd100/chassis_link").id])
+    flat = beam_directions((-2.4, 2.4, 4.8 / 2750), np.zeros(1))
+    tilted = flat.copy()
+    tilted[0, 2] = 1e-12  # a beam out of the plane: what is cast into is then the whole world
+    around = np.pi * 2 / 1024
+    for title, directions in (
+        ("2751 beams", flat),
+        *(
+            (f"{n} x 1024", beam_directions((-np.pi, np.pi - around, around), np.linspace(-0.4, 0.4, n)))
+            for n in (16, 64)
+        ),
+    ):
+        casters: dict[str, Caster] = {
+            rays: select_rays(rays, model, data).caster(directions, FAR, tree) for rays in ways
+        }
+        if directions is flat:
+            casters = {"multiRay": select_rays("mujoco", model, data).caster(tilted, FAR, tree), **casters}
+            casters["slice"] = casters.pop("mujoco")
+
+        found = interleaved(rounds, {name: many_scans(caster) for name, caster in casters.items()})
+        worst = max(found.values())
+        print(f"{title}, {model.ngeom} geoms:")
+        for name, seconds in found.items():
+            print(f"  {name:9} {seconds * 1e3:8.3f} ms a scan   {worst / seconds:5.1f} times as fast as the slowest")
+
+
+def many_scans(caster: Caster) -> Callable[[], float]:
+    """A job that casts at all poses."""
+
+    def job() -> float:
+        start = time.thread_time()
+        for origin, rotation in POSES:
+            caster.cast(origin, rotation)
+        return (time.thread_time() - start) / len(POSES)
+
+    return job
+
+
+def fleets(ways: list[RaysChoice], rounds: int) -> None:
+    """A scan of every robot in the same tick."""
+    print("A scan of every robot's 2751 beams:")
+    alone: dict[str, float] = {}
+    for count in (1, 5, 10, 20, 50):
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "fleet.yaml"
+            path.write_text(FLEET.format(count=count), encoding="utf-8")
+            world = load(path)
+        model, stage = world.simulation.model, world.stage
+        simulations = {rays: Simulation(model, stage, Fraction(60), 4, rays=rays) for rays in ways}
+        found = interleaved(rounds, {rays: every_scan(simulation) for rays, simulation in simulations.items()})
+        for name, seconds in found.items():
+            each = seconds / count
+            ratio = each / alone.setdefault(name, each)
+            print(
+                f"  {name:9} {count:2} robots {seconds * 1e3:8.2f} ms   {each * 1e3:6.3f} ms a robot, x{ratio:4.2f} of one"
+            )
+
+
+def every_scan(simulation: Simulation) -> Callable[[], float]:
+    """A job in which all robots move, and then all lidars have a sample."""
+    lidars = [simulation.lidar(prim) for prim in simulation.stage.prims("lidar")]
+
+    def job() -> float:
+        simulation.step()
+        simulation.begin_tick(simulation.tick + 3)
+        start = time.thread_time()
+        for lidar in lidars:
+            lidar.scan()
+        return time.thread_time() - start
+
+    return job
+
+
+def main() -> None:
+    """Print everything."""
+    rounds = int(sys.argv[1]) if len(sys.argv) > 1 else 5
+    ways: list[RaysChoice] = ["mujoco"]
+    if importlib.util.find_spec("numba") is None:
+        print("numba is not installed: pip install 'graphengine[fast]'")
+    else:
+        ways.append("fast")
+    one_lidar(ways, rounds)
+    fleets(ways, rounds)
+
+
+if __name__ == "__main__":
+    main()
