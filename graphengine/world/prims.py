@@ -182,8 +182,9 @@ class _Builder:
             kind: PrimKind = "imu" if profile.imu is not None else "contact"
             self._mount("sensors", name, kind, sensor.parent, pose, profile=profile.sensor, **own.model_dump())
             return
-        shapes = [shape.model_dump() for shape in profile.appearance] if profile is not None else []
-        path = self._mount("sensors", name, "sensor", sensor.parent, pose, type=sensor.type, appearance=shapes)
+        housing = f"{self.robot.name}/{name}.housing"
+        own_body = {"body": housing if housing in self.bodies else None}
+        path = self._mount("sensors", name, "sensor", sensor.parent, pose | own_body, type=sensor.type)
         if not path or profile is None:
             return
         span = self.robot.file.key_span("sensors", name)

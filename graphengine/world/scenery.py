@@ -13,6 +13,7 @@ from graphengine.files import NotFoundError
 from graphengine.spec import Loaded, SceneSpec
 from graphengine.world.engine import mujoco
 from graphengine.world.fleet import Placement
+from graphengine.world.housings import add_housings
 from graphengine.world.materials import NO_FLOOR_FRICTION
 from graphengine.world.references import Library
 from graphengine.world.robot import Robot, load_robot
@@ -67,7 +68,10 @@ class Scenery:
         file = read_robot(path, self.library.files, findings)
         robot = load_robot(placement, file, self.library.files, findings) if file is not None else None
         model = robot_spec(robot, self.library, self._floor, findings) if robot is not None else None
-        return _Kind(robot, model) if robot is not None and model is not None else None
+        if robot is None or model is None:
+            return None
+        add_housings(model, robot)
+        return _Kind(robot, model)
 
     def compile(self, robots: Mapping[str, Robot], findings: Findings) -> mujoco.MjModel | None:
         """One model of the world and robots from `robot`; None when MuJoCo refuses."""

@@ -126,7 +126,8 @@ class World:
         add(visual, "map", znear="0.02", zfar="120")
         add(visual, "quality", offsamples="0")
         add(visual, "global", offwidth="1280", offheight="800")
-        add(visual, "headlight", ambient=grey(0.40), diffuse=grey(0.12), specular=grey(0))
+        add(visual, "headlight", ambient=grey(0.41), diffuse=grey(0.22), specular=grey(0))
+        add(visual, "rgba", haze="0.72 0.77 0.82 1")
 
         self.assets = add(self.root, "asset")
         sky = {"builtin": "gradient", "rgb1": "0.87 0.90 0.93", "rgb2": "0.60 0.66 0.73"}
@@ -136,8 +137,8 @@ class World:
         self._material("floor", texture="floor", texuniform="true", texrepeat=repeat, reflectance="0.04")
 
         self.worldbody = add(self.root, "worldbody")
-        self._light("sun", "0.25 0.2 -0.95", 0.46, shadow=True)
-        self._light("fill", "-0.7 -0.4 -0.45", 0.3)
+        self._light("sun", "0.25 0.2 -0.95", 0.4, shadow=True)
+        self._light("fill", "-0.7 -0.4 -0.45", 0.25)
         (west, east), (south, north) = inside or ((0, 0), (0, 0))
         pose = {"pos": text((west + east) / 2, (south + north) / 2, 0)}
         size = text((east - west) / 2, (north - south) / 2, 1)

@@ -1,0 +1,216 @@
+"""`graphrun snapshot`: a picture of a scene, after it ran for some time."""
+
+from __future__ import annotations
+
+import argparse
+import colorsys
+import contextlib
+import io
+import os
+import re
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from graphengine.build import Assembly
+    from graphengine.sensor import Picture
+    from graphengine.stage import Prim
+    from graphengine.world.rendering import Image
+    from graphengine.world.simulation import Simulation
+
+SIZE = (1280, 720)
+"""Of a view without one."""
+LARGEST = 8192
+MILLIMETRES = 1000
+"""In a metre: what a picture of distances counts in, as ROS does in depth images of 16 bits."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the verb."""
+    from graphengine.cli.common import add_file_arguments
+    from graphengine.cli.run import duration
+
+    add_file_arguments(parser)
+    where = "top, perspective, a camera of the world's MJCF, or the prim of a camera (default perspective)"
+    parser.add_argument("--camera", metavar="VIEW|PRIM", default="perspective", help=where)
+    parser.add_argument("--at", metavar="TIME", type=duration, default=0.0, help="run for so long before: 10, 500ms")
+    parser.add_argument("--size", metavar="WxH", type=size, help="pixels (default 1280x720, or the camera's own)")
+    parser.add_argument("-o", "--output", metavar="FILE", type=Path, required=True, help="the PNG to be written")
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument(
+        "--depth",
+        action="store_true",
+        help="what a camera measures along its optical axis, 16 bits, mm; 0: nothing in range",
+    )
+    what.add_argument("--segmentation", action="store_true", help="a colour for each prim, and which it is, in a table")
+
+
+def size(text: str) -> tuple[int, int]:
+    """Width and height of `1280x720`."""
+    match = re.fullmatch(r"([0-9]{1,5})x([0-9]{1,5})", text)
+    width, height = (int(match[1]), int(match[2])) if match else (0, 0)
+    if not (1 <= width <= LARGEST and 1 <= height <= LARGEST):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a size; write 1280x720, at most {LARGEST}x{LARGEST}")
+    return width, height
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """0 when the picture was written, 1 with errors."""
+    from graphengine.cli.common import assemble, clean, near, print_findings
+    from graphengine.diagnostics import UsageError
+
+    output: Path = arguments.output
+    if output.suffix.lower() != ".png" or not output.parent.is_dir() or output.is_dir():
+        raise UsageError(f"-o {output}: write the name of a PNG file in a folder that is there, such as snapshot.png")
+    assembly = assemble(arguments)
+    print_findings(assembly.findings, notes=False)
+    if assembly.findings.errors:
+        assembly.world.close()
+        return 1
+    picture, labels = _take(assembly, arguments)
+    if arguments.depth:
+        _write(_millimetres(picture.depth), output)
+    elif arguments.segmentation:
+        assert picture.segmentation is not None
+        _write(_colours(picture.segmentation), output)
+        print(clean(_table(picture.segmentation, labels)))
+    else:
+        _write(picture.rgb, output)
+    height, width = picture.depth.shape
+    print(
+        clean(f"{near(str(output))}: {arguments.camera} at t = {arguments.at:g} s, {width} x {height}"), file=sys.stderr
+    )
+    return 0
+
+
+def _take(assembly: Assembly, arguments: argparse.Namespace) -> tuple[Picture | Image, Mapping[int, str]]:
+    """Run the scene with nobody on its network, and take the picture and the paths of its prims' numbers."""
+    from graphengine import build
+    from graphengine.diagnostics import UsageError
+    from graphengine.ros.memory import MemoryTransport
+    from graphengine.ros.network import LiveNetwork
+    from graphengine.world.simulation import Simulation
+
+    world = assembly.world
+    if not isinstance(world, Simulation):
+        raise UsageError(
+            f"{assembly.path} is a graph without a scene, and nothing is to be seen; give one with --scene"
+        )
+    prim = _camera(world, arguments.camera)
+    if arguments.depth and prim is None:
+        raise UsageError(f"--depth: {arguments.camera} is a view, which has no range; name the prim of a camera")
+    network = LiveNetwork(lambda _: MemoryTransport(), 0, lambda text: _log("warning", "network", text))
+    with build.start(assembly, network, log=_log) as session:
+        session.run(arguments.at)
+        return _look(world, prim, arguments), world.studio.labels
+
+
+def _log(severity: str, node: str, message: str) -> None:
+    from graphengine.cli.common import clean
+
+    if severity != "info":
+        print(clean(f"{severity}: {node}: {message}"), file=sys.stderr)
+
+
+def _camera(world: Simulation, name: str) -> Prim | None:
+    """The prim of the camera that a name or path means; None where it is a view.
+
+    Raises:
+        UsageError: it means neither, or several cameras.
+    """
+    from graphengine.diagnostics import UsageError, did_you_mean, listing
+    from graphengine.world import views
+
+    known, stage = views.names(world), world.stage
+    if name in known:
+        return None
+    cameras = list(stage.prims("camera"))
+    named = [prim for prim in cameras if prim.name == name]
+    if name.startswith("/") and name in stage:
+        named = [prim for prim in cameras if prim is stage.find(name)]
+    if len(named) == 1:
+        return named[0]
+    paths = [prim.path for prim in named or cameras]
+    if named:
+        raise UsageError(f"--camera {name}: this could mean {len(named)} cameras\n  {listing(paths, 'write one of')}")
+    near = did_you_mean(name, [*known, *paths, *(prim.name for prim in cameras)])
+    raise UsageError(
+        f"--camera {name}: there is no such view, and no camera there\n  "
+        + (near or f"{listing(known, 'views')}\n  {listing(paths, 'cameras')}")
+    )
+
+
+def _look(world: Simulation, prim: Prim | None, arguments: argparse.Namespace) -> Picture | Image:
+    """What a camera sees, as its readers get it; or a view, drawn for people."""
+    from graphengine.world import views
+
+    segmentation: bool = arguments.segmentation
+    if prim is not None:
+        return world.camera(prim, arguments.size).picture(segmentation=segmentation)
+    view = views.find_view(world, arguments.camera, arguments.size or SIZE)
+    return views.draw(world, view, segmentation=segmentation)
+
+
+def _millimetres(depth: NDArray[np.float32]) -> NDArray[np.uint16]:
+    """Distances (m) as ROS has them in images of 16 bits, 0 for what is farther than they can say."""
+    import numpy as np
+
+    scaled = np.rint(depth * MILLIMETRES)
+    return np.where(scaled <= np.iinfo(np.uint16).max, scaled, 0).astype(np.uint16)
+
+
+def _colours(numbers: NDArray[np.int32]) -> NDArray[np.uint8]:
+    """A colour for each number; those of neighbours are far apart on the circle of hues, and black is the background."""
+    import numpy as np
+
+    return np.array([_colour(number) for number in range(int(numbers.max()) + 1)], np.uint8)[numbers]
+
+
+def _colour(number: int) -> tuple[int, int, int]:
+    if number == 0:
+        return (0, 0, 0)
+    hue = number * 0.618034 % 1.0  # the golden ratio
+    red, green, blue = colorsys.hsv_to_rgb(hue, 0.45 + 0.15 * (number % 4), 0.95 - 0.15 * (number % 3))
+    return round(255 * red), round(255 * green), round(255 * blue)
+
+
+def _table(numbers: NDArray[np.int32], labels: Mapping[int, str]) -> str:
+    """Colour, pixels and path of each prim in the picture."""
+    import numpy as np
+
+    from graphengine.cli.common import table
+
+    found, counts = np.unique(numbers, return_counts=True)
+    return table(
+        [
+            ("#{:02x}{:02x}{:02x}".format(*_colour(number)), f"{count} pixels", labels.get(number, "background"))
+            for number, count in zip(found.tolist(), counts.tolist(), strict=True)
+        ]
+    )
+
+
+def _write(pixels: NDArray[Any], path: Path) -> None:
+    """Write a PNG, which appears when it is whole.
+
+    Raises:
+        UsageError: it cannot be written there.
+    """
+    from PIL import Image
+
+    from graphengine.diagnostics import UsageError
+
+    content, part = io.BytesIO(), path.with_name(f".{path.name}.part")
+    Image.fromarray(pixels).save(content, "PNG", optimize=True)
+    try:
+        part.write_bytes(content.getvalue())
+        os.replace(part, path)
+    except OSError as error:
+        raise UsageError(f"-o {path}: {error.strerror}") from None
+    finally:
+        with contextlib.suppress(OSError):
+            part.unlink(missing_ok=True)

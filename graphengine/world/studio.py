@@ -1,0 +1,141 @@
+"""What the cameras of a simulation share: one way to capture its state, and one thread that draws what was captured, in order.
+
+OpenGL belongs to the thread that opened it. It is opened for the first picture, and closed in the same thread when the studio is
+closed or forgotten.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+import weakref
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
+from contextlib import ExitStack, closing, suppress
+from dataclasses import dataclass
+from queue import SimpleQueue
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.rotation import Pose
+from graphengine.sensor import Picture
+from graphengine.world import opengl
+from graphengine.world.captures import Captures, Lens, Shot
+from graphengine.world.engine import mujoco
+from graphengine.world.rendering import Image, Renderer
+
+if TYPE_CHECKING:
+    from graphengine.world.simulation import Simulation
+
+NICENESS = 10
+"""How much drawing stands back for the thread that steps."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Job:
+    shot: Shot
+    develop: Callable[[Image], Picture]
+    picture: Future[Picture]
+    give_back: Callable[[Shot], None]
+    size: tuple[int, int]
+    """What is to draw it should be able to draw pictures as large and lenses that see as far, which are yet to come."""
+    far: float
+
+
+_Jobs = SimpleQueue[_Job | None]
+
+
+class Studio:
+    """Captures in the thread that steps the simulation, and draws in another."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._simulation = simulation
+        self._captures: Captures | None = None
+        self._numbers: dict[str, int] = {}
+        self._labels: dict[int, str] = {}
+        self._size, self._far = (1, 1), 1.0
+        self._jobs: _Jobs | None = None
+        self._end: Callable[[], object] = lambda: None
+
+    @property
+    def labels(self) -> Mapping[int, str]:
+        """Prim path of each number in a segmentation; a prim keeps its number."""
+        self._present()
+        return self._labels
+
+    def expect(self, lens: Lens) -> None:
+        """Prepare for pictures through a lens, so that what draws need not be set up anew for the first of them."""
+        self._size = max(self._size[0], lens.size[0]), max(self._size[1], lens.size[1])
+        self._far = max(self._far, lens.far)
+
+    def capture(self, pose: Pose, lens: Lens, *, segmentation: bool = False) -> Shot:
+        """What a camera at a pose sees in the simulation's present state."""
+        return self._present().capture(self._simulation.data, pose, lens, segmentation=segmentation)
+
+    def draw(self, shot: Shot, develop: Callable[[Image], Picture]) -> Future[Picture]:
+        """Have a shot drawn and, in the thread that draws, made a picture."""
+        self.expect(shot.lens)
+        picture: Future[Picture] = Future()
+        if self._jobs is None:
+            self._jobs = SimpleQueue()
+            thread = threading.Thread(target=_draw_all, args=(self._jobs,), name="render", daemon=True)
+            thread.start()
+            self._end = weakref.finalize(self, _finish, self._jobs, thread)
+        self._jobs.put(_Job(shot, develop, picture, self._present().give_back, self._size, self._far))
+        return picture
+
+    def close(self) -> None:
+        """Finish what is being drawn and end the thread; safe to call twice. Who asks again begins another."""
+        self._end()
+        self._jobs = None
+
+    def _present(self) -> Captures:
+        """How the simulation's present model is captured."""
+        model = self._simulation.model
+        if self._captures is None or self._captures.model is not model:
+            self._captures = Captures(model, self._prims_of_bodies(model))
+        return self._captures
+
+    def _prims_of_bodies(self, model: mujoco.MjModel) -> NDArray[np.int32]:
+        """For each body the number of its prim, or of that of the body it hangs on."""
+        paths = {prim.body: prim.path for prim in self._simulation.stage.prims() if prim.body is not None}
+        numbers = np.zeros(model.nbody, np.int32)
+        numbers[0] = self._number("/World")
+        for body in range(1, model.nbody):
+            path = paths.get(model.body(body).name)
+            numbers[body] = self._number(path) if path else numbers[model.body_parentid[body]]
+        return numbers
+
+    def _number(self, path: str) -> int:
+        number = self._numbers.setdefault(path, len(self._numbers) + 1)
+        self._labels[number] = path
+        return number
+
+
+def _finish(jobs: _Jobs, thread: threading.Thread) -> None:
+    jobs.put(None)
+    if thread is not threading.current_thread():  # where the garbage collector happened to run
+        thread.join()
+
+
+def _draw_all(jobs: _Jobs) -> None:
+    """The thread: draw until there is an end."""
+    with suppress(OSError):  # a matter of the thread, and of those that the driver starts from it
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)
+    with ExitStack() as opened:
+        renderer: Renderer | None = None
+        while (job := jobs.get()) is not None:
+            if job.picture.set_running_or_notify_cancel():
+                try:
+                    if renderer is None or not renderer.fits(job.shot):
+                        renderer = None
+                        opened.close()
+                        opened.enter_context(opengl.context())
+                        renderer = opened.enter_context(closing(Renderer(job.shot.model, job.size, job.far)))
+                    job.picture.set_result(job.develop(renderer.draw(job.shot)))
+                except BaseException as error:  # told to whoever waits for the picture
+                    job.picture.set_exception(error)
+            job.give_back(job.shot)
+            del job  # or this thread would keep the simulation alive
