@@ -360,6 +360,10 @@ class PhysicsError(GraphError):
     """The simulation diverged."""
 
 
+class RenderError(GraphError):
+    """Pictures cannot be drawn: there is no OpenGL, or it refused."""
+
+
 class TransportError(GraphError):
     """The network could not be joined, or a peer's library failed."""
 

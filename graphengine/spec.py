@@ -231,10 +231,10 @@ class UsdDriveSpec(Spec):
 
     damping: NotNegative = Field(default=0.0, description="N m s/deg.")
     stiffness: NotNegative = Field(default=0.0, description="N m/deg.")
+    target_velocity: float = Field(default=0.0, description="deg/s, or m/s.")
     max_force: Positive | None = Field(
         default=None, description="N m, or N: the most that the drive exerts; the description's effort when not given."
     )
-    target_velocity: float = Field(default=0.0, description="deg/s, or m/s.")
 
 
 class JointSpec(Spec):

@@ -32,6 +32,12 @@ def add_file_arguments(parser: argparse.ArgumentParser, *, many: bool = False) -
     parser.add_argument(
         "--robot-state", action="store_true", help="publish what robot_state_publisher would, for every robot"
     )
+    parser.add_argument(
+        "--rays",
+        choices=("auto", "mujoco", "fast"),
+        default="auto",
+        help="what lidars see with; `fast` needs numba, and `auto` takes it where it serves",
+    )
     parser.add_argument("--seed", type=int, default=0, help="of every random generator (default 0)")
     parser.add_argument(
         "--allow",
@@ -123,12 +129,20 @@ def make_options(arguments: argparse.Namespace) -> Options:
     return Options(
         overrides=dict(parse_set(text) for text in arguments.set),
         allowed=arguments.allow,
+        installed=installed_packages(),
         seed=arguments.seed,
         robot_state=arguments.robot_state,
+        rays=arguments.rays,
         scene=find_file(arguments.scene) if arguments.scene else None,
         registry=make_registry(arguments.modules) if arguments.modules else None,
         near=Path.cwd(),
     )
+
+
+def installed_packages() -> list[Path]:
+    """Folders of the ROS packages of the workspaces that were sourced."""
+    prefixes = filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))
+    return [Path(prefix).absolute() / "share" for prefix in prefixes]
 
 
 def make_registry(modules: Sequence[str]) -> Any:

@@ -7,6 +7,7 @@ where `Simulation` looks.
 from __future__ import annotations
 
 import mujoco as mujoco  # the name is exported
+import numpy as np
 
 
 def _ignore(_: str) -> None:
@@ -42,3 +43,13 @@ def sort_geoms(model: mujoco.MjModel) -> None:
             model.geom_group[geom] = RAYS_AND_PICTURES if pictures else RAYS
         else:
             model.geom_group[geom] = PICTURES if pictures else NEITHER
+
+
+def round_weights(model: mujoco.MjModel) -> None:
+    """Leave out the last bits of how easily bodies and joints are moved, which differ with what else is in a model.
+
+    The compiler finds these numbers, by which contacts and joint limits are softened, in sums over all degrees of freedom, by
+    fours. All else that it computes of a body is the same wherever in the model the body stands.
+    """
+    for weights in (model.body_invweight0, model.dof_invweight0, model.tendon_invweight0):
+        weights[:] = weights.astype(np.float32)

@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from pathlib import Path
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 
 from graphengine.context import Quaternion, Vector3
 from graphengine.diagnostics import Findings, Span, did_you_mean, listing
-from graphengine.files import Files, NotFoundError
+from graphengine.files import Files
 from graphengine.rotation import rotate
-from graphengine.spec import RobotSpec, RobotUse
-from graphengine.world import urdf as descriptions
-from graphengine.world.drives import Drive, drive_of
+from graphengine.spec import RobotSpec
+from graphengine.world.description.source import read_description
+from graphengine.world.disabled import Disabled, disable_joints
+from graphengine.world.drives import Drive, drive_of, in_si
+from graphengine.world.fleet import Placement
 from graphengine.world.robotfile import RobotFile
 from graphengine.world.sensors.profiles import SensorProfile, read_profiles
 from graphengine.world.urdf import Joint, Urdf, shape_of
-from graphengine.world.xmlfile import write
-
-NEGLIGIBLE = 0.01
-"""Share of a robot's mass that may hang on a disabled joint: it stays welded, where PhysX would let it fall off."""
+from graphengine.world.xmlfile import numbers, write
 
 
 @dataclass(slots=True, eq=False, repr=False)
@@ -27,24 +26,27 @@ class Robot:
     """One robot of a scene.
 
     Attributes:
-        name: in the scene; the prefix of its names in the physics model, and its prim below the root.
-        use: what the scene says about it.
+        placement: its name, pose and namespace in the scene.
         file: the robot file with what it extends; `file.spec.graphs` are its graphs, `file.folder(…)` where their paths begin.
         urdf: the description, origins of the robot file applied.
         profiles: of its sensors, by name.
         moving: the joints of the articulation, in order.
         drives: of moving joints that have one, by joint.
-        disabled: names of the joints that the file disables.
+        disabled: the joints that the file disables, and which link moves freely then.
     """
 
-    name: str
-    use: RobotUse
+    placement: Placement
     file: RobotFile
     urdf: Urdf
     profiles: dict[str, SensorProfile]
     moving: tuple[Joint, ...]
     drives: dict[str, Drive]
-    disabled: tuple[str, ...]
+    disabled: Disabled
+
+    @property
+    def name(self) -> str:
+        """In the scene: the prefix of its names in the physics model, and its prim below the root."""
+        return self.placement.name
 
     @property
     def spec(self) -> RobotSpec:
@@ -59,7 +61,7 @@ class Robot:
     @property
     def articulation_root(self) -> str:
         """Link that graphs address the robot by."""
-        return self.spec.articulation_root or self.spec.base_link
+        return self.spec.articulation_root or self.disabled.free_link or self.spec.base_link
 
     @property
     def urdf_text(self) -> str:
@@ -88,20 +90,11 @@ class Robot:
         return abs(sum((a - b) * c for a, b, c in zip(one, other, axle, strict=True)))
 
 
-def load_robot(name: str, use: RobotUse, file: RobotFile, files: Files, findings: Findings) -> Robot | None:
-    """Check a robot file against its description; what is wrong goes to `findings`."""
-    spec = file.spec
-    if not spec.urdf:
-        findings.add(
-            "G107", "missing key 'urdf'", file.chain[0].document.span().part(0, 1), "the file of the description"
-        )
-        return None
-    try:
-        path = files.find(spec.urdf, file.folder("urdf"))
-    except NotFoundError as error:
-        findings.add("S101", error.message, file.span("urdf"), *error.help)
-        return None
-    urdf = descriptions.load(Path(path), findings)
+def load_robot(
+    placement: Placement, file: RobotFile, files: Files, findings: Findings, urdf: Urdf | None = None
+) -> Robot | None:
+    """Check a robot file against its description, read unless given; what is wrong goes to `findings`."""
+    urdf = urdf or read_description(file, files, findings)
     profiles = read_profiles(file, files, findings)
     if urdf is None:
         return None
@@ -109,14 +102,13 @@ def load_robot(name: str, use: RobotUse, file: RobotFile, files: Files, findings
     _check_names(file, urdf, findings)
     if len(findings.errors) > before:
         return None
-    mimics = [joint for joint in urdf.joints.values() if joint.element.first("mimic") is not None]
-    if mimics:
-        names = listing([joint.name for joint in mimics], "joints")
-        findings.add("N103", "<mimic> is not simulated: these joints move freely", mimics[0].element.span, names)
-    drives = _apply_joints(file, urdf, findings)
-    disabled = _disabled(file, urdf, findings)
+    for name, joint in file.spec.joints.items():
+        if joint.position is not None:
+            urdf.joints[name].put(joint.position)
+    disabled = disable_joints(file, urdf, findings)
+    drives = _drives(file, urdf, disabled, findings)
     _check_colliders(file, urdf, findings)
-    return Robot(name, use, file, urdf, profiles, tuple(urdf.moving()), drives, disabled)
+    return Robot(placement, file, urdf, profiles, tuple(urdf.moving()), drives, disabled)
 
 
 def _known(what: str, name: str, legal: Iterable[str], span: Span, findings: Findings) -> None:
@@ -151,15 +143,13 @@ def _check_names(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
             bound[link] = span
 
 
-def _apply_joints(file: RobotFile, urdf: Urdf, findings: Findings) -> dict[str, Drive]:
-    """Move the joints that the file moves; the drives of those that have one."""
+def _drives(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings) -> dict[str, Drive]:
+    """The drives of the joints that have one and move."""
     drives: dict[str, Drive] = {}
     for name, spec in file.spec.joints.items():
         joint = urdf.joints[name]
-        if spec.position is not None:
-            joint.put(spec.position)
-        drive = drive_of(spec, prismatic=joint.type == "prismatic")
-        if drive is None:
+        drive = drive_of(spec, _effort(joint), prismatic=joint.type == "prismatic")
+        if drive is None or name in disabled.joints:
             continue
         key = "drive" if spec.drive is not None else "usd_drive"
         span = file.key_span("joints", name, key)
@@ -168,43 +158,18 @@ def _apply_joints(file: RobotFile, urdf: Urdf, findings: Findings) -> dict[str, 
             continue
         drives[name] = drive
         if spec.usd_drive is not None and joint.type != "prismatic":
-            gains = f"damping {drive.damping:g} N m s/rad, target {drive.target_velocity:g} rad/s"
-            findings.add("N103", f"joint {name!r}: per degree in USD, in SI {gains}", span)
+            findings.add("N103", f"joint {name!r}: USD counts degrees, in SI it is {in_si(drive)}", span)
+    wheels = {name: wheel[0] for name in drives if (wheel := urdf.wheel(urdf.joints[name]))}
+    for name, radius in wheels.items():
+        drives[name] = replace(drives[name], carries=radius**2 / len(wheels))
     return drives
 
 
-def _disabled(file: RobotFile, urdf: Urdf, findings: Findings) -> tuple[str, ...]:
-    """Joints that the file disables; those that a robot cannot do without are errors.
-
-    PhysX lets fall what a disabled joint held. Here it stays where it is, as long as one side of the joint has no collider and
-    next to no mass, which is what the extra joints of a description hold: frames, mounts, an inertial unit.
-    """
-    spec = file.spec
-    off = {name: file.span("joints", name, "enabled") for name, joint in spec.joints.items() if not joint.enabled}
-    if spec.keep_only_joints:
-        span = file.span("keep_only_joints")
-        off = {name: off.get(name, span) for name in urdf.joints if name not in spec.keep_only_joints or name in off}
-    for name, span in off.items():
-        joint = urdf.joints[name]
-        below = list(urdf.depth_first(joint.child))
-        names = {link.name for link in below}
-        above = [link for link in urdf.links.values() if link.name not in names]
-        if joint.moves:
-            what, remedy = "moves: without it a link would fall off", "make it fixed in the description, or keep it"
-        elif all(_matters(side, urdf) for side in (below, above)):
-            what, remedy = f"holds {joint.child!r}, which has mass or a collider and would fall off", "keep the joint"
-        else:
-            continue
-        findings.add("S106", f"joint {name!r} cannot be disabled: it {what}", span, remedy)
-    if off:
-        span = next(iter(off.values()))
-        text = "disabled joints stay welded, as nothing that collides or weighs 1 % of the robot hangs on them"
-        findings.add("N103", text, span, listing(off, "joints"))
-    return tuple(off)
-
-
-def _matters(links: Sequence[descriptions.Link], urdf: Urdf) -> bool:
-    return any(link.colliders for link in links) or sum(link.mass for link in links) > NEGLIGIBLE * urdf.mass
+def _effort(joint: Joint) -> float:
+    """The most that the description lets a joint exert, N m or N; what is not above zero limits nothing, as MuJoCo has it too."""
+    limit = joint.element.first("limit")
+    effort = numbers(limit.get("effort"), 1) if limit is not None else None
+    return effort[0] if effort and effort[0] > 0 else math.inf
 
 
 def _check_colliders(file: RobotFile, urdf: Urdf, findings: Findings) -> None:

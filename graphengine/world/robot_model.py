@@ -5,19 +5,21 @@ from __future__ import annotations
 import itertools
 
 from graphengine.diagnostics import Findings
+from graphengine.rotation import Pose, relative
+from graphengine.world.description.for_mujoco import for_mujoco
 from graphengine.world.drives import Drive, position_servo, velocity_servo
 from graphengine.world.engine import PICTURES, RAYS, RAYS_AND_PICTURES, mujoco
-from graphengine.world.materials import Contact, against_floor, sentence
-from graphengine.world.references import READABLE_MESHES, Library
+from graphengine.world.materials import against_floor, sentences
+from graphengine.world.poses import NOWHERE
+from graphengine.world.references import Library
 from graphengine.world.robot import Robot
-from graphengine.world.urdf import shape_of
+from graphengine.world.urdf import WORLD
 from graphengine.world.xmlfile import Element, mujoco_says, place_of, write
 
-_COMPILER = {"fusestatic": "false", "discardvisual": "false", "strippath": "true"}
-"""Against MuJoCo's defaults for URDF, by which fixed links and visuals vanish."""
-_PASSED_ON = ("balanceinertia", "boundmass", "boundinertia", "inertiafromgeom")
-"""Settings of a description's own <mujoco><compiler> that MuJoCo is told of."""
-_JOINT_PARTS = ("origin", "parent", "child", "axis", "limit", "dynamics")
+_TIGHT_SOLREF = (0.005, 1.0)
+"""Time constant (s) and damping ratio of the constraint by which a joint follows another."""
+_TIGHT_SOLIMP = (0.999, 0.9999)
+"""Impedance of that constraint: a follower that carries 30 N strays by micrometres."""
 
 
 def robot_spec(robot: Robot, library: Library, floor: float, findings: Findings) -> mujoco.MjSpec | None:
@@ -30,9 +32,11 @@ def robot_spec(robot: Robot, library: Library, floor: float, findings: Findings)
         findings: takes what is wrong, and notes on what was resolved.
     """
     before = len(findings.errors)
-    element = _for_mujoco(robot, library, findings)
+    free_link = robot.disabled.free_link
+    element = for_mujoco(robot.urdf, robot.name, library, findings, free=free_link is not None)
     if len(findings.errors) > before:
         return None
+    turned = _turn_round(element, robot)
     text, spans = write(element)
     try:
         spec = mujoco.MjSpec.from_string(text, assets=library.assets)
@@ -40,7 +44,12 @@ def robot_spec(robot: Robot, library: Library, floor: float, findings: Findings)
         message, _, line = mujoco_says(error)
         findings.add("S103", f"MuJoCo: {message}", place_of(spans, line))
         return None
-    spec.body(robot.spec.base_link).add_freejoint(name="root")
+    for link, (position, (x, y, z, w)) in turned.items():
+        spec.body(link).pos, spec.body(link).quat = position, (w, x, y, z)
+    if free_link is not None:
+        spec.body(free_link).add_freejoint(name="root")
+    _tie(spec, robot)
+    _hollow_meshes(spec)
     for name, joint in robot.spec.joints.items():
         if robot.urdf.joints[name].moves:
             spec.joint(name).armature = joint.armature
@@ -49,48 +58,48 @@ def robot_spec(robot: Robot, library: Library, floor: float, findings: Findings)
     _shape_wheels(spec, robot)
     _group_geoms(spec, robot)
     _apply_materials(spec, robot, floor, findings)
-    # As Isaac's importer has it: colliders of one robot, which often overlap, do not collide with each other.
-    solid = [link.name for link in robot.urdf.links.values() if link.colliders]
+    # As Isaac's importer has it: colliders of one robot, which often overlap, do not collide with each other. Those of a link
+    # that is the world do.
+    solid = [link.name for link in robot.urdf.links.values() if link.colliders and link.name != WORLD]
     for one, other in itertools.combinations(solid, 2):
         spec.add_exclude(bodyname1=one, bodyname2=other)
     _prune(spec, robot)
     return spec
 
 
-def _for_mujoco(robot: Robot, library: Library, findings: Findings) -> Element:
-    """A description with only what MuJoCo should read, and meshes by their keys."""
-    urdf = robot.urdf
-    compiler = Element("compiler", dict(_COMPILER), urdf.element.span)
-    for settings in urdf.element.all("mujoco"):
-        own = settings.first("compiler")
-        compiler.attributes |= {key: own.get(key) for key in _PASSED_ON if own is not None and key in own.attributes}
-    root = Element("robot", {"name": robot.name}, urdf.element.span)
-    root.children.append(Element("mujoco", {}, urdf.element.span, [compiler]))
-    root.children += [_copy(material, ("color",)) for material in urdf.element.all("material")]
-    undrawn: list[Element] = []
-    for link in urdf.links.values():
-        copied = _copy(link.element, ("inertial", "collision", "visual"))
-        for part in list(copied.children):
-            shape = shape_of(part)
-            if shape is None or shape.tag != "mesh":
-                continue
-            if part.tag == "visual" and not shape.get("filename").lower().endswith(READABLE_MESHES):
-                undrawn.append(shape)
-                copied.children.remove(part)
-            else:
-                library.mesh(shape, urdf.path.parent)
-        root.children.append(copied)
-    if undrawn:
-        text = f"{len(undrawn)} visuals are not drawn: MuJoCo reads {', '.join(READABLE_MESHES)} meshes"
-        findings.add("N103", text, undrawn[0].place("filename"))
-    root.children += [_copy(joint.element, _JOINT_PARTS) for joint in urdf.joints.values()]
-    return root
+def _turn_round(element: Element, robot: Robot) -> dict[str, Pose]:
+    """Hang the links above the one that moves freely on that one, as MuJoCo has only topmost bodies move freely.
+
+    They are frames on fixed joints, of which parent and child change places. New poses come back, for bodies of the model.
+    """
+    link = robot.urdf.links[robot.disabled.free_link or robot.urdf.root]
+    poses = {link.name: robot.urdf.pose_in_root(link.name)} if link.carrier is not None else {}
+    while (carrier := link.carrier) is not None:
+        poses[carrier.parent] = relative(carrier.pose, NOWHERE)
+        joint = next(joint for joint in element.all("joint") if joint.get("name") == carrier.name)
+        parent = Element("parent", {"link": carrier.child}, joint.span)
+        joint.children = [parent, Element("child", {"link": carrier.parent}, joint.span)]
+        link = robot.urdf.links[carrier.parent]
+    return poses
 
 
-def _copy(element: Element, parts: tuple[str, ...] = ()) -> Element:
-    """A copy, with only the named children where any are named; textures stay behind."""
-    children = [child for child in element.children if child.tag != "texture" and (not parts or child.tag in parts)]
-    return Element(element.tag, dict(element.attributes), element.span, [_copy(child) for child in children])
+def _tie(spec: mujoco.MjSpec, robot: Robot) -> None:
+    """A joint that mimics another: an equality constraint q = offset + multiplier * leader, as both are zero in qpos0."""
+    for joint in robot.urdf.joints.values():
+        if joint.mimic is not None:
+            equality = spec.add_equality(name=f"{joint.name}.mimic", type=mujoco.mjtEq.mjEQ_JOINT)
+            equality.name1, equality.name2 = joint.name, joint.mimic.leader
+            equality.data[:5] = joint.mimic.offset, joint.mimic.multiplier, 0.0, 0.0, 0.0
+            equality.solref, equality.solimp[:2] = _TIGHT_SOLREF, _TIGHT_SOLIMP
+
+
+def _hollow_meshes(spec: mujoco.MjSpec) -> None:
+    """MuJoCo refuses a flat mesh for its lack of volume. That counts only where a body takes its mass from its colliders."""
+    weighed = (body for body in spec.bodies if not body.explicitinertial)
+    solid = {geom.meshname for body in weighed for geom in body.geoms if _collides(geom)}
+    for mesh in spec.meshes:
+        if mesh.name not in solid:
+            mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
 
 
 def _collides(geom: mujoco.MjsGeom) -> bool:
@@ -98,11 +107,14 @@ def _collides(geom: mujoco.MjsGeom) -> bool:
 
 
 def _add_servos(spec: mujoco.MjSpec, joint: str, drive: Drive) -> None:
-    transmission = {"target": joint, "trntype": mujoco.mjtTrn.mjTRN_JOINT}
-    if drive.stiffness > 0:
-        spec.add_actuator(name=position_servo(joint), **transmission).set_to_position(kp=drive.stiffness)
-    if drive.damping > 0:
-        spec.add_actuator(name=velocity_servo(joint), **transmission).set_to_velocity(kv=drive.damping)
+    """Make a joint the spring and damper of its drive, which actuators push; `ForceLimits` keeps their force within limits."""
+    for servo, gain in ((position_servo(joint), drive.stiffness), (velocity_servo(joint), drive.damping)):
+        if gain > 0:
+            spec.add_actuator(name=servo, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT).gainprm[0] = gain
+    driven = spec.joint(joint)
+    driven.stiffness[0] += drive.stiffness
+    driven.damping[0] += drive.damping
+    driven.actfrclimited = False
 
 
 def _shape_wheels(spec: mujoco.MjSpec, robot: Robot) -> None:
@@ -126,7 +138,6 @@ def _group_geoms(spec: mujoco.MjSpec, robot: Robot) -> None:
 
 def _apply_materials(spec: mujoco.MjSpec, robot: Robot, floor: float, findings: Findings) -> None:
     for name, material in robot.spec.materials.items():
-        contact: Contact | None = None
         for link in material.bind:
             contact = against_floor(material, floor, wheel=link in robot.spec.wheel_colliders)
             for geom in spec.body(link).geoms:
@@ -135,8 +146,9 @@ def _apply_materials(spec: mujoco.MjSpec, robot: Robot, floor: float, findings: 
                     geom.condim = contact.condim
                     geom.priority = contact.priority
                     geom.solref = contact.solref
-        if contact is not None:
-            findings.add("N103", sentence(name, material, floor, contact), robot.file.key_span("materials", name))
+        if material.bind:
+            text, *left_out = sentences(name, material, floor)
+            findings.add("N103", text, robot.file.key_span("materials", name), *left_out)
 
 
 def _prune(spec: mujoco.MjSpec, robot: Robot) -> None:

@@ -147,7 +147,7 @@ def test_specs_are_frozen() -> None:
         (
             RobotSpec,
             "robot: r\njoints: {j: {usd_drive: {max_acceleration: 1.0}}}",
-            "2:26 unknown key 'max_acceleration'; keys: damping, stiffness, target_velocity",
+            "2:26 unknown key 'max_acceleration'; keys: damping, stiffness, target_velocity, max_force",
         ),
         (
             RobotSpec,

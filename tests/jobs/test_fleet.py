@@ -20,7 +20,7 @@ sensors:
 """
 SCENE = "scene: crowd\nworld: worlds/flat_grid.xml\nsettle: true\nrobots:\n%s"
 FIRST = "  one: {use: noisy.yaml, position: [0, 0, 0.025], namespace: one}\n"
-OTHERS = "  other: {use: noisy.yaml, count: 9, per_row: 3, spacing: [6, 6], position: [40, 40, 0.025]}\n"
+OTHERS = "  other: {use: noisy.yaml, count: 9, per_row: 3, spacing: [6, 6], position: [200, 200, 0.025]}\n"
 CLOCK = "graphs:\n  clock: {use: graphs/clock.yaml, at: /World/clock}\n"
 LATE = RobotUse(use="noisy.yaml", position=(0.0, 5.0, 0.025), namespace="late")
 
@@ -97,7 +97,7 @@ def test_others_move_as_if_nobody_had_come_or_gone(tmp_path: Path) -> None:
         with Job(scene(tmp_path, FIRST)) as job:
             job.drive("/one/cmd_vel", 0.5, 0.2, 0.5)
             if visited:
-                job.session.spawn("late", LATE.model_copy(update={"position": (60.0, 0.0, 0.025)}))
+                job.session.spawn("late", LATE.model_copy(update={"position": (200.0, 0.0, 0.025)}))
             job.drive("/one/cmd_vel", 0.5, 0.2, 0.5)
             if visited:
                 job.session.remove("late")

@@ -93,8 +93,30 @@ def test_the_dd100_stands_level_and_the_descriptions_caster_does_not(ship: Ship)
         assert world.simulation.settled_after is not None
 
 
+def test_the_tutorials_quick_test_moves_the_robot(project: Project) -> None:
+    # "for both wheel joints, set the Target Velocity to 100", in degrees a second, on wheels of 0.049 m
+    wheels = "".join(f"  {wheel}: {{usd_drive: {{target_velocity: 100.0}}}}\n" for wheel in WHEELS)
+    project.write("bot.yaml", f"robot: dd100\nextends: robots/tutorial_dd100.yaml\njoints:\n{wheels}")
+    project.write(
+        "scene.yaml",
+        "scene: test\nworld: worlds/flat_grid.xml\nsettle: true\nrobots: {dd100: {use: bot.yaml}}\n",
+    )
+    world, findings = project.try_load()
+    assert world is not None
+    notes = [finding.message for finding in findings.items if "USD" in finding.message]
+    assert notes[0].endswith("in SI it is damping 572958 N m s/rad, target velocity 1.74533 rad/s")
+    base = world.simulation.body(world.stage.find("/dd100/base_link/chassis_link"))
+    for _ in range(240):
+        world.simulation.step()
+    start = base.pose()[0]
+    for _ in range(960):
+        world.simulation.step()
+    moved = np.subtract(base.pose()[0], start) / 4.0
+    assert moved == pytest.approx([math.radians(100) * 0.049, 0.0, 0.0], abs=0.0005)
+    assert math.radians(100) * 0.049 == pytest.approx(0.0855, abs=5e-5)
+
+
 def test_target_velocity_in_usd_is_degrees_a_second(project: Project) -> None:
-    """The tutorial's quick test: 100 deg/s is 1.745 rad/s."""
     description = CART.replace('type="revolute"', 'type="continuous"')
     project.write("bot.urdf", description)
     project.write(

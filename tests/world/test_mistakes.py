@@ -126,7 +126,6 @@ def test_a_file_included_twice_or_by_itself_is_told(project: Project) -> None:
     ("old", "new", "told"),
     [
         ("<robot", "<mujoco", "bot.urdf:1:1: error S103: a robot description begins with <robot>, not <mujoco>"),
-        ('<link name="plate"/>', "<xacro:if/>", "bot.urdf:10:3: error S103: this is xacro, not yet URDF"),
         ('<link name="plate"/>', "<link/>", "bot.urdf:10:3: error S103: a link without a name"),
         ('<link name="plate"/>', '<link name="arm"/>', "bot.urdf:10:15: error S105: two links named 'arm'"),
         ('<parent link="arm"/>', '<parent link="amr"/>', "error S103: joint 'plate_joint': no parent link 'amr'"),
@@ -135,11 +134,21 @@ def test_a_file_included_twice_or_by_itself_is_told(project: Project) -> None:
         ('<parent link="base_link"/>', '<parent link="plate"/>', "error S103: the links do not form one tree"),
         ('type="fixed"', 'type="floating"', "joint 'plate_joint': type 'floating' cannot be simulated"),
         ('type="revolute"', 'type="revolut"', "did you mean 'revolute'?"),
+        ('type="fixed"', 'type="planar"', "write two prismatic joints and a continuous one"),
         ('<mass value="5"/>', '<mass value="heavy"/>', "bot.urdf:3:28: error S103: mass 'heavy' is not a number of kg"),
-        ('xyz=".1 0 .1"', 'xyz=".1 0"', "joint 'arm_joint': origin and axis must be made of three numbers each"),
+        ('<mass value="5"/>', '<mass value="-5"/>', "bot.urdf:3:28: error S103: mass '-5' is not a number of kg"),
+        ('xyz=".1 0 .1"', 'xyz=".1 0"', "joint 'arm_joint': origin xyz is three numbers, not '.1 0'"),
+        ('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>', "axis xyz is three numbers, not all of them zero, not '0 0 0'"),
+        ("<limit", '<mimic joint="plate_joint"/><limit', "'arm_joint' mimics 'plate_joint', which is no moving joint"),
+        ("<limit", '<mimic joint="arm_jont"/><limit', "did you mean 'arm_joint'?"),
+        ("<limit", '<mimic joint="arm_joint"/><limit', "bot.urdf:13:19: error S103: joint 'arm_joint' mimics itself"),
         ('<child link="plate"/>', '<child link="arm"/>', "link 'arm' has two parents"),
         ('size=".4 .3 .1"', 'size=".4 .3"', "bot.urdf:4:26: error S103: MuJoCo: "),
-        ('<mass value="1"/>', '<mass value="0"/>', "bot.urdf:6:3: error S106: MuJoCo: mass and inertia of moving"),
+        (
+            'ixx=".01"',
+            'ixx="1 2"',
+            "bot.urdf:7:32: error S103: link 'arm': an inertia is made of six numbers, in kg m2",
+        ),
     ],
 )
 def test_a_description_that_cannot_be_loaded(project: Project, old: str, new: str, told: str) -> None:
@@ -213,13 +222,6 @@ def test_a_scene_that_mujoco_gives_up_on_is_told(project: Project) -> None:
     assert "scene.yaml:2:1: error S106: at t = 0.0000 s MuJoCo gave up: " in project.error()
 
 
-def test_a_mesh_that_mujoco_cannot_read_is_told_with_what_it_can(project: Project) -> None:
-    project.write("bot.urdf", CART.replace('<box size=".4 .3 .1"/>', '<mesh filename="a.dae"/>')).write(
-        "a.dae", "<COLLADA/>"
-    )
-    assert "bot.urdf:4:42: error S103: MuJoCo cannot read '.dae' meshes" in project.error()
-
-
 def test_includes_meshes_and_models_of_a_world_are_found(project: Project) -> None:
     """A tetrahedron, by `meshdir`, from an included file in a folder of its own and from an attached model."""
     tetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
@@ -245,22 +247,3 @@ def test_includes_meshes_and_models_of_a_world_are_found(project: Project) -> No
     world = project.load()
     assert sorted(world.stage.find("/World").children) == ["one", "two_b"]
     assert world.simulation.model.nmesh == 2
-
-
-def test_meshes_of_a_description_are_found_and_those_that_cannot_be_drawn_are_told(project: Project) -> None:
-    mesh = '<mesh filename="package://cart_description/meshes/tetra.obj" scale=".1 .1 .1"/>'
-    project.write(
-        "cart_description/meshes/tetra.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
-    )
-    visual = '<visual><geometry><mesh filename="package://cart_description/meshes/fine.dae"/></geometry></visual>'
-    project.write(
-        "cart_description/urdf/cart.urdf",
-        CART.replace('<box size=".4 .3 .1"/>', mesh).replace("</link>", f"{visual}</link>", 1),
-    )
-    project.write("bot.yaml", "robot: bot\nurdf: cart_description/urdf/cart.urdf\n")
-    project.write("scene.yaml", SCENE + "  other: {use: bot.yaml, position: [2, 0, 1]}\n")
-    world, findings = project.try_load()
-    assert world is not None
-    assert [finding.code for finding in findings.items] == ["N103"]
-    assert "1 visuals are not drawn" in findings.items[0].message
-    assert 'filename="package://cart_description/meshes/tetra.obj"' in world.robots["bot"].urdf_text

@@ -78,68 +78,6 @@ def test_a_joint_can_be_put_elsewhere(project: Project) -> None:
     assert world.simulation.body(world.stage.find("/bot/base_link/arm")).pose()[0] == pytest.approx((0, 0, 0.6))
 
 
-def test_keep_only_joints_keeps_frames_and_welds_what_weighs_next_to_nothing(ship: Ship) -> None:
-    world = ship("tutorial/flat_grid.yaml")
-    joints = world.stage.find("/dd100/Physics").children
-    enabled = [name for name, prim in joints.items() if prim.facts["enabled"]]
-    assert enabled == ["front_left_wheel_joint", "front_right_wheel_joint", "rear_caster_joint"]
-    assert len(joints) == 14
-    assert world.stage.find("/dd100/base_link/chassis_link/front_0_mount").body is None
-    assert world.simulation.model.body_subtreemass[1] == pytest.approx(10.323)
-
-
-@pytest.mark.parametrize(
-    ("joint", "told"),
-    [
-        ("arm_joint", "joint 'arm_joint' cannot be disabled: it moves: without it a link would fall off"),
-        (
-            "fixed",
-            "joint 'arm_joint' cannot be disabled: it holds 'arm', which has mass or a collider and would fall off",
-        ),
-    ],
-)
-def test_a_joint_that_holds_something_cannot_be_disabled(project: Project, joint: str, told: str) -> None:
-    project.write("bot.urdf", CART.replace('type="revolute"', 'type="fixed"') if joint == "fixed" else CART)
-    project.write("bot.yaml", ROBOT + "joints: {arm_joint: {enabled: false}}\n")
-    assert told in project.error()
-    project.write("bot.yaml", ROBOT + "keep_only_joints: [plate_joint]\n")
-    assert "bot.yaml:3:19" in project.error()
-
-
-@pytest.mark.parametrize(
-    ("combine", "friction", "condim", "priority"),
-    [("average", 0.5, 3, 1), ("min", 0.2, 3, 1), ("multiply", 0.16, 3, 1), ("max", 0.8, 3, 1)],
-)
-def test_a_material_is_mixed_with_the_floor_as_physx_would(
-    project: Project, combine: str, friction: float, condim: int, priority: int
-) -> None:
-    """The floor has 0.8."""
-    material = f"{{static_friction: 0.3, dynamic_friction: 0.2, combine: {combine}, bind: [base_link]}}"
-    project.write("bot.yaml", ROBOT + f"materials: {{Rubber: {material}}}\n")
-    world, findings = project.try_load()
-    assert world is not None
-    geom = collider(world.simulation.model, "bot/base_link")
-    assert geom.friction[0] == pytest.approx(friction)
-    assert (geom.condim[0], geom.priority[0]) == (condim, priority)
-    (note,) = [finding.message for finding in findings.items]
-    assert f"{combine} of 0.2, its dynamic friction" in note
-    assert f"the floor's 0.8: friction {friction:g}" in note
-
-
-def test_a_material_without_friction_wins_over_every_other(project: Project) -> None:
-    material = "{static_friction: 0, dynamic_friction: 0, combine: multiply, bind: [base_link]}"
-    project.write("bot.yaml", ROBOT + f"materials: {{Ice: {material}}}\n")
-    world = project.load()
-    geom = collider(world.simulation.model, "bot/base_link")
-    assert (geom.condim[0], geom.priority[0]) == (1, 2)
-
-
-def test_a_restitution_is_told_to_have_no_effect(project: Project) -> None:
-    project.write("bot.yaml", ROBOT + "materials: {Rubber: {restitution: 0.5, bind: [base_link]}}\n")
-    _, findings = project.try_load()
-    assert findings.items[0].message.endswith("restitution is not simulated")
-
-
 def collider(model: mujoco.MjModel, body: str) -> mujoco._structs._MjModelGeomViews:
     return model.geom(int(model.body(body).geomadr[0]))
 
@@ -150,21 +88,6 @@ def test_wheels_are_ellipsoids_where_the_file_says_so(ship: Ship) -> None:
     assert wheel.type[0] == mujoco.mjtGeom.mjGEOM_ELLIPSOID
     assert wheel.size == pytest.approx([0.049, 0.049, 0.01016])
     assert wheel.solref == pytest.approx([0.004, 1.0])
-
-
-def test_an_effort_limit_that_a_stiff_drive_would_rattle_at_is_taken_off_and_told(project: Project) -> None:
-    project.write("bot.yaml", ROBOT + "joints: {arm_joint: {drive: {damping: 1000}}}\n")
-    world, findings = project.try_load()
-    assert world is not None
-    assert "its effort limit is not enforced" in findings.items[0].message
-    project.write("bot.yaml", ROBOT + "joints: {arm_joint: {drive: {damping: 0.5}}}\n")
-    world, findings = project.try_load()
-    assert world is not None
-    assert findings.items == []
-    joints = world.simulation.articulation(world.stage.find("/bot"))
-    joints.select().command(velocities=[1000.0])
-    world.simulation.step()
-    assert joints.efforts()[0] == 40.0
 
 
 def test_the_worlds_timestep_and_integrator_are_overruled_and_told(project: Project) -> None:
@@ -187,10 +110,14 @@ def test_the_worlds_timestep_and_integrator_are_overruled_and_told(project: Proj
 
 def test_the_tutorials_robot_tells_what_its_settings_mean() -> None:
     _, findings = try_load(SHIPPED / "tutorial/flat_grid.yaml")
-    notes = [finding.message for finding in findings.items]
-    assert any("damping 572958 N m s/rad" in note for note in notes)
-    assert any("average of 0 and the floor's" in note for note in notes)
-    assert any("disabled joints stay welded" in note for note in notes)
+    assert [finding.message for finding in findings.items] == [
+        "joint 'base_link_joint' is disabled: 'chassis_link' moves freely, and 'base_link' is a frame that it carries",
+        "disabled joints stay welded, as one side of each has no collider and less than 1 % of the mass",
+        "joint 'front_left_wheel_joint': USD counts degrees, in SI it is damping 572958 N m s/rad",
+        "joint 'front_right_wheel_joint': USD counts degrees, in SI it is damping 572958 N m s/rad",
+        "material 'CasterMaterial': friction 0.4 on the floor, the average of its 0 and the floor's 0.8",
+        "material 'WheelMaterial': friction 0.9 on the floor, the average of its 1 and the floor's 0.8",
+    ]
 
 
 def test_what_others_keep_in_a_description_stays_in_its_text(project: Project) -> None:
@@ -208,7 +135,35 @@ def test_links_of_one_robot_do_not_collide_and_those_of_two_do(project: Project)
     assert project.load().simulation.data.ncon > 0
 
 
-def test_a_joint_that_mimics_another_is_told_to_move_freely(project: Project) -> None:
-    project.write("bot.urdf", CART.replace("<limit", '<mimic joint="other"/><limit'))
-    _, findings = project.try_load()
-    assert [finding.message for finding in findings.items] == ["<mimic> is not simulated: these joints move freely"]
+@pytest.mark.parametrize(
+    ("joint", "told"),
+    [
+        ("drive: {damping: -1}", "error G109: damping: expected a value ≥ 0, got -1"),
+        ("drive: {stiffness: -1}", "error G109: stiffness: expected a value ≥ 0, got -1"),
+        ("drive: {max_force: 0}", "error G109: max_force: expected a value > 0, got 0"),
+        ("drive: {max_acceleration: -2}", "error G109: max_acceleration: expected a value > 0, got -2"),
+        ("usd_drive: {damping: -1}", "error G109: damping: expected a value ≥ 0, got -1"),
+        ("usd_drive: {max_force: -1}", "error G109: max_force: expected a value > 0, got -1"),
+        ("armature: -0.1", "error G109: armature: expected a value ≥ 0, got -0.1"),
+        ("drive: {damping: 1}, usd_drive: {damping: 1}", "a joint has a drive or a usd_drive, not both"),
+        ("drive: {dampng: 1}", "unknown key 'dampng'"),
+    ],
+)
+def test_settings_that_no_joint_has_are_errors_at_their_place(project: Project, joint: str, told: str) -> None:
+    project.write("bot.yaml", ROBOT + f"joints: {{arm_joint: {{{joint}}}}}\n")
+    assert told in project.error()
+    assert project.error().startswith("bot.yaml:3:")
+
+
+def test_a_drive_of_its_own_replaces_what_the_description_says_of_effort_and_adds_to_its_damping(
+    project: Project,
+) -> None:
+    project.write("bot.urdf", CART.replace("<limit", '<dynamics damping="0.25" friction="0.5"/><limit'))
+    project.write("bot.yaml", ROBOT + "joints: {arm_joint: {drive: {damping: 2, stiffness: 3, max_force: 7}}}\n")
+    world = project.load()
+    model = world.simulation.model
+    joint = model.joint("bot/arm_joint")
+    assert (joint.damping[0], joint.stiffness[0], joint.frictionloss[0]) == (2.25, 3.0, 0.5)
+    assert not model.jnt_actfrclimited[joint.id]
+    drive = world.robots["bot"].drives["arm_joint"]
+    assert (drive.damping, drive.stiffness, drive.max_force, drive.carries) == (2.0, 3.0, 7.0, 0.0)
