@@ -38,13 +38,17 @@ class Files:
     roots: tuple[Path, ...]
     near: Path | None = None
     """The working directory, where paths below it are to be shown from there."""
+    installed: tuple[Path, ...] = ()
+    """Folders of ROS packages that the user installed, as an ament index has them; they are among the roots."""
 
     @staticmethod
-    def of(given: Path, allowed: Sequence[Path] = (), near: Path | None = None) -> Files:
+    def of(
+        given: Path, allowed: Sequence[Path] = (), near: Path | None = None, installed: Sequence[Path] = ()
+    ) -> Files:
         """For a file that the user gave."""
         ships = (shipped() / "graphs", shipped() / "scenes")
-        roots = (given.resolve().parent, *ships, *(path.resolve() for path in allowed))
-        return Files(roots, near.resolve() if near else None)
+        roots = (given.resolve().parent, *ships, *(path.resolve() for path in (*allowed, *installed)))
+        return Files(roots, near.resolve() if near else None, tuple(path.absolute() for path in installed))
 
     def find(self, reference: str, folder: Path) -> Path:
         """The file that a reference in a file of `folder` means.
@@ -72,7 +76,12 @@ class Files:
         return path
 
     def may_read(self, path: Path) -> bool:
-        """Whether a file lies below one of the roots, links followed."""
+        """Whether a file lies below one of the roots, links followed.
+
+        Links in installed packages may lead anywhere: they are the user's own, and `colcon build --symlink-install` makes them.
+        """
+        if ".." not in path.parts and any(path.is_relative_to(folder) for folder in self.installed):
+            return True
         try:
             resolved = path.resolve()
         except (OSError, RuntimeError, ValueError):  # a name that no file can have, a loop of links

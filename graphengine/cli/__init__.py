@@ -15,6 +15,9 @@ VERBS = {
     "run": "run a scene or a graph",
     "check": "tell everything that is wrong with scenes and graphs",
     "show": "what a graph is made of, in which order it runs, what was generated",
+    "snapshot": "a picture of a scene, from above, of a robot or by one of its cameras",
+    "map": "an occupancy map of a scene, as nav2's map_server reads it",
+    "import-urdf": "a robot file from a URDF, a xacro file, or the description of a running ROS 2 system",
     "topics": "every topic of a scene: type, QoS, frame, rate, node",
     "nodes": "node types and their ports",
     "schema": "JSON Schema of the three kinds of file, for editors",
@@ -41,7 +44,7 @@ def make_parser(verb: str | None = None) -> argparse.ArgumentParser:
     for name, summary in VERBS.items():
         sub = verbs.add_parser(name, help=summary, description=f"{summary[0].upper()}{summary[1:]}.")
         if name == verb:
-            module = importlib.import_module(f"graphengine.cli.{name}")
+            module = importlib.import_module(f"graphengine.cli.{name.replace('-', '_')}")
             module.add_arguments(sub)
             sub.set_defaults(function=module.execute)
     return parser

@@ -130,7 +130,7 @@ def _load(path: Path, allowed: list[Path]) -> LoadedWorld | None:
     if kind in ("graph", "robot"):
         raise UsageError(f"{path}: this is a {kind} file; a map is made of a scene")
     scene = spec.read(spec.SceneSpec, path, findings)
-    world = load_world(scene, Files.of(path, allowed, Path.cwd()), findings) if scene is not None else None
+    world = load_world(scene, Files.of(path, allowed, Path.cwd(), installed_packages()), findings) if scene is not None else None
     print_findings(findings, notes=False)
     return world
 

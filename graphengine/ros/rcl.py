@@ -116,7 +116,7 @@ class RclTransport:
         self._endpoints: list[RclWriter | RclReader] = []
         self._context = rclpy.Context()
         try:
-            with _discovery(domain):
+            with discovery(domain):
                 self._context.init(args=[], domain_id=domain.id)
             self._node = Node(node_name, namespace=node_namespace, context=self._context)
             self._executor = SingleThreadedExecutor(context=self._context)
@@ -242,7 +242,7 @@ def _profile(qos: QoS) -> Any:
 
 
 @contextlib.contextmanager
-def _discovery(domain: Domain) -> Iterator[None]:
+def discovery(domain: Domain) -> Iterator[None]:
     """The environment that a context reads its discovery range from when it is made; there is no other way to tell it."""
     wanted = {
         "ROS_AUTOMATIC_DISCOVERY_RANGE": domain.discovery_range,

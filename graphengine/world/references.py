@@ -7,10 +7,15 @@ files may be read, and its name in the XML is replaced by a key into `Library.as
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
-from graphengine.diagnostics import Findings, did_you_mean
+from graphengine.diagnostics import Findings, did_you_mean, listing
 from graphengine.files import Files
+from graphengine.world.description import meshes
+from graphengine.world.description.packages import REMEDY, Packages, package_of
 from graphengine.world.xmlfile import MAX_DEPTH, Element, numbers, read, write
 
 MAX_FILE_BYTES = 200_000_000
@@ -22,7 +27,6 @@ MAX_COPIES = 20_000
 _FOLDERS = {"mesh": "meshdir", "skin": "meshdir", "flexcomp": "meshdir", "hfield": "meshdir", "texture": "texturedir"}
 """Which of the compiler's folders an element's files lie in; `assetdir` sets both."""
 _NAMED_BY_FILE = ("mesh", "hfield", "texture")
-READABLE_MESHES = (".stl", ".obj", ".msh")
 _GROWING = (
     ("texture", "width", "height"),
     ("hfield", "nrow", "ncol"),
@@ -31,6 +35,17 @@ _GROWING = (
     ("size", "nkey"),
     ("size", "nuserdata"),
 )
+
+
+Outcome = Literal["as it is", "converted", "unreadable", "missing"]
+
+
+@dataclass(frozen=True, slots=True)
+class MeshFile:
+    """A mesh by its key, and the colour that its file gives it."""
+
+    key: str
+    colour: meshes.Colour | None = None
 
 
 class Library:
@@ -42,6 +57,9 @@ class Library:
         self.assets: dict[str, bytes] = {}
         self.models: dict[str, bytes] = {}
         self._keys: dict[Path, str] = {}
+        self._meshes: dict[tuple[Path, bool], tuple[list[MeshFile] | meshes.MeshError, Outcome]] = {}
+        self.outcomes: dict[str, Outcome] = {}
+        """What became of the meshes of descriptions, by reference."""
 
     def world(self, path: Path) -> Element | None:
         """An MJCF file without a reference to any other; None when something is wrong with it."""
@@ -49,23 +67,46 @@ class Library:
         root = self._model(path, [])
         return root if len(self.findings.errors) == before else None
 
-    def mesh(self, element: Element, folder: Path) -> None:
-        """Take the file of a URDF mesh; `package://name/x` is looked for around the description's folder."""
-        reference = element.get("filename")
-        plain = reference.removeprefix("file://")
-        places = [folder / plain]
-        if plain.startswith("package://"):
-            package, _, rest = plain.removeprefix("package://").partition("/")
-            around = (folder, *folder.resolve().parents)
-            places = [place for parent in around for place in (parent / package / rest, parent / rest)]
-        key = self._take(element, "filename", reference, places, "S103")
-        if key and Path(key).suffix.lower() not in READABLE_MESHES:
-            self.findings.add(
-                "S103",
-                f"MuJoCo cannot read {Path(reference).suffix!r} meshes",
-                element.place("filename"),
-                f"convert it to one of {', '.join(READABLE_MESHES)}, or collide with a box, cylinder or sphere",
-            )
+    def mesh(self, element: Element, packages: Packages, *, visual: bool) -> list[MeshFile]:
+        """Files that MuJoCo reads in the place of a URDF mesh: one a colour if it is looked at, else one.
+
+        A mesh that cannot be read is an error if things collide with it; if it is only looked at, it is left out with a note.
+        """
+        reference, span = element.get("filename"), element.place("filename")
+        self.outcomes[reference] = "missing"
+        path = self._find(element, "filename", reference, packages.places(reference), "S103", packages)
+        if path is None:
+            return []
+        kind = (path.resolve(), visual)
+        if kind not in self._meshes:
+            self._meshes[kind] = self._mesh_files(path, visual=visual)
+        files, self.outcomes[reference] = self._meshes[kind]
+        if isinstance(files, meshes.MeshError):
+            what = f"the visual {reference!r} is not drawn: {files}" if visual else f"{reference!r}: {files}"
+            self.findings.add("N103" if visual else "S103", what, span)
+            return []
+        return files
+
+    def _mesh_files(self, path: Path, *, visual: bool) -> tuple[list[MeshFile] | meshes.MeshError, Outcome]:
+        suffix, resolved = path.suffix.lower(), path.resolve()
+        if suffix not in meshes.READABLE:
+            legal = listing(meshes.READABLE)
+            return meshes.MeshError(f"meshes of the format {suffix!r} are not read; {legal}"), "unreadable"
+        if path.stat().st_size > MAX_FILE_BYTES:
+            return meshes.MeshError(f"it is larger than {MAX_FILE_BYTES // 1_000_000} MB"), "unreadable"
+        if resolved in self._keys:
+            return [MeshFile(self._keys[resolved])], "as it is"
+        data = path.read_bytes()
+        if not meshes.needs_conversion(data, suffix):
+            self._keys[resolved] = self._keep(path, data)
+            return [MeshFile(self._keys[resolved])], "as it is"
+        try:
+            parts = meshes.convert(data, suffix)
+        except meshes.MeshError as error:
+            return error, "unreadable"
+        parts = parts if visual else [meshes.merged(parts)]
+        target = path.with_suffix(".msh")
+        return [MeshFile(self._keep(target, meshes.msh(part)), part.colour) for part in parts], "converted"
 
     def _model(self, path: Path, nested: list[Path]) -> Element | None:
         root = read(path, self.findings, "S102")
@@ -151,23 +192,35 @@ class Library:
             self.models[self._keys[resolved]] = write(root)[0].encode()
         element.attributes[attribute] = self._keys.get(resolved, "")
 
-    def _take(self, element: Element, attribute: str, reference: str, places: list[Path], code: str) -> str | None:
+    def _take(self, element: Element, attribute: str, reference: str, places: list[Path], code: str) -> None:
         """Read a file and put its key into the XML."""
         path = self._find(element, attribute, reference, places, code)
         if path is None:
-            return None
+            return
         resolved = path.resolve()
         if resolved not in self._keys:
             if resolved.stat().st_size > MAX_FILE_BYTES:
                 limit = f"{MAX_FILE_BYTES // 1_000_000} MB"
                 self.findings.add(code, f"{reference!r} is larger than {limit}", element.place(attribute))
-                return None
-            self._keys[resolved] = f"{len(self.assets)}_{path.name}"
-            self.assets[self._keys[resolved]] = resolved.read_bytes()
+                return
+            self._keys[resolved] = self._keep(path, resolved.read_bytes())
         element.attributes[attribute] = self._keys[resolved]
-        return self._keys[resolved]
 
-    def _find(self, element: Element, attribute: str, reference: str, places: list[Path], code: str) -> Path | None:
+    def _keep(self, path: Path, data: bytes) -> str:
+        """The key of a new asset."""
+        key = f"{len(self.assets)}_{path.name}"
+        self.assets[key] = data
+        return key
+
+    def _find(
+        self,
+        element: Element,
+        attribute: str,
+        reference: str,
+        places: list[Path],
+        code: str,
+        packages: Packages | None = None,
+    ) -> Path | None:
         span = element.place(attribute)
         try:
             readable = [place for place in places if self.files.may_read(place)]
@@ -177,7 +230,7 @@ class Library:
             return None
         if found is not None:
             return found
-        if not readable:
+        if places and not readable:
             self.findings.add(
                 code,
                 f"{reference!r} lies outside the folder of the file you gave",
@@ -185,10 +238,7 @@ class Library:
                 f"allow it with --allow {places[0].resolve().parent}",
             )
             return None
-        folder = readable[0].parent
-        names = [entry.name for entry in folder.iterdir()] if folder.is_dir() else []
-        near = did_you_mean(Path(reference).name, names)
-        self.findings.add("S101", f"no file {reference!r}", span, near, f"looked in {folder}")
+        self.findings.add("S101", f"no file {reference!r}", span, *_whereabouts(reference, readable, packages))
         return None
 
     def _bounded(self, element: Element) -> None:
@@ -200,3 +250,17 @@ class Library:
             if math.prod(sizes) > MAX_GROWTH:
                 span = element.place(attributes[0])
                 self.findings.add("S102", f"<{tag}> asks for more than {MAX_GROWTH} cells", span)
+
+
+def _whereabouts(reference: str, places: Sequence[Path], packages: Packages | None) -> list[str]:
+    """What is near a file that is missing, and where it was looked for."""
+    folders = list(dict.fromkeys(place.parent for place in places))
+    names = [entry.name for folder in folders if folder.is_dir() for entry in folder.iterdir()]
+    near = did_you_mean(Path(reference).name, names)
+    looked = listing(map(str, folders), "looked in")
+    package = package_of(reference)
+    if packages is None or package is None or packages.find(package) is not None:
+        return [near, looked]
+    known = did_you_mean(package, packages.known())
+    searched = listing(packages.searched(), f"no package {package!r}; looked for it")
+    return [near, known, searched, looked, REMEDY]

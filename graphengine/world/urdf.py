@@ -1,24 +1,19 @@
-"""URDF as plain data: links, joints and the tree they form.
-
-Read are `link`, `joint` and `material`; what other programs keep in a description (gazebo, ros2_control, transmission) stays
-in the text for robot_state_publisher and goes no further.
-"""
+"""URDF as plain data: links, joints and the tree they form."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from pathlib import Path
 
 from graphengine.context import Vector3
-from graphengine.diagnostics import Findings, did_you_mean, listing
 from graphengine.rotation import Pose, compose, from_rpy, rotate
+from graphengine.world.description.packages import Packages
 from graphengine.world.poses import NOWHERE
-from graphengine.world.xmlfile import Element, numbers, read
+from graphengine.world.xmlfile import Element, numbers
 
 MOVING = ("revolute", "continuous", "prismatic")
-MAX_LINKS = 2000
+WORLD = "world"
+"""Name of a root link that stands for the world: what hangs on it is bolted down."""
 
 
 @dataclass(slots=True, eq=False)
@@ -38,6 +33,21 @@ class Link:
         """Its `collision` elements."""
         return self.element.all("collision")
 
+    @property
+    def empty(self) -> bool:
+        """Whether it is a frame only."""
+        return not any(self.element.first(part) for part in ("inertial", "collision", "visual"))
+
+
+@dataclass(frozen=True, slots=True)
+class Mimic:
+    """What ties a joint to another: its position is `multiplier * leader + offset`, in rad or m."""
+
+    leader: str
+    multiplier: float
+    offset: float
+    element: Element
+
 
 @dataclass(slots=True, eq=False)
 class Joint:
@@ -50,11 +60,21 @@ class Joint:
     pose: Pose
     axis: Vector3
     element: Element
+    mimic: Mimic | None = None
 
     @property
     def moves(self) -> bool:
         """Whether it has a degree of freedom."""
         return self.type in MOVING
+
+    @property
+    def limits(self) -> tuple[float, float] | None:
+        """Lowest and highest position, rad or m; None where there is none, and where they leave no range, as MuJoCo has it."""
+        limit = self.element.first("limit")
+        if limit is None or self.type == "continuous":
+            return None
+        lower, upper = (numbers(limit.get(end, "0"), 1) or (0.0,) for end in ("lower", "upper"))
+        return (lower[0], upper[0]) if lower[0] < upper[0] else None
 
     def put(self, position: Vector3) -> None:
         """Give the joint another origin, m, in the element too."""
@@ -68,10 +88,18 @@ class Joint:
 
 @dataclass(slots=True, eq=False)
 class Urdf:
-    """A robot description whose links form one tree."""
+    """A robot description whose links form one tree.
 
-    path: Path
+    Attributes:
+        element: the whole of it, xacro expanded.
+        packages: where its meshes lie.
+        links: by name, in order of the file.
+        joints: by name, in order of the file.
+        root: the link that no joint carries.
+    """
+
     element: Element
+    packages: Packages
     links: dict[str, Link]
     joints: dict[str, Joint]
     root: str
@@ -134,107 +162,3 @@ def origin_of(element: Element) -> Pose | None:
     if position is None or angles is None:
         return None
     return (position[0], position[1], position[2]), from_rpy(*angles)
-
-
-def load(path: Path, findings: Findings) -> Urdf | None:
-    """Read a description; what is wrong with it goes to `findings`."""
-    root = read(path, findings, "S103")
-    if root is None:
-        return None
-    if root.tag != "robot":
-        findings.add("S103", f"a robot description begins with <robot>, not <{root.tag[:40]}>", root.span)
-        return None
-    foreign = next((element for element in root.walk() if element.tag.startswith("xacro:")), None)
-    if foreign is not None:
-        findings.add("S103", "this is xacro, not yet URDF", foreign.span, "run: xacro robot.urdf.xacro > robot.urdf")
-        return None
-    before = len(findings.errors)
-    links: dict[str, Link] = {}
-    for element in _named(root, "link", findings):
-        links[element.get("name")] = _link(element, findings)
-    joints: dict[str, Joint] = {}
-    for element in _named(root, "joint", findings):
-        joint = _joint(element, links, findings)
-        if joint is not None:
-            joints[joint.name] = joint
-    top = _tree(root, links, findings) if len(findings.errors) == before else ""
-    return Urdf(path, root, links, joints, top) if top else None
-
-
-def _named(root: Element, tag: str, findings: Findings) -> Iterator[Element]:
-    seen: dict[str, Element] = {}
-    for element in root.all(tag):
-        name = element.get("name")
-        if not name:
-            findings.add("S103", f"a {tag} without a name", element.span)
-        elif name in seen:
-            findings.add(
-                "S105", f"two {tag}s named {name!r}", element.place("name"), related=[(seen[name].span, "first here")]
-            )
-        elif len(seen) == MAX_LINKS:
-            findings.add("S103", f"more than {MAX_LINKS} {tag}s", element.span)
-            return
-        else:
-            seen[name] = element
-            yield element
-
-
-def _link(element: Element, findings: Findings) -> Link:
-    inertial = element.first("inertial")
-    weight = inertial.first("mass") if inertial is not None else None
-    mass = numbers(weight.get("value"), 1) if weight is not None else (0.0,)
-    if mass is None or mass[0] < 0:
-        assert weight is not None
-        findings.add("S103", f"mass {weight.get('value')!r} is not a number of kg", weight.place("value"))
-    return Link(element.get("name"), element, mass[0] if mass else 0.0)
-
-
-def _joint(element: Element, links: dict[str, Link], findings: Findings) -> Joint | None:
-    name, kind = element.get("name"), element.get("type")
-    if kind not in (*MOVING, "fixed"):
-        near = did_you_mean(kind, MOVING) or listing((*MOVING, "fixed"))
-        findings.add("S103", f"joint {name!r}: type {kind!r} cannot be simulated", element.place("type"), near)
-        return None
-    ends: list[Link] = []
-    for tag in ("parent", "child"):
-        end = element.first(tag)
-        link = end.get("link") if end is not None else ""
-        if end is None or link not in links:
-            span = end.place("link") if end is not None else element.span
-            near = did_you_mean(link, links) or listing(links, "links")
-            findings.add("S103", f"joint {name!r}: no {tag} link {link!r}", span, near)
-            return None
-        ends.append(links[link])
-    axis_element = element.first("axis")
-    axis = numbers(axis_element.get("xyz", "1 0 0") if axis_element is not None else "1 0 0", 3)
-    pose, length = origin_of(element), math.hypot(*axis) if axis else 0.0
-    if pose is None or axis is None or (length == 0 and kind != "fixed"):
-        findings.add("S103", f"joint {name!r}: origin and axis must be made of three numbers each", element.span)
-        return None
-    direction = (axis[0] / length, axis[1] / length, axis[2] / length) if length else (1.0, 0.0, 0.0)
-    parent, child = ends
-    if child.carrier is not None:
-        first = (child.carrier.element.span, "first here")
-        findings.add("S103", f"link {child.name!r} has two parents", element.span, related=[first])
-        return None
-    joint = Joint(name, kind, parent.name, child.name, pose, direction, element)
-    parent.below.append(joint)
-    child.carrier = joint
-    return joint
-
-
-def _tree(root: Element, links: dict[str, Link], findings: Findings) -> str:
-    """Name of the root link, if all links hang together."""
-    tops = [link for link in links.values() if link.carrier is None]
-    if len(tops) != 1:
-        what = listing([link.name for link in tops], "links without a parent") if links else ""
-        findings.add("S103", "the links do not form one tree", root.span, what, "fasten them with joints")
-        return ""
-    reached = [tops[0]]
-    for link in reached:
-        reached.extend(links[joint.child] for joint in link.below)
-    if len(reached) != len(links):
-        lost = listing(links.keys() - {link.name for link in reached}, "in a ring of joints")
-        findings.add("S103", "the links do not form one tree", root.span, lost)
-        return ""
-    return tops[0].name

@@ -78,10 +78,15 @@ def read(path: Path, findings: Findings, code: str) -> Element | None:
     except OSError as error:
         findings.add(code, f"cannot read {str(path)!r}: {error.strerror or error}", nowhere)
         return None
+    return parse(raw, str(path), findings, code)
+
+
+def parse(raw: bytes, name: str, findings: Findings, code: str) -> Element | None:
+    """The root of XML text; messages call it by a name."""
+    source = Source(name, tuple(raw.decode("utf-8", "replace").split("\n")))
     if len(raw) > MAX_BYTES:
-        findings.add(code, f"{str(path)!r} is larger than {MAX_BYTES // 1_000_000} MB", nowhere)
+        findings.add(code, f"{name!r} is larger than {MAX_BYTES // 1_000_000} MB", Span(Source(name, ()), 1, 1))
         return None
-    source = Source(str(path), tuple(raw.decode("utf-8", "replace").split("\n")))
     builder = _Builder(source)
     try:
         builder.parser.Parse(raw, True)

@@ -10,7 +10,9 @@ import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from graphengine.cli import VERBS, make_parser
 from graphengine.registry import default_registry
@@ -81,6 +83,30 @@ def test_the_options_of_run_work_together() -> None:
     assert "5 graphs, 60 Hz; dds" in result.err
     assert "warning W201: wheelRadius is 0.05 m" in result.err
     assert "600 ticks, 10.000 s of simulation" in result.err
+
+
+PICTURES = [command for command in COMMANDS if command.startswith("graphrun snapshot") and " -o " in command]
+
+
+@pytest.mark.parametrize("command", PICTURES)
+def test_every_picture_is_what_its_command_makes(tmp_path: Path, command: str) -> None:
+    *words, kept = shlex.split(command)[1:]
+    made = tmp_path / "made.png"
+    result = process(*words, str(made))
+    if "OpenGL" in result.err and result.code:
+        pytest.skip(result.err)
+    assert result.code == 0, result.err
+    with Image.open(made) as one, Image.open(ROOT / kept) as other:
+        assert one.size == other.size
+        difference = np.abs(np.asarray(one.convert("RGB"), float) - np.asarray(other.convert("RGB"), float))
+    assert np.median(difference) <= 1.0
+    assert np.mean(difference) < 3.0  # of 255: drivers differ at edges and in shadows
+
+
+def test_all_pictures_of_the_readme_have_their_commands() -> None:
+    shown = re.findall(r"!\[[^\]]+\]\(([^)]+)\)", README)
+    assert sorted(shown) == sorted(shlex.split(command)[-1] for command in PICTURES)
+    assert len(shown) >= 3
 
 
 # Blocks

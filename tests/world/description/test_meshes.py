@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import struct
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -135,6 +138,25 @@ def test_mujoco_reads_what_was_converted(project: Project) -> None:
 def test_a_mesh_that_cannot_be_read_says_why(data: bytes, suffix: str, why: str) -> None:
     with pytest.raises(MeshError, match=why):
         convert(data, suffix)
+
+
+def test_a_mesh_names_no_other_file(tmp_path: Path) -> None:
+    (tmp_path / "points.bin").write_bytes(bytes(36))
+    for name in (str(tmp_path / "points.bin"), "points.bin", (tmp_path / "points.bin").as_uri()):
+        accessor = {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}
+        document = {
+            "asset": {"version": "2.0"},
+            "buffers": [{"byteLength": 36, "uri": name}],
+            "bufferViews": [{"buffer": 0, "byteLength": 36}],
+            "accessors": [accessor],
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+            "nodes": [{"mesh": 0}],
+        }
+        text = json.dumps(document).encode()
+        text += b" " * (-len(text) % 4)
+        chunk = struct.pack("<I4s", len(text), b"JSON") + text
+        with pytest.raises(MeshError, match="it cannot be read"):
+            convert(struct.pack("<4sII", b"glTF", 2, 12 + len(chunk)) + chunk, ".glb")
 
 
 def test_nodes_that_multiply_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:

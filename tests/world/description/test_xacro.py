@@ -89,7 +89,7 @@ def test_the_same_file_expands_to_the_same_text(cart: Project) -> None:
     [
         ('<link name="${nme}"/>', "bot.xacro:5:1: error S103: xacro: name 'nme' is not defined"),
         ('<link name="$(arg nme)"/>', "xacro: the argument 'nme' has no value"),
-        ('<link name="$(arg nme)"/>', "write xacro_arguments: {nme: …} into the robot file"),
+        ('<link name="$(arg nme)"/>', "give it: xacro_arguments: {nme: …} in the robot file"),
         ("<xacro:wheel/>", "bot.xacro:5:1: error S103: xacro: unknown macro name: xacro:wheel"),
         ('<xacro:include filename="part.xacro"/>', "bot.xacro:5:1: error S103: xacro: no file '"),
         ('<xacro:property name="p" value="${xacro.load_yaml(\'p.yaml\')}"/><link name="${p}"/>', "No such file"),

@@ -1,0 +1,231 @@
+"""`graphrun import-urdf`: a robot file from a URDF, a xacro file, or the description of a running ROS 2 system."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from graphengine.diagnostics import Findings
+    from graphengine.files import Files
+    from graphengine.world.description.importing import Imported, Origin
+
+WAIT = 10.0
+"""Seconds that a description from the network is waited for."""
+TOPIC = "/robot_description"
+LONGEST = 10
+"""Lines of one kind that the report tells; the robot file has all."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the verb."""
+    parser.add_argument("file", metavar="URDF|XACRO", nargs="?", help="the description; else --topic or --node")
+    parser.add_argument("arguments", metavar="NAME:=VALUE", nargs="*", help="arguments of a xacro file")
+    parser.add_argument("-o", "--output", metavar="FILE", type=Path, required=True, help="robot file to write")
+    parser.add_argument("--force", action="store_true", help="write over files that are there")
+    source = parser.add_mutually_exclusive_group()
+    source.add_argument(
+        "--topic", nargs="?", const=TOPIC, help=f"read it from the network, from a latched topic (default {TOPIC})"
+    )
+    source.add_argument("--node", help="read it from the parameter robot_description of a node, over rclpy")
+    parser.add_argument(
+        "--timeout", type=float, default=WAIT, help=f"seconds to wait for the network (default {WAIT:g})"
+    )
+    parser.add_argument("--transport", choices=("auto", "dds", "rclpy"), default="auto", help="for --topic")
+    parser.add_argument("--fixed-base", action="store_true", help="bolt the root link to the world, as for an arm")
+    parser.add_argument(
+        "--package-path",
+        metavar="FOLDER",
+        type=Path,
+        action="append",
+        default=[],
+        help="a ROS package, or a folder that contains some; may be read",
+    )
+    parser.add_argument(
+        "--allow", metavar="FOLDER", type=Path, action="append", default=[], help="folder that may also be read"
+    )
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """0 when the robot file is written, 1 when the description has errors, which are told."""
+    from graphengine.cli.common import print_findings
+    from graphengine.diagnostics import Findings
+    from graphengine.world.description.importing import import_robot
+
+    _check_usage(arguments)
+    findings = Findings()
+    origin = _origin(arguments, findings)
+    imported = import_robot(origin, findings) if origin is not None else None
+    print_findings(findings, notes=False)
+    if imported is None:
+        print(f"{arguments.output} is not written", file=sys.stderr)
+        return 1
+    _refuse_to_overwrite(imported.files, force=arguments.force)
+    _write(imported.files)
+    _report(imported, findings)
+    return 0
+
+
+def _check_usage(arguments: argparse.Namespace) -> None:
+    """Tell what makes no sense before anything is read.
+
+    Raises:
+        UsageError: it does not.
+    """
+    from graphengine.diagnostics import UsageError
+
+    remote = arguments.topic or arguments.node
+    if arguments.file and ":=" in arguments.file:
+        arguments.arguments.insert(0, arguments.file)
+        arguments.file = None
+    if bool(arguments.file) == bool(remote):
+        raise UsageError("give one of a file, --topic and --node")
+    if remote and arguments.arguments:
+        raise UsageError(f"{arguments.arguments[0]}: what comes from the network takes no arguments")
+    for text in arguments.arguments:
+        if not re.match(r"[^:=]+:=", text):
+            raise UsageError(f"{text}: write NAME:=VALUE, as for xacro")
+    if arguments.output.suffix not in (".yaml", ".yml"):
+        raise UsageError(f"-o {arguments.output}: a robot file ends in .yaml")
+    if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", arguments.output.stem):
+        raise UsageError(f"-o {arguments.output}: the robot is named as its file: letters, digits and '_'")
+    if not arguments.output.absolute().parent.is_dir():
+        raise UsageError(f"-o {arguments.output}: no folder {str(arguments.output.parent)!r}")
+    for folder in (*arguments.allow, *arguments.package_path):
+        if not folder.is_dir():
+            raise UsageError(f"no folder {str(folder)!r}")
+    if not arguments.timeout > 0:
+        raise UsageError("--timeout: write seconds, more than 0")
+    _refuse_to_overwrite((arguments.output,), force=arguments.force)
+
+
+def _refuse_to_overwrite(paths: Sequence[Path] | Mapping[Path, str], *, force: bool) -> None:
+    from graphengine.diagnostics import UsageError
+
+    there = [str(path) for path in paths if path.exists()]
+    if there and not force:
+        raise UsageError(f"{', '.join(there)}: already there; --force writes over it")
+
+
+def _origin(arguments: argparse.Namespace, findings: Findings) -> Origin | None:
+    """The description that is meant, read."""
+    from graphengine.world.description.importing import Origin
+    from graphengine.world.description.packages import Packages
+    from graphengine.world.xmlfile import parse
+
+    target, fixed = arguments.output, arguments.fixed_base
+    if arguments.file:
+        return _from_file(arguments, findings)
+    text, told = _remote(arguments)
+    element = parse(text.encode(), told, findings, "S103")
+    if element is None:
+        return None
+    packages = Packages(target.absolute().parent, arguments.package_path, _files(target, arguments))
+    return Origin(element, packages, None, told, target, fixed)
+
+
+def _from_file(arguments: argparse.Namespace, findings: Findings) -> Origin | None:
+    from graphengine.cli.common import near
+    from graphengine.diagnostics import UsageError
+    from graphengine.world.description import xacro
+    from graphengine.world.description.importing import Origin
+    from graphengine.world.description.packages import Packages
+    from graphengine.world.xmlfile import read
+
+    path = Path(near(arguments.file))
+    if not path.is_file():
+        raise UsageError(f"no file {arguments.file!r}")
+    element = read(path, findings, "S103")
+    if element is None:
+        return None
+    packages = Packages(path.parent, arguments.package_path, _files(path, arguments))
+    if path.suffix != xacro.SUFFIX and not xacro.is_xacro(element):
+        if arguments.arguments:
+            raise UsageError(f"{arguments.arguments[0]}: there is no xacro in {path}")
+        return Origin(element, packages, path, str(path), arguments.output, arguments.fixed_base)
+    given = dict(text.split(":=", 1) for text in arguments.arguments)
+    expanded = xacro.expand(path, given, packages, findings)
+    if expanded is None:
+        return None
+    told = " ".join([str(path), *arguments.arguments])
+    return Origin(expanded, packages, None, told, arguments.output, arguments.fixed_base)
+
+
+def _files(given: Path, arguments: argparse.Namespace) -> Files:
+    """What may be read: the description's package whole, and what the command line allows."""
+    from graphengine.cli.common import installed_packages
+    from graphengine.files import Files
+
+    package = next((folder for folder in given.absolute().parents if (folder / "package.xml").is_file()), None)
+    allowed = [*arguments.allow, *arguments.package_path, *([package] if package is not None else [])]
+    return Files.of(given, allowed, Path.cwd(), installed_packages())
+
+
+def _remote(arguments: argparse.Namespace) -> tuple[str, str]:
+    """The description from the network, and where it came from."""
+    from graphengine.ros import description
+    from graphengine.ros.domain import Domain
+    from graphengine.ros.select import open_transport
+
+    domain = Domain.from_environment(os.environ)
+    if arguments.node:
+        text = description.from_node(arguments.node, domain, arguments.timeout)
+        return text, f"parameter {description.PARAMETER} of {arguments.node}"
+    transport = open_transport(arguments.transport, domain, "graphrun_import_urdf", environ=os.environ)
+    print(f"waiting for {arguments.topic}; {transport.description}", file=sys.stderr)
+    try:
+        return description.from_topic(transport, arguments.topic, arguments.timeout), f"topic {arguments.topic}"
+    finally:
+        transport.close()
+
+
+def _write(files: Mapping[Path, str]) -> None:
+    """Write files whole, the robot file last, or none of them."""
+    parts = {path: path.with_name(f".{path.name}.part") for path in files}
+    try:
+        for path, text in files.items():
+            parts[path].write_text(text, encoding="utf-8")
+        for path, part in parts.items():
+            os.replace(part, path)
+    finally:
+        for part in parts.values():
+            part.unlink(missing_ok=True)
+
+
+def _report(imported: Imported, findings: Findings) -> None:
+    """What was found, for people."""
+    from collections import Counter
+
+    from graphengine.cli.common import clean, counted, near
+    from graphengine.world.description.robot_file import left_behind, track, wheels
+
+    robot, urdf = imported.robot, imported.robot.urdf
+    outcomes = Counter(imported.library.outcomes.values())
+    meshes = ", ".join(f"{number} {what}" for what, number in sorted(outcomes.items()))
+    rolling = wheels(urdf)
+    base = "free" if imported.model.njnt and imported.model.joint(0).name == "root" else "fixed to the world"
+    links, joints = counted(len(urdf.links), "link"), counted(len(urdf.joints), "joint")
+    lines = [f"wrote {', '.join(near(str(path)) for path in imported.files)}"]
+    lines += [f"{links}, {joints} of which {len(robot.moving)} move, {imported.model.body_subtreemass[0]:.4g} kg"]
+    lines += [f"base link {urdf.root}, {base}", f"meshes: {meshes or 'none'}"]
+    lines += [f"wheel on {wheel.joint}: radius {wheel.radius:g} m" for wheel in rolling]
+    if (distance := track(rolling)) is not None:
+        lines.append(f"track {distance:g} m")
+    lines += _some("follows another joint", [j.name for j in robot.moving if j.mimic is not None])
+    lines += _some("not carried over", left_behind(urdf))
+    notes = [" ".join([finding.message, *finding.help]) for finding in findings.items if finding.severity == "note"]
+    lines += _some("note", notes)
+    if imported.outside:
+        allowed = " ".join(f"--allow {near(str(folder))}" for folder in imported.outside)
+        lines.append(f"scenes with this robot read files outside of their folder: run them with {allowed}")
+    print(clean("\n".join(line.replace("\n", " ") for line in lines)))
+
+
+def _some(what: str, items: Sequence[str]) -> list[str]:
+    more = [f"{what}: … ({len(items) - LONGEST} more)"] if len(items) > LONGEST else []
+    return [*(f"{what}: {item}" for item in items[:LONGEST]), *more]

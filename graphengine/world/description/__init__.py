@@ -1,0 +1,1 @@
+"""Robot descriptions as their authors keep them: xacro, ROS packages, meshes of many formats."""

@@ -1,0 +1,74 @@
+"""Elements as DOM, which xacro works on: every node, and every copy of one, knows the place that it was written at."""
+
+from __future__ import annotations
+
+from typing import Any
+from xml.dom import Node as NodeType
+from xml.dom import minidom
+
+from graphengine.diagnostics import Span
+from graphengine.world.xmlfile import MAX_DEPTH, Element
+
+Place = tuple[str, int, int, int]
+"""Path, line, column and length."""
+
+_KEY = "place"
+"""Of a node's user data."""
+
+
+class TooDeepError(Exception):
+    """Elements nested too deep."""
+
+
+def node_of(element: Element, document: minidom.Document) -> minidom.Element:
+    """An element as xacro wants it, with its place."""
+    made = document.createElement(element.tag)
+    made.setUserData(_KEY, element.span, _CARRIER)
+    for name, value in element.attributes.items():
+        made.setAttribute(name, value)
+    if element.text:
+        made.appendChild(document.createTextNode(element.text))
+    for child in element.children:
+        made.appendChild(node_of(child, document))
+    return made
+
+
+class _Carrier:
+    """Gives a copy the place of what was copied; DOM calls it then."""
+
+    def handle(self, operation: int, key: str, place: Span, source: minidom.Node, copy: minidom.Node | None) -> None:
+        if copy is not None:
+            copy.setUserData(key, place, self)
+
+
+_CARRIER = _Carrier()
+
+
+def place_of(node: minidom.Element | None) -> Span | None:
+    """Where a node was written."""
+    place = node.getUserData(_KEY) if node is not None else None
+    return place if isinstance(place, Span) else None
+
+
+def record(span: Span | None) -> Place | None:
+    """A place as plain data."""
+    return (span.source.path, span.line, span.column, span.length) if span is not None else None
+
+
+def plain(node: minidom.Element, depth: int = 1) -> dict[str, Any]:
+    """A node as plain data.
+
+    Raises:
+        TooDeepError: it is nested deeper than a description may be.
+    """
+    if depth > MAX_DEPTH:
+        raise TooDeepError(f"it expands to elements more than {MAX_DEPTH} levels deep")
+    children = [child for child in node.childNodes if child.nodeType == NodeType.ELEMENT_NODE]
+    texts = [child.data for child in node.childNodes if child.nodeType == NodeType.TEXT_NODE]
+    return {
+        "tag": node.tagName,
+        "attributes": dict(node.attributes.items()),
+        "text": "".join(texts).strip(),
+        "place": record(place_of(node)),
+        "children": [plain(child, depth + 1) for child in children],
+    }

@@ -1,0 +1,109 @@
+"""A description as MuJoCo should read it: meshes it can decode, colours that count, inertias it accepts, nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from graphengine.diagnostics import Findings
+from graphengine.world.description.inertia import inertials
+from graphengine.world.references import Library, MeshFile
+from graphengine.world.urdf import Link, Urdf, shape_of
+from graphengine.world.xmlfile import Element, numbers
+
+_COMPILER = {"fusestatic": "false", "discardvisual": "false", "strippath": "true"}
+"""Against MuJoCo's defaults for URDF, by which fixed links and visuals vanish."""
+_PASSED_ON = ("balanceinertia", "boundmass", "boundinertia", "inertiafromgeom")
+"""Settings of a description's own <mujoco><compiler> that MuJoCo is told of."""
+_JOINT_PARTS = ("origin", "parent", "child", "axis", "limit", "dynamics")
+
+
+def for_mujoco(urdf: Urdf, name: str, library: Library, findings: Findings, *, free: bool) -> Element:
+    """The description in MuJoCo's dialect of URDF.
+
+    Args:
+        urdf: which stays as it is.
+        name: of the robot.
+        free: whether its root link moves.
+        library: reads the meshes and keeps them.
+        findings: takes meshes that are missing or cannot be read, and notes on what was changed.
+    """
+    compiler = Element("compiler", dict(_COMPILER), urdf.element.span)
+    for settings in urdf.element.all("mujoco"):
+        own = settings.first("compiler")
+        compiler.attributes |= {key: own.get(key) for key in _PASSED_ON if own is not None and key in own.attributes}
+    root = Element("robot", {"name": name}, urdf.element.span)
+    root.children.append(Element("mujoco", {}, urdf.element.span, [compiler]))
+    colours, masses = _colours(urdf), inertials(urdf, free=free, findings=findings)
+    for link in urdf.links.values():
+        copied = Element("link", {"name": link.name}, link.element.span)
+        if link.name in masses:
+            copied.children.append(_copy(masses[link.name]))
+        copied.children += _geoms(link, urdf, library, colours)
+        root.children.append(copied)
+    root.children += [_copy(joint.element, _JOINT_PARTS) for joint in urdf.joints.values()]
+    return root
+
+
+def _copy(element: Element, parts: tuple[str, ...] = ()) -> Element:
+    """A copy, with only the named children where any are named."""
+    children = [_copy(child) for child in element.children if not parts or child.tag in parts]
+    return Element(element.tag, dict(element.attributes), element.span, children)
+
+
+def _geoms(link: Link, urdf: Urdf, library: Library, colours: dict[str, str]) -> Iterator[Element]:
+    """The colliders and visuals of a link, one as often as its mesh has colours."""
+    for index, part in enumerate(link.element.children):
+        if part.tag not in ("collision", "visual"):
+            continue
+        shape = shape_of(part)
+        files: list[MeshFile | None] = [None]
+        if shape is not None and shape.tag == "mesh":
+            files = [*library.mesh(shape, urdf.packages, visual=part.tag == "visual")]
+        elif shape is not None and _is_nothing(shape):
+            library.findings.add("N103", "a shape without size is left out", shape.span)
+            continue
+        for number, file in enumerate(files):
+            geom = _geom(part, shape, file, colours)
+            geom.attributes["name"] = f"{link.name}.{index}.{number}"
+            yield geom
+
+
+def _is_nothing(shape: Element) -> bool:
+    """Whether a primitive is a point, a line or flat, which some descriptions have as a placeholder."""
+    sizes = " ".join(shape.get(key, "1") for key in ("size", "radius", "length"))
+    return 0.0 in (numbers(sizes, len(sizes.split())) or ())
+
+
+def _geom(part: Element, shape: Element | None, file: MeshFile | None, colours: dict[str, str]) -> Element:
+    copied = Element(part.tag, {}, part.span, [_copy(origin) for origin in part.all("origin")])
+    if shape is not None:
+        geometry = Element(shape.tag, dict(shape.attributes), shape.span)
+        if file is not None:
+            geometry.attributes["filename"] = file.key
+        copied.children.append(Element("geometry", {}, shape.span, [geometry]))
+    material = part.first("material")
+    colour = _own_colour(material) or colours.get(material.get("name"), "") if material is not None else ""
+    if not colour and file is not None and file.colour is not None:
+        colour = " ".join(map(repr, file.colour))
+    if colour:
+        # MuJoCo keeps the first of two materials of one name, so the colour is the name.
+        span = material.span if material is not None else part.span
+        element = Element("material", {"name": colour}, span, [Element("color", {"rgba": colour}, span)])
+        copied.children.append(element)
+    return copied
+
+
+def _own_colour(material: Element) -> str:
+    colour = material.first("color")
+    return colour.get("rgba") if colour is not None else ""
+
+
+def _colours(urdf: Urdf) -> dict[str, str]:
+    """Colours by name of material, wherever in the file they are given; those of the robot count before those of visuals."""
+    root = urdf.element
+    materials = [*root.all("material"), *(element for element in root.walk() if element.tag == "material")]
+    found: dict[str, str] = {}
+    for material in materials:
+        if colour := _own_colour(material):
+            found.setdefault(material.get("name"), colour)
+    return found

@@ -1,0 +1,207 @@
+"""Meshes of formats that MuJoCo cannot read, as files that it can, in memory.
+
+MuJoCo reads binary STL of up to 200 000 triangles, OBJ, and MSH, its own. COLLADA comes by pycollada, the others by trimesh.
+
+Of a COLLADA file the transforms of nodes and the unit count, and its up axis does not. That is how RViz, Gazebo and MoveIt have
+it, and what robots are made for: files that say Y_UP come from exporters that write it whatever the axes are.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+import struct
+import warnings
+import xml.parsers.expat
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import NDArray
+
+Colour = tuple[float, float, float, float]
+"""Red, green, blue and opacity, 0 to 1."""
+
+AS_THEY_ARE = (".obj", ".msh")
+"""Formats that MuJoCo mostly gets unread; binary STL too."""
+CONVERTED = (".dae", ".ply", ".glb", ".off")
+READABLE = (".stl", *AS_THEY_ARE, *CONVERTED)
+MAX_STL_TRIANGLES = 200_000
+MAX_CONVERTED_BYTES = 100_000_000
+MAX_TRIANGLES = 5_000_000
+MAX_NODES = 100_000
+
+_LEAST_VERTICES = 4
+"""MuJoCo takes no mesh with fewer."""
+_STL_HEADER, _STL_TRIANGLE = 84, 50
+_PLAIN_CORNER, _CORNER_WITH_MORE = re.compile(rb"(?m)^f\s+-?\d+\s"), re.compile(rb"(?m)^f\s+-?\d+/")
+"""Of an OBJ file MuJoCo wants all corners with normals and texture coordinates, or none."""
+
+
+class MeshError(Exception):
+    """A mesh that cannot be read; says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """Triangles of one colour.
+
+    Attributes:
+        vertices: (n, 3), m.
+        faces: (m, 3), indices of vertices, counter-clockwise seen from outside.
+        colour: None where the file gives none.
+    """
+
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.int64]
+    colour: Colour | None = None
+
+
+def needs_conversion(data: bytes, suffix: str) -> bool:
+    """Whether MuJoCo cannot read a file of a readable format itself."""
+    if suffix == ".obj":
+        return bool(_PLAIN_CORNER.search(data) and _CORNER_WITH_MORE.search(data))
+    if suffix != ".stl":
+        return suffix in CONVERTED
+    triangles = int.from_bytes(data[80:_STL_HEADER], "little")
+    return len(data) != _STL_HEADER + _STL_TRIANGLE * triangles or triangles > MAX_STL_TRIANGLES
+
+
+def convert(data: bytes, suffix: str) -> list[Part]:
+    """The triangles of a file, one part a colour, in order of the file.
+
+    Raises:
+        MeshError: it cannot be read, or there are none.
+    """
+    if len(data) > MAX_CONVERTED_BYTES:
+        raise MeshError(f"files of more than {MAX_CONVERTED_BYTES // 1_000_000} MB are not converted")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # pycollada uses numpy.matrix
+        try:
+            parts = list(_collada(data) if suffix == ".dae" else _by_trimesh(data, suffix))
+        except MeshError:
+            raise
+        except Exception as error:  # of a malformed file either library raises anything
+            raise MeshError(f"it cannot be read: {str(error) or type(error).__name__}") from error
+    parts = _by_colour(parts)
+    if not parts:
+        raise MeshError("there are no triangles in it")
+    return parts
+
+
+def merged(parts: list[Part]) -> Part:
+    """All parts as one, without a colour."""
+    starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
+    faces = [part.faces + start for part, start in zip(parts, starts, strict=False)]
+    return Part(np.concatenate([part.vertices for part in parts]), np.concatenate(faces))
+
+
+def msh(part: Part) -> bytes:
+    """A part in MuJoCo's own format: counts of vertices, normals, texture coordinates and faces, then float32 and int32."""
+    missing = max(_LEAST_VERTICES - len(part.vertices), 0)
+    vertices = np.pad(part.vertices, ((0, missing), (0, 0)), mode="edge")
+    head = struct.pack("<4i", len(vertices), 0, 0, len(part.faces))
+    return head + vertices.astype("<f4").tobytes() + part.faces.astype("<i4").tobytes()
+
+
+def _by_colour(parts: list[Part]) -> list[Part]:
+    """Parts of one colour joined: each is a geom of its own in the end."""
+    colours = dict.fromkeys(part.colour for part in parts)
+    same = [(colour, merged([part for part in parts if part.colour == colour])) for colour in colours]
+    return [Part(part.vertices, part.faces, colour) for colour, part in same]
+
+
+def _by_trimesh(data: bytes, suffix: str) -> Iterator[Part]:
+    import trimesh
+
+    if suffix == ".stl" and b"facet" not in data:
+        raise MeshError("it is neither ASCII STL nor as long as binary STL with so many triangles")
+    data = data.decode("utf-8", "replace").encode() if suffix == ".stl" else data  # trimesh would guess its encoding
+    mesh = trimesh.load_mesh(io.BytesIO(data), file_type=suffix[1:], process=False)
+    if len(mesh.faces):
+        yield Part(np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64))
+
+
+def _collada(data: bytes) -> Iterator[Part]:
+    from collada.polylist import BoundPolylist
+    from collada.triangleset import BoundTriangleSet
+
+    _refuse_doctype(data)
+    document = _document(data)
+    if document.scene is None:
+        raise MeshError("the COLLADA file has no scene")
+    unit = document.assetInfo.unitmeter or 1.0
+    total = 0
+    for geometry in _geometries(document.scene.nodes):
+        for bound in geometry.primitives():
+            primitive = bound.triangleset() if isinstance(bound, BoundPolylist) else bound
+            if (
+                not isinstance(primitive, BoundTriangleSet)
+                or primitive.vertex is None
+                or not len(primitive.vertex_index)
+            ):
+                continue
+            total += len(primitive.vertex_index)
+            if total > MAX_TRIANGLES:
+                raise MeshError(f"there are more than {MAX_TRIANGLES} triangles in it")
+            used, faces = np.unique(primitive.vertex_index, return_inverse=True)  # primitives share their vertices
+            vertices = np.asarray(primitive.vertex[used], np.float64) * unit
+            yield Part(vertices, faces.reshape(-1, 3), _diffuse(primitive.material))
+
+
+def _document(data: bytes) -> Any:
+    """A COLLADA file read; where references are broken, without the materials, which would take their geometries with them."""
+    import collada
+
+    document = collada.Collada(io.BytesIO(data), ignore=[collada.DaeError])
+    if not any(isinstance(error, collada.DaeBrokenRefError) for error in document.errors):
+        return document
+    root = ElementTree.fromstring(data)
+    for instance in root.iterfind(".//{*}instance_geometry"):
+        for materials in instance.findall("{*}bind_material"):
+            instance.remove(materials)
+    return collada.Collada(io.BytesIO(ElementTree.tostring(root)), ignore=[collada.DaeError])
+
+
+def _geometries(nodes: list[Any]) -> Iterator[Any]:
+    """Geometries of a scene in its frame, depth first; nodes may stand in several places, but not in too many."""
+    from collada.scene import GeometryNode, Node
+
+    pending = [(node, np.eye(4)) for node in reversed(nodes)]
+    for _ in range(MAX_NODES):
+        if not pending:
+            return
+        node, above = pending.pop()
+        if isinstance(node, GeometryNode):
+            yield from node.objects("geometry", above)
+        elif isinstance(node, Node):
+            pose = above @ node.matrix
+            pending.extend((child, pose) for child in reversed(node.children))
+    raise MeshError(f"there are more than {MAX_NODES} nodes in it")
+
+
+def _diffuse(material: Any) -> Colour | None:
+    """A material's colour; None for a texture. Opacity is left out, as exporters disagree on what it means."""
+    colour = getattr(getattr(material, "effect", None), "diffuse", None)
+    if not isinstance(colour, tuple) or len(colour) < 3:
+        return None
+    red, green, blue = (min(max(float(value), 0.0), 1.0) for value in colour[:3])
+    return red, green, blue, 1.0
+
+
+def _refuse_doctype(data: bytes) -> None:
+    """Entities could stand for other files, or for more text than there is memory."""
+
+    def refuse(*_: object) -> None:
+        raise MeshError("a document type is not allowed in it")
+
+    def stop(*_: object) -> None:
+        raise StopIteration
+
+    parser = xml.parsers.expat.ParserCreate()
+    parser.StartDoctypeDeclHandler, parser.StartElementHandler = refuse, stop
+    with contextlib.suppress(StopIteration):  # at the root, before which a document type must stand
+        parser.Parse(data, True)

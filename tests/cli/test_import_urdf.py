@@ -1,0 +1,289 @@
+"""`graphrun import-urdf`: what it writes loads, what it refuses leaves nothing behind."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+from graphengine.ros import messages
+from graphengine.ros.domain import Domain
+from graphengine.ros.qos import LATCHED
+from graphengine.ros.select import open_transport
+from tests.cli.harness import ROOT, Graphrun, Result
+
+INERTIA = '<inertia ixx=".1" iyy=".1" izz=".1" ixy="0" ixz="0" iyz="0"/>'
+TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+BODY = f"""  <link name="base_link">
+    <inertial><mass value="5"/>{INERTIA}</inertial>
+    <collision><geometry><mesh filename="package://cart/meshes/body.obj"/></geometry></collision>
+    <visual><geometry><mesh filename="../meshes/body.obj"/></geometry></visual>
+  </link>
+"""
+REST = f"""  <link name="grip"><inertial><mass value="1"/>{INERTIA}</inertial></link>
+  <link name="finger"><inertial><mass value="1"/>{INERTIA}</inertial></link>
+  <joint name="grip_joint" type="revolute">
+    <parent link="base_link"/><child link="grip"/><axis xyz="0 1 0"/>
+    <limit lower="-1" upper="1" effort="20" velocity="2"/>
+  </joint>
+  <joint name="finger_joint" type="prismatic">
+    <parent link="base_link"/><child link="finger"/><axis xyz="1 0 0"/><mimic joint="grip_joint" multiplier="0.1"/>
+    <limit lower="0" upper="0.1" effort="5" velocity="0"/>
+  </joint>
+  <transmission name="grip_transmission"/>
+  <ros2_control name="hardware" type="system"/>
+  <gazebo reference="grip"><mu1>0.2</mu1><sensor name="eye" type="camera"/></gazebo>
+  <gazebo><plugin name="drive" filename="libdrive.so"/></gazebo>
+</robot>
+"""
+WHEEL = f"""  <link name="{{side}}_wheel">
+    <inertial><mass value="1"/>{INERTIA}</inertial>
+    <collision><origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.2" length="0.05"/></geometry></collision>
+  </link>
+  <joint name="{{side}}_joint" type="continuous">
+    <parent link="base_link"/><child link="{{side}}_wheel"/><origin xyz="0 {{y}} 0"/><axis xyz="0 1 0"/>
+  </joint>
+"""
+WHEELS = WHEEL.format(side="left", y=0.3) + WHEEL.format(side="right", y=-0.3)
+URDF = f'<robot name="cart">\n{BODY}{WHEELS}{REST}'
+XACRO = f"""<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="cart">
+  <xacro:arg name="prefix" default=""/>
+{(BODY + WHEELS + REST).replace('"left_joint"', '"$(arg prefix)left_joint"')}"""
+SCENE = "scene: cart\nworld: worlds/flat_grid.xml\nrobots:\n  cart: {use: robots/cart.yaml, position: [0, 0, 0.2]}\n"
+
+
+@pytest.fixture
+def cart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder to stand in, with a package beside scenes that wait for a robot."""
+    for folder in ("ws/cart/urdf", "ws/cart/meshes", "scenes/robots"):
+        (tmp_path / folder).mkdir(parents=True)
+    (tmp_path / "ws/cart/package.xml").write_text("<package><name>cart</name></package>", encoding="utf-8")
+    (tmp_path / "ws/cart/meshes/body.obj").write_text(TETRAHEDRON, encoding="utf-8")
+    (tmp_path / "ws/cart/urdf/cart.urdf").write_text(URDF, encoding="utf-8")
+    (tmp_path / "ws/cart/urdf/cart.urdf.xacro").write_text(XACRO, encoding="utf-8")
+    (tmp_path / "scenes/cart.yaml").write_text(SCENE, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def imported(graphrun: Graphrun, *arguments: str) -> Result:
+    return graphrun("import-urdf", *arguments, "-o", "scenes/robots/cart.yaml")
+
+
+def robot(folder: Path) -> dict[str, object]:
+    data = yaml.safe_load((folder / "scenes/robots/cart.yaml").read_text(encoding="utf-8"))
+    assert isinstance(data, dict)
+    return data
+
+
+def test_a_robot_file_names_every_link_and_joint_and_loads_in_a_scene(graphrun: Graphrun, cart: Path) -> None:
+    result = imported(graphrun, "ws/cart/urdf/cart.urdf")
+    assert (result.code, result.err) == (0, "")
+    text = (cart / "scenes/robots/cart.yaml").read_text(encoding="utf-8")
+    for name in ("base_link", "left_wheel", "right_wheel", "grip", "finger", "left_joint", "finger_joint"):
+        assert name in text
+    assert "base_link: 5 kg, mesh package://cart/meshes/body.obj" in text
+    assert "grip_joint: revolute, base_link -> grip, axis 0 1 0, -1 to 1 rad, up to 20 N m" in text
+    assert "follows grip_joint x 0.1 + 0" in text
+    assert robot(cart)["joints"] == {
+        "left_joint": {"drive": {"damping": 50.0}},
+        "right_joint": {"drive": {"damping": 50.0}},
+        "grip_joint": {},
+        "finger_joint": {},
+    }
+    checked = graphrun("check", "scenes/cart.yaml", "--allow", "ws/cart")
+    assert (checked.code, checked.lines) == (0, ["1 file, 0 graphs: 0 errors, 0 warnings"])
+    assert graphrun("run", "scenes/cart.yaml", "--allow", "ws", "--transport", "memory", "--for", "0.1s").code == 0
+
+
+def test_the_report_tells_what_was_found_and_what_was_not_carried_over(graphrun: Graphrun, cart: Path) -> None:
+    assert imported(graphrun, "ws/cart/urdf/cart.urdf").lines == [
+        "wrote scenes/robots/cart.yaml",
+        "5 links, 4 joints of which 4 move, 9 kg",
+        "base link base_link, free",
+        "meshes: 2 as it is",
+        "wheel on left_joint: radius 0.2 m",
+        "wheel on right_joint: radius 0.2 m",
+        "track 0.6 m",
+        "follows another joint: finger_joint",
+        "not carried over: transmission grip_transmission",
+        "not carried over: ros2_control hardware",
+        "not carried over: gazebo of grip: mu1 0.2, sensor eye camera",
+        "not carried over: gazebo: plugin drive",
+        "not carried over: velocity limits of joints: a drive's max_acceleration and what commands it bound their speed",
+        "scenes with this robot read files outside of their folder: run them with --allow ws/cart",
+    ]
+
+
+def test_a_robot_of_xacro_gets_its_urdf_beside_its_file(graphrun: Graphrun, cart: Path) -> None:
+    result = imported(graphrun, "ws/cart/urdf/cart.urdf.xacro", "prefix:=front_")
+    assert result.lines[0] == "wrote scenes/robots/cart.urdf, scenes/robots/cart.yaml"
+    assert robot(cart)["urdf"] == "cart.urdf"
+    assert "front_left_joint" in robot(cart)["joints"]  # type: ignore[operator]
+    urdf = (cart / "scenes/robots/cart.urdf").read_text(encoding="utf-8")
+    assert "<xacro:" not in urdf
+    assert f'filename="{(cart / "ws/cart/meshes/body.obj").as_uri()}"' in urdf
+    assert graphrun("check", "scenes/cart.yaml", "--allow", "ws").code == 0
+
+
+def test_a_fixed_base_and_packages_elsewhere(graphrun: Graphrun, cart: Path) -> None:
+    alone = cart / "elsewhere.urdf"
+    alone.write_text(URDF.replace("../meshes", "ws/cart/meshes"), encoding="utf-8")
+    assert (
+        imported(graphrun, "elsewhere.urdf", "--package-path", "ws", "--fixed-base")
+        .lines[2]
+        .endswith("fixed to the world")
+    )
+    assert robot(cart)["fixed_base"] is True
+    assert robot(cart)["package_paths"] == [str(cart / "ws/cart")]
+    assert graphrun("check", "scenes/cart.yaml", "--allow", ".").code == 0
+
+
+def test_installed_packages_are_found_without_being_named(
+    graphrun: Graphrun, cart: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (cart / "install/share").mkdir(parents=True)
+    (cart / "ws/cart").rename(cart / "install/share/cart")
+    (cart / "scenes/robots/plain.urdf").write_text(URDF.replace("../meshes", "package://cart/meshes"), encoding="utf-8")
+    assert imported(graphrun, "scenes/robots/plain.urdf").code == 1
+    monkeypatch.setenv("AMENT_PREFIX_PATH", f"/nowhere{os.pathsep}{cart / 'install'}")
+    assert imported(graphrun, "scenes/robots/plain.urdf").code == 0
+    assert "package_paths" not in robot(cart)
+    assert graphrun("check", "scenes/cart.yaml").code == 0
+    monkeypatch.delenv("AMENT_PREFIX_PATH")
+    assert graphrun("check", "scenes/cart.yaml").code == 1
+
+
+def test_nothing_is_written_over_unless_asked_for(graphrun: Graphrun, cart: Path) -> None:
+    target = cart / "scenes/robots/cart.yaml"
+    target.write_text("mine", encoding="utf-8")
+    result = imported(graphrun, "ws/cart/urdf/cart.urdf")
+    assert result.code == 2
+    assert "scenes/robots/cart.yaml: already there; --force writes over it" in result.err
+    assert target.read_text(encoding="utf-8") == "mine"
+    target.unlink()
+    (cart / "scenes/robots/cart.urdf").write_text("mine", encoding="utf-8")
+    assert imported(graphrun, "ws/cart/urdf/cart.urdf.xacro").code == 2
+    assert not target.exists()
+    assert imported(graphrun, "ws/cart/urdf/cart.urdf.xacro", "--force").code == 0
+    assert [path.name for path in sorted((cart / "scenes/robots").iterdir())] == ["cart.urdf", "cart.yaml"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("body.obj", "bdy.obj", "error S101: no file 'package://cart/meshes/bdy.obj'"),
+        ("body.obj", "bdy.obj", "looked in: {ws}/meshes"),
+        ('link="grip"', 'link="grp"', "did you mean 'grip'?"),
+        ('mass value="1"', 'mass value="-1"', "mass '-1' is not a number of kg"),
+        ("</robot>", "", "XML syntax"),
+        ("<axis", '<axis xyz="1 0 0"/><axis', "MuJoCo: repeated element: 'axis'"),
+        ('link name="grip"', 'link name="1 grip"', "no child link 'grip'"),
+    ],
+)
+def test_a_description_with_mistakes_is_explained_and_nothing_is_written(
+    graphrun: Graphrun, cart: Path, old: str, new: str, told: str
+) -> None:
+    (cart / "ws/cart/urdf/cart.urdf").write_text(URDF.replace(old, new, 1), encoding="utf-8")
+    result = imported(graphrun, "ws/cart/urdf/cart.urdf")
+    assert (result.code, result.out) == (1, "")
+    assert told.format(ws=cart / "ws/cart") in result.err
+    assert result.err.endswith("scenes/robots/cart.yaml is not written\n")
+    assert list((cart / "scenes/robots").iterdir()) == []
+
+
+def test_names_of_a_stranger_stay_names(graphrun: Graphrun, cart: Path) -> None:
+    """A line break in a name does not become a line of YAML, nor does a colour steer the terminal."""
+    odd = "a: {}&#10;graphs: {x: {use: /etc/passwd}}&#155;31m"
+    (cart / "ws/cart/urdf/cart.urdf").write_text(URDF.replace('"grip_joint"', f'"{odd}"'), encoding="utf-8")
+    result = imported(graphrun, "ws/cart/urdf/cart.urdf")
+    assert (result.code, result.err) == (0, "")
+    assert "\x9b" not in result.out
+    data = robot(cart)
+    assert set(data) == {"format", "robot", "urdf", "package_paths", "base_link", "joints"}
+    assert "a: {}\ngraphs: {x: {use: /etc/passwd}}\x9b31m" in data["joints"]  # type: ignore[operator]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ((), "give one of a file, --topic and --node"),
+        (("ws/cart/urdf/cart.urdf", "--topic"), "give one of a file, --topic and --node"),
+        (("ws/cart/urdf/car.urdf",), "no file 'ws/cart/urdf/car.urdf'"),
+        (("ws/cart/urdf/cart.urdf", "a:=1"), "a:=1: there is no xacro in ws/cart/urdf/cart.urdf"),
+        (("ws/cart/urdf/cart.urdf.xacro", "prefix=1"), "prefix=1: write NAME:=VALUE, as for xacro"),
+        (("a:=1", "--topic", "/x"), "a:=1: what comes from the network takes no arguments"),
+        (("ws/cart/urdf/cart.urdf", "--allow", "nowhere"), "no folder 'nowhere'"),
+        (("--topic", "/x", "--timeout", "nan"), "--timeout: write seconds, more than 0"),
+    ],
+)
+def test_a_command_line_that_makes_no_sense(
+    graphrun: Graphrun, cart: Path, arguments: tuple[str, ...], told: str
+) -> None:
+    result = imported(graphrun, *arguments)
+    assert (result.code, result.out) == (2, "")
+    assert told in result.err
+
+
+@pytest.mark.parametrize("target", ["cart.urdf", "scenes/robots/my-cart.yaml", "nowhere/cart.yaml"])
+def test_a_target_that_is_no_robot_file(graphrun: Graphrun, cart: Path, target: str) -> None:
+    result = graphrun("import-urdf", "ws/cart/urdf/cart.urdf", "-o", target)
+    assert (result.code, result.out) == (2, "")
+    assert f"-o {target}: " in result.err
+
+
+def test_an_argument_that_xacro_does_not_take_is_told(graphrun: Graphrun, cart: Path) -> None:
+    result = imported(graphrun, "ws/cart/urdf/cart.urdf.xacro", "prefx:=a")
+    assert result.code == 1
+    assert "has no argument 'prefx'" in result.err
+    assert "did you mean 'prefix'?" in result.err
+
+
+@pytest.fixture
+def domain(monkeypatch: pytest.MonkeyPatch) -> Domain:
+    number = 60 + os.getpid() % 40
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(number))
+    return Domain(number, "OFF")
+
+
+def test_a_description_on_the_network_is_written_beside_the_robot_file(
+    graphrun: Graphrun, cart: Path, domain: Domain
+) -> None:
+    """As robot_state_publisher latches it, over DDS."""
+    transport = open_transport("dds", domain, "robot_state_publisher")
+    writer = transport.writer("/robot_description", "std_msgs/msg/String", LATCHED)
+    text = URDF.replace("../meshes", "package://cart/meshes")
+    writer.write(messages.encode(messages.message_class("std_msgs/msg/String")(data=text)))
+    result = imported(graphrun, "--topic", "--transport", "dds", "--package-path", "ws", "--timeout", "30")
+    transport.close()
+    assert result.code == 0, result.err
+    assert "waiting for /robot_description; dds (Eclipse Cyclone DDS)" in result.err
+    assert result.lines[0] == "wrote scenes/robots/cart.urdf, scenes/robots/cart.yaml"
+    assert robot(cart)["urdf"] == "cart.urdf"
+    assert graphrun("check", "scenes/cart.yaml", "--allow", "ws").code == 0
+
+
+def test_a_topic_on_which_nothing_arrives_is_told(graphrun: Graphrun, cart: Path, domain: Domain) -> None:
+    result = imported(graphrun, "--topic", "/quiet", "--transport", "dds", "--timeout", "0.2")
+    assert result.code == 1
+    assert "error: nothing arrived on /quiet within 0.2 s" in result.err
+    assert list((cart / "scenes/robots").iterdir()) == []
+
+
+def test_a_parameter_of_a_node_needs_rclpy(graphrun: Graphrun, cart: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "rclpy.executors", None)
+    result = imported(graphrun, "--node", "/robot_state_publisher")
+    assert result.code == 1
+    assert "error: only rclpy reads parameters of nodes" in result.err
+
+
+def test_the_robot_that_ships_is_recognised(graphrun: Graphrun, cart: Path) -> None:
+    """Radius and track are those of the reference: 0.049 m and 2 x 0.2261616 m."""
+    result = imported(graphrun, str(ROOT / "scenes/robots/dd100/dd100.urdf"))
+    assert "15 links, 14 joints of which 2 move, 10.32 kg" in result.lines
+    assert "wheel on front_left_wheel_joint: radius 0.049 m" in result.lines
+    assert "track 0.452323 m" in result.lines
+    assert graphrun("check", "scenes/cart.yaml").code == 0

@@ -1,0 +1,91 @@
+"""The description of a running ROS 2 system: from its latched topic, and from a node's parameter."""
+
+from __future__ import annotations
+
+import sys
+import threading
+
+import pytest
+
+from graphengine.context import QoS
+from graphengine.diagnostics import TopicError, TransportError
+from graphengine.ros import messages, rcl
+from graphengine.ros.description import from_node, from_topic
+from graphengine.ros.domain import Domain
+from graphengine.ros.memory import MemoryTransport
+from graphengine.ros.qos import LATCHED
+
+STRING = "std_msgs/msg/String"
+TEXT = '<robot name="é"/>'
+
+
+def encoded(text: str) -> bytes:
+    return messages.encode(messages.message_class(STRING)(data=text))
+
+
+def test_what_was_published_before_is_heard() -> None:
+    transport = MemoryTransport()
+    transport.writer("/robot_description", STRING, LATCHED).write(encoded(TEXT))
+    assert from_topic(transport, "robot_description", timeout=0.1) == TEXT
+
+
+def test_what_is_published_later_is_waited_for() -> None:
+    transport = MemoryTransport()
+    writer = transport.writer("/a/robot_description", STRING, LATCHED)
+    later = threading.Timer(0.05, writer.write, [encoded(TEXT)])
+    later.start()
+    assert from_topic(transport, "/a/robot_description", timeout=20) == TEXT
+    later.join()
+
+
+def test_a_topic_on_which_nothing_arrives_says_who_should_talk() -> None:
+    transport = MemoryTransport()
+    transport.writer("/robot_description", STRING, QoS()).write(encoded(TEXT))  # not latched: gone
+    with pytest.raises(TransportError) as caught:
+        from_topic(transport, "/robot_description", timeout=0.01)
+    first, second, third = str(caught.value).splitlines()
+    assert first == "nothing arrived on /robot_description within 0.01 s"
+    assert second == "listened by memory: nothing leaves this process"
+    assert "robot_state_publisher" in third
+
+
+def test_names_that_ros_would_refuse_are_told() -> None:
+    with pytest.raises(TopicError):
+        from_topic(MemoryTransport(), "a b", timeout=0.01)
+    with pytest.raises(TopicError):
+        from_node("a b", Domain(0, "OFF"), timeout=0.01)
+
+
+def test_a_parameter_needs_rclpy_and_says_what_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "rclpy.executors", None)
+    with pytest.raises(TransportError, match="only rclpy reads parameters of nodes") as caught:
+        from_node("/robot_state_publisher", Domain(0, "OFF"), timeout=0.01)
+    assert "use --topic, which needs none" in str(caught.value)
+
+
+@pytest.mark.ros
+@pytest.mark.skipif(rcl.import_error() is not None, reason=str(rcl.import_error()))
+def test_the_parameter_of_a_node_is_read(domain_id: int) -> None:
+    import rclpy
+    from rclpy.executors import SingleThreadedExecutor
+    from rclpy.node import Node
+
+    domain = Domain(domain_id, "LOCALHOST")
+    context = rclpy.Context()
+    with rcl.discovery(domain):
+        context.init(args=[], domain_id=domain_id)
+    executor = SingleThreadedExecutor(context=context)
+    for name, text in (("publisher", TEXT), ("other", None)):
+        node = Node(name, context=context)
+        if text is not None:
+            node.declare_parameter("robot_description", text)
+        executor.add_node(node)
+    thread = threading.Thread(target=executor.spin, daemon=True)
+    thread.start()
+    assert from_node("publisher", domain, timeout=20) == TEXT
+    with pytest.raises(TransportError, match="node /other has no parameter 'robot_description' with text"):
+        from_node("/other", domain, timeout=20)
+    with pytest.raises(TransportError, match="no node /absent answers"):
+        from_node("/absent", domain, timeout=0.1)
+    context.try_shutdown()
+    thread.join(20)
