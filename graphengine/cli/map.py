@@ -116,7 +116,7 @@ def _request(arguments: argparse.Namespace) -> MapRequest:
 def _load(path: Path, allowed: list[Path]) -> LoadedWorld | None:
     """The scene's physics, without its graphs; what is wrong with it is printed."""
     from graphengine import document, spec
-    from graphengine.cli.common import print_findings
+    from graphengine.cli.common import installed_packages, print_findings
     from graphengine.diagnostics import Findings, UsageError
     from graphengine.files import Files
     from graphengine.world.model import load_world
