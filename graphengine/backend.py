@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -39,6 +39,10 @@ class World(Protocol):
 
     realtime: bool
     """Whether ticks follow the wall clock: a picture that is not ready in time is then dropped, else waited for."""
+
+    @property
+    def dropped_pictures(self) -> Mapping[str, int]:
+        """How many pictures came too late since play, by prim path of the camera; only where some did."""
 
     def body(self, prim: Prim) -> Body:
         """The rigid body at, or carrying, a prim."""
@@ -99,6 +103,8 @@ class TopicClaim:
     latched: bool = False
     frame_id: str = ""
     transforms: tuple[tuple[str, str], ...] = ()
+    alternatives: tuple[str, ...] = ()
+    """Other message types that a subscription takes, should these be what others publish."""
 
 
 class Closable(Protocol):

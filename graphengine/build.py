@@ -6,7 +6,7 @@ Nothing below `build` reads globals, the environment or the working directory, s
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,9 +17,11 @@ from graphengine.dry import DryWorld
 from graphengine.files import Files, NotFoundError
 from graphengine.graph_run import make_graph_run
 from graphengine.literals import Override
+from graphengine.namespaces import write_namespaces
 from graphengine.node_context import Services, SimulationClock
 from graphengine.plan import Plan
 from graphengine.registry import Registry, default_registry
+from graphengine.ros.definitions import Definitions
 from graphengine.roster import SceneRoster
 from graphengine.session import Session
 from graphengine.spec import SceneSpec
@@ -48,6 +50,11 @@ class Assembly:
     options: Options | None = None
 
     @property
+    def definitions(self) -> Definitions:
+        """The message types that its files can name."""
+        return ((self.options and self.options.registry) or default_registry()).definitions
+
+    @property
     def runnable(self) -> bool:
         """Whether nothing keeps it from running."""
         return not self.findings.errors
@@ -60,7 +67,9 @@ class Options:
     Attributes:
         overrides: values for inputs of nodes, as `[robot/][graph/]Node.port`.
         allowed: folders beside the given file's own that files may be read from.
-        installed: folders of ROS packages, as an ament index has them; files may be read from there too.
+        installed: folders of ROS packages, as an ament index has them; files may be read from there too, and message types.
+        message_paths: files of message types, packages with such files, or folders that packages lie in.
+        shipped: what holds `graphs/` and `scenes/` in the place of those that ship.
         seed: of every generator.
         robot_state: publish what robot_state_publisher would, for every robot.
         scene: scene to put a single graph into; its own `scene:` key when empty.
@@ -72,6 +81,8 @@ class Options:
     overrides: Mapping[str, Any] = field(default_factory=dict)
     allowed: Sequence[Path] = ()
     installed: Sequence[Path] = ()
+    message_paths: Sequence[Path] = ()
+    shipped: Path | None = None
     seed: int = 0
     robot_state: bool = False
     scene: Path | None = None
@@ -82,9 +93,9 @@ class Options:
 
 def assemble(path: Path, options: Options | None = None) -> Assembly:
     """Read, resolve, plan and check a scene or a graph file; every mistake is among the findings."""
-    options = options or Options()
+    options = _with_message_types(options or Options())
     assembly = Assembly(path, Findings(), seed=options.seed)
-    files = assembly.files = Files.of(path, options.allowed, options.near, options.installed)
+    files = assembly.files = Files.of(path, options.allowed, options.near, options.installed, options.shipped)
     assembly.options = options
     found = document.load(path, assembly.findings)
     if found is None:
@@ -104,6 +115,13 @@ def assemble(path: Path, options: Options | None = None) -> Assembly:
     return assembly
 
 
+def _with_message_types(options: Options) -> Options:
+    """Options whose registry knows the message types of the folders that they name."""
+    registry = options.registry or default_registry()
+    definitions = registry.definitions.extended(options.message_paths, options.installed)
+    return options if definitions is registry.definitions else replace(options, registry=registry.copy(definitions))
+
+
 def _scene_uses(assembly: Assembly, path: Path, files: Files, options: Options) -> list[GraphFile]:
     """Load a scene's world; the graphs it uses, the scene's own first, then each robot's."""
     from graphengine.world.model import load_world  # MuJoCo takes a quarter of a second to import
@@ -119,11 +137,20 @@ def _scene_uses(assembly: Assembly, path: Path, files: Files, options: Options) 
     if loaded is None:
         return uses
     assembly.world, assembly.has_scene = loaded.simulation, True
-    assembly.loaded = loaded
+    assembly.loaded, assembly.files = loaded, files
     for robot in loaded.robots.values():
         stage = assembly.world.stage
         uses += robot_uses(robot, stage, files, assembly.findings, robot_state=options.robot_state)
     return uses
+
+
+def load_scene(path: Path, options: Options, findings: Findings) -> LoadedWorld | None:
+    """The world of a scene file without its graphs; what is wrong with it goes to `findings`, and then None comes back."""
+    from graphengine.world.model import load_world
+
+    files = Files.of(path, options.allowed, options.near, options.installed, options.shipped)
+    scene = spec.read(SceneSpec, path, findings)
+    return load_world(scene, files, findings, seed=options.seed, rays=options.rays) if scene is not None else None
 
 
 def _graph_uses(
@@ -143,7 +170,7 @@ def _graph_uses(
     if given is not None and spec.kind_of(given) in ("graph", "robot"):
         raise UsageError(f"--scene {options.scene}: this is a {spec.kind_of(given)} file, not a scene")
     if scene_path is not None:
-        of_scene = _scene_uses(assembly, scene_path, Files.of(scene_path, files.roots, options.near, options.installed), options)
+        of_scene = _scene_uses(assembly, scene_path, files.beside(scene_path), options)
         uses += [use for use in of_scene if use.asked_for]
     elif options.robot_state:
         raise UsageError("--robot-state is for the robots of a scene; give one with --scene")
@@ -153,9 +180,11 @@ def _graph_uses(
 def _plan(assembly: Assembly, uses: Sequence[GraphFile], files: Files, options: Options) -> None:
     """Resolve and plan every graph, then set all nodes up dry."""
     registry = options.registry or default_registry()
-    overrides = [Override.parse(text, value) for text, value in options.overrides.items()]
+    overrides = Override.parse_all(options.overrides)
     findings = assembly.findings
     assembly.plans = plan_uses(uses, files, registry, findings, overrides)
+    if assembly.loaded is not None:
+        write_namespaces(assembly.loaded.scenery.scene, assembly.loaded.stage, assembly.plans, findings)
     unused = [override for override in overrides if not override.used]
     if unused and not findings.errors:
         raise UsageError(_unmatched(unused[0], assembly.plans))

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import networkx as nx
+import numpy as np
 
 from graphengine.backend import TopicClaim, World
 from graphengine.diagnostics import ContextError, Finding, Findings, GraphError, JointError, PrimError, Span
@@ -37,11 +38,28 @@ class LintContext:
         return None
 
 
-def check_plans(plans: Sequence[Plan], world: World, findings: Findings, *, prims_known: bool) -> list[TopicClaim]:
-    """Set every node up dry, over the same prims without physics, and lint what they ask for; topics they claim."""
+def check_plans(
+    plans: Sequence[Plan],
+    world: World,
+    findings: Findings,
+    *,
+    prims_known: bool,
+    beside: Sequence[Plan] = (),
+    claimed: Sequence[TopicClaim] = (),
+) -> list[TopicClaim]:
+    """Set every node up dry, over the same prims without physics, and lint what they ask for; topics they claim.
+
+    Args:
+        plans: the graphs in the order they run.
+        world: whose prims there are.
+        findings: where mistakes go.
+        prims_known: as for `dry_setup`.
+        beside: graphs that were checked before, and run before these.
+        claimed: topics of those.
+    """
     dry = DryWorld(world.stage, world.tick_period, world.substeps)
     claims = dry_setup(plans, dry, findings, prims_known=prims_known)
-    lint_claims(LintContext(plans, world.stage, claims, findings))
+    lint_claims(LintContext([*beside, *plans], world.stage, [*claimed, *claims], findings))
     return claims
 
 
@@ -70,7 +88,7 @@ def _dry_setup_graph(plan: Plan, services: Services, findings: Findings, *, prim
     def fail(index: int, error: GraphError) -> None:
         nonlocal skipped
         failed.add(index)
-        if index in faulty and not isinstance(error, ContextError):
+        if index in faulty and (not isinstance(error, ContextError) or error.value == ""):  # what is missing is empty
             return
         if sources.get(index, set()) & failed:  # it may lack only what a failed node would have told it
             return
@@ -134,7 +152,10 @@ def _place(instance: Instance, value: object) -> Span:
         if port.side != "inputs" or key is None:
             continue
         held, literal = getattr(instance.node, port.field), given[key]
-        if held is value or literal == value or (isinstance(held, str | tuple) and held == value):
+        alike = not isinstance(value, np.ndarray) and (
+            literal == value or (isinstance(held, str | tuple) and held == value)
+        )
+        if held is value or alike:
             return instance.entry.span("inputs", key)
         if isinstance(literal, list) and isinstance(value, str | int) and value in literal:
             return instance.entry.span("inputs", key, literal.index(value))

@@ -7,7 +7,7 @@ a value is returned.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
@@ -219,6 +219,9 @@ class Context(Protocol):
     def runs(self) -> Literal["tick", "physics_step"]:
         """How often the node's graph runs."""
 
+    def wired(self, output: str) -> bool:
+        """Whether a wire takes that output of the node, by its field: what is costly need not be computed for nobody."""
+
     def body(self, prim: str) -> Body:
         """The rigid body at, or carrying, a prim."""
 
@@ -241,13 +244,13 @@ class Context(Protocol):
         """Path of the render product of a sensor or camera prim; the same answer for the same question."""
 
     def lidar(self, render_product: str) -> Lidar:
-        """The lidar behind a render product, or at a prim path."""
+        """The lidar behind a render product, or at a prim path; in graphs that run once a tick."""
 
     def camera(self, render_product: str) -> Camera:
-        """The camera behind a render product, in the product's size, or at a prim path in its own."""
+        """The camera behind a render product, in its size, or at a prim path, in its own; in graphs that run once a tick."""
 
-    def set_camera(self, render_product: str, prim: str) -> None:
-        """Let a render product show what another camera sees; who holds its camera then gets that one's pictures."""
+    def exchange_camera(self, render_product: str, prim: str) -> Callable[[], None]:
+        """What, when called, lets a render product show what another camera sees, to all who hold its camera."""
 
     def imu(self, prim: str) -> Imu:
         """The inertial unit at a prim."""
@@ -301,8 +304,12 @@ class Context(Protocol):
         qos_profile: str = "",
         queue_size: int = 10,
         ros_context: int = 0,
+        alternatives: Sequence[str] = (),
     ) -> Subscription:
-        """A topic to read from; arguments as for `publisher`."""
+        """A topic to read from; arguments as for `publisher`.
+
+        `alternatives` are message types that will do as well, in place of the first where that is not what others publish.
+        """
 
     def variable(self, name: str) -> Variable:
         """A variable of the node's graph."""

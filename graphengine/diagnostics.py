@@ -6,9 +6,11 @@ GraphError                  everything that this package raises on purpose
 │   ├── PrimError           no prim at that path, or one of the wrong kind
 │   │   └── AmbiguousPrimError   two prims at that path
 │   ├── JointError          no such joint
-│   └── TopicError          a topic, namespace or QoS profile that ROS 2 would refuse
+│   ├── TopicError          a topic, namespace or QoS profile that ROS 2 would refuse
+│   └── MessageTypeError    no such message type, or one that cannot be used (in ros/interfaces.py)
 ├── NodeError               a node raised while it computed
 ├── PhysicsError            the simulation diverged
+├── RecordingError          a recording that cannot be written, or cannot be read
 ├── TransportError          the network could not be joined, or a peer's library failed
 └── UsageError              a command line that makes no sense (exit code 2)
 """
@@ -57,6 +59,7 @@ CODES: dict[str, str] = {
     "G305": "one topic with two message types",
     "G306": "one TF frame with two parents",
     "G307": "node cannot be set up",
+    "G308": "message type that cannot be used",
     "S101": "file of a scene not found",
     "S102": "world that MuJoCo cannot load",
     "S103": "robot description that cannot be loaded",
@@ -358,6 +361,10 @@ class NodeError(GraphError):
 
 class PhysicsError(GraphError):
     """The simulation diverged."""
+
+
+class RecordingError(GraphError):
+    """A recording cannot be written, or a file is none that can be read."""
 
 
 class RenderError(GraphError):

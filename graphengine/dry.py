@@ -37,6 +37,7 @@ class DryWorld:
         self.tick_period = tick_period
         self.substeps = substeps
         self.realtime = False
+        self.dropped_pictures: dict[str, int] = {}
 
     def body(self, prim: Prim) -> Body:
         """A body at rest."""
@@ -146,7 +147,7 @@ class DryLidar:
         self.angles: tuple[float, float, float] = prim.facts.get("angles", (0.0, 0.0, 1.0))
         self.ranges: tuple[float, float] = prim.facts.get("ranges", (0.05, 10.0))
         self.elevations: NDArray[np.float64] = np.array(prim.facts.get("elevations", (0.0,)), float)
-        self.due = False
+        self.due, self.index = False, 0
 
     @property
     def directions(self) -> NDArray[np.float64]:
@@ -170,7 +171,7 @@ class DryCamera:
         self.intrinsics = pinhole(self.size, prim.facts.get("fov_deg", (90.0, 90.0))[0])
         self.latency = 1
         self.labels: dict[int, str] = {}
-        self.due = False
+        self.due, self.index = False, 0
 
     def request(self, *, segmentation: bool = False) -> None:
         """Nothing is captured."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from graphengine.diagnostics import did_you_mean
@@ -40,15 +40,33 @@ class Files:
     """The working directory, where paths below it are to be shown from there."""
     installed: tuple[Path, ...] = ()
     """Folders of ROS packages that the user installed, as an ament index has them; they are among the roots."""
+    base: Path = field(default_factory=shipped)
+    """The folder that holds the `graphs/` and `scenes/` which ship."""
+    used: dict[Path, None] = field(default_factory=dict, compare=False, repr=False)
+    """Absolute paths of the files that were given and that references led to, in order."""
 
     @staticmethod
     def of(
-        given: Path, allowed: Sequence[Path] = (), near: Path | None = None, installed: Sequence[Path] = ()
+        given: Path,
+        allowed: Sequence[Path] = (),
+        near: Path | None = None,
+        installed: Sequence[Path] = (),
+        base: Path | None = None,
     ) -> Files:
         """For a file that the user gave."""
-        ships = (shipped() / "graphs", shipped() / "scenes")
-        roots = (given.resolve().parent, *ships, *(path.resolve() for path in (*allowed, *installed)))
-        return Files(roots, near.resolve() if near else None, tuple(path.absolute() for path in installed))
+        base = base or shipped()
+        roots = (base / "graphs", base / "scenes", *(path.resolve() for path in (*allowed, *installed)))
+        near = near.resolve() if near else None
+        return Files(roots, near, tuple(path.absolute() for path in installed), base).beside(given)
+
+    def beside(self, given: Path) -> Files:
+        """For one more file that the user gave."""
+        self.note(given)
+        return replace(self, roots=(given.resolve().parent, *self.roots))
+
+    def note(self, path: Path) -> None:
+        """Remember that a file is read."""
+        self.used.setdefault(Path(os.path.abspath(path)))
 
     def find(self, reference: str, folder: Path) -> Path:
         """The file that a reference in a file of `folder` means.
@@ -56,7 +74,7 @@ class Files:
         Raises:
             NotFoundError: it is nowhere, or outside of what may be read.
         """
-        base = shipped()
+        base = self.base
         places = [folder / reference, base / reference, base / "scenes" / reference, base / "graphs" / reference]
         for place in places:
             if os.path.isfile(place):  # which takes a name that no file can have for one that is not there
@@ -65,6 +83,7 @@ class Files:
                         f"{reference!r} lies outside the folder of the file you gave",
                         f"allow it with --allow {place.resolve().parent}",
                     )
+                self.note(place)
                 return self.shown(place)
         looked = list(dict.fromkeys(repr(str(place.parent)) for place in places[:2]))
         raise NotFoundError(f"no file {reference!r}", self._near(reference, places), f"looked in {', '.join(looked)}")

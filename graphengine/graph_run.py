@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -9,6 +10,7 @@ from graphengine.diagnostics import NodeError
 from graphengine.executor import Executor
 from graphengine.node_context import GraphVariable, NodeContext, Services, SimulationClock
 from graphengine.plan import Plan
+from graphengine.stage import at_or_below
 
 
 class GraphContexts:
@@ -22,6 +24,9 @@ class GraphContexts:
         self._clock = clock
         self._variables = variables
         self._contexts: dict[int, NodeContext] = {}
+        self._wired: defaultdict[int, set[str]] = defaultdict(set)
+        for wire in plan.graph.data_wires:
+            self._wired[wire.source].add(wire.source_field)
 
     def __call__(self, index: int) -> NodeContext:
         """The context of one node."""
@@ -30,21 +35,24 @@ class GraphContexts:
         graph = self._plan.graph
         path = f"{graph.prim_path}/{graph.instances[index].id}"
         rate = 1.0 / self._clock.delta if index in self._plan.certain else None
-        context = NodeContext(self._services, self._clock, graph.name, path, rate, self._variables, graph.runs)
+        context = NodeContext(
+            self._services, self._clock, graph.name, path, rate, self._variables, graph.runs, self._wired[index]
+        )
         self._contexts[index] = context
         return context
 
     def bound(self, below: str) -> str | None:
         """Prim path of a node that was handed something of a prim, or of one below it; None if there is none."""
         for context in self._contexts.values():
-            if any(path == below or path.startswith(f"{below}/") for path in context.prims):
+            if any(at_or_below(path, below) for path in context.prims):
                 return context.prim_path
         return None
 
     def close(self) -> None:
-        """Close everything that was handed out."""
+        """Close everything that was handed out; random numbers begin anew for whoever has a node's path next."""
         for context in self._contexts.values():
             context.close()
+            self._services.generators.pop(context.prim_path, None)
         self._contexts.clear()
 
 

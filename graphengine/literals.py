@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import fnmatch
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -30,6 +30,11 @@ class Override:
         """Of `Node.port`, with as many outer names in front as wanted."""
         target, _, port = text.rpartition(".")
         return Override(text, target, port.removeprefix("inputs:"), value)
+
+    @staticmethod
+    def parse_all(values: Mapping[str, Any]) -> list[Override]:
+        """Of values by what they are for."""
+        return [Override.parse(text, value) for text, value in values.items()]
 
     def matches(self, path: str) -> bool:
         """Whether it means the node at `robot/graph/Node`."""

@@ -28,6 +28,7 @@ import inspect
 import math
 import re
 import typing
+import weakref
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeVar, dataclass_transform, overload
@@ -37,6 +38,7 @@ from graphengine.types import ANY, EXECUTION, PortType, UnionType, coerce, parse
 
 if TYPE_CHECKING:
     from graphengine.context import Context
+    from graphengine.ros.definitions import Definitions
 
 T = TypeVar("T")
 Side = Literal["inputs", "outputs", "state"]
@@ -313,9 +315,21 @@ class Node(metaclass=NodeMeta):
         return ()
 
     @classmethod
-    def dynamic_ports(cls, literals: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Fields that the node grows from its literals, by Python name; made once, before wires are read."""
+    def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
+        """Fields that the node grows from its literals, by Python name; made once, before wires are read.
+
+        Anything else in the mapping, which must be hashable, becomes an attribute of the class that has the fields.
+
+        Args:
+            literals: values in the file, by OmniGraph's name of the input.
+            definitions: message types.
+        """
         return {}
+
+    @classmethod
+    def grows(cls) -> bool:
+        """Whether it has `dynamic_ports` of its own."""
+        return cls.dynamic_ports.__func__ is not Node.dynamic_ports.__func__  # type: ignore[attr-defined]
 
     def clear(self) -> None:
         """Set Out and State back to their defaults."""
@@ -389,20 +403,26 @@ def _value_port(owner: str, name: str, field: _Field, hint: Any) -> Port:
         raise TypeError(f"{owner}.{name}: default {field.default!r}: {error}") from None
 
 
-_grown: dict[tuple[NodeMeta, tuple[tuple[str, str], ...]], type[Node]] = {}
+_grown: weakref.WeakValueDictionary[tuple[Any, ...], type[Node]] = weakref.WeakValueDictionary()
 
 
-def grown(cls: type[Node], literals: Mapping[str, Any]) -> type[Node]:
-    """The class with its dynamic ports as slots; the same literals give the same class."""
-    ports = cls.dynamic_ports(literals)
+def grown(cls: type[Node], literals: Mapping[str, Any], definitions: Definitions) -> type[Node]:
+    """The class with its dynamic ports as slots; the same literals and definitions give the same class."""
+    ports = cls.dynamic_ports({name.removeprefix("inputs:"): value for name, value in literals.items()}, definitions)
     if not ports:
         return cls
-    key = cls, tuple((name, f"{type(field).__name__} {vars(field)}") for name, field in ports.items())
-    if key not in _grown:
+    key = (cls, *((name, _identity(member)) for name, member in ports.items()))
+    made = _grown.get(key)
+    if made is None:
         namespace = {"__module__": cls.__module__, "__doc__": cls.__doc__, "__qualname__": cls.__qualname__, **ports}
-        made = NodeMeta(cls.__name__, (cls,), namespace, type=cls.type_name, gated=cls.gated, counts=cls.counts)
-        _grown[key] = typing.cast("type[Node]", made)
-    return _grown[key]
+        meta = NodeMeta(cls.__name__, (cls,), namespace, type=cls.type_name, gated=cls.gated, counts=cls.counts)
+        made = _grown[key] = typing.cast("type[Node]", meta)
+    return made
+
+
+def _identity(member: Any) -> Any:
+    is_field = isinstance(member, _Field | ExecIn | ExecOut)
+    return f"{type(member).__name__} {vars(member)}" if is_field else member
 
 
 def node(

@@ -6,8 +6,9 @@ The same class serves a dry setup, over stand-ins, and a running session; so wha
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -31,7 +32,8 @@ from graphengine.context import (
 from graphengine.diagnostics import ContextError, PrimError, TopicError, listing
 from graphengine.render_product import ProductCamera, RenderProduct
 from graphengine.ros import names, qos
-from graphengine.stage import Prim, PrimKind, Stage
+from graphengine.sensor import LARGEST_PICTURE
+from graphengine.stage import Prim, PrimKind, Stage, at_or_below
 from graphengine.transform_tree import expand
 
 
@@ -64,11 +66,26 @@ class Services:
         generator = self.generators.setdefault(path, np.random.Generator(np.random.Philox()))
         generator.bit_generator.state = np.random.Philox(key=int.from_bytes(digest, "little")).state
 
+    def forget(self, prim: str) -> None:
+        """Let go of the render products of sensors at and below a prim."""
+        for path in [path for path, product in self.render_products.items() if at_or_below(product.prim, prim)]:
+            del self.render_products[path]
+
 
 class SimulationClock:
     """Time counted in ticks: `tick * numerator / denominator`, so that nothing adds up."""
 
-    __slots__ = ("_denominator", "_numerator", "_past", "delta", "frame", "monotonic_time", "time", "wall_time")
+    __slots__ = (
+        "_denominator",
+        "_numerator",
+        "_past",
+        "_wall_time",
+        "delta",
+        "frame",
+        "monotonic_time",
+        "time",
+        "wall_time_was_read",
+    )
 
     def __init__(self, period: tuple[int, int]) -> None:
         self._numerator, self._denominator = period
@@ -76,6 +93,17 @@ class SimulationClock:
         self.wall_time = 0.0
         self._past = 0
         self.set_frame(0)
+
+    @property
+    def wall_time(self) -> float:
+        """Seconds since 1970 when the tick began."""
+        self.wall_time_was_read = True
+        return self._wall_time
+
+    @wall_time.setter
+    def wall_time(self, seconds: float) -> None:
+        self._wall_time = seconds
+        self.wall_time_was_read = False
 
     def set_frame(self, frame: int) -> None:
         """Go to a tick since play."""
@@ -164,6 +192,10 @@ class GraphVariable:
         self.value = self._before = self._now = self.default
 
 
+def _named(kind: PrimKind) -> str:
+    return {"imu": "an imu", "contact": "a contact sensor"}.get(kind, f"a {kind}")
+
+
 class NodeContext:
     """One node's door to the session."""
 
@@ -176,8 +208,10 @@ class NodeContext:
         rate: float | None,
         variables: Mapping[str, GraphVariable],
         runs: Literal["tick", "physics_step"] = "tick",
+        wired: Container[str] | None = None,
     ) -> None:
         self.runs: Literal["tick", "physics_step"] = runs
+        self._wired = wired
         self._services = services
         self._graph = graph
         self._rate = rate
@@ -202,12 +236,16 @@ class NodeContext:
         prim = self._services.stage.find(path)
         self.prims.add(prim.path)
         if kinds and prim.kind not in kinds:
-            wanted = " or ".join(kinds)
+            wanted = " or ".join((_named(kinds[0]), *kinds[1:]))
             inside = [child.path for child in prim.descendants() if child.kind in kinds]
-            raise PrimError(
-                f"{path!r} is a {prim.kind}, not a {wanted}", path, listing(inside, "below it") if inside else ""
-            )
+            others = [other.path for kind in kinds for other in self._services.stage.prims(kind)]
+            near = listing(inside, "below it") if inside else listing(others, "those there are")
+            raise PrimError(f"{path!r} is {_named(prim.kind)}, not {wanted}", path, near)
         return prim
+
+    def wired(self, output: str) -> bool:
+        """Whether a wire takes an output of the node; every output, where there is no graph."""
+        return self._wired is None or output in self._wired
 
     def body(self, prim: str) -> Body:
         """The rigid body at, or carrying, a prim."""
@@ -280,37 +318,52 @@ class NodeContext:
     def render_product(self, prim: str, width: int, height: int) -> str:
         """Path of the render product of a sensor or camera prim."""
         found = self._find(prim, "lidar", "camera")
+        for pixels in (width, height) if found.kind == "camera" else ():
+            if not 1 <= pixels <= LARGEST_PICTURE:
+                legal = f"width and height are 1 to {LARGEST_PICTURE}"
+                raise ContextError(f"there is no picture of {width} x {height} pixels", pixels, legal)
         slug = found.path.strip("/").replace("/", "_")
         path = f"/Render/{slug}" if found.kind == "lidar" else f"/Render/{slug}_{width}x{height}"
         self._services.render_products.setdefault(path, RenderProduct(found.path, (width, height)))
         return path
 
+    def _expect_ticks(self, sensor: str) -> None:
+        if self.runs == "physics_step":
+            raise ContextError(
+                f"a {sensor} has one sample a tick, and this graph runs at every physics step",
+                None,
+                "put the node into a graph with `runs: tick`",
+            )
+
     def lidar(self, render_product: str) -> Lidar:
         """The lidar behind a render product, or at a prim path."""
+        self._expect_ticks("lidar")
         product = self._services.render_products.get(render_product)
         return self._services.world.lidar(self._find(product.prim if product else render_product, "lidar"))
 
     def camera(self, render_product: str) -> Camera:
         """The camera behind a render product, in the product's size, or at a prim path in its own."""
-        world, product = self._services.world, self._services.render_products.get(render_product)
+        self._expect_ticks("camera")
+        product = self._services.render_products.get(render_product)
         if product is None:
-            return world.camera(self._find(render_product, "camera"))
-        if product.camera is None:
-            product.camera = ProductCamera(world.camera(self._find(product.prim, "camera"), product.size))
-        return product.camera
+            return self._services.world.camera(self._find(render_product, "camera"))
+        return self._camera_of(product)
 
-    def set_camera(self, render_product: str, prim: str) -> None:
-        """Let a render product show what another camera sees."""
+    def exchange_camera(self, render_product: str, prim: str) -> Callable[[], None]:
+        """What lets a render product show what another camera sees."""
         product = self._services.render_products.get(render_product)
         if product is None:
             known = listing(self._services.render_products, "render products")
             raise ContextError(f"no render product {render_product!r}", render_product, known)
+        self._expect_ticks("camera")
         other = self._services.world.camera(self._find(prim, "camera"), product.size)
+        return partial(self._camera_of(product).show, other)
+
+    def _camera_of(self, product: RenderProduct) -> ProductCamera:
+        prim = self._find(product.prim, "camera")
         if product.camera is None:
-            product.camera = ProductCamera(
-                self._services.world.camera(self._find(product.prim, "camera"), product.size)
-            )
-        product.camera.source = other
+            product.camera = ProductCamera(self._services.world.camera(prim, product.size))
+        return product.camera
 
     def imu(self, prim: str) -> Imu:
         """The inertial unit at a prim."""
@@ -385,11 +438,19 @@ class NodeContext:
         qos_profile: str = "",
         queue_size: int = 10,
         ros_context: int = 0,
+        alternatives: Sequence[str] = (),
     ) -> Subscription:
         """A topic to read from."""
-        quality = qos.parse_qos(qos_profile, queue_size, False)
         claim = self._claim(
-            "subscribe", message_type, topic, namespace, "", outermost_namespace, qos=quality, ros_context=ros_context
+            "subscribe",
+            message_type,
+            topic,
+            namespace,
+            "",
+            outermost_namespace,
+            qos=qos.parse_qos(qos_profile, queue_size, False),
+            ros_context=ros_context,
+            alternatives=tuple(alternatives),
         )
         subscription = self._services.network.subscription(claim)
         self._owned.append(subscription)

@@ -46,6 +46,8 @@ def settle_types(graph: Graph, findings: Findings) -> None:
             hint = "put a converter node between them" if gives.is_number else ""
             if gives.count == 3 and not gives.array and isinstance(legal, PortType) and legal.count == 1:
                 hint = "take it apart with BreakVector3"
+            if legal == types.POINTER:
+                hint = "a pointer takes a buffer, from a pointer of another node; arrays have inputs of their own"
             findings.add(
                 "G206",
                 f"{wire.entry.source} is {with_article(gives)}, {wire.entry.target} takes {with_article(legal)}",

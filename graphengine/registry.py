@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from graphengine.diagnostics import GraphError, did_you_mean
 from graphengine.node import Node
+from graphengine.ros.definitions import DEFINITIONS, Definitions
 
 if TYPE_CHECKING:
     from graphengine.check import LintContext
@@ -67,6 +68,13 @@ class Registry:
     """Distribution or module that brought each type."""
     broken: dict[str, str] = field(default_factory=dict)
     """Plugins that could not be imported, and why."""
+    definitions: Definitions = DEFINITIONS
+    """Message types, from whose fields some node types grow ports."""
+
+    def copy(self, definitions: Definitions | None = None) -> Registry:
+        """The same types, to which others can be added without this one being changed; and other message types."""
+        mine = dict(self.types), dict(self.short_names), dict(self.owners), dict(self.broken)
+        return Registry(*mine, definitions or self.definitions)
 
     def find(self, name: str) -> Found | None:
         """The type that a name means, or None."""

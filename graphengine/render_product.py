@@ -22,16 +22,20 @@ class RenderProduct:
     def reset(self) -> None:
         """Show what it was made for."""
         if self.camera is not None:
-            self.camera.source = self.camera.own
+            self.camera.show(self.camera.own)
 
 
 class ProductCamera:
-    """The camera that a render product shows at the moment; `source` may change while others hold this."""
+    """The camera that a render product shows at the moment, which may change while others hold this."""
 
     __slots__ = ("own", "source")
 
     def __init__(self, own: Camera) -> None:
         self.own = self.source = own
+
+    def show(self, source: Camera) -> None:
+        """Be that camera from here on."""
+        self.source = source
 
     @property
     def prim_path(self) -> str:
@@ -72,6 +76,11 @@ class ProductCamera:
     def due(self) -> bool:
         """Whether a new sample falls into this tick."""
         return self.source.due
+
+    @property
+    def index(self) -> int:
+        """Number of the newest sample since play."""
+        return self.source.index
 
     def request(self, *, segmentation: bool = False) -> None:
         """Capture this tick's sample if one is due."""

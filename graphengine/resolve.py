@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from graphengine.diagnostics import MAX_ERRORS, Findings, did_you_mean, listing
+from graphengine.diagnostics import MAX_ERRORS, ContextError, Findings, did_you_mean, listing
 from graphengine.graph import Graph, Instance, Wire, find_port, port_names
 from graphengine.literals import Override, check_required, set_literals, set_overrides, set_variables
 from graphengine.node import Port, grown
 from graphengine.port_types import settle_types
 from graphengine.registry import Registry
-from graphengine.template import FlatGraph, WireEnd, WireEntry
+from graphengine.template import UNKNOWN, FlatGraph, WireEnd, WireEntry
 from graphengine.types import UnionType
 
 
@@ -64,8 +64,17 @@ def _instantiate(graph: Graph, registry: Registry, findings: Findings) -> dict[s
             findings.add(
                 "N101", f"{entry.spec.type!r} is a name from before Isaac Sim 4.5", span, f"its name now is {new!r}"
             )
+        if (
+            found.cls.grows() and UNKNOWN in entry.spec.inputs.values()
+        ):  # a mistake that was told; who knows which ports
+            continue
         try:
-            cls = grown(found.cls, entry.spec.inputs)
+            cls = grown(found.cls, entry.spec.inputs, registry.definitions)
+        except ContextError as error:
+            culprit = next((key for key, value in entry.spec.inputs.items() if value == error.value), None)
+            place = entry.span("inputs", culprit) if culprit is not None else entry.span("inputs")
+            findings.add(error.code, f"{entry.id}: {error.message}", place, *error.help, related=entry.via)
+            continue
         except (TypeError, ValueError) as error:
             findings.add("G211", f"{entry.id}: {error}", entry.span("inputs"), related=entry.via)
             continue

@@ -6,8 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from graphengine import check
+from graphengine.backend import TopicClaim
 from graphengine.diagnostics import Findings, NodeError, UsageError, did_you_mean, listing
 from graphengine.graph_run import GraphRun, make_graph_run
+from graphengine.literals import Override
+from graphengine.namespaces import write_namespaces
 from graphengine.node_context import Services, SimulationClock
 from graphengine.plan import Plan
 from graphengine.registry import default_registry
@@ -39,6 +42,7 @@ class SceneRoster:
 
         assert assembly.loaded is not None
         self._assembly = assembly
+        self._robots, self._scene = assembly.loaded.robots, assembly.loaded.scenery.scene
         self._population = Population(assembly.loaded)
         self._services = services
         self._clocks = clocks
@@ -48,38 +52,38 @@ class SceneRoster:
         """Put a robot into the scene; its graphs, set up.
 
         Raises:
-            CheckError: with all that is wrong with it; nothing has changed then.
+            CheckError: with all that is wrong with it.
+            GraphError: physics, rays or one of its nodes cannot begin. After an error of any kind all is as it was.
         """
-        findings = Findings()
-        self._population.add(name, use, findings)
+        self._population.add(name, use, Findings())
         runs: list[GraphRun] = []
         try:
-            plans = self._plans(name, findings)
+            plans, claims = self._plans(name)
             for plan in plans:
                 runs.append(make_graph_run(plan, self._services, self._clocks[plan.graph.runs], self._fault))
                 runs[-1].executor.setup()
         except BaseException:
-            for run in runs:
-                run.close()
-            self._population.remove(name)
+            self._dismiss(name, runs)
             raise
         self._assembly.plans += plans
-        self._assembly.claims = list(self._services.claims)
+        self._assembly.claims += claims
         return runs
 
-    def _plans(self, name: str, findings: Findings) -> list[Plan]:
-        """The plans of a robot's graphs, checked beside all others."""
-        assembly = self._assembly
-        assert assembly.loaded is not None
+    def _plans(self, name: str) -> tuple[list[Plan], list[TopicClaim]]:
+        """The plans of a robot's graphs, checked beside all others, and the topics that they claim."""
+        assembly, findings = self._assembly, Findings()
         assert assembly.files is not None
         assert assembly.options is not None
-        robot, stage = assembly.loaded.robots[name], assembly.world.stage
-        uses = robot_uses(robot, stage, assembly.files, findings, robot_state=assembly.options.robot_state)
-        plans = plan_uses(uses, assembly.files, assembly.options.registry or default_registry(), findings)
+        robot, stage, files, options = self._robots[name], assembly.world.stage, assembly.files, assembly.options
+        uses = robot_uses(robot, stage, files, findings, robot_state=options.robot_state)
+        registry = options.registry or default_registry()
+        plans = plan_uses(uses, files, registry, findings, Override.parse_all(options.overrides))
         findings.raise_errors()
-        check.check_plans(plans, assembly.world, findings, prims_known=True)
+        write_namespaces(self._scene, stage, plans, findings, within=robot.prim_path)
+        beside, claimed = assembly.plans, assembly.claims
+        claims = check.check_plans(plans, assembly.world, findings, prims_known=True, beside=beside, claimed=claimed)
         findings.raise_errors()
-        return plans
+        return plans, claims
 
     def remove(self, name: str, graphs: Sequence[GraphRun]) -> Sequence[GraphRun]:
         """Take a robot away, with its graphs and topics; which of the session's graphs those were.
@@ -87,21 +91,28 @@ class SceneRoster:
         Raises:
             UsageError: there is no such robot, or a graph that is not its own reads something of it.
         """
-        loaded = self._assembly.loaded
-        assert loaded is not None
-        if name not in loaded.robots:
-            raise UsageError(
-                f"no robot {name!r}\n  {did_you_mean(name, loaded.robots) or listing(loaded.robots, 'robots')}"
-            )
-        own = [run for run in graphs if run.name.startswith(f"{name}/")]
+        if name not in self._robots:
+            near = did_you_mean(name, self._robots) or listing(self._robots, "robots")
+            raise UsageError(f"no robot {name!r}\n  {near}")
+        own = [run for run in graphs if _belongs(run.name, name)]
         for run in graphs:
-            reader = None if run in own else run.contexts.bound(loaded.robots[name].prim_path)
+            reader = None if run in own else run.contexts.bound(self._robots[name].prim_path)
             if reader is not None:
                 raise UsageError(f"{name} cannot be removed: {reader} of graph {run.name} reads something of it")
+        self._dismiss(name, own)
+        assembly = self._assembly
+        assembly.plans = [plan for plan in assembly.plans if not _belongs(plan.graph.name, name)]
+        assembly.claims = [claim for claim in assembly.claims if not _belongs(claim.graph, name)]
+        return own
+
+    def _dismiss(self, name: str, own: Sequence[GraphRun]) -> None:
+        """Take a robot away, with its graphs and with what the session keeps for it."""
         for run in own:
             run.close()
-        gone = [run.executor.plan for run in own]
-        self._assembly.plans = [plan for plan in self._assembly.plans if plan not in gone]
-        self._assembly.claims = list(self._services.claims)
+        self._services.forget(self._robots[name].prim_path)
         self._population.remove(name)
-        return own
+
+
+def _belongs(graph: str, robot: str) -> bool:
+    """Whether a graph is a robot's, by its name."""
+    return graph.startswith(f"{robot}/")

@@ -38,7 +38,6 @@ def _inputs_of(cls: type[Node]) -> dict[str, Any]:
     """If a node is of a type, its inputs are those of the type."""
     names = [cls.type_name, *cls.aliases, *short_names(cls.type_name)]
     ports = [port for port in cls.fields.values() if port.side == "inputs" and not port.is_exec]
-    dynamic = cls.dynamic_ports.__func__ is not Node.dynamic_ports.__func__  # type: ignore[attr-defined]
     return {
         "if": {"properties": {"type": {"enum": names}}, "required": ["type"]},
         "then": {
@@ -47,7 +46,7 @@ def _inputs_of(cls: type[Node]) -> dict[str, Any]:
                     "description": (inspect.getdoc(cls) or "").partition("\n")[0],
                     "properties": {port.name: _port(port) for port in ports},
                     "patternProperties": {f"^inputs:({'|'.join(re.escape(port.name) for port in ports)})$": {}},
-                    "additionalProperties": dynamic,
+                    "additionalProperties": cls.grows(),
                 }
             }
         },

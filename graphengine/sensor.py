@@ -17,6 +17,9 @@ from numpy.typing import NDArray
 Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
+LARGEST_PICTURE = 8192
+"""Greatest width and height of a picture, pixels."""
+
 
 @dataclass(frozen=True, slots=True)
 class Scan:
@@ -62,6 +65,10 @@ class Lidar(Protocol):
     @property
     def due(self) -> bool:
         """Whether a new sample falls into this tick."""
+
+    @property
+    def index(self) -> int:
+        """Number of the newest sample since play."""
 
     def scan(self) -> Scan:
         """The newest sample, cast when first asked for in its tick and shared by all who ask."""
@@ -122,6 +129,10 @@ class Camera(Protocol):
     def due(self) -> bool:
         """Whether a new sample falls into this tick."""
 
+    @property
+    def index(self) -> int:
+        """Number of the newest sample since play."""
+
     def request(self, *, segmentation: bool = False) -> None:
         """Capture this tick's sample if one is due; however many ask, it is rendered once."""
 
@@ -136,7 +147,7 @@ class ImuSample:
     time: float
     """Simulation time, s."""
     index: int
-    """Number of this sample since play."""
+    """Number of this sample since play; -1 before the first, as with a robot that has just come."""
     linear_acceleration: Vector3
     """Rate of change of the velocity, without gravity, m/s2."""
     gravity: Vector3

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Callable, Sequence
 from typing import Literal, Protocol
 
-from graphengine.diagnostics import GraphError, NodeError, UsageError
+from graphengine.diagnostics import GraphError, NodeError, TransportError, UsageError
 from graphengine.graph_run import GraphRun
 from graphengine.node_context import Services, SimulationClock
 from graphengine.spec import RobotUse
@@ -24,8 +25,38 @@ class Roster(Protocol):
         """Take a robot away; which of the session's graphs were its own."""
 
 
+class Inbox(Protocol):
+    """What comes into a session from outside beside messages: a recorder takes it down, a replay brings it again."""
+
+    @property
+    def exact(self) -> bool:
+        """Whether a tick waits for its pictures at any pace, so that another run gets the same."""
+
+    def begin_tick(self) -> float:
+        """The wall clock (s since 1970) that nodes read in the tick which begins."""
+
+    def end_tick(self) -> None:
+        """A tick is over, and its messages were sent."""
+
+
+class LiveInbox:
+    """The wall clock of this machine."""
+
+    exact = False
+
+    def begin_tick(self) -> float:
+        """The time."""
+        return time.time()
+
+    def end_tick(self) -> None:
+        """Nothing is kept."""
+
+
 class Session:
-    """Owns world, network and graphs; one thread runs all of it.
+    """Owns world, network and graphs.
+
+    One thread runs all of it, and no method is for any other: who is in another leaves word for `on_tick` to find. Within a
+    tick a session refuses to step, to stop, and to take robots in or out.
 
     Args:
         services: what the nodes' contexts share.
@@ -48,7 +79,10 @@ class Session:
         self.step_clock = step_clock
         self.graphs: list[GraphRun] = []
         self.state: SessionState = "stopped"
+        self.inbox: Inbox = LiveInbox()
+        """Where what comes from outside is read, or was; to be exchanged before the first tick."""
         self._roster = roster
+        self._within_tick = False
         self._take(graphs)
 
     def _take(self, graphs: Sequence[GraphRun]) -> None:
@@ -66,9 +100,11 @@ class Session:
             use: as in a scene file; one robot.
 
         Raises:
-            CheckError: with all that is wrong with it; nothing has changed then.
-            UsageError: the session has no scene.
+            CheckError: with all that is wrong with it.
+            GraphError: physics, rays or one of its nodes cannot begin. After an error of any kind all is as it was.
+            UsageError: the session has no scene, or is within a tick.
         """
+        self._refuse_within_tick()
         if self._roster is None:
             raise UsageError("a session without a scene has no place for robots")
         self._take([*self.graphs, *self._roster.add(name, use)])
@@ -77,8 +113,9 @@ class Session:
         """Take a robot, its graphs and its topics away, between two ticks; time and the others' state stay.
 
         Raises:
-            UsageError: there is no such robot, or a graph that is not its own reads something of it.
+            UsageError: there is no such robot, a graph that is not its own reads something of it, or within a tick.
         """
+        self._refuse_within_tick()
         if self._roster is None:
             raise UsageError("a session without a scene has no robots")
         gone = [id(run) for run in self._roster.remove(name, self.graphs)]
@@ -105,13 +142,19 @@ class Session:
             NodeError: a node raised; commands were set to zero.
             PhysicsError: the simulation diverged.
         """
+        self._refuse_within_tick()
         if self.state == "stopped":
             self.state = "paused"
         for _ in range(ticks):
             self._tick()
 
+    def _refuse_within_tick(self) -> None:
+        if self._within_tick:
+            raise UsageError("a session can be asked for this between two ticks only, as from `on_tick`")
+
     def _tick(self) -> None:
         services, world = self.services, self.services.world
+        self._within_tick = True
         try:
             self._freeze()
             frame = self.clock.frame + 1
@@ -129,15 +172,20 @@ class Session:
             for executor in self._on_tick:
                 executor.run_latent()
             services.network.flush()
+            self.inbox.end_tick()
         except GraphError as error:
             world.zero_commands()
             self.state = "paused"
             services.network.log("error", str(error))
+            with contextlib.suppress(TransportError):
+                services.network.flush()
             raise
+        finally:
+            self._within_tick = False
 
     def _freeze(self) -> None:
         """What has arrived before a tick is what the tick sees."""
-        self.clock.wall_time = self.step_clock.wall_time = time.time()
+        self.clock.wall_time = self.step_clock.wall_time = self.inbox.begin_tick()
         self.services.network.freeze()
         for mailbox in self.services.mailboxes.values():
             mailbox.freeze()
@@ -147,6 +195,7 @@ class Session:
 
     def stop(self) -> None:
         """Back to time 0: commands zero, world at its start, outputs and state at their defaults."""
+        self._refuse_within_tick()
         self.state = "stopped"
         self.services.world.zero_commands()
         self.services.world.reset()
@@ -186,8 +235,9 @@ class Session:
             NodeError: a node raised; commands were set to zero.
             PhysicsError: the simulation diverged.
         """
+        self._refuse_within_tick()
         self.play()
-        self.services.world.realtime = pace is not None
+        self.services.world.realtime = pace is not None and not self.inbox.exact
         first = self.clock.frame
         ticks = None if seconds is None else round(seconds / self.clock.delta)
         pacer = Pacer(self.clock.delta / pace) if pace else None

@@ -51,13 +51,38 @@ def _plain_path(path: str) -> str:
     return path
 
 
+_PART = "[A-Za-z_][A-Za-z0-9_]*"
+_NAMESPACE = re.compile(rf"[^A-Za-z0-9_]*({_PART}(/{_PART})*)?[^A-Za-z0-9_]*")
+NAMESPACE_FIELD = re.compile(r"\{(name|index)(?::0([1-9]))?\}")
+"""What stands in a namespace for each robot's own name or number."""
+
+
+def _namespace(value: str) -> str:
+    """Refuse what cannot be a part of any namespace in ROS 2. Both ends of a whole one are trimmed, so anything may be there."""
+    if not _NAMESPACE.fullmatch(value):
+        legal = "legal: letters A-Z a-z, digits and _, in parts separated by /; no part is empty or starts with a digit"
+        raise ValueError(f"{value!r} cannot be part of a ROS 2 namespace; {legal}")
+    return value
+
+
+def _namespace_pattern(value: str) -> str:
+    if re.search(r"[{}]", NAMESPACE_FIELD.sub("", value)):
+        raise ValueError(f"{value!r} is no pattern; legal: {{name}}, {{index}}, {{index:04}}")
+    _namespace(NAMESPACE_FIELD.sub(lambda field: "name" if field[1] == "name" else "0", value))
+    return value
+
+
 Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=200)]
 Pair = Annotated[tuple[float, float], Field(strict=False)]
 Vector = Annotated[tuple[float, float, float], Field(strict=False)]
 PrimPath = Annotated[str, AfterValidator(_plain_path)]
+Namespace = Annotated[str, AfterValidator(_namespace)]
+NamespacePattern = Annotated[str, AfterValidator(_namespace_pattern)]
 Connection = Annotated[str, Field(max_length=1000)]
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
+Gain = Annotated[float, Field(ge=0, le=1e12)]
+Speed = Annotated[float, Field(ge=-1e10, le=1e10)]
 Format = Annotated[
     Literal[1], BeforeValidator(_whole_number), Field(description="Version of the file format; missing means 1.")
 ]
@@ -182,7 +207,7 @@ class RobotUse(Spec):
     places: Annotated[tuple[PlaceSpec, ...], Field(strict=False, max_length=MAX_ROBOTS)] | None = Field(
         default=None, description="In place of count: where each robot stands, relative to position and orientation."
     )
-    namespace: str | None = Field(
+    namespace: NamespacePattern | None = Field(
         default=None,
         description="Replaces the robot file's namespace on its base link; {name} is the robot's name, {index:04} its number.",
     )
@@ -210,14 +235,17 @@ class SceneSpec(Spec):
     settle: bool = Field(default=False, description="Let robots come to rest before t = 0.")
     robots: dict[Name, RobotUse] = {}
     graphs: dict[Name, GraphUse] = {}
+    namespaces: dict[PrimPath, Namespace] = Field(
+        default={}, description="`isaac:namespace` by prim: of the world, a robot, a graph or a node."
+    )
 
 
 class DriveSpec(Spec):
     """A joint's drive in SI units."""
 
-    damping: NotNegative = Field(default=0.0, description="N m s/rad, or N s/m.")
-    stiffness: NotNegative = Field(default=0.0, description="N m/rad, or N/m.")
-    target_velocity: float = Field(default=0.0, description="rad/s, or m/s, until something commands the joint.")
+    damping: Gain = Field(default=0.0, description="N m s/rad, or N s/m.")
+    stiffness: Gain = Field(default=0.0, description="N m/rad, or N/m.")
+    target_velocity: Speed = Field(default=0.0, description="rad/s, or m/s, until something commands the joint.")
     max_force: Positive | None = Field(
         default=None, description="N m, or N: the most that the drive exerts; the description's effort when not given."
     )
@@ -229,9 +257,9 @@ class DriveSpec(Spec):
 class UsdDriveSpec(Spec):
     """A joint's drive as USD stores it: angles in degrees."""
 
-    damping: NotNegative = Field(default=0.0, description="N m s/deg.")
-    stiffness: NotNegative = Field(default=0.0, description="N m/deg.")
-    target_velocity: float = Field(default=0.0, description="deg/s, or m/s.")
+    damping: Gain = Field(default=0.0, description="N m s/deg.")
+    stiffness: Gain = Field(default=0.0, description="N m/deg.")
+    target_velocity: Speed = Field(default=0.0, description="deg/s, or m/s.")
     max_force: Positive | None = Field(
         default=None, description="N m, or N: the most that the drive exerts; the description's effort when not given."
     )
@@ -245,7 +273,7 @@ class JointSpec(Spec):
     position: Vector | None = Field(default=None, description="Overrides the joint's origin in its parent link, m.")
     drive: DriveSpec | None = None
     usd_drive: UsdDriveSpec | None = None
-    armature: NotNegative = Field(default=0.0, description="Rotor inertia seen at the joint, kg m2.")
+    armature: NotNegative = Field(default=0.0, description="Rotor inertia seen at the joint, kg m2, or kg.")
 
     @model_validator(mode="after")
     def _one_drive(self) -> JointSpec:
@@ -257,10 +285,14 @@ class JointSpec(Spec):
 class MaterialSpec(Spec):
     """A physics material."""
 
-    static_friction: NotNegative = 0.5
+    static_friction: NotNegative = Field(
+        default=0.5, description="Left out where it differs: MuJoCo has one friction, the dynamic one is taken for it."
+    )
     dynamic_friction: NotNegative = 0.5
-    restitution: float = Field(default=0.0, ge=0, le=1)
-    combine: Literal["average", "min", "multiply", "max"] = "average"
+    restitution: float = Field(default=0.0, ge=0, le=1, description="Left out: MuJoCo's contacts have no such thing.")
+    combine: Literal["average", "min", "multiply", "max"] = Field(
+        default="average", description="How the floor's friction is mixed in; that is done when a scene is built."
+    )
     bind: tuple[str, ...] = Field(default=(), description="Links whose colliders take it.", strict=False)
 
 
@@ -306,6 +338,10 @@ class RobotSpec(Spec):
     articulation_root: str = Field(
         default="", description="Link that graphs address the robot by; the one that moves freely when empty."
     )
+    self_collision: bool = Field(
+        default=False,
+        description="Let the robot's links collide with each other, but for those that a joint connects.",
+    )
     joints: dict[str, JointSpec] = {}
     keep_only_joints: tuple[str, ...] = Field(
         (), description="Disables every other joint of the description.", strict=False
@@ -316,7 +352,9 @@ class RobotSpec(Spec):
     materials: dict[Name, MaterialSpec] = {}
     frames: dict[Name, FrameSpec] = {}
     sensors: dict[Name, SensorSpec] = {}
-    namespaces: dict[str, str] = Field(default={}, description="`isaac:namespace` by prim, relative to the robot.")
+    namespaces: dict[str, Namespace] = Field(
+        default={}, description="`isaac:namespace` by prim, relative to the robot."
+    )
     name_overrides: dict[str, str] = Field(
         default={}, description="`isaac:nameOverride` by prim, relative to the robot."
     )
@@ -442,8 +480,9 @@ def _models_at(model: type[Spec], location: Location) -> list[type[BaseModel]]:
 
 
 def _description(model: type[Spec], location: Location) -> str:
+    """What a key stands for; nothing for a whole file, which no key leads to."""
     for found in _models_at(model, location[:-1]):
-        known = found.model_fields.get(str(location[-1]))
+        known = found.model_fields.get(str(location[-1])) if location else None
         if known and known.description:
             return known.description
     return ""

@@ -154,17 +154,21 @@ class Stage:
         """Prims whose paths are a path with some `Geometry` put in."""
         return [p for p in self._by_short_path.get(_without_geometry(wanted), []) if _is_short_for(wanted, p.path)]
 
-    def _missing(self, path: str, wanted: str) -> PrimError:
-        parts = wanted.strip("/").split("/")
-        prim = self.root
-        for part in parts:
+    def _descend(self, path: str) -> tuple[Prim, list[str]]:
+        """The last prim on the way to where a path leads, and the parts of the path that are left."""
+        parts, prim = normalize(path).strip("/").split("/"), self.root
+        for index, part in enumerate(parts):
             geometry = prim.children.get("Geometry")
             child = prim.children.get(part) or (geometry.children.get(part) if geometry else None)
             if child is None:
-                break
+                return prim, parts[index:]
             prim = child
-        else:
-            part = parts[-1]
+        return prim, []
+
+    def _missing(self, path: str, wanted: str) -> PrimError:
+        parts = wanted.strip("/").split("/")
+        prim, rest = self._descend(wanted)
+        part = rest[0] if rest else parts[-1]
         geometry = prim.children.get("Geometry")
         near = did_you_mean(part, [*prim.children, *(geometry.children if geometry else ())])
         same_name = [p.path for p in self.prims() if p.name == parts[-1]]
@@ -198,18 +202,20 @@ class Stage:
 
     def namespaces(self, path: str) -> list[str]:
         """`isaac:namespace` values from the root down to a path, which itself need not exist; empty ones left out."""
-        parts = normalize(path).strip("/").split("/")
-        values: list[str] = []
-        prim = self.root
-        for part in parts:
-            geometry = prim.children.get("Geometry")
-            child = prim.children.get(part) or (geometry.children.get(part) if geometry else None)
-            if child is None:
-                break
-            prim = child
-            if prim.namespace:
-                values.append(prim.namespace)
-        return values
+        prim, _ = self._descend(path)
+        return [above.namespace for above in reversed([*prim.ancestors()]) if above.namespace]
+
+    def define(self, path: str) -> Prim:
+        """The prim where a path leads; what is missing on the way is added as scopes."""
+        prim, rest = self._descend(path)
+        return self.add("/".join([prim.path.rstrip("/"), *rest]), "scope") if rest else prim
+
+    def leads_by(self, path: str, other: str) -> bool:
+        """Whether the way to where a path leads goes by another, or ends there; neither need exist."""
+        (prim, rest), (passed, more) = self._descend(path), self._descend(other)
+        if more:
+            return prim is passed and rest[: len(more)] == more
+        return passed in prim.ancestors()
 
 
 def normalize(path: str) -> str:
@@ -226,6 +232,11 @@ def normalize(path: str) -> str:
     if any(part in (".", "..") for part in parts):
         raise PrimError(f"{path!r} is not a plain prim path", path, "write the path without '.' and '..'")
     return "/" + "/".join(parts)
+
+
+def at_or_below(path: str, other: str) -> bool:
+    """Whether a normal path is another one, or lies below it."""
+    return path == other or path.startswith(f"{other}/")
 
 
 def _without_geometry(path: str) -> str:

@@ -109,7 +109,7 @@ class RecordingLidar(dry.DryLidar):
         """Make a sample due: one range a beam, inf where nothing is."""
         distances = np.array(ranges, np.float32)
         brightness = np.full(distances.shape, intensities, np.float32)
-        self.due, self._seen = True, Scan(time, index, distances, brightness)
+        self.due, self.index, self._seen = True, index, Scan(time, index, distances, brightness)
 
     def scan(self) -> Scan:
         """The sample, or one without returns."""
@@ -136,7 +136,7 @@ class RecordingCamera(dry.DryCamera):
         colours = np.array(rgb, np.uint8)
         plane = colours.shape[:2]
         self.size = (plane[1], plane[0])
-        self.due = True
+        self.due, self.index = True, index
         numbers = np.full(plane, segmentation, np.int32)
         self._picture = Picture(time, index, colours, np.full(plane, depth, np.float32), numbers)
 
@@ -307,7 +307,7 @@ def _words(cls: type[Node]) -> Iterator[str]:
             yield f"{port.name}: a name of one word needs a doc"
         words = {word.removesuffix("s") for word in port.field.split("_")}
         real = str(port.type).startswith(("double", "float", "half", "vector"))
-        if real and not port.unit and words.intersection(_PHYSICAL.split()):
+        if real and not port.unit and "type" not in words and words.intersection(_PHYSICAL.split()):
             yield f"{port.name}: a physical number needs a unit"
 
 

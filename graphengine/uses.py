@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from graphengine import check, document
 from graphengine.diagnostics import Findings
-from graphengine.files import Files, NotFoundError, shipped
+from graphengine.files import Files, NotFoundError
 from graphengine.literals import Override
 from graphengine.plan import Plan
 from graphengine.planning import make_plan
@@ -47,7 +47,7 @@ def robot_uses(robot: Robot, stage: Stage, files: Files, findings: Findings, *, 
         uses += find_use(use, f"{robot.name}/{graph}", place, folder, {"robot": prim.path}, files, findings)
     if robot_state or robot.placement.use.robot_state:
         root = str(prim.facts.get("articulation_root") or prim.facts.get("base_link"))
-        path = files.find("graphs/robot_state.yaml", shipped())
+        path = files.find("graphs/robot_state.yaml", files.base)
         parameters = {"robot": prim.path, "root": root}
         uses.append(GraphFile(path, f"{robot.name}/robot_state", parameters, "", asked_for=robot_state))
     return uses

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from graphengine.context import Clock, Context
+from graphengine.diagnostics import ContextError
 from graphengine.node import ExecOut, Node, Out, State
 
 
 class OnPlaybackTick(Node, type="omni.graph.action.OnPlaybackTick"):
-    """Fires once a tick while the simulation plays."""
+    """Fires once a tick while the simulation plays, in a graph with `runs: tick`, which is what graphs do by default."""
 
     tick = ExecOut(doc="fires every tick")
     delta_seconds: float = Out(unit="s", doc="time between two ticks")
@@ -17,7 +18,17 @@ class OnPlaybackTick(Node, type="omni.graph.action.OnPlaybackTick"):
     clock: Clock = State()
 
     def setup(self, context: Context) -> None:
-        """Bind the clock."""
+        """Bind the clock, which counts ticks.
+
+        Raises:
+            ContextError: the graph runs at every physics step.
+        """
+        if context.runs != "tick":
+            raise ContextError(
+                "it fires in graphs that run once a tick, and this one runs at every physics step",
+                None,
+                "use OnPhysicsStep, or write `runs: tick` into the graph file",
+            )
         self.clock = context.clock
 
     def compute(self) -> None:

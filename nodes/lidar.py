@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,20 +30,25 @@ def points_of(lidar: Lidar, scan: Scan, beams: NDArray[np.intp]) -> NDArray[np.f
 
 
 class LidarNode(Node):
-    """A node that fires once for each sample of a lidar; a subclass gives `read`."""
+    """A node that fires once for each sample of a lidar; a subclass binds `lidar`, has an `exec_out` and gives `put_out`."""
+
+    exec_out: ClassVar[ExecOut]
 
     lidar: Lidar = State()
     last: int = State(default=-1)
 
-    def new_sample(self) -> Scan | None:
-        """The sample of this tick, the first time it is asked for."""
-        if not self.lidar.due:
+    def compute(self) -> Fire:
+        """Hand on the sample of this tick, if there is one and it was not yet."""
+        if not self.lidar.due or self.lidar.index == self.last:
             return None
         scan = self.lidar.scan()
-        if scan.index == self.last:
-            return None
         self.last = scan.index
-        return scan
+        self.put_out(scan)
+        return self.exec_out
+
+    def put_out(self, scan: Scan) -> None:
+        """Hand on a sample."""
+        raise NotImplementedError
 
 
 class BeamsNode(LidarNode):
@@ -50,13 +57,13 @@ class BeamsNode(LidarNode):
     horizontal_fov: Float = Out(default=0.0, unit="deg", doc="from the first beam to the last")
     horizontal_resolution: Float = Out(default=0.0, unit="deg", doc="between two beams")
     depth_range: Float2 = Out(default=(0.0, 0.0), unit="m", doc="nearest and farthest distance reported")
-    rotation_rate: Float = Out(default=0.0, unit="Hz", doc="samples a second")
+    rotation_rate: Float = Out(default=0.0, unit="Hz", doc="samples a second; all beams of one are of one instant")
     linear_depth_data: Floats = Out(unit="m", doc="row after row, one range a beam, inf where nothing was hit")
     intensities_data: UChars = Out(doc="one a beam")
     num_cols: Int = Out(default=0, doc="beams of a row")
     azimuth_range: Float2 = Out(default=(0.0, 0.0), unit="deg", doc="of the first and the last beam")
 
-    def put_out(self, scan: Scan, beams: slice) -> None:
+    def put_out_beams(self, scan: Scan, beams: slice) -> None:
         """Hand on some rows of a sample."""
         first, last, increment = np.degrees(self.lidar.angles).tolist()
         self.horizontal_fov, self.horizontal_resolution, self.azimuth_range = last - first, increment, (first, last)
@@ -83,7 +90,7 @@ class IsaacComputeRTXLidarFlatScan(BeamsNode, type="isaacsim.sensors.rtx.IsaacCo
     azimuth_data_type: Float = In(default=4.0)
     azimuth_buffer_size: UInt64 = In(default=0)
     distance_ptr: Buffer = In(default=0)
-    distance_data_type: Float = In(default=4.0, unit="m")
+    distance_data_type: Float = In(default=4.0)
     distance_buffer_size: UInt64 = In(default=0)
     intensity_ptr: Buffer = In(default=0)
     intensity_data_type: Float = In(default=0.0)
@@ -98,13 +105,9 @@ class IsaacComputeRTXLidarFlatScan(BeamsNode, type="isaacsim.sensors.rtx.IsaacCo
         self.lidar = context.lidar(self.render_product_path)
         self.level = level_ring(self.lidar)
 
-    def compute(self) -> Fire:
-        """Read the sample of this tick, if there is one."""
-        scan = self.new_sample()
-        if scan is None:
-            return None
-        self.put_out(scan, self.level)
-        return self.exec_out
+    def put_out(self, scan: Scan) -> None:
+        """Hand on the ring."""
+        self.put_out_beams(scan, self.level)
 
 
 class IsaacReadLidarBeams(BeamsNode, type="isaacsim.sensors.physx.IsaacReadLidarBeams", gated=True):
@@ -123,18 +126,14 @@ class IsaacReadLidarBeams(BeamsNode, type="isaacsim.sensors.physx.IsaacReadLidar
         """Bind the lidar."""
         self.lidar = context.lidar(self.lidar_prim[0])
 
-    def compute(self) -> Fire:
-        """Read the sample of this tick, if there is one."""
-        scan = self.new_sample()
-        if scan is None:
-            return None
-        self.put_out(scan, slice(None))
+    def put_out(self, scan: Scan) -> None:
+        """Hand on all rings."""
+        self.put_out_beams(scan, slice(None))
         rings = np.degrees(self.lidar.elevations)
         low, high = float(rings.min()), float(rings.max())
         self.num_rows, self.zenith_range, self.vertical_fov = len(rings), (low, high), high - low
         self.vertical_resolution = (high - low) / (len(rings) - 1) if len(rings) > 1 else 0.0
         self.beam_time_data = np.zeros(len(scan.ranges), np.float32)
-        return self.exec_out
 
 
 class IsaacReadLidarPointCloud(LidarNode, type="isaacsim.sensors.physx.IsaacReadLidarPointCloud", gated=True):
@@ -149,10 +148,6 @@ class IsaacReadLidarPointCloud(LidarNode, type="isaacsim.sensors.physx.IsaacRead
         """Bind the lidar."""
         self.lidar = context.lidar(self.lidar_prim[0])
 
-    def compute(self) -> Fire:
-        """Read the sample of this tick, if there is one."""
-        scan = self.new_sample()
-        if scan is None:
-            return None
+    def put_out(self, scan: Scan) -> None:
+        """Hand on the points."""
         self.data = points_of(self.lidar, scan, np.flatnonzero(np.isfinite(scan.ranges))).astype(np.float32)
-        return self.exec_out

@@ -34,7 +34,7 @@ class IsaacReadIMU(Node, type="isaacsim.sensors.physics.IsaacReadIMU", gated=Tru
         self.imu = context.imu(self.imu_prim[0])
 
     def compute(self) -> Fire:
-        """Hand on the newest sample, if it was not yet."""
+        """Hand on the newest sample, if there is one and it was not yet."""
         sample = self.imu.sample()
         if sample.index == self.last:
             return None

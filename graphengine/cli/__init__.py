@@ -13,12 +13,16 @@ from graphengine import __version__
 
 VERBS = {
     "run": "run a scene or a graph",
+    "replay": "a recorded run once more, compared byte by byte",
     "check": "tell everything that is wrong with scenes and graphs",
     "show": "what a graph is made of, in which order it runs, what was generated",
     "snapshot": "a picture of a scene, from above, of a robot or by one of its cameras",
     "map": "an occupancy map of a scene, as nav2's map_server reads it",
     "import-urdf": "a robot file from a URDF, a xacro file, or the description of a running ROS 2 system",
-    "topics": "every topic of a scene: type, QoS, frame, rate, node",
+    "topics": "what a scene would say and hear, without running it: topics, types, QoS, frames, rates",
+    "topic": "topics of a live network, with or without ROS: list, info, echo, hz, delay, pub",
+    "tf": "the tree of frames on a live network",
+    "teleop": "drive a robot from the keyboard",
     "nodes": "node types and their ports",
     "schema": "JSON Schema of the three kinds of file, for editors",
 }
@@ -74,7 +78,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stderr.close()
         return 0
     except OSError as error:
-        print(clean(f"error: {error}"), file=sys.stderr)
+        what = f"{error.filename}: {error.strerror}" if error.filename and error.strerror else str(error)
+        print(clean(f"error: {what}"), file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         return 130

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import copy
+import dataclasses
 import importlib
 import os
 import sys
@@ -39,17 +39,23 @@ def add_file_arguments(parser: argparse.ArgumentParser, *, many: bool = False) -
         help="what lidars see with; `fast` needs numba, and `auto` takes it where it serves",
     )
     parser.add_argument("--seed", type=int, default=0, help="of every random generator (default 0)")
-    parser.add_argument(
-        "--allow",
-        metavar="FOLDER",
-        type=Path,
-        action="append",
-        default=[],
-        help="folder that files may also be read from",
-    )
+    add_allow_argument(parser)
     parser.add_argument(
         "--import", metavar="MODULE", dest="modules", action="append", default=[], help="Python module with node types"
     )
+
+
+def add_allow_argument(parser: argparse.ArgumentParser) -> None:
+    """Where files and message types may be read from, beside the folder of the given file and what is installed."""
+    what = "folder that files may also be read from"
+    parser.add_argument("--allow", metavar="FOLDER", type=Path, action="append", default=[], help=what)
+    add_message_path(parser)
+
+
+def add_message_path(parser: argparse.ArgumentParser) -> None:
+    """Where message types lie that neither ship nor are installed."""
+    what = "message types: a package, a folder with packages, or one .msg, .srv or .action file"
+    parser.add_argument("--msg-path", metavar="PATH", type=Path, action="append", default=[], help=what)
 
 
 def find_file(name: str) -> Path:
@@ -120,23 +126,46 @@ def make_options(arguments: argparse.Namespace) -> Options:
     Raises:
         UsageError: a `--set` without a value, a folder that is none, or a module that cannot be imported.
     """
+    return dataclasses.replace(
+        reading_options(arguments),
+        overrides=dict(parse_set(text) for text in arguments.set),
+        seed=arguments.seed,
+        robot_state=arguments.robot_state,
+        rays=arguments.rays,
+        scene=find_file(arguments.scene) if arguments.scene else None,
+        registry=make_registry(arguments.modules) if arguments.modules else None,
+    )
+
+
+def reading_options(arguments: argparse.Namespace) -> Options:
+    """Options of `add_allow_argument`, and of the machine: where files may be read from, and how they are shown.
+
+    Raises:
+        UsageError: a file or folder that is not there.
+    """
     from graphengine.build import Options
     from graphengine.diagnostics import UsageError
 
     for folder in arguments.allow:
         if not folder.is_dir():
             raise UsageError(f"--allow {folder}: no such folder")
-    return Options(
-        overrides=dict(parse_set(text) for text in arguments.set),
-        allowed=arguments.allow,
-        installed=installed_packages(),
-        seed=arguments.seed,
-        robot_state=arguments.robot_state,
-        rays=arguments.rays,
-        scene=find_file(arguments.scene) if arguments.scene else None,
-        registry=make_registry(arguments.modules) if arguments.modules else None,
-        near=Path.cwd(),
-    )
+    paths = message_paths(arguments)
+    return Options(allowed=arguments.allow, installed=installed_packages(), message_paths=paths, near=Path.cwd())
+
+
+def message_paths(arguments: argparse.Namespace) -> list[Path]:
+    """What `--msg-path` names.
+
+    Raises:
+        UsageError: nothing is there.
+    """
+    from graphengine.diagnostics import UsageError
+
+    given: list[Path] = arguments.msg_path
+    for path in given:
+        if not path.exists():
+            raise UsageError(f"--msg-path {path}: no such file or folder")
+    return given
 
 
 def installed_packages() -> list[Path]:
@@ -150,7 +179,7 @@ def make_registry(modules: Sequence[str]) -> Any:
     from graphengine.diagnostics import UsageError
     from graphengine.registry import default_registry
 
-    registry = copy.deepcopy(default_registry())  # which others in this process share
+    registry = default_registry().copy()  # others in this process share the original
     sys.path.insert(0, "")  # a module of the working directory, as with `python -m`
     for name in modules:
         if not all(part.isidentifier() for part in name.split(".")):
@@ -193,6 +222,16 @@ def assemble(arguments: argparse.Namespace) -> Assembly:
     from graphengine import build
 
     return build.assemble(find_file(arguments.file), make_options(arguments))
+
+
+def assemble_to_run(arguments: argparse.Namespace) -> Assembly | None:
+    """The same with its warnings printed; None if there are errors, which are printed too."""
+    assembly = assemble(arguments)
+    print_findings(assembly.findings, notes=False)
+    if not assembly.findings.errors:
+        return assembly
+    assembly.world.close()
+    return None
 
 
 def print_findings(findings: Findings, *, stream: Any = None, notes: bool = True) -> None:

@@ -20,7 +20,10 @@ ENDINGS = (".png", ".pgm", ".yaml", ".yml")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
-    parser.add_argument("scene", metavar="SCENE", help="a scene file, or the name of one that ships: dd100_warehouse")
+    from graphengine.cli.common import add_allow_argument
+
+    what = "a scene file, or the name of one that ships, such as dd100_warehouse"
+    parser.add_argument("scene", metavar="SCENE", help=what)
     parser.add_argument(
         "-o", "--output", metavar="NAME", help="writes NAME.png and NAME.yaml (default: the scene's name and _map)"
     )
@@ -50,9 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="ros",
         help="isaac: heights half a cell wider, the origin half a cell off, RGBA, as Isaac Sim writes it",
     )
-    parser.add_argument(
-        "--allow", metavar="FOLDER", type=Path, action="append", default=[], help="folder that files may be read from"
-    )
+    add_allow_argument(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -65,14 +66,14 @@ def execute(arguments: argparse.Namespace) -> int:
     path = find_file(arguments.scene)
     stem = _stem(arguments.output, path)
     request = _request(arguments)
-    world = _load(path, arguments.allow)
+    world = _load(path, arguments)
     if world is None:
         return 1
     begin = time.perf_counter()
     try:
         chart = make_map(world, request)
     except PrimError as error:
-        raise UsageError(str(error)) from None
+        raise UsageError("\n  ".join([error.message, *filter(None, error.help)])) from None
     written = write_map(chart, stem, arguments.format, arguments.convention)
     seconds = time.perf_counter() - begin
     print(clean(f"{' and '.join(near(str(file)) for file in written)}, in {seconds:.2f} s"))
@@ -113,24 +114,18 @@ def _request(arguments: argparse.Namespace) -> MapRequest:
     return replace(request, window=isaac_window(request.window, request.cell)) if isaac else request
 
 
-def _load(path: Path, allowed: list[Path]) -> LoadedWorld | None:
+def _load(path: Path, arguments: argparse.Namespace) -> LoadedWorld | None:
     """The scene's physics, without its graphs; what is wrong with it is printed."""
-    from graphengine import document, spec
-    from graphengine.cli.common import installed_packages, print_findings
+    from graphengine import build, document, spec
+    from graphengine.cli.common import print_findings, reading_options
     from graphengine.diagnostics import Findings, UsageError
-    from graphengine.files import Files
-    from graphengine.world.model import load_world
 
-    for folder in allowed:
-        if not folder.is_dir():
-            raise UsageError(f"--allow {folder}: no such folder")
-    findings = Findings()
-    found = document.load(path, findings)
+    options, findings = reading_options(arguments), Findings()
+    found = document.load(path, Findings())
     kind = spec.kind_of(found) if found is not None else None
     if kind in ("graph", "robot"):
         raise UsageError(f"{path}: this is a {kind} file; a map is made of a scene")
-    scene = spec.read(spec.SceneSpec, path, findings)
-    world = load_world(scene, Files.of(path, allowed, Path.cwd(), installed_packages()), findings) if scene is not None else None
+    world = build.load_scene(path, options, findings)
     print_findings(findings, notes=False)
     return world
 

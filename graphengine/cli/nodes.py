@@ -9,14 +9,24 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from graphengine.node import Node, Port
+    from graphengine.registry import Registry
+
+LONG = 4
+"""Values of a default from which on they are counted, where all are the same."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
+    from graphengine.cli.common import add_message_path
+
     parser.add_argument("name", metavar="NAME", nargs="?", help="one type, in full; its registered or short name")
     parser.add_argument(
         "--import", metavar="MODULE", dest="modules", action="append", default=[], help="Python module with node types"
     )
+    parser.add_argument(
+        "--message", metavar="TYPE", help="show the ports of this message too, as geometry_msgs/msg/Twist"
+    )
+    add_message_path(parser)
     parser.add_argument("--format", choices=("text", "json"), default="text")
 
 
@@ -34,8 +44,11 @@ def execute(arguments: argparse.Namespace) -> int:
             holding = [name for name in sorted(registry.types) if part and part in name.lower()]
             hint = f"types with it in their name: {', '.join(holding)}" if holding else registry.suggest(arguments.name)
             raise UsageError(f"no node type {arguments.name!r}; {hint}")
-        print(json.dumps(_record(found.cls), indent=2) if arguments.format == "json" else describe(found.cls))
+        cls = _with_message(found.cls, registry, arguments) if arguments.message else found.cls
+        print(json.dumps(_record(cls), indent=2) if arguments.format == "json" else describe(cls))
         return 0
+    if arguments.message:
+        raise UsageError("--message: name the node type whose ports it makes, such as ROS2Publisher")
     types = [registry.types[name] for name in sorted(registry.types) if registry.types[name].type_name == name]
     if arguments.format == "json":
         print(json.dumps([_record(cls) for cls in types], indent=2))
@@ -44,6 +57,30 @@ def execute(arguments: argparse.Namespace) -> int:
     for owner, problem in registry.broken.items():
         print(f"plugin {owner} could not be loaded: {problem}")
     return 0
+
+
+def _with_message(cls: type[Node], registry: Registry, arguments: argparse.Namespace) -> type[Node]:
+    """The type with the ports that it grows from a message.
+
+    Raises:
+        UsageError: there is no such message, or the type grows nothing from one.
+    """
+    from graphengine.cli.common import installed_packages, message_paths
+    from graphengine.diagnostics import ContextError, UsageError
+    from graphengine.node import grown
+
+    parts = arguments.message.split("/")
+    if len(parts) != 3:
+        raise UsageError(f"--message {arguments.message}: write PACKAGE/msg/NAME, as in geometry_msgs/msg/Twist")
+    literals = dict(zip(("messagePackage", "messageSubfolder", "messageName"), parts, strict=True))
+    definitions = registry.definitions.extended(message_paths(arguments), installed_packages())
+    try:
+        made = grown(cls, literals, definitions)
+    except ContextError as error:
+        raise UsageError("\n  ".join((f"--message: {error.message}", *error.help))) from None
+    if made is cls:
+        raise UsageError(f"--message: {cls.type_name} has no ports that are made from a message")
+    return made
 
 
 def summary(cls: type[Node]) -> str:
@@ -57,7 +94,8 @@ def describe(cls: type[Node]) -> str:
 
     parts = [f"{cls.type_name}  ({cls.kind()})", "", inspect.getdoc(cls) or ""]
     for side in ("inputs", "outputs"):
-        rows = [_row(port) for port in cls.fields.values() if port.side == side]
+        ports = [port for port in cls.fields.values() if port.side == side]
+        rows = [_row(cls, port) for port in sorted(ports, key=lambda port: not port.is_exec)]
         if rows:
             parts += ["", side, table(rows, indent="  ")]
     if cls.aliases:
@@ -65,15 +103,27 @@ def describe(cls: type[Node]) -> str:
     return "\n".join(parts)
 
 
-def _row(port: Port) -> tuple[str, ...]:
+def _row(cls: type[Node], port: Port) -> tuple[str, ...]:
     default = "" if port.is_exec or port.side == "outputs" else _shown(port.default)
-    facts = [port.constraint, port.doc, "required" if port.required else "", "extension" if port.extension else ""]
+    facts = [port.constraint, port.doc, _required(cls, port), "extension" if port.extension else ""]
     return port.name, str(port.type), port.unit, default, "; ".join(fact for fact in facts if fact)
+
+
+def _required(cls: type[Node], port: Port) -> str:
+    """Whether the port needs a value; of several that share a word one is enough."""
+    if not isinstance(port.required, str):
+        return "required" if port.required else ""
+    others = [other.name for other in cls.fields.values() if other.required == port.required and other is not port]
+    return f"required unless {' or '.join(others)} is given"
 
 
 def _shown(value: Any) -> str:
     plain = value.tolist() if hasattr(value, "tolist") else value
-    return json.dumps(plain) if not isinstance(plain, str) else repr(plain)
+    if isinstance(plain, str):
+        return repr(plain)
+    if isinstance(plain, list) and len(plain) > LONG and plain.count(plain[0]) == len(plain):
+        return f"{len(plain)} times {json.dumps(plain[0])}"
+    return json.dumps(plain)
 
 
 def _record(cls: type[Node]) -> dict[str, Any]:

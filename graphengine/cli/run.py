@@ -10,6 +10,8 @@ import signal
 import sys
 import time
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +24,9 @@ if TYPE_CHECKING:
 
 SLOWEST = 0.01
 """Least factor of real time: Ctrl-C is heard between two ticks, which at 60 Hz are then 1.7 s apart."""
+
+LATE_PICTURE = """a picture came too late and was dropped
+  drawing does not keep up: make pictures smaller or fewer, or run slower, as with --rate 0.5"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -40,6 +45,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--transport", choices=("auto", "dds", "rclpy", "memory"), default="auto")
     parser.add_argument("--keep-going", action="store_true", help="a node that raises ends its branch, not the run")
+    record = "write what is read, heard and said to an MCAP file, for `graphrun replay`, `ros2 bag play` and Foxglove"
+    parser.add_argument("--record", metavar="FILE", type=Path, help=record)
+    parser.add_argument("--force", action="store_true", help="let --record write over a file that is there")
 
 
 def duration(text: str) -> float:
@@ -65,13 +73,12 @@ def rate(text: str) -> float:
 def execute(arguments: argparse.Namespace) -> int:
     """0 when it ran to its end or was stopped, 1 with errors."""
     from graphengine import build
-    from graphengine.cli.common import assemble, clean, counted, print_findings
+    from graphengine.cli.common import assemble_to_run, clean, counted
     from graphengine.diagnostics import UsageError
 
-    assembly = assemble(arguments)
-    print_findings(assembly.findings, notes=False)
-    if assembly.findings.errors:
-        assembly.world.close()
+    _check_recording(arguments)
+    assembly = assemble_to_run(arguments)
+    if assembly is None:
         return 1
     if any(finding.code == "N102" for finding in assembly.findings.items):
         raise UsageError(f"{assembly.path} asks for prims of a scene; give one with --scene")
@@ -86,16 +93,55 @@ def execute(arguments: argparse.Namespace) -> int:
         log=console.say,
         fault=console.fault if arguments.keep_going else None,
     )
-    with _Signals(console), session:
+    with _Signals(console), session, _recorder(arguments, assembly, session, network):
         graphs = counted(len(assembly.plans), "graph")
         what = f"{assembly.path}: {graphs}, {_rate_of(session):g} Hz; {network.description}"
+        rays = assembly.loaded.simulation.rays_in_use if assembly.loaded is not None else ""
+        what += (f"; rays {rays}" if rays else "") + (f"; recorded to {arguments.record}" if arguments.record else "")
         print(clean(what), file=sys.stderr)
+        console.begin()
         factor = arguments.rate or (math.inf if arguments.transport == "memory" else 1.0)
         try:
             session.run(arguments.duration, None if math.isinf(factor) else factor, console.on_tick)
         finally:
             console.summarize(session)
     return 0
+
+
+def _check_recording(arguments: argparse.Namespace) -> None:
+    """Refuse before anything is loaded what `--record` cannot mean.
+
+    Raises:
+        UsageError: a name that no reader of bags knows, a folder that is not there, or a file that is.
+    """
+    from graphengine.diagnostics import UsageError
+
+    path: Path | None = arguments.record
+    if path is None:
+        return
+    if path.suffix != ".mcap" or not path.parent.is_dir() or path.is_dir():
+        raise UsageError(f"--record {path}: write the name of a file in a folder that is there, such as out.mcap")
+    if path.exists() and not arguments.force:
+        raise UsageError(f"--record {path}: already there; --force writes over it")
+
+
+def _recorder(
+    arguments: argparse.Namespace, assembly: Assembly, session: Session, network: LiveNetwork
+) -> AbstractContextManager[object]:
+    """What takes the run down, if that is wanted."""
+    if arguments.record is None:
+        return nullcontext()
+    from graphengine.recording.recorder import Recorder
+
+    return Recorder(
+        session,
+        network,
+        assembly,
+        arguments.record,
+        force=arguments.force,
+        keep_going=arguments.keep_going,
+        modules=arguments.modules,
+    )
 
 
 def _rate_of(session: Session) -> float:
@@ -112,13 +158,14 @@ def _open_network(
     from graphengine.ros.network import LiveNetwork
     from graphengine.ros.select import open_transport
 
-    domain = Domain.from_environment(os.environ)
+    domain, definitions = Domain.from_environment(os.environ), assembly.definitions
     name = re.sub(r"\A(?![A-Za-z])", "graph_", re.sub(r"[^A-Za-z0-9_]", "_", assembly.path.stem))
 
     def open_domain(number: int) -> Any:
-        return open_transport(arguments.transport, replace(domain, id=number), name, environ=os.environ)
+        there = replace(domain, id=number)
+        return open_transport(arguments.transport, there, name, environ=os.environ, definitions=definitions)
 
-    return LiveNetwork(open_domain, domain.id, complain), domain.id
+    return LiveNetwork(open_domain, domain.id, complain, definitions), domain.id
 
 
 class _Signals:
@@ -152,12 +199,15 @@ class Console:
         self.terminal = sys.stderr is not None and sys.stderr.isatty()
         self.said: set[tuple[str, str, str]] = set()
         self.faults = 0
-        self.start = self.last = time.perf_counter()
-        self.cpu_start = time.thread_time()
         self.last_time = 0.0
         self.last_sent = 0
-        self.last_cpu = self.cpu_start
         self.last_frame = 0
+        self.begin()
+
+    def begin(self) -> None:
+        """The run begins, whose time and work count; that of setting everything up does not."""
+        self.start = self.last = time.perf_counter()
+        self.cpu_start = self.last_cpu = time.thread_time()
 
     def say(self, severity: str, node: str, message: str) -> None:
         """A node's message, once; what its first line says counts."""
@@ -178,6 +228,8 @@ class Console:
 
     def on_tick(self, session: Session) -> bool:
         """Called after each tick; False ends the run."""
+        for camera in session.services.world.dropped_pictures:
+            self.say("warning", camera, LATE_PICTURE)
         now = time.perf_counter()
         if now - self.last >= (self.LIVE if self.terminal else self.PLAIN):
             elapsed, frames = now - self.last, session.clock.frame - self.last_frame
@@ -217,6 +269,8 @@ class Console:
         ticks = session.clock.frame
         tick = (time.thread_time() - self.cpu_start) / ticks if ticks else 0.0
         faults = f", {counted(self.faults, 'fault')}" if self.faults else ""
+        for camera, number in session.services.world.dropped_pictures.items():
+            print(f"came too late and dropped: {counted(number, 'picture')} of {camera}", file=sys.stderr)
         print(
             f"{counted(ticks, 'tick')}, {session.time:.3f} s of simulation in {wall:.3f} s (x{session.time / wall:.2f}), "
             f"{tick * 1e3:.3f} ms a tick, {counted(self.network.sent, 'message')}{faults}",

@@ -6,7 +6,6 @@ import argparse
 import colorsys
 import contextlib
 import io
-import os
 import re
 import sys
 from collections.abc import Mapping
@@ -61,16 +60,14 @@ def size(text: str) -> tuple[int, int]:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when the picture was written, 1 with errors."""
-    from graphengine.cli.common import assemble, clean, near, print_findings
+    from graphengine.cli.common import assemble_to_run, clean, near
     from graphengine.diagnostics import UsageError
 
     output: Path = arguments.output
     if output.suffix.lower() != ".png" or not output.parent.is_dir() or output.is_dir():
         raise UsageError(f"-o {output}: write the name of a PNG file in a folder that is there, such as snapshot.png")
-    assembly = assemble(arguments)
-    print_findings(assembly.findings, notes=False)
-    if assembly.findings.errors:
-        assembly.world.close()
+    assembly = assemble_to_run(arguments)
+    if assembly is None:
         return 1
     picture, labels = _take(assembly, arguments)
     if arguments.depth:
@@ -104,7 +101,8 @@ def _take(assembly: Assembly, arguments: argparse.Namespace) -> tuple[Picture | 
     prim = _camera(world, arguments.camera)
     if arguments.depth and prim is None:
         raise UsageError(f"--depth: {arguments.camera} is a view, which has no range; name the prim of a camera")
-    network = LiveNetwork(lambda _: MemoryTransport(), 0, lambda text: _log("warning", "network", text))
+    transport = MemoryTransport(definitions=assembly.definitions)
+    network = LiveNetwork(lambda _: transport, 0, lambda text: _log("warning", "network", text), assembly.definitions)
     with build.start(assembly, network, log=_log) as session:
         session.run(arguments.at)
         return _look(world, prim, arguments), world.studio.labels
@@ -123,7 +121,7 @@ def _camera(world: Simulation, name: str) -> Prim | None:
     Raises:
         UsageError: it means neither, or several cameras.
     """
-    from graphengine.diagnostics import UsageError, did_you_mean, listing
+    from graphengine.diagnostics import PrimError, UsageError, did_you_mean, listing
     from graphengine.world import views
 
     known, stage = views.names(world), world.stage
@@ -131,8 +129,8 @@ def _camera(world: Simulation, name: str) -> Prim | None:
         return None
     cameras = list(stage.prims("camera"))
     named = [prim for prim in cameras if prim.name == name]
-    if name.startswith("/") and name in stage:
-        named = [prim for prim in cameras if prim is stage.find(name)]
+    with contextlib.suppress(PrimError):
+        named = named or [prim for prim in cameras if prim is stage.find(name)]
     if len(named) == 1:
         return named[0]
     paths = [prim.path for prim in named or cameras]
@@ -195,22 +193,15 @@ def _table(numbers: NDArray[np.int32], labels: Mapping[int, str]) -> str:
 
 
 def _write(pixels: NDArray[Any], path: Path) -> None:
-    """Write a PNG, which appears when it is whole.
+    """Write a PNG.
 
     Raises:
-        UsageError: it cannot be written there.
+        OSError: it cannot be written there.
     """
     from PIL import Image
 
-    from graphengine.diagnostics import UsageError
+    from graphengine.output import write_together
 
-    content, part = io.BytesIO(), path.with_name(f".{path.name}.part")
+    content = io.BytesIO()
     Image.fromarray(pixels).save(content, "PNG", optimize=True)
-    try:
-        part.write_bytes(content.getvalue())
-        os.replace(part, path)
-    except OSError as error:
-        raise UsageError(f"-o {path}: {error.strerror}") from None
-    finally:
-        with contextlib.suppress(OSError):
-            part.unlink(missing_ok=True)
+    write_together({path: content.getvalue()})

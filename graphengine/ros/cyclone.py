@@ -9,7 +9,7 @@ import os
 import socket
 import threading
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 from cyclonedds import _clayer
 from cyclonedds.core import DDSException, Entity
@@ -42,12 +42,21 @@ def write(entity: Any, data: bytes) -> int:
     return code
 
 
-def take(entity: Any) -> list[bytes]:
-    """Some of the messages that a reader holds, oldest first; none when it holds none. They are gone from the reader."""
+def take(entity: Any) -> list[tuple[bytes, int]]:
+    """Some of the messages that a reader holds, oldest first, each with the handle of its writer; then they are gone from it.
+
+    None when the reader holds none.
+    """
     while isinstance(samples := _clayer.ddspy_take(entity._ref, _ANY_STATE, _BATCH), list) and samples:
-        if messages := [data for data, info in samples if info.valid_data]:
+        if messages := [(data, info.publication_handle) for data, info in samples if info.valid_data]:
             return messages
     return []
+
+
+def writer_gid(reader: Any, handle: int) -> bytes:
+    """The 16 bytes by which ROS 2 knows a writer that a reader is matched with; empty when it is gone."""
+    writer = reader.get_matched_publication_data(handle)
+    return bytes(writer.key.bytes) if writer is not None else b""
 
 
 def delete(entity: Any) -> None:
@@ -89,6 +98,35 @@ def endpoint_qos(qos: QoS, user_data: str) -> Qos:
     if qos.lifespan:
         policies.append(Policy.Lifespan(duration(seconds=qos.lifespan)))
     return Qos(*policies)
+
+
+def read_qos(policies: Qos) -> QoS:
+    """The profile of an endpoint with these policies; kinds that no ROS 2 endpoint has are `systemDefault`."""
+    history, reliability = policies[Policy.History], policies[Policy.Reliability]
+    deadline, lifespan = policies[Policy.Deadline], policies[Policy.Lifespan]
+    liveliness = policies[Policy.Liveliness]
+    kept = isinstance(history, Policy.History.KeepLast)
+    manual = isinstance(liveliness, Policy.Liveliness.ManualByTopic)
+    return QoS(
+        history="keepLast" if kept else "keepAll",
+        depth=history.depth if kept else 0,
+        reliability="reliable" if isinstance(reliability, Policy.Reliability.Reliable) else "bestEffort",
+        durability=_DURABILITIES.get(policies[Policy.Durability], "systemDefault"),
+        deadline=_seconds(deadline.deadline),
+        lifespan=_seconds(lifespan.lifespan) if lifespan else 0.0,  # no policy of readers
+        liveliness="manualByTopic" if manual else "automatic",
+        lease_duration=_seconds(liveliness.lease_duration),
+    )
+
+
+_DURABILITIES: dict[Any, Literal["volatile", "transientLocal"]] = {
+    Policy.Durability.Volatile: "volatile",
+    Policy.Durability.TransientLocal: "transientLocal",
+}
+
+
+def _seconds(nanoseconds: int) -> float:
+    return 0.0 if nanoseconds == duration(infinite=True) else nanoseconds / 1e9
 
 
 @dataclass(slots=True)

@@ -22,16 +22,15 @@ from cyclonedds.util import duration
 
 from graphengine.context import QoS
 from graphengine.diagnostics import TransportError
-from graphengine.ros import cyclone, messages, names, rosout
+from graphengine.ros import cyclone, discovery, messages, names, rosout
+from graphengine.ros.definitions import DEFINITIONS, Definitions
+from graphengine.ros.discovery import Discovery
 from graphengine.ros.domain import Domain
+from graphengine.ros.graph import Graph
 from graphengine.ros.idl import idl_type
-from graphengine.ros.qos import LATCHED, PARAMETER_EVENTS
+from graphengine.ros.qos import PARAMETER_EVENTS
 
 _log = logging.getLogger(__name__)
-
-GRAPH_TOPIC = "ros_discovery_info"
-"""Where every ROS 2 process tells which nodes it has, and which endpoints these have."""
-GRAPH_TYPE = "rmw_dds_common/msg/ParticipantEntitiesInfo"
 
 _FOREVER = duration(infinite=True)
 
@@ -87,11 +86,20 @@ class DdsReader:
         self._deliver = deliver
         self._remove = remove
         self._failed = False
+        self._writer = 0
+        self._gids: dict[int, bytes] = {}
+
+    @property
+    def source(self) -> bytes:
+        """GID of the writer of the message that is being delivered; empty when it is gone already."""
+        if self._writer not in self._gids:
+            self._gids[self._writer] = cyclone.writer_gid(self.entity, self._writer)
+        return self._gids[self._writer]
 
     def drain(self) -> bool:
         """Deliver some of what has arrived; false when there was nothing."""
         arrived = cyclone.take(self.entity)
-        for data in arrived:
+        for data, self._writer in arrived:
             try:
                 self._deliver(data)
             except Exception:
@@ -113,17 +121,27 @@ class DdsTransport:
         node_name: what `ros2 node list` shows.
         node_namespace: absolute; `/` for none.
         because: why this transport was chosen, for the description.
+        definitions: message types.
 
     Raises:
         TopicError: ROS 2 would refuse the node's name or namespace.
         TransportError: the domain cannot be joined.
     """
 
-    def __init__(self, domain: Domain, node_name: str, node_namespace: str = "/", because: str = "") -> None:
+    def __init__(
+        self,
+        domain: Domain,
+        node_name: str,
+        node_namespace: str = "/",
+        because: str = "",
+        definitions: Definitions = DEFINITIONS,
+    ) -> None:
         names.check_node_name(node_name)
         names.check_namespace(node_namespace)
         self.description = f"dds (Eclipse Cyclone DDS), {domain}" + (f"; {because}" if because else "")
+        self.spin_time = 0.0 if domain.discovery_range == "OFF" else 0.5
         self._domain = domain
+        self._definitions = definitions
         self._name = node_name
         self._namespace = node_namespace
         self._lock = threading.RLock()
@@ -131,6 +149,8 @@ class DdsTransport:
         self._topics: dict[str, tuple[str, Any]] = {}
         self._writers: list[DdsWriter] = []
         self._readers: list[DdsReader] = []
+        self._delivering: DdsReader | None = None
+        self._discovery: Discovery | None = None
         self._thread = threading.Thread(target=self._receive, name=f"dds domain {domain.id}", daemon=True)
         # An enclave is what makes ROS 2 take a participant for one of its own.
         self._participant = cyclone.join(domain, "enclave=/;")
@@ -138,7 +158,7 @@ class DdsTransport:
             self._wake = GuardCondition(self._participant)
             self._waitset = WaitSet(self._participant)
             self._waitset.attach(self._wake)
-            self._graph = self._endpoint(DataWriter, GRAPH_TOPIC, GRAPH_TYPE, LATCHED)
+            self._told = self._endpoint(DataWriter, discovery.TOPIC, discovery.TYPE, discovery.TELLING)
             self._rosout = self.writer(rosout.TOPIC, rosout.TYPE, rosout.QOS)
             self.writer("/parameter_events", "rcl_interfaces/msg/ParameterEvent", PARAMETER_EVENTS)
         except BaseException:
@@ -151,7 +171,8 @@ class DdsTransport:
         """A writer on a topic.
 
         Raises:
-            TransportError: the topic has another type here, there is no such type, or the transport is closed.
+            MessageTypeError: there is no such type.
+            TransportError: the topic has another type here, or the transport is closed.
         """
         with self._lock:
             writer = DdsWriter(topic, self._endpoint(DataWriter, f"rt{topic}", message_type, qos), self._remove)
@@ -172,6 +193,25 @@ class DdsTransport:
             self._readers.append(reader)
             self._watch(reader.entity, DDSStatus.DataAvailable)
         return reader
+
+    @property
+    def source(self) -> bytes:
+        """GID of the writer of the message that is being delivered; empty when it is gone already."""
+        return self._delivering.source if self._delivering else b""
+
+    def graph(self) -> Graph:
+        """Who writes and reads which topic, as far as it is known.
+
+        Raises:
+            TransportError: the transport is closed.
+        """
+        with self._lock:
+            if self._closed:
+                raise TransportError("the transport is closed")
+            if self._discovery is None:
+                nodes = self._endpoint(DataReader, discovery.TOPIC, discovery.TYPE, discovery.HEARING)
+                self._discovery = Discovery(self._participant, nodes)
+            return self._discovery.graph()
 
     def log(self, severity: str, text: str) -> None:
         """Tell people who watch /rosout; severities are info, warning and error."""
@@ -200,9 +240,9 @@ class DdsTransport:
         known, described = self._topics.get(topic, (message_type, None))
         if known != message_type:
             raise TransportError(f"{shown} has the type {known} here, it cannot have {message_type} besides")
-        policies = cyclone.endpoint_qos(qos, f"typehash={messages.type_hash(message_type)};")
+        policies = cyclone.endpoint_qos(qos, f"typehash={self._definitions.type_hash(message_type)};")
         try:
-            described = described or Topic(self._participant, topic, idl_type(message_type))
+            described = described or Topic(self._participant, topic, idl_type(message_type, self._definitions))
             self._topics[topic] = (message_type, described)
             return make(self._participant, described, qos=policies)
         except DDSException as error:
@@ -235,18 +275,22 @@ class DdsTransport:
 
     def _announce(self, nodes: tuple[messages.NodeEntitiesInfo, ...]) -> None:
         info = messages.ParticipantEntitiesInfo(_gid(self._participant), list(nodes))
-        cyclone.write(self._graph, messages.encode(info))
+        cyclone.write(self._told, messages.encode(info))
 
     def _receive(self) -> None:
         while not self._closed:
             triggered = self._waitset.wait(_FOREVER)
-            arrived = busy = [reader for reader in tuple(self._readers) if reader.drain()]
+            arrived = busy = [reader for reader in tuple(self._readers) if self._drain(reader)]
             while busy and not self._closed:
-                busy = [reader for reader in busy if reader.drain()]
+                busy = [reader for reader in busy if self._drain(reader)]
             # More entities triggered than readers had messages: some are writers, whose readers came or went.
             if triggered > len(arrived):
                 for writer in tuple(self._writers):
                     writer.refresh()
+
+    def _drain(self, reader: DdsReader) -> bool:
+        self._delivering = reader
+        return reader.drain()
 
 
 def _gid(entity: Any) -> Any:

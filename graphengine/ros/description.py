@@ -14,6 +14,7 @@ from graphengine.ros.transport import Transport
 
 PARAMETER = "robot_description"
 _STRING = "std_msgs/msg/String"
+_CLIENT = "graphrun_import_urdf"
 
 
 def from_topic(transport: Transport, topic: str, timeout: float) -> str:
@@ -21,14 +22,15 @@ def from_topic(transport: Transport, topic: str, timeout: float) -> str:
 
     Args:
         transport: open, on the domain to listen on.
-        topic: relative to the root namespace.
+        topic: its name; a relative one lies in the root namespace.
         timeout: s.
 
     Raises:
         TopicError: ROS 2 would refuse the topic's name.
         TransportError: nothing arrives in time, or what arrives is no text.
     """
-    topic = names.full_topic("/", topic)
+    topic = f"/{topic.removeprefix('/')}"
+    names.check_topic(topic)
     arrived: list[bytes] = []
     heard = threading.Event()
 
@@ -52,7 +54,7 @@ def from_node(node: str, domain: Domain, timeout: float) -> str:
     """The parameter `robot_description` of a node, by its service GetParameters.
 
     Args:
-        node: its full name, such as `/robot_state_publisher`.
+        node: its name with its namespace, such as `/robot_state_publisher`.
         domain: that it is in.
         timeout: s, for finding it and again for its answer.
 
@@ -60,7 +62,10 @@ def from_node(node: str, domain: Domain, timeout: float) -> str:
         TopicError: ROS 2 would refuse the name.
         TransportError: rclpy is not there, or no such node, or it has no such parameter.
     """
-    node = names.full_topic("/", node)
+    node = f"/{node.removeprefix('/')}"
+    namespace, _, name = node.rpartition("/")
+    names.check_namespace(namespace or "/", given=node)
+    names.check_node_name(name, given=node)
     missing = import_error()
     if missing:
         remedy = "source ROS 2 first, or use --topic, which needs none"
@@ -73,10 +78,13 @@ def from_node(node: str, domain: Domain, timeout: float) -> str:
     with discovery(domain):
         context.init(args=[], domain_id=domain.id)
     try:
-        client = Node("graphrun_import_urdf", context=context, start_parameter_services=False)
+        client = Node(_CLIENT, context=context, start_parameter_services=False)
         executor = SingleThreadedExecutor(context=context)
         executor.add_node(client)
-        return _parameter(client, executor, node, timeout)
+        try:
+            return _parameter(client, executor, node, timeout)
+        finally:
+            client.destroy_node()
     finally:
         context.try_shutdown()
 
@@ -87,11 +95,18 @@ def _parameter(client: Any, executor: Any, node: str, timeout: float) -> str:
 
     service = client.create_client(GetParameters, f"{node}/get_parameters")
     if not service.wait_for_service(timeout_sec=timeout):
-        there = sorted(f"{space.rstrip('/')}/{name}" for name, space in client.get_node_names_and_namespaces())
-        raise TransportError(f"no node {node} answers within {timeout:g} s\n{listing(there, 'nodes')}")
+        there = listing(sorted(_nodes(client) - {f"/{_CLIENT}"}), "nodes")
+        raise TransportError(f"no node {node} answers within {timeout:g} s\n{there}")
     asked = service.call_async(GetParameters.Request(names=[PARAMETER]))
     executor.spin_until_future_complete(asked, timeout_sec=timeout)
-    values = asked.result().values if asked.done() else []
+    if not asked.done():
+        raise TransportError(f"node {node} does not answer within {timeout:g} s")
+    values = asked.result().values
     if not values or values[0].type != ParameterType.PARAMETER_STRING:
         raise TransportError(f"node {node} has no parameter {PARAMETER!r} with text")
     return str(values[0].string_value)
+
+
+def _nodes(client: Any) -> set[str]:
+    """Names of the nodes that can be seen."""
+    return {f"{namespace.rstrip('/')}/{name}" for name, namespace in client.get_node_names_and_namespaces()}

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 import types
+import weakref
 from typing import Any
 
 from cyclonedds.idl import IdlStruct
@@ -12,7 +12,7 @@ from cyclonedds.idl import types as idl
 from cyclonedds.idl.annotations import final
 from rosbags.interfaces import Nodetype
 
-from graphengine.ros.messages import DEFINITIONS, message_class
+from graphengine.ros.definitions import DEFINITIONS, PLACEHOLDER, Definitions
 
 _SCALARS: dict[str, Any] = {
     "bool": bool,
@@ -38,16 +38,25 @@ def dds_name(message_type: str) -> str:
     return f"{package}::{kind}::dds_::{name}_"
 
 
-@functools.cache
-def idl_type(message_type: str) -> type[Any]:
+def idl_type(message_type: str, definitions: Definitions = DEFINITIONS) -> type[Any]:
     """A class that describes the message to Cyclone DDS; it is never instantiated.
 
     Raises:
-        MessageError: there is no such type.
+        MessageTypeError: there is no such type.
     """
-    message_class(message_type)
-    _, fields = DEFINITIONS.fielddefs[message_type]
-    namespace = {"__annotations__": {name: _idl(field) for name, field in fields}, "__module__": __name__}
+    made = _made.setdefault(definitions, {})
+    if message_type not in made:
+        made[message_type] = _make(message_type, definitions)
+    return made[message_type]
+
+
+_made: weakref.WeakKeyDictionary[Definitions, dict[str, type[Any]]] = weakref.WeakKeyDictionary()
+
+
+def _make(message_type: str, definitions: Definitions) -> type[Any]:
+    fields = definitions.fields(message_type) or [PLACEHOLDER]
+    annotations = {name: _idl(field, definitions) for name, field in fields}
+    namespace = {"__annotations__": annotations, "__module__": __name__}
     name = dds_name(message_type)
     made = types.new_class(
         name.rpartition("::")[2],
@@ -60,14 +69,15 @@ def idl_type(message_type: str) -> type[Any]:
     return described
 
 
-def _idl(description: Any) -> Any:
+def _idl(description: Any, definitions: Definitions) -> Any:
     kind, detail = description
     if kind == Nodetype.NAME:
-        return idl_type(detail)
+        return idl_type(detail, definitions)
     if kind == Nodetype.BASE:
         name, bound = detail
         return idl.bounded_str[bound] if bound else _SCALARS[name]
     element, count = detail
     if kind == Nodetype.ARRAY:
-        return idl.array[_idl(element), count]
-    return idl.sequence[_idl(element), count] if count else idl.sequence[_idl(element)]
+        return idl.array[_idl(element, definitions), count]
+    described = _idl(element, definitions)
+    return idl.sequence[described, count] if count else idl.sequence[described]

@@ -11,6 +11,8 @@ from typing import Any
 from graphengine.context import QoS
 from graphengine.diagnostics import TransportError, listing
 from graphengine.ros import messages
+from graphengine.ros.definitions import DEFINITIONS, Definitions
+from graphengine.ros.graph import Direction, Endpoint, Graph
 from graphengine.ros.qos import mismatch, settled
 
 
@@ -21,6 +23,7 @@ class MemoryWriter:
         self.topic = topic
         self.message_type = message_type
         self.qos = settled(qos)
+        self.gid = transport.new_gid()
         self._transport = transport
         latched, unlimited = self.qos.durability == "transientLocal", self.qos.history == "keepAll"
         depth = (None if unlimited else self.qos.depth) if latched else 0
@@ -59,6 +62,7 @@ class MemoryReader:
         self.topic = topic
         self.message_type = message_type
         self.qos = settled(qos)
+        self.gid = transport.new_gid()
         self.deliver = deliver
         self._transport = transport
 
@@ -85,13 +89,20 @@ class MemoryTransport:
     """Topics within one process, with the rules of DDS on who matches whom and what late joiners get.
 
     Args:
-        wants_all: every writer counts as matched, so that everything is built and kept.
+        wants_all: every writer counts as matched, so that everything is built.
+        keeps: what was written can be read back; memory then grows with it.
+        definitions: message types.
     """
 
     description = "memory: nothing leaves this process"
+    spin_time = 0.0
 
-    def __init__(self, *, wants_all: bool = False) -> None:
+    def __init__(self, *, wants_all: bool = False, keeps: bool = True, definitions: Definitions = DEFINITIONS) -> None:
+        self._definitions = definitions
         self._wants_all = wants_all
+        self._keeps = keeps
+        self.source = b""
+        """GID of the writer of the message that is being delivered; empty for one that was injected."""
         self._closed = False
         self._numbers = itertools.count()
         self._topics: defaultdict[str, _Topic] = defaultdict(_Topic)
@@ -100,7 +111,8 @@ class MemoryTransport:
         """A writer on a topic.
 
         Raises:
-            TransportError: there is no such type, or the transport is closed.
+            MessageTypeError: there is no such type.
+            TransportError: the transport is closed.
         """
         self._admit(topic, message_type)
         writer = MemoryWriter(self, topic, message_type, qos)
@@ -117,8 +129,9 @@ class MemoryTransport:
         reader = MemoryReader(self, topic, message_type, qos, deliver)
         self._topics[topic].readers.append(reader)
         if reader.qos.durability == "transientLocal":
-            missed = sorted(kept for writer in self._topics[topic].writers if reader.matches(writer) for kept in writer.kept)
-            for _, data in missed if reader.qos.history == "keepAll" else missed[-reader.qos.depth :]:
+            matching = filter(reader.matches, self._topics[topic].writers)
+            missed = sorted((number, data, writer.gid) for writer in matching for number, data in writer.kept)
+            for _, data, self.source in missed if reader.qos.history == "keepAll" else missed[-reader.qos.depth :]:
                 deliver(data)
         return reader
 
@@ -128,7 +141,7 @@ class MemoryTransport:
 
     def messages(self, topic: str) -> list[Any]:
         """Every message that was written to a topic, oldest first."""
-        return [messages.decode(data, message_type) for message_type, data in self._topics[topic].sent]
+        return [messages.decode(data, kind, self._definitions) for kind, data in self._topics[topic].sent]
 
     def inject(self, topic: str, message: Any) -> None:
         """Deliver a message, or bytes, to the readers of a topic as a peer that matches them all would.
@@ -145,9 +158,27 @@ class MemoryTransport:
             for reader in readers:
                 if reader.message_type != found:
                     raise TransportError(f"{topic} is read as {reader.message_type}, not as {found}")
-            message = messages.encode(message)
+            message = messages.encode(message, self._definitions)
+        self.source = b""
         for reader in readers:
             reader.deliver(message)
+
+    def graph(self) -> Graph:
+        """Who writes and reads which topic; there are no nodes.
+
+        Raises:
+            TransportError: the transport is closed.
+        """
+        if self._closed:
+            raise TransportError("the transport is closed")
+        ends: list[MemoryWriter | MemoryReader] = []
+        for topic in self._topics.values():
+            ends += [*topic.writers, *topic.readers]
+        return Graph(map(self._described, ends), complete=True)
+
+    def new_gid(self) -> bytes:
+        """A GID that no other endpoint has."""
+        return next(self._numbers).to_bytes(16, "big")
 
     def close(self) -> None:
         """End all deliveries; what was written can still be read back."""
@@ -170,10 +201,12 @@ class MemoryTransport:
         topic = self._topics[writer.topic]
         if writer not in topic.writers:
             raise TransportError(f"{writer.topic}: the writer is closed")
-        topic.sent.append((writer.message_type, data))
+        if self._keeps:
+            topic.sent.append((writer.message_type, data))
         writer.kept.append((next(self._numbers), data))
         for reader in tuple(topic.readers):
             if reader.matches(writer):
+                self.source = writer.gid
                 reader.deliver(data)
 
     def remove(self, endpoint: MemoryWriter | MemoryReader) -> None:
@@ -183,7 +216,12 @@ class MemoryTransport:
         if endpoint in endpoints:
             endpoints.remove(endpoint)
 
+    def _described(self, endpoint: MemoryWriter | MemoryReader) -> Endpoint:
+        type_hash = self._definitions.type_hash(endpoint.message_type)
+        direction: Direction = "publish" if isinstance(endpoint, MemoryWriter) else "subscribe"
+        return Endpoint(endpoint.gid, direction, endpoint.topic, endpoint.message_type, endpoint.qos, type_hash)
+
     def _admit(self, topic: str, message_type: str) -> None:
         if self._closed:
             raise TransportError(f"{topic}: the transport is closed")
-        messages.message_class(message_type)
+        self._definitions.message_class(message_type)

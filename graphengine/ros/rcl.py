@@ -9,17 +9,23 @@ import logging
 import os
 import threading
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from graphengine.context import QoS
 from graphengine.diagnostics import TransportError
 from graphengine.ros import names, rosout
 from graphengine.ros.domain import Domain
+from graphengine.ros.graph import Endpoint, Graph
+from graphengine.ros.interfaces import MessageTypeError
 from graphengine.ros.qos import settled
 
 _log = logging.getLogger(__name__)
 _environment_lock = threading.Lock()
+_PATIENCE = 0.1
+"""Seconds that closing a reader may take."""
+_UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"
+"""What rclpy calls the node of an endpoint before the node's process told of it."""
 
 
 def import_error() -> str | None:
@@ -99,6 +105,9 @@ class RclTransport:
         TransportError: rclpy is not there, or cannot start.
     """
 
+    source = b""
+    """GID of a message's writer, which rclpy does not tell."""
+
     def __init__(self, domain: Domain, node_name: str, node_namespace: str = "/", because: str = "") -> None:
         names.check_node_name(node_name)
         names.check_namespace(node_namespace)
@@ -125,6 +134,7 @@ class RclTransport:
         except Exception as error:
             self._context.try_shutdown()
             raise TransportError(f"rclpy cannot join {domain}: {error}") from error
+        self.spin_time = 2.0  # Fast DDS and Cyclone DDS find each other's endpoints after a second
         used = rclpy.get_rmw_implementation_identifier()
         self.description = f"rclpy ({used}), {domain}" + (f"; {because}" if because else "")
         self._thread = threading.Thread(target=self._spin, name=f"rclpy domain {domain.id}", daemon=True)
@@ -135,7 +145,8 @@ class RclTransport:
         """A writer on a topic.
 
         Raises:
-            TransportError: that type is not installed, rclpy refuses the topic, or the transport is closed.
+            MessageTypeError: that type is not installed.
+            TransportError: rclpy refuses the topic, or the transport is closed.
         """
         from rclpy.event_handler import PublisherEventCallbacks
 
@@ -162,6 +173,20 @@ class RclTransport:
             )
             self._endpoints.append(reader)
         return reader
+
+    def graph(self) -> Graph:
+        """Who writes and reads which topic, as far as it is known.
+
+        Raises:
+            TransportError: the transport is closed.
+        """
+        with self._lock:
+            if self._closed:
+                raise TransportError("the transport is closed")
+            topics = [topic for topic, _ in self._node.get_topic_names_and_types()]
+            asked = (self._node.get_publishers_info_by_topic, self._node.get_subscriptions_info_by_topic)
+            found = [_endpoint(topic, info) for topic in topics for ask in asked for info in ask(topic)]
+        return Graph(found, complete=all(end.node for end in found))
 
     def log(self, severity: str, text: str) -> None:
         """Tell people who watch /rosout; severities are info, warning and error."""
@@ -194,7 +219,13 @@ class RclTransport:
             if self._closed:
                 raise TransportError(f"{topic}: the transport is closed")
             try:
-                yield get_message(message_type)
+                message = get_message(message_type)
+            except (AttributeError, ImportError, ValueError) as error:
+                remedy = "build its package and source the workspace, or use --transport dds"
+                what = f"{topic} cannot be opened with {message_type}: {error}"
+                raise MessageTypeError(what, message_type.rpartition("/")[2], remedy) from error
+            try:
+                yield message
             except Exception as error:
                 raise TransportError(f"{topic} cannot be opened with {message_type}: {error}") from error
 
@@ -208,6 +239,10 @@ class RclTransport:
                 self._node.destroy_publisher(endpoint.publisher)
             else:
                 self._node.destroy_subscription(endpoint.subscription)
+                # It is gone when the executor has come round; until then the topic can have no other type.
+                gone = threading.Event()
+                self._executor.create_task(gone.set)
+                gone.wait(_PATIENCE)
 
     def _spin(self) -> None:
         failed = False
@@ -239,6 +274,55 @@ def _profile(qos: QoS) -> Any:
         else LivelinessPolicy.AUTOMATIC,
         liveliness_lease_duration=Duration(seconds=qos.lease_duration),
     )
+
+
+def _endpoint(topic: str, info: Any) -> Endpoint:
+    owned = info.node_name != _UNKNOWN_NODE
+    return Endpoint(
+        gid=bytes(info.endpoint_gid),
+        direction="publish" if info.endpoint_type.name == "PUBLISHER" else "subscribe",
+        topic=topic,
+        message_type=info.topic_type,
+        qos=_qos(info.qos_profile),
+        type_hash=str(info.topic_type_hash),
+        node=info.node_name if owned else "",
+        namespace=info.node_namespace if owned else "",
+    )
+
+
+def _qos(profile: Any) -> QoS:
+    kinds = (profile.history, profile.reliability, profile.durability, profile.liveliness)
+    history, reliability, durability, liveliness = (_WORDS.get(kind.name, "systemDefault") for kind in kinds)
+    return QoS(
+        history=history,
+        depth=profile.depth,
+        reliability=reliability,
+        durability=durability,
+        deadline=_seconds(profile.deadline),
+        lifespan=_seconds(profile.lifespan),
+        liveliness=liveliness,
+        lease_duration=_seconds(profile.liveliness_lease_duration),
+    )
+
+
+_WORDS: Mapping[str, Any] = {
+    "KEEP_LAST": "keepLast",
+    "KEEP_ALL": "keepAll",
+    "RELIABLE": "reliable",
+    "BEST_EFFORT": "bestEffort",
+    "VOLATILE": "volatile",
+    "TRANSIENT_LOCAL": "transientLocal",
+    "AUTOMATIC": "automatic",
+    "MANUAL_BY_TOPIC": "manualByTopic",
+}
+"""Kinds that rclpy names, and how a profile is written; others, such as UNKNOWN, are `systemDefault`."""
+
+
+def _seconds(time: Any) -> float:
+    """A duration of rclpy; 0 for an infinite one."""
+    from rclpy.duration import Infinite
+
+    return 0.0 if time == Infinite else time.nanoseconds / 1e9
 
 
 @contextlib.contextmanager

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from graphengine.ros.domain import Domain
 from graphengine.ros.transport import Transport
+
+if TYPE_CHECKING:
+    from graphengine.ros.definitions import Definitions
 
 TransportKind = Literal["auto", "dds", "rclpy", "memory"]
 
@@ -18,6 +21,7 @@ def open_transport(
     node_name: str = "graphengine",
     node_namespace: str = "/",
     environ: Mapping[str, str] = MappingProxyType({}),
+    definitions: Definitions | None = None,
 ) -> Transport:
     """Join a domain as one ROS 2 node; the transport's description says what was chosen, and why.
 
@@ -27,16 +31,19 @@ def open_transport(
         node_name: what `ros2 node list` shows.
         node_namespace: absolute; `/` for none.
         environ: where RMW_IMPLEMENTATION may tell that peers cannot be reached.
+        definitions: message types, those that ship when None; rclpy knows those that are installed, and no others.
 
     Raises:
         TopicError: ROS 2 would refuse the node's name or namespace.
         TransportError: the domain cannot be joined.
     """
     # Each is imported only when it is used: they cost from 0.1 to 0.3 s, and rclpy may not be there.
+    from graphengine.ros.definitions import DEFINITIONS
+
     if kind == "memory":
         from graphengine.ros.memory import MemoryTransport
 
-        return MemoryTransport()
+        return MemoryTransport(keeps=False, definitions=definitions or DEFINITIONS)
     reasons = []
     if kind in ("auto", "rclpy"):
         from graphengine.ros.rcl import RclTransport, import_error
@@ -51,4 +58,4 @@ def open_transport(
     rmw = environ.get("RMW_IMPLEMENTATION", "")
     if "zenoh" in rmw:
         reasons.append(f"RMW_IMPLEMENTATION is {rmw}, whose peers do not speak DDS and cannot be reached")
-    return DdsTransport(domain, node_name, node_namespace, "; ".join(reasons))
+    return DdsTransport(domain, node_name, node_namespace, "; ".join(reasons), definitions or DEFINITIONS)

@@ -14,8 +14,10 @@ import numpy as np
 from rosbags.interfaces import Nodetype
 
 from graphengine.ros import messages
+from graphengine.ros.definitions import DEFINITIONS, Definitions
+from graphengine.ros.interfaces import SCALARS
 
-_CODES = {kind: code.removeprefix("<") for kind, code in messages.SCALARS.items()}
+_CODES = {kind: code.removeprefix("<") for kind, code in SCALARS.items()}
 
 MAX_ARRAY = 1024
 """Bytes of an array from which on copying it once more than the encoder does would cost more than the encoder."""
@@ -33,9 +35,11 @@ class Template:
 
     Args:
         message: whose texts, lengths and constant arrays the others must share.
+        definitions: where its type is known.
     """
 
-    def __init__(self, message: Any) -> None:
+    def __init__(self, message: Any, definitions: Definitions = DEFINITIONS) -> None:
+        self._definitions = definitions
         self._offset = _HEADER
         self._numbers: list[tuple[int, str, str]] = []
         """Offset, struct code and expression of each number."""
@@ -43,17 +47,17 @@ class Template:
         self._arrays: list[tuple[int, int, str]] = []
         """Begin, end and expression of each array."""
         self._walk(message, messages.message_type(message), "m")
-        self._bytes = bytearray(messages.encode(message))
+        self._bytes = bytearray(messages.encode(message, definitions))
         self._patch = self._compile()
 
     @staticmethod
-    def of(message: Any) -> Template | None:
+    def of(message: Any, definitions: Definitions = DEFINITIONS) -> Template | None:
         """A template of a message; None for one with parts that grow."""
         try:
-            template = Template(message)
+            template = Template(message, definitions)
         except _NoTemplateError:
             return None
-        return template if template.encode(message) == messages.encode(message) else None
+        return template if template.encode(message) == messages.encode(message, definitions) else None
 
     def encode(self, message: Any) -> bytes | None:
         """The message's bytes; None for one that differs in more than numbers."""
@@ -63,8 +67,7 @@ class Template:
         self._offset += -(self._offset - _HEADER) % size
 
     def _walk(self, message: Any, message_type: str, path: str) -> None:
-        fields: Any = messages.DEFINITIONS.fielddefs[message_type][1]
-        for name, (kind, detail) in fields:
+        for name, (kind, detail) in self._definitions.fields(message_type):
             value, place = getattr(message, name), f"{path}.{name}"
             if kind == Nodetype.BASE:
                 self._base(value, detail[0], place)
@@ -162,7 +165,8 @@ class Encoder:
     PATIENCE = 8
     """How many templates are made before the topic's messages count as too different."""
 
-    def __init__(self) -> None:
+    def __init__(self, definitions: Definitions = DEFINITIONS) -> None:
+        self._definitions = definitions
         self._template: Template | None = None
         self._left = self.PATIENCE
 
@@ -179,10 +183,10 @@ class Encoder:
                 data = None  # the general way tells what is wrong
             if data is not None:
                 return data
-        data = messages.encode(message)
+        data = messages.encode(message, self._definitions)
         if self._left:
             self._left -= 1
-            self._template = Template.of(message)
+            self._template = Template.of(message, self._definitions)
             if self._template is None:
                 self._left = 0
         return data

@@ -13,7 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.rotation import Pose, rotate
-from graphengine.world.engine import PICTURES, RAYS_AND_PICTURES, mujoco
+from graphengine.world.engine import NEITHER, PICTURES, RAYS_AND_PICTURES, mujoco
+
+Floats = NDArray[np.float64]
 
 SKY = 0.7
 """MuJoCo draws the sky at this part of the far plane's distance, and it hides what is behind it."""
@@ -53,6 +55,23 @@ class Lens:
         """A parallel projection; the sky is farther away than `farthest` (m), and its haze wider than the picture."""
         diagonal = 2 * half_height * math.hypot(1.0, size[0] / size[1])
         return cls(size, half_height, near, 1.01 * max(farthest, diagonal) / SKY, parallel=True)
+
+    def misses(self, pose: Pose, centres: Floats, radii: Floats) -> NDArray[np.bool_]:
+        """Which balls are wholly out of sight of a pinhole at a pose.
+
+        Args:
+            pose: of the camera.
+            centres: of the balls, shape (n, 3), m.
+            radii: m.
+        """
+        place, turn = pose
+        right, up, back = (np.array(rotate(turn, axis)) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
+        high, wide = self.half_height, self.half_height * self.size[0] / self.size[1]
+        # Outward normals of the planes through the camera that bound what is in sight; the last one has it before the camera.
+        normals = np.array([up + high * back, high * back - up, right + wide * back, wide * back - right, back])
+        normals /= np.linalg.norm(normals, axis=1)[:, None]
+        missed: NDArray[np.bool_] = ((centres - place) @ normals.T > radii[:, None]).any(axis=1)
+        return missed
 
     def aim(self, scene: mujoco.MjvScene, pose: Pose) -> None:
         """Set a scene's camera; MuJoCo takes the average of two."""
@@ -94,14 +113,31 @@ class Captures:
         self._option.sitegroup[:] = 0
         self._camera = mujoco.MjvCamera()
         self._camera.type = mujoco.mjtCamera.mjCAMERA_USER.value  # leave the scene's as it was aimed
+        self._bounded = model.geom_rbound > 0  # a plane is endless
         # A tendon has a part for each object on its path and for each stretch between two.
         self._capacity = model.ngeom + 3 * model.nwrap + model.nskin + model.nflex
 
-    def capture(self, data: mujoco.MjData, pose: Pose, lens: Lens, *, segmentation: bool = False) -> Shot:
-        """What a camera at a pose sees of a state."""
+    def capture(
+        self, data: mujoco.MjData, pose: Pose, lens: Lens, *, segmentation: bool = False, whole: bool = False
+    ) -> Shot:
+        """What a camera at a pose sees of a state.
+
+        Args:
+            data: the state.
+            pose: of the camera.
+            lens: of the camera.
+            segmentation: whether the shot can be drawn with the numbers of prims, too.
+            whole: with what is out of sight, which casts shadows; else that is left out, as it would be drawn all the same.
+        """
         scene = self._idle.pop() if self._idle else mujoco.MjvScene(self.model, self._capacity)
         lens.aim(scene, pose)
-        mujoco.mjv_updateScene(self.model, data, self._option, None, self._camera, _ALL_BUT_DECORATION, scene)
+        groups = self.model.geom_group.copy()
+        if not whole:
+            self.model.geom_group[self._bounded & lens.misses(pose, data.geom_xpos, self.model.geom_rbound)] = NEITHER
+        try:
+            mujoco.mjv_updateScene(self.model, data, self._option, None, self._camera, _ALL_BUT_DECORATION, scene)
+        finally:
+            self.model.geom_group[:] = groups
         return Shot(self.model, scene, lens, self._segments(scene) if segmentation else None)
 
     def give_back(self, shot: Shot) -> None:

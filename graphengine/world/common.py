@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.world.drives import SetPoints
 from graphengine.world.engine import mujoco
+from graphengine.world.set_points import SetPoints
 
-_POSITIONS = {mujoco.mjtJoint.mjJNT_FREE: 7, mujoco.mjtJoint.mjJNT_BALL: 4}
-_VELOCITIES = {mujoco.mjtJoint.mjJNT_FREE: 6, mujoco.mjtJoint.mjJNT_BALL: 3}
+_SIZES = {mujoco.mjtJoint.mjJNT_FREE: (7, 6), mujoco.mjtJoint.mjJNT_BALL: (4, 3)}
 """Coordinates and degrees of freedom of joints that have more than one."""
 
 _Pairs = tuple[NDArray[np.intp], NDArray[np.intp]]
 
 
 class Common:
-    """Bodies, joints and actuators of one model that another has too.
+    """Joints and actuators of one model that another has too.
 
     Args:
         old: where state comes from.
@@ -26,21 +25,14 @@ class Common:
     """
 
     def __init__(self, old: mujoco.MjModel, new: mujoco.MjModel) -> None:
-        bodies = [(body, _find(new, "BODY", old.body(body).name)) for body in range(old.nbody)]
-        self._bodies = _indices([pair for pair in bodies if pair[1] >= 0])
         positions: list[tuple[int, int]] = []
         velocities: list[tuple[int, int]] = []
-        mocaps: list[tuple[int, int]] = []
-        for one, other in zip(*(side.tolist() for side in self._bodies), strict=True):
-            if old.body_mocapid[one] >= 0:
-                mocaps.append((old.body_mocapid[one], new.body_mocapid[other]))
-            for number in range(old.body_jntnum[one]):
-                a, b = old.body_jntadr[one] + number, new.body_jntadr[other] + number
-                kind = mujoco.mjtJoint(old.jnt_type[a])
-                positions += _run(old.jnt_qposadr[a], new.jnt_qposadr[b], _POSITIONS.get(kind, 1))
-                velocities += _run(old.jnt_dofadr[a], new.jnt_dofadr[b], _VELOCITIES.get(kind, 1))
+        for one, other in _joints(old, new):
+            coordinates, freedoms = _SIZES.get(mujoco.mjtJoint(old.jnt_type[one]), (1, 1))
+            positions += _run(old.jnt_qposadr[one], new.jnt_qposadr[other], coordinates)
+            velocities += _run(old.jnt_dofadr[one], new.jnt_dofadr[other], freedoms)
         actuators = [(index, _find(new, "ACTUATOR", old.actuator(index).name)) for index in range(old.nu)]
-        self._positions, self._velocities, self._mocaps = map(_indices, (positions, velocities, mocaps))
+        self._positions, self._velocities = _indices(positions), _indices(velocities)
         self._actuators = _indices([pair for pair in actuators if pair[1] >= 0])
 
     def carry_over(self, old: mujoco.MjData, new: mujoco.MjData) -> None:
@@ -49,12 +41,9 @@ class Common:
         for name, (source, target) in (
             ("qpos", self._positions),
             ("qvel", self._velocities),
-            ("qacc_warmstart", self._velocities),
+            ("qacc_warmstart", self._velocities),  # what the last step did, which limits of forces go by
             ("qfrc_applied", self._velocities),
-            ("xfrc_applied", self._bodies),
             ("ctrl", self._actuators),
-            ("mocap_pos", self._mocaps),
-            ("mocap_quat", self._mocaps),
         ):
             getattr(new, name)[target] = getattr(old, name)[source]
 
@@ -62,6 +51,14 @@ class Common:
         """Give what is in both models the commands that it was given."""
         new.targets[self._actuators[1]] = old.targets[self._actuators[0]]
         new.efforts[self._velocities[1]] = old.efforts[self._velocities[0]]
+
+
+def _joints(old: mujoco.MjModel, new: mujoco.MjModel) -> Iterator[tuple[int, int]]:
+    """Numbers of the joints that both have: all bodies have a name, and those called alike have the same joints."""
+    for one in range(old.nbody):
+        other = _find(new, "BODY", old.body(one).name)
+        for number in range(old.body_jntnum[one] if other >= 0 else 0):
+            yield old.body_jntadr[one] + number, new.body_jntadr[other] + number
 
 
 def _find(model: mujoco.MjModel, kind: str, name: str) -> int:

@@ -1,4 +1,4 @@
-"""Joint drives in SI units, the MuJoCo servos that stand for them, and the set points that they follow.
+"""Joint drives in SI units, and the MuJoCo servos that stand for them.
 
 PhysX's drive is one spring and damper: force = stiffness (q* - q) + damping (v* - v). In MuJoCo the joint itself is that spring
 and damper, and two actuators push it by stiffness q* and damping v*. MuJoCo's own servos would be the same, but it solves what is
@@ -80,28 +80,3 @@ def servos(model: mujoco.MjModel, names: Iterable[str], gains: NDArray[np.float6
     """Ids of actuators, -1 where a gain is zero and there is none."""
     found = [model.actuator(name).id if gain > 0 else -1 for name, gain in zip(names, gains, strict=True)]
     return np.array(found, np.intp)
-
-
-class SetPoints:
-    """What actuators and joints were told; a step takes it over, so that what was read before still belongs to the last step.
-
-    Attributes:
-        targets: of each actuator of the model, in its own unit.
-        efforts: of each degree of freedom, N m or N.
-        changes: most that an actuator's set point may change in a step.
-        pending: whether the next step has anything to take over.
-    """
-
-    __slots__ = ("changes", "efforts", "pending", "targets")
-
-    def __init__(self, control: NDArray[np.float64], efforts: NDArray[np.float64]) -> None:
-        self.targets = control.copy()
-        self.efforts = efforts.copy()
-        self.changes = np.full(len(control), np.inf)
-        self.pending = False
-
-    def take_over(self, control: NDArray[np.float64], efforts: NDArray[np.float64]) -> None:
-        """Move the set points towards their targets, as far as they may go in a step."""
-        np.clip(self.targets, control - self.changes, control + self.changes, out=control)
-        efforts[:] = self.efforts
-        self.pending = not np.array_equal(control, self.targets)

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 from graphengine.diagnostics import Findings
 from graphengine.rotation import Pose, compose
-from graphengine.spec import Loaded, RobotUse, SceneSpec
+from graphengine.spec import NAMESPACE_FIELD, Loaded, RobotUse, SceneSpec
 from graphengine.world.poses import from_orientation
-
-_FIELD = re.compile(r"\{(name|index)(?::0([1-9]))?\}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,24 +43,12 @@ def placements(scene: Loaded[SceneSpec], findings: Findings) -> list[Placement]:
                 findings.add("S105", f"two robots are named {name!r}", span, related=[other])
             else:
                 found[name] = placement
-        _check_namespace(key, use, scene, findings)
+        size, shared = use.count or len(use.places or ()), use.namespace
+        if size > 1 and shared is not None and not NAMESPACE_FIELD.search(shared):
+            text = f"{size} robots would share the namespace {shared!r}"
+            span = scene.document.span("robots", key, "namespace")
+            findings.add("S105", text, span, "write it with {name} or {index:04}")
     return list(found.values())
-
-
-def _check_namespace(key: str, use: RobotUse, scene: Loaded[SceneSpec], findings: Findings) -> None:
-    if use.namespace is None:
-        return
-    span = scene.document.span("robots", key, "namespace")
-    rest = _FIELD.sub("", use.namespace)
-    if "{" in rest or "}" in rest:
-        findings.add("G109", f"namespace: {use.namespace!r} is no pattern", span, "legal: {name}, {index}, {index:04}")
-    elif rest == use.namespace and _size(use) > 1:
-        text = f"{_size(use)} robots would share the namespace {use.namespace!r}"
-        findings.add("S105", text, span, "write it with {name} or {index:04}")
-
-
-def _size(use: RobotUse) -> int:
-    return use.count or len(use.places or ()) or 1
 
 
 def place(key: str, use: RobotUse) -> Iterator[Placement]:
@@ -94,4 +79,4 @@ def _fill(pattern: str | None, name: str, index: int) -> str | None:
     """A namespace with its fields put in."""
     if pattern is None:
         return None
-    return _FIELD.sub(lambda field: name if field[1] == "name" else f"{index:0{field[2] or 1}}", pattern)
+    return NAMESPACE_FIELD.sub(lambda field: name if field[1] == "name" else f"{index:0{field[2] or 1}}", pattern)

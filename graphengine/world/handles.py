@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 
 from graphengine.backend import select_joints
 from graphengine.context import Quaternion, Vector3
+from graphengine.diagnostics import PhysicsError
 from graphengine.rotation import multiply, rotate
 from graphengine.stage import Prim
 from graphengine.world.drives import Drive, position_servo, servos, velocity_servo
+from graphengine.world.engine import mujoco
 from graphengine.world.poses import NOWHERE, carrier
 
 if TYPE_CHECKING:
@@ -193,16 +195,25 @@ class SelectedJoints:
 
         A target that the joint has no drive for (a velocity without damping, a position without stiffness) has no effect, as in
         PhysX.
+
+        Raises:
+            PhysicsError: a number beyond those that MuJoCo counts with; nothing was set.
         """
         points, joints = self._simulation.set_points, self._joints
-        for values, places, array in (
-            (positions, joints.position_servos, points.targets),
-            (velocities, joints.velocity_servos, points.targets),
-            (efforts, joints.dofs, points.efforts),
+        found: list[tuple[Floats, int, float]] = []
+        for kind, values, places, array in (
+            ("position", positions, joints.position_servos, points.targets),
+            ("velocity", velocities, joints.velocity_servos, points.targets),
+            ("effort", efforts, joints.dofs, points.efforts),
         ):
             if values is None:
                 continue
             for joint, value in zip(self._chosen, values, strict=True):
+                if abs(value) > mujoco.mjMAXVAL:
+                    name = joints.joint_names[joint]
+                    raise PhysicsError(f"joint {name!r}: no {kind} is {value:g}, legal is up to {mujoco.mjMAXVAL:g}")
                 if value == value and places[joint] >= 0:
-                    array[places[joint]] = value
+                    found.append((array, places[joint], value))
+        for array, place, value in found:
+            array[place] = value
         points.pending = True

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from graphengine.diagnostics import Findings
-from graphengine.stage import Stage
+from graphengine.stage import Prim, Stage
 from graphengine.world.engine import RAYS_AND_PICTURES, mujoco
 from graphengine.world.poses import carrier
 from graphengine.world.prims import add_robot
@@ -11,22 +11,30 @@ from graphengine.world.robot import Robot
 from graphengine.world.sensors.profiles import ShapeSpec
 
 
+def housing_of(prim: Prim) -> str:
+    """Name of the body that a sensor's prim has in pictures if it has an appearance."""
+    return prim.path.removeprefix("/")
+
+
 def add_housings(model: mujoco.MjSpec, robot: Robot) -> None:
-    """Give each sensor that has an appearance a body of its own, on the one that carries its mount.
+    """Give each sensor that has an appearance a body of its own, on the one that carries the sensor.
 
     Args:
         model: of the robot.
-        robot: whose mounts are found as its prims will be.
+        robot: whose sensors are found as its prims will be.
     """
     stage, bodies = Stage(), {f"{robot.name}/{body.name}" for body in model.bodies}
     add_robot(stage, robot, bodies, Findings())  # what is wrong is told when the robot's prims are made
-    for mount in stage.prims("sensor"):
-        profile = robot.profiles.get(mount.name)
-        body, (position, (x, y, z, w)) = carrier(mount)
-        if profile is None or body is None or not profile.appearance:
+    for name, path in stage.find(robot.prim_path).facts["mounts"].items():
+        profile = robot.profiles.get(name)
+        if not path or profile is None or not profile.appearance:
             continue
-        housing = model.body(body.partition("/")[2]).add_body(
-            name=f"{mount.name}.housing", pos=position, quat=(w, x, y, z)
+        mount = stage.find(path)
+        body, (position, (x, y, z, w)) = carrier(mount)
+        if body is None:
+            continue
+        housing = model.body(body.removeprefix(f"{robot.name}/")).add_body(
+            name=housing_of(mount).removeprefix(f"{robot.name}/"), pos=position, quat=(w, x, y, z)
         )
         for shape in profile.appearance:
             _add_shape(housing, shape)

@@ -24,6 +24,13 @@ from graphengine.world.xmlfile import Element, mujoco_says, place_of, write
 SLOWEST = 0.1
 """Ticks a second below which a step is too long for any physics."""
 
+_DRIVEN_BY = {
+    "spring": mujoco.mjtDisableBit.mjDSBL_SPRING,
+    "damper": mujoco.mjtDisableBit.mjDSBL_DAMPER,
+    "actuation": mujoco.mjtDisableBit.mjDSBL_ACTUATION,
+}
+"""MuJoCo's parts that drives are made of, by the flags of a world that could disable them."""
+
 
 @dataclass(frozen=True, slots=True)
 class LoadedWorld:
@@ -148,6 +155,14 @@ class _Builder:
         if "impratio" not in stated:
             # A wheel that pushes slips by up to 0.6 % at MuJoCo's 1, by 0.08 % at 10.
             spec.option.impratio = 10.0
+        self._set_flags(spec, root)
+
+    def _set_flags(self, spec: mujoco.MjSpec, root: Element) -> None:
+        flags = [flag for option in root.all("option") for flag in option.all("flag")]
+        for flag, name in ((flag, name) for flag in flags for name in _DRIVEN_BY if flag.get(name) == "disable"):
+            self.findings.add("N103", f"{name} is enabled in every scene: drives are made of it", flag.place(name))
+        for bit in _DRIVEN_BY.values():
+            spec.option.disableflags &= ~int(bit)
         # What a robot does must not depend on who else is there, to the last bit. So what touches is solved island by island,
         # from a start of its own (one choice of warm start serves all islands) and in one form (`auto` changes it at 60 degrees
         # of freedom); `drives` has the rest. With 50 robots this is a third faster, too; with one it costs 4 %.

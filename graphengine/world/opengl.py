@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import functools
+import os
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from typing import Any, Protocol
@@ -17,6 +18,7 @@ from typing import Any, Protocol
 from graphengine.diagnostics import RenderError
 
 _Handle, _Unsigned, _Integer = ctypes.c_void_p, ctypes.c_uint, ctypes.c_int32
+_RENDERER, _VERSION = 0x1F01, 0x1F02
 _INSTALL = (
     "on Debian and Ubuntu: apt-get install libegl1 libgl1-mesa-dri libopengl0",
     "or, where there is no EGL: apt-get install libosmesa6",
@@ -27,9 +29,21 @@ def context() -> AbstractContextManager[None]:
     """OpenGL for the calling thread, for as long as the block lasts.
 
     Raises:
-        RenderError: this machine has none that draws without a window.
+        RenderError: this machine has none that draws without a window, or it was opened before this process was forked off.
     """
-    return _platform().context()
+    return _own_platform().context()
+
+
+def driver() -> str:
+    """Renderer and version of that OpenGL, in its own words; pictures differ in their last bits from one to another.
+
+    Raises:
+        RenderError: as for `context`.
+    """
+    platform = _own_platform()
+    with platform.context():
+        get_string = ctypes.CFUNCTYPE(ctypes.c_char_p, _Unsigned)(platform.address("glGetString"))
+        return ", ".join((get_string(name) or b"?").decode(errors="replace") for name in (_RENDERER, _VERSION))
 
 
 class _UnusableError(Exception):
@@ -40,19 +54,31 @@ class _Platform(Protocol):
     def context(self) -> AbstractContextManager[None]:
         """OpenGL for the calling thread."""
 
+    def address(self, function: str) -> int:
+        """Where a function of OpenGL is."""
+
+
+def _own_platform() -> _Platform:
+    platform, process = _platform()
+    if process != os.getpid():  # the driver's threads are not in the copy, which would wait for them for ever
+        raise RenderError(
+            "pictures were drawn before this process was forked off, and a driver of OpenGL does not survive that\n"
+            "let multiprocessing begin its processes by 'spawn' or 'forkserver'"
+        )
+    return platform
+
 
 @functools.cache
-def _platform() -> _Platform:
-    """The first platform that works. MuJoCo looks its functions up once a process, so it stays with that one."""
+def _platform() -> tuple[_Platform, int]:
+    """The first platform that works, and the process it was opened in.
+
+    MuJoCo looks its functions up once a process, so it stays with that one.
+    """
     failures: list[str] = []
     for name, platform in (("EGL", _Egl), ("OSMesa", _OSMesa)):
         try:
-            return platform()
-        except (
-            OSError,
-            AttributeError,
-            _UnusableError,
-        ) as error:  # no library, one without the function, one that fails
+            return platform(), os.getpid()
+        except (OSError, AttributeError, _UnusableError) as error:  # not there, too old, or broken
             failures.append(f"{name}: {error}")
     raise RenderError("\n".join(("pictures need OpenGL, and none works here", *failures, *_INSTALL)))
 
@@ -102,10 +128,14 @@ class _Egl:
         raise _UnusableError(f"none of {count.value} devices draws with OpenGL")
 
     def _extension(self, name: str, result: Any, *arguments: Any) -> Any:
-        address = self._address(name.encode())
-        if not address:
-            raise _UnusableError(f"the driver has no {name}")
-        return ctypes.CFUNCTYPE(result, *arguments)(address)
+        return ctypes.CFUNCTYPE(result, *arguments)(self.address(name))
+
+    def address(self, function: str) -> int:
+        """Where a function of EGL or of OpenGL is."""
+        found: int | None = self._address(function.encode())
+        if not found:
+            raise _UnusableError(f"the driver has no {function}")
+        return found
 
     def _configure(self, display: int) -> int | None:
         config, found = _Handle(), _Integer()
@@ -140,6 +170,12 @@ class _OSMesa:
         self._create = find("OSMesaCreateContextExt", _Handle, _Unsigned, _Integer, _Integer, _Integer, _Handle)
         self._destroy = find("OSMesaDestroyContext", None, _Handle)
         self._make_current = find("OSMesaMakeCurrent", ctypes.c_ubyte, _Handle, _Handle, _Unsigned, _Integer, _Integer)
+        self._address = find("OSMesaGetProcAddress", _Handle, ctypes.c_char_p)
+
+    def address(self, function: str) -> int:
+        """Where a function of OpenGL is."""
+        found: int = self._address(function.encode())
+        return found
 
     def _library(self) -> ctypes.CDLL:
         with contextlib.suppress(OSError):

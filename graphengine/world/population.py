@@ -10,7 +10,7 @@ import re
 
 from graphengine.diagnostics import Findings
 from graphengine.spec import RobotUse
-from graphengine.world.fleet import place
+from graphengine.world.fleet import Placement, place
 from graphengine.world.model import LoadedWorld
 from graphengine.world.prims import add_robot
 from graphengine.world.scenery import body_names
@@ -30,37 +30,48 @@ class Population:
         """Put one robot at its place, at rest.
 
         Raises:
-            CheckError: with all that is wrong with it; nothing has changed then.
+            CheckError: with all that is wrong with it.
+            PhysicsError: it cannot be where it was put.
+            UsageError: rays that were asked for cannot meet it. After an error of any kind all is as it was.
         """
         loaded = self._loaded
-        span = loaded.scenery.scene.document.key_span("robots")
-        placements = list(place(name, use))
-        if len(placements) != 1 or placements[0].name != name:
-            findings.add("G109", f"{name!r} is a fleet: robots are added one by one", span)
-        elif not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
-            findings.add("G109", f"{name!r} is not a name: letters, digits and '_', not beginning with a digit", span)
-        elif name == "World" or f"/{name}" in loaded.stage:
-            findings.add("S105", f"{name!r} is taken", span)
-        findings.raise_errors()
-        robot = loaded.scenery.robot(placements[0], findings)
+        placement = self._placement(name, use, findings)
+        loaded.scenery.forget_mistakes()
+        robot = loaded.scenery.robot(placement, findings)
         findings.raise_errors()
         assert robot is not None
         model = loaded.scenery.compile({**loaded.robots, name: robot}, findings)
         findings.raise_errors()
         assert model is not None
-        add_robot(loaded.stage, robot, body_names(model), findings)
-        if findings.errors:
-            loaded.stage.remove(robot.prim_path)
+        try:
+            add_robot(loaded.stage, robot, body_names(model), findings)
             findings.raise_errors()
+            loaded.simulation.continue_with(model)
+        except BaseException:
+            loaded.stage.remove(robot.prim_path)
+            raise
         loaded.robots[name] = robot
-        loaded.simulation.continue_with(model)
+
+    def _placement(self, name: str, use: RobotUse, findings: Findings) -> Placement:
+        """Where a robot is to be put; nothing else has its name."""
+        span = self._loaded.scenery.scene.document.key_span("robots")
+        placement, *others = place(name, use)
+        if others or placement.name != name:
+            findings.add("G109", f"{name!r} is a fleet: robots are added one by one", span)
+        elif not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
+            findings.add("G109", f"{name!r} is not a name: letters, digits and '_', not beginning with a digit", span)
+        elif f"/{name}" in self._loaded.stage:
+            findings.add("S105", f"{name!r} is taken", span)
+        findings.raise_errors()
+        return placement
 
     def remove(self, name: str) -> None:
         """Take one robot out; whoever still holds something of it holds nothing."""
         loaded = self._loaded
-        robot = loaded.robots.pop(name)
-        model = loaded.scenery.compile(loaded.robots, Findings())
+        others = {other: robot for other, robot in loaded.robots.items() if other != name}
+        model = loaded.scenery.compile(others, Findings())
         assert model is not None  # it is a part of one that compiled
+        robot = loaded.robots.pop(name)
         loaded.simulation.forget(robot.prim_path)
         loaded.stage.remove(robot.prim_path)
         loaded.simulation.continue_with(model)

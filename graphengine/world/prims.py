@@ -89,8 +89,8 @@ class _Builder:
         for name, frame in robot.spec.frames.items():
             pose = {"position": frame.position, "orientation": from_orientation(frame.orientation)}
             self._mount("frames", name, "frame", frame.parent, pose)
-        for name, sensor in robot.spec.sensors.items():
-            self._sensor(name, sensor)
+        mounts = {name: self._sensor(name, sensor) for name, sensor in robot.spec.sensors.items()}
+        self.stage.find(robot.prim_path).facts["mounts"] = mounts
         for reference, value in robot.spec.namespaces.items():
             self._write("namespaces", reference, "namespace", value)
         if robot.placement.namespace is not None:
@@ -173,20 +173,17 @@ class _Builder:
         except PrimError as error:
             self.findings.add("S104", error.message, self.robot.file.key_span(section, reference), *error.help)
 
-    def _sensor(self, name: str, sensor: SensorSpec) -> None:
-        """A sensor's prim: an imu or contact sensor itself, or the mount below which its lidar or cameras are."""
+    def _sensor(self, name: str, sensor: SensorSpec) -> str:
+        """Path of a sensor's prim: an imu or contact sensor itself, or the mount below which its lidar or cameras are."""
         profile = self.robot.profiles.get(name)
         pose = {"position": sensor.position, "orientation": from_orientation(sensor.orientation)}
         own = (profile.imu or profile.contact) if profile is not None else None
         if profile is not None and own is not None:
             kind: PrimKind = "imu" if profile.imu is not None else "contact"
-            self._mount("sensors", name, kind, sensor.parent, pose, profile=profile.sensor, **own.model_dump())
-            return
-        housing = f"{self.robot.name}/{name}.housing"
-        own_body = {"body": housing if housing in self.bodies else None}
-        path = self._mount("sensors", name, "sensor", sensor.parent, pose | own_body, type=sensor.type)
+            return self._mount("sensors", name, kind, sensor.parent, pose, profile=profile.sensor, **own.model_dump())
+        path = self._mount("sensors", name, "sensor", sensor.parent, pose, type=sensor.type)
         if not path or profile is None:
-            return
+            return path
         span = self.robot.file.key_span("sensors", name)
         if profile.lidar is not None:
             self._add(f"{path}/Lidar", "lidar", span, facts=_lidar_facts(profile.lidar, sensor, profile.sensor))
@@ -195,6 +192,7 @@ class _Builder:
             self._add(f"{path}/Camera", "camera", span, orientation=LOOKING_FORWARD, facts=facts)
         if profile.rig is not None:
             self._rig(path, profile.rig, span)
+        return path
 
     def _rig(self, path: str, rig: RigProfile, span: Span) -> None:
         housing = f"{path}/{rig.housing}"

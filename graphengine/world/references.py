@@ -6,36 +6,24 @@ files may be read, and its name in the XML is replaced by a key into `Library.as
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from graphengine.diagnostics import Findings, did_you_mean, listing
 from graphengine.files import Files
+from graphengine.world.bounds import HOW_CELLS_COUNT, MAX_CELLS, cells_of_file, weigh
 from graphengine.world.description import meshes
-from graphengine.world.description.packages import REMEDY, Packages, package_of
-from graphengine.world.xmlfile import MAX_DEPTH, Element, numbers, read, write
+from graphengine.world.description.conversion import Foreign, convert_all
+from graphengine.world.description.packages import REMEDY, SCHEMES, Packages, package_of
+from graphengine.world.xmlfile import MAX_DEPTH, Element, read, write
 
 MAX_FILE_BYTES = 200_000_000
-MAX_GROWTH = 50_000_000
-"""Cells that one element may ask MuJoCo for: texels, samples, vertices."""
-MAX_COPIES = 20_000
-"""Copies that nested `replicate` elements may ask for."""
 
 _FOLDERS = {"mesh": "meshdir", "skin": "meshdir", "flexcomp": "meshdir", "hfield": "meshdir", "texture": "texturedir"}
 """Which of the compiler's folders an element's files lie in; `assetdir` sets both."""
 _NAMED_BY_FILE = ("mesh", "hfield", "texture")
-_GROWING = (
-    ("texture", "width", "height"),
-    ("hfield", "nrow", "ncol"),
-    ("composite", "count"),
-    ("flexcomp", "count"),
-    ("size", "nkey"),
-    ("size", "nuserdata"),
-)
-
 
 Outcome = Literal["as it is", "converted", "unreadable", "missing"]
 
@@ -48,6 +36,23 @@ class MeshFile:
     colour: meshes.Colour | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class _Mesh:
+    """What became of a mesh file: files that MuJoCo reads, or why there are none."""
+
+    outcome: Outcome
+    files: list[MeshFile]
+    why: str = ""
+
+
+class _Kind(NamedTuple):
+    """A mesh file, links followed; the suffix that it is named by; whether it is looked at."""
+
+    path: Path
+    suffix: str
+    visual: bool
+
+
 class Library:
     """The files of one scene, by the keys that MuJoCo knows them by."""
 
@@ -57,7 +62,11 @@ class Library:
         self.assets: dict[str, bytes] = {}
         self.models: dict[str, bytes] = {}
         self._keys: dict[Path, str] = {}
-        self._meshes: dict[tuple[Path, bool], tuple[list[MeshFile] | meshes.MeshError, Outcome]] = {}
+        self._meshes: dict[_Kind, _Mesh] = {}
+        self._heaviest = 0.0
+        """Cells of the heaviest model so far, as `bounds` counts them."""
+        self._unfolded = 0
+        """Cells of the files so far."""
         self.outcomes: dict[str, Outcome] = {}
         """What became of the meshes of descriptions, by reference."""
 
@@ -67,46 +76,62 @@ class Library:
         root = self._model(path, [])
         return root if len(self.findings.errors) == before else None
 
-    def mesh(self, element: Element, packages: Packages, *, visual: bool) -> list[MeshFile]:
-        """Files that MuJoCo reads in the place of a URDF mesh: one a colour if it is looked at, else one.
+    def meshes(self, shapes: Sequence[tuple[Element, bool]], packages: Packages) -> dict[Element, list[MeshFile]]:
+        """Files that MuJoCo reads in the place of URDF meshes: one a colour of a mesh that is looked at, else one.
 
         A mesh that cannot be read is an error if things collide with it; if it is only looked at, it is left out with a note.
-        """
-        reference, span = element.get("filename"), element.place("filename")
-        self.outcomes[reference] = "missing"
-        path = self._find(element, "filename", reference, packages.places(reference), "S103", packages)
-        if path is None:
-            return []
-        kind = (path.resolve(), visual)
-        if kind not in self._meshes:
-            self._meshes[kind] = self._mesh_files(path, visual=visual)
-        files, self.outcomes[reference] = self._meshes[kind]
-        if isinstance(files, meshes.MeshError):
-            what = f"the visual {reference!r} is not drawn: {files}" if visual else f"{reference!r}: {files}"
-            self.findings.add("N103" if visual else "S103", what, span)
-            return []
-        return files
 
-    def _mesh_files(self, path: Path, *, visual: bool) -> tuple[list[MeshFile] | meshes.MeshError, Outcome]:
-        suffix, resolved = path.suffix.lower(), path.resolve()
-        if suffix not in meshes.READABLE:
-            legal = listing(meshes.READABLE)
-            return meshes.MeshError(f"meshes of the format {suffix!r} are not read; {legal}"), "unreadable"
-        if path.stat().st_size > MAX_FILE_BYTES:
-            return meshes.MeshError(f"it is larger than {MAX_FILE_BYTES // 1_000_000} MB"), "unreadable"
-        if resolved in self._keys:
-            return [MeshFile(self._keys[resolved])], "as it is"
-        data = path.read_bytes()
-        if not meshes.needs_conversion(data, suffix):
-            self._keys[resolved] = self._keep(path, data)
-            return [MeshFile(self._keys[resolved])], "as it is"
-        try:
-            parts = meshes.convert(data, suffix)
-        except meshes.MeshError as error:
-            return error, "unreadable"
-        parts = parts if visual else [meshes.merged(parts)]
-        target = path.with_suffix(".msh")
-        return [MeshFile(self._keep(target, meshes.msh(part)), part.colour) for part in parts], "converted"
+        Args:
+            shapes: the meshes, and whether each is a visual.
+            packages: where they lie.
+        """
+        kinds: dict[Element, _Kind] = {}
+        for element, visual in shapes:
+            reference = element.get("filename")
+            self.outcomes[reference] = "missing"
+            path = self._find(element, "filename", reference, packages.places(reference), "S103", packages)
+            if path is not None:
+                kinds[element] = _Kind(path.resolve(), path.suffix.lower(), visual)
+        self._load(dict.fromkeys(kind for kind in kinds.values() if kind not in self._meshes))
+        return {element: self._files(element, kind) for element, kind in kinds.items()}
+
+    def _files(self, element: Element, kind: _Kind) -> list[MeshFile]:
+        """The files of a mesh that was loaded; what is wrong with it is told."""
+        reference, mesh = element.get("filename"), self._meshes[kind]
+        self.outcomes[reference] = mesh.outcome
+        if mesh.outcome == "unreadable":
+            code, what = ("N103", "the visual {!r} is not drawn: {}") if kind.visual else ("S103", "{!r}: {}")
+            self.findings.add(code, what.format(reference, mesh.why), element.place("filename"))
+        return mesh.files
+
+    def _load(self, kinds: Iterable[_Kind]) -> None:
+        """Read meshes; those that MuJoCo cannot read are converted, all at once."""
+        foreign: dict[_Kind, Foreign] = {}
+        for kind in sorted(kinds):  # a file that is looked at and collided with follows itself
+            try:
+                data = self._mesh_data(kind)
+            except meshes.MeshError as error:
+                self._meshes[kind] = _Mesh("unreadable", [], str(error))
+                continue
+            if meshes.needs_conversion(data, kind.suffix):
+                foreign[kind] = Foreign(data, kind.suffix, kind.visual)
+                continue
+            if kind.path not in self._keys:
+                self._keys[kind.path] = self._keep(f"{kind.path.stem}{kind.suffix}", data)
+            self._meshes[kind] = _Mesh("as it is", [MeshFile(self._keys[kind.path])])
+        for kind, became in zip(foreign, convert_all(list(foreign.values())), strict=True):
+            if isinstance(became, meshes.MeshError):
+                self._meshes[kind] = _Mesh("unreadable", [], str(became))
+            else:
+                files = [MeshFile(self._keep(f"{kind.path.stem}.msh", part.data), part.colour) for part in became]
+                self._meshes[kind] = _Mesh("converted", files)
+
+    def _mesh_data(self, kind: _Kind) -> bytes:
+        if kind.path in self._keys:
+            return self.assets[self._keys[kind.path]]
+        if kind.suffix not in meshes.READABLE:
+            raise meshes.MeshError(f"meshes of the format {kind.suffix!r} are not read; {listing(meshes.READABLE)}")
+        return _content(kind.path)
 
     def _model(self, path: Path, nested: list[Path]) -> Element | None:
         root = read(path, self.findings, "S102")
@@ -123,35 +148,30 @@ class Library:
             for name in ("meshdir", "texturedir", "assetdir", "strippath"):
                 compiler.attributes.pop(name, None)
         for element in root.walk():
-            self._bounded(element)
             for attribute in [name for name in element.attributes if name.startswith("file")]:
                 self._asset(element, attribute, path.parent, folders, [*nested, path.resolve()])
+        cells, culprit = weigh(root, self._heaviest)
+        if culprit is not None:
+            what = f"with this <{culprit.tag}> the world unfolds to more than {MAX_CELLS // 1_000_000} million cells"
+            self.findings.add("S102", what, culprit.span, HOW_CELLS_COUNT)
+        self._heaviest = max(self._heaviest, cells)
         return root
 
-    def _include(
-        self, element: Element, folder: Path, seen: list[Path], main: Path, depth: int, copies: float = 1
-    ) -> None:
+    def _include(self, element: Element, folder: Path, seen: list[Path], main: Path, depth: int) -> None:
         """Put what included files hold in the place of the `include`; each file once, as MuJoCo has it."""
-        if element.tag == "replicate":
-            copies *= (numbers(element.get("count", "1"), 1) or (1.0,))[0]
-        if depth > MAX_DEPTH or copies > MAX_COPIES:
-            what = (
-                f"nested more than {MAX_DEPTH} levels deep" if depth > MAX_DEPTH else f"more than {MAX_COPIES} copies"
-            )
-            self.findings.add("S102", what, element.span)
+        if depth > MAX_DEPTH:
+            self.findings.add("S102", f"nested more than {MAX_DEPTH} levels deep", element.span)
             return
         children: list[Element] = []
         for child in element.children:
             if child.tag == "include":
-                children += self._included(child, folder, seen, main, depth, copies)
+                children += self._included(child, folder, seen, main, depth)
             else:
-                self._include(child, folder, seen, main, depth + 1, copies)
+                self._include(child, folder, seen, main, depth + 1)
                 children.append(child)
         element.children = children
 
-    def _included(
-        self, include: Element, folder: Path, seen: list[Path], main: Path, depth: int, copies: float
-    ) -> list[Element]:
+    def _included(self, include: Element, folder: Path, seen: list[Path], main: Path, depth: int) -> list[Element]:
         reference = include.get("file")
         path = self._find(include, "file", reference, [folder / reference, main / reference], "S102")
         if path is None:
@@ -163,7 +183,7 @@ class Library:
         root = read(path, self.findings, "S102")
         if root is None:
             return []
-        self._include(root, path.parent, seen, main, depth + 1, copies)
+        self._include(root, path.parent, seen, main, depth + 1)
         return root.children
 
     def _asset(self, element: Element, attribute: str, main: Path, folders: dict[str, str], nested: list[Path]) -> None:
@@ -199,16 +219,24 @@ class Library:
             return
         resolved = path.resolve()
         if resolved not in self._keys:
-            if resolved.stat().st_size > MAX_FILE_BYTES:
-                limit = f"{MAX_FILE_BYTES // 1_000_000} MB"
-                self.findings.add(code, f"{reference!r} is larger than {limit}", element.place(attribute))
+            try:
+                data = _content(resolved)
+            except meshes.MeshError as error:
+                self.findings.add(code, f"{reference!r}: {error}", element.place(attribute))
                 return
-            self._keys[resolved] = self._keep(path, resolved.read_bytes())
+            self._unfolded += cells_of_file(element.tag, data)
+            if self._unfolded > MAX_CELLS:
+                what = (
+                    f"with {reference!r} the world's files unfold to more than {MAX_CELLS // 1_000_000} million cells"
+                )
+                self.findings.add(code, what, element.place(attribute), HOW_CELLS_COUNT)
+                return
+            self._keys[resolved] = self._keep(path.name, data)
         element.attributes[attribute] = self._keys[resolved]
 
-    def _keep(self, path: Path, data: bytes) -> str:
-        """The key of a new asset."""
-        key = f"{len(self.assets)}_{path.name}"
+    def _keep(self, name: str, data: bytes) -> str:
+        """The key of a new asset; of its name MuJoCo reads the suffix."""
+        key = f"{len(self.assets)}_{name}"
         self.assets[key] = data
         return key
 
@@ -225,35 +253,39 @@ class Library:
         try:
             readable = [place for place in places if self.files.may_read(place)]
             found = next((place for place in readable if place.is_file()), None)
+            outside = places[0].resolve().parent if places and not readable else None
         except (OSError, RuntimeError, ValueError) as error:  # too long a name, a loop of links
             self.findings.add(code, f"cannot look up {reference[:200]!r}: {error}", span)
             return None
         if found is not None:
+            self.files.note(found)
             return found
-        if places and not readable:
-            self.findings.add(
-                code,
-                f"{reference!r} lies outside the folder of the file you gave",
-                span,
-                f"allow it with --allow {places[0].resolve().parent}",
-            )
+        if outside is not None:
+            what = f"{reference!r} lies outside the folder of the file you gave"
+            self.findings.add(code, what, span, f"allow it with --allow {outside}")
             return None
         self.findings.add("S101", f"no file {reference!r}", span, *_whereabouts(reference, readable, packages))
         return None
 
-    def _bounded(self, element: Element) -> None:
-        for tag, *attributes in _GROWING:
-            if element.tag != tag:
-                continue
-            text = " ".join(element.get(attribute, "1") for attribute in attributes)
-            sizes = numbers(text, len(text.split())) or ()
-            if math.prod(sizes) > MAX_GROWTH:
-                span = element.place(attributes[0])
-                self.findings.add("S102", f"<{tag}> asks for more than {MAX_GROWTH} cells", span)
+
+def _content(path: Path) -> bytes:
+    """What is in a file.
+
+    Raises:
+        meshes.MeshError: there is too much of it, or the system refuses it.
+    """
+    try:
+        if path.stat().st_size > MAX_FILE_BYTES:
+            raise meshes.MeshError(f"it is larger than {MAX_FILE_BYTES // 1_000_000} MB")
+        return path.read_bytes()
+    except OSError as error:
+        raise meshes.MeshError(f"it cannot be read: {error.strerror or error}") from None
 
 
 def _whereabouts(reference: str, places: Sequence[Path], packages: Packages | None) -> list[str]:
     """What is near a file that is missing, and where it was looked for."""
+    if not places:
+        return [f"meshes are named by their path, or with {', '.join((*SCHEMES, 'file://'))}"]
     folders = list(dict.fromkeys(place.parent for place in places))
     names = [entry.name for folder in folders if folder.is_dir() for entry in folder.iterdir()]
     near = did_you_mean(Path(reference).name, names)

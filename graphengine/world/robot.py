@@ -156,6 +156,10 @@ def _drives(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings)
         if not joint.moves:
             findings.add("S104", f"joint {name!r} is fixed: a drive has nothing to move", span, "remove the drive")
             continue
+        if not (drive.damping or drive.stiffness):
+            advice = "damping follows velocities, stiffness positions; efforts need no drive"
+            findings.add("N103", f"joint {name!r}: a drive without damping and stiffness does nothing", span, advice)
+            continue
         drives[name] = drive
         if spec.usd_drive is not None and joint.type != "prismatic":
             findings.add("N103", f"joint {name!r}: USD counts degrees, in SI it is {in_si(drive)}", span)

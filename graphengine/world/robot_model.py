@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Collection
 
 from graphengine.diagnostics import Findings
 from graphengine.rotation import Pose, relative
@@ -13,9 +14,11 @@ from graphengine.world.materials import against_floor, sentences
 from graphengine.world.poses import NOWHERE
 from graphengine.world.references import Library
 from graphengine.world.robot import Robot
-from graphengine.world.urdf import WORLD
+from graphengine.world.urdf import WORLD, Mimic, Urdf
 from graphengine.world.xmlfile import Element, mujoco_says, place_of, write
 
+_HARD_SOLREF, _HARD_SOLIMP = (0.004, 1.0), (0.99, 0.999)
+"""Of joint limits: a drive that pushes against one with 1e4 N m/rad is 0.3 mrad beyond it, with MuJoCo's defaults 40."""
 _TIGHT_SOLREF = (0.005, 1.0)
 """Time constant (s) and damping ratio of the constraint by which a joint follows another."""
 _TIGHT_SOLIMP = (0.999, 0.9999)
@@ -47,24 +50,22 @@ def robot_spec(robot: Robot, library: Library, floor: float, findings: Findings)
     for link, (position, (x, y, z, w)) in turned.items():
         spec.body(link).pos, spec.body(link).quat = position, (w, x, y, z)
     if free_link is not None:
-        spec.body(free_link).add_freejoint(name="root")
-    _tie(spec, robot)
+        spec.body(free_link).add_freejoint(name=_unused("root", robot.urdf.joints))
+    _equip_joints(spec, robot)
     _hollow_meshes(spec)
-    for name, joint in robot.spec.joints.items():
-        if robot.urdf.joints[name].moves:
-            spec.joint(name).armature = joint.armature
-    for name, drive in robot.drives.items():
-        _add_servos(spec, name, drive)
     _shape_wheels(spec, robot)
     _group_geoms(spec, robot)
     _apply_materials(spec, robot, floor, findings)
-    # As Isaac's importer has it: colliders of one robot, which often overlap, do not collide with each other. Those of a link
-    # that is the world do.
-    solid = [link.name for link in robot.urdf.links.values() if link.colliders and link.name != WORLD]
-    for one, other in itertools.combinations(solid, 2):
-        spec.add_exclude(bodyname1=one, bodyname2=other)
+    _exclude_contacts(spec, robot)
     _prune(spec, robot)
+    _keep_awake(spec)
     return spec
+
+
+def _unused(name: str, taken: Collection[str]) -> str:
+    while name in taken:
+        name += "_"
+    return name
 
 
 def _turn_round(element: Element, robot: Robot) -> dict[str, Pose]:
@@ -83,14 +84,36 @@ def _turn_round(element: Element, robot: Robot) -> dict[str, Pose]:
     return poses
 
 
-def _tie(spec: mujoco.MjSpec, robot: Robot) -> None:
-    """A joint that mimics another: an equality constraint q = offset + multiplier * leader, as both are zero in qpos0."""
-    for joint in robot.urdf.joints.values():
+def _equip_joints(spec: mujoco.MjSpec, robot: Robot) -> None:
+    """Limits that hold, rotors, drives, and ties between joints."""
+    for joint in robot.moving:
+        driven = spec.joint(joint.name)
+        driven.solref_limit, driven.solimp_limit[:2] = _HARD_SOLREF, _HARD_SOLIMP
+        if joint.name in robot.spec.joints:
+            driven.armature = robot.spec.joints[joint.name].armature
+        if joint.name in robot.drives:
+            _add_servos(spec, joint.name, robot.drives[joint.name])
         if joint.mimic is not None:
-            equality = spec.add_equality(name=f"{joint.name}.mimic", type=mujoco.mjtEq.mjEQ_JOINT)
-            equality.name1, equality.name2 = joint.name, joint.mimic.leader
-            equality.data[:5] = joint.mimic.offset, joint.mimic.multiplier, 0.0, 0.0, 0.0
-            equality.solref, equality.solimp[:2] = _TIGHT_SOLREF, _TIGHT_SOLIMP
+            _tie(spec, joint.name, joint.mimic)
+
+
+def _add_servos(spec: mujoco.MjSpec, joint: str, drive: Drive) -> None:
+    """Make a joint the spring and damper of its drive, which actuators push; `ForceLimits` keeps their force within limits."""
+    for servo, gain in ((position_servo(joint), drive.stiffness), (velocity_servo(joint), drive.damping)):
+        if gain > 0:
+            spec.add_actuator(name=servo, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT).gainprm[0] = gain
+    driven = spec.joint(joint)
+    driven.stiffness[0] += drive.stiffness
+    driven.damping[0] += drive.damping
+    driven.actfrclimited = False
+
+
+def _tie(spec: mujoco.MjSpec, joint: str, mimic: Mimic) -> None:
+    """Let a joint follow another by an equality constraint, q = offset + multiplier * leader, as both are zero in qpos0."""
+    equality = spec.add_equality(name=f"{joint}.mimic", type=mujoco.mjtEq.mjEQ_JOINT)
+    equality.name1, equality.name2 = joint, mimic.leader
+    equality.data[:5] = mimic.offset, mimic.multiplier, 0.0, 0.0, 0.0
+    equality.solref, equality.solimp[:2] = _TIGHT_SOLREF, _TIGHT_SOLIMP
 
 
 def _hollow_meshes(spec: mujoco.MjSpec) -> None:
@@ -104,17 +127,6 @@ def _hollow_meshes(spec: mujoco.MjSpec) -> None:
 
 def _collides(geom: mujoco.MjsGeom) -> bool:
     return bool(geom.contype or geom.conaffinity)
-
-
-def _add_servos(spec: mujoco.MjSpec, joint: str, drive: Drive) -> None:
-    """Make a joint the spring and damper of its drive, which actuators push; `ForceLimits` keeps their force within limits."""
-    for servo, gain in ((position_servo(joint), drive.stiffness), (velocity_servo(joint), drive.damping)):
-        if gain > 0:
-            spec.add_actuator(name=servo, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT).gainprm[0] = gain
-    driven = spec.joint(joint)
-    driven.stiffness[0] += drive.stiffness
-    driven.damping[0] += drive.damping
-    driven.actfrclimited = False
 
 
 def _shape_wheels(spec: mujoco.MjSpec, robot: Robot) -> None:
@@ -149,6 +161,41 @@ def _apply_materials(spec: mujoco.MjSpec, robot: Robot, floor: float, findings: 
         if material.bind:
             text, *left_out = sentences(name, material, floor)
             findings.add("N103", text, robot.file.key_span("materials", name), *left_out)
+
+
+def _exclude_contacts(spec: mujoco.MjSpec, robot: Robot) -> None:
+    """Keep colliders of one robot, which often overlap, from colliding with each other, as Isaac's importer does.
+
+    Where they may, those that a joint connects still do not, as in PhysX; MuJoCo sees to that, but for joints on a fixed base.
+    Colliders of a link that is the world collide with all others.
+    """
+    links, top = robot.urdf.links, _rigid(robot.urdf)
+    solid = [link.name for link in links.values() if link.colliders and link.name != WORLD]
+    base = {name for name in links if top[name] == robot.urdf.root} if robot.disabled.free_link is None else set()
+    on_base = {name for name in links if (joint := links[top[name]].carrier) is not None and joint.parent in base}
+    for pair in itertools.combinations(solid, 2):
+        if not robot.spec.self_collision or (base.intersection(pair) and on_base.intersection(pair)):
+            spec.add_exclude(bodyname1=pair[0], bodyname2=pair[1])
+
+
+def _rigid(urdf: Urdf) -> dict[str, str]:
+    """The topmost of the links that no joint moves against each other, by link."""
+    top: dict[str, str] = {}
+    for link in urdf.depth_first():
+        fixed = link.carrier is not None and not link.carrier.moves
+        top[link.name] = top[link.carrier.parent] if link.carrier is not None and fixed else link.name
+    return top
+
+
+def _keep_awake(spec: mujoco.MjSpec) -> None:
+    """Let no robot sleep in worlds that have MuJoCo's sleep: a sensor of one that sleeps feels no contact, and no force."""
+    trees = list(spec.worldbody.bodies)
+    while trees:
+        body = trees.pop()
+        if list(body.joints):
+            body.sleep = mujoco.mjtSleepPolicy.mjSLEEP_NEVER
+        else:
+            trees += body.bodies
 
 
 def _prune(spec: mujoco.MjSpec, robot: Robot) -> None:

@@ -57,14 +57,24 @@ class Scenery:
         try:
             path = self.library.files.find(placement.use.use, self.scene.folder)
         except NotFoundError as error:
-            findings.add("S101", error.message, self.scene.document.span("robots", placement.key, "use"), *error.help)
+            findings.add("S101", error.message, self._place_of(placement), *error.help)
             return None
         if path not in self._kinds:
             self._kinds[path] = self._read(path, placement, findings)
         kind = self._kinds[path]
         return replace(kind.robot, placement=placement) if kind is not None else None
 
+    def _place_of(self, placement: Placement) -> Span:
+        """Where the scene names a robot's file, or, as it may have come later, where it has its robots."""
+        named, document = ("robots", placement.key, "use"), self.scene.document
+        return document.span(*named) if document.find(*named) is not None else document.key_span("robots")
+
+    def forget_mistakes(self) -> None:
+        """Read those robot files anew that were wrong."""
+        self._kinds = {path: kind for path, kind in self._kinds.items() if kind is not None}
+
     def _read(self, path: Path, placement: Placement, findings: Findings) -> _Kind | None:
+        self.library.findings = findings  # whoever asks for a robot is told, not who asked for the first
         file = read_robot(path, self.library.files, findings)
         robot = load_robot(placement, file, self.library.files, findings) if file is not None else None
         model = robot_spec(robot, self.library, self._floor, findings) if robot is not None else None
@@ -78,13 +88,13 @@ class Scenery:
         if self._world is None:
             return None
         before, whole = len(findings.errors), self._world.copy()
-        whole.copy_during_attach = True
         models = {id(kind.robot.file): kind.model for kind in self._kinds.values() if kind is not None}
         for robot in robots.values():
             position, (x, y, z, w) = robot.placement.pose
             frame = whole.worldbody.add_frame(pos=position, quat=(w, x, y, z))
             try:
-                whole.attach(models[id(robot.file)], frame=frame, prefix=f"{robot.name}/")
+                # A copy, as what is attached belongs to the whole; and MuJoCo's own copying slows down with each time.
+                whole.attach(models[id(robot.file)].copy(), frame=frame, prefix=f"{robot.name}/")
             except (ValueError, mujoco.FatalError) as error:
                 self._refused(error, robots, findings)
         if len(findings.errors) > before:

@@ -24,6 +24,7 @@ from graphengine.sensor import Picture
 from graphengine.world import opengl
 from graphengine.world.captures import Captures, Lens, Shot
 from graphengine.world.engine import mujoco
+from graphengine.world.housings import housing_of
 from graphengine.world.rendering import Image, Renderer
 
 if TYPE_CHECKING:
@@ -57,6 +58,7 @@ class Studio:
         self._labels: dict[int, str] = {}
         self._size, self._far = (1, 1), 1.0
         self._jobs: _Jobs | None = None
+        self._thread: threading.Thread | None = None
         self._end: Callable[[], object] = lambda: None
 
     @property
@@ -70,21 +72,25 @@ class Studio:
         self._size = max(self._size[0], lens.size[0]), max(self._size[1], lens.size[1])
         self._far = max(self._far, lens.far)
 
-    def capture(self, pose: Pose, lens: Lens, *, segmentation: bool = False) -> Shot:
-        """What a camera at a pose sees in the simulation's present state."""
-        return self._present().capture(self._simulation.data, pose, lens, segmentation=segmentation)
+    def capture(self, pose: Pose, lens: Lens, *, segmentation: bool = False, whole: bool = False) -> Shot:
+        """What a camera at a pose sees in the simulation's present state; see `Captures.capture`."""
+        return self._present().capture(self._simulation.data, pose, lens, segmentation=segmentation, whole=whole)
 
     def draw(self, shot: Shot, develop: Callable[[Image], Picture]) -> Future[Picture]:
         """Have a shot drawn and, in the thread that draws, made a picture."""
         self.expect(shot.lens)
         picture: Future[Picture] = Future()
-        if self._jobs is None:
-            self._jobs = SimpleQueue()
-            thread = threading.Thread(target=_draw_all, args=(self._jobs,), name="render", daemon=True)
-            thread.start()
-            self._end = weakref.finalize(self, _finish, self._jobs, thread)
-        self._jobs.put(_Job(shot, develop, picture, self._present().give_back, self._size, self._far))
+        self._open_jobs().put(_Job(shot, develop, picture, self._present().give_back, self._size, self._far))
         return picture
+
+    def _open_jobs(self) -> _Jobs:
+        """What the thread takes its work from; it is begun here, and again in the copy that a fork makes of a process."""
+        if self._jobs is None or self._thread is None or not self._thread.is_alive():
+            self._jobs = SimpleQueue()
+            self._thread = threading.Thread(target=_draw_all, args=(self._jobs,), name="render", daemon=True)
+            self._thread.start()
+            self._end = weakref.finalize(self, _finish, self._jobs, self._thread)
+        return self._jobs
 
     def close(self) -> None:
         """Finish what is being drawn and end the thread; safe to call twice. Who asks again begins another."""
@@ -100,7 +106,7 @@ class Studio:
 
     def _prims_of_bodies(self, model: mujoco.MjModel) -> NDArray[np.int32]:
         """For each body the number of its prim, or of that of the body it hangs on."""
-        paths = {prim.body: prim.path for prim in self._simulation.stage.prims() if prim.body is not None}
+        paths = {prim.body or housing_of(prim): prim.path for prim in self._simulation.stage.prims()}
         numbers = np.zeros(model.nbody, np.int32)
         numbers[0] = self._number("/World")
         for body in range(1, model.nbody):
@@ -124,18 +130,49 @@ def _draw_all(jobs: _Jobs) -> None:
     """The thread: draw until there is an end."""
     with suppress(OSError):  # a matter of the thread, and of those that the driver starts from it
         os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)
-    with ExitStack() as opened:
-        renderer: Renderer | None = None
+    with closing(_Easel()) as easel:
         while (job := jobs.get()) is not None:
             if job.picture.set_running_or_notify_cancel():
                 try:
-                    if renderer is None or not renderer.fits(job.shot):
-                        renderer = None
-                        opened.close()
-                        opened.enter_context(opengl.context())
-                        renderer = opened.enter_context(closing(Renderer(job.shot.model, job.size, job.far)))
-                    job.picture.set_result(job.develop(renderer.draw(job.shot)))
+                    job.picture.set_result(job.develop(easel.draw(job)))
                 except BaseException as error:  # told to whoever waits for the picture
                     job.picture.set_exception(error)
             job.give_back(job.shot)
             del job  # or this thread would keep the simulation alive
+
+
+class _Easel:
+    """What a thread draws with. OpenGL stays open over an exchange of the model, as opening it again may take long."""
+
+    def __init__(self) -> None:
+        self._opengl = ExitStack()
+        self._renderer: Renderer | None = None
+
+    def draw(self, job: _Job) -> Image:
+        """Draw a shot; after an error, all begins anew with the next one.
+
+        Raises:
+            RenderError: there is no OpenGL, or it refused.
+        """
+        try:
+            return self._renderer_for(job).draw(job.shot)
+        except BaseException:
+            self.close()
+            raise
+
+    def _renderer_for(self, job: _Job) -> Renderer:
+        if self._renderer is None:
+            self._opengl.enter_context(opengl.context())
+        elif not self._renderer.fits(job.shot):
+            self._renderer.close()
+        else:
+            return self._renderer
+        self._renderer = Renderer(job.shot.model, job.size, job.far)
+        return self._renderer
+
+    def close(self) -> None:
+        """Free what is held of OpenGL."""
+        if self._renderer is not None:
+            self._renderer.close()
+        self._renderer = None
+        self._opengl.close()

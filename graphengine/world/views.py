@@ -82,7 +82,7 @@ def draw(simulation: Simulation, view: View, *, segmentation: bool = False) -> I
     Raises:
         RenderError: there is no OpenGL, or it refused.
     """
-    shot = simulation.studio.capture(view.pose, view.lens, segmentation=segmentation)
+    shot = simulation.studio.capture(view.pose, view.lens, segmentation=segmentation, whole=True)
     _light(shot, view)
     size, far = view.lens.size, view.lens.far
     with opengl.context(), closing(Renderer(shot.model, size, far, samples=4, shadows=view.reach)) as renderer:
@@ -125,8 +125,8 @@ def _from_above(simulation: Simulation, size: Size) -> View:
     low, high = _bounds(simulation)
     robots = [_place(simulation, prim) for prim in simulation.stage.prims("robot")]
     if robots:
-        lowest = np.min([centre - radius for centre, radius in robots], axis=0) - AROUND
-        highest = np.max([centre + radius for centre, radius in robots], axis=0) + AROUND
+        lowest = np.array([centre - radius for centre, radius in robots]).min(axis=0) - AROUND
+        highest = np.array([centre + radius for centre, radius in robots]).max(axis=0) + AROUND
         whole = max(high - low) <= LARGEST
         low, high = (np.minimum(low, lowest), np.maximum(high, highest)) if whole else (lowest, highest)
     (x, y, z), (along_x, along_y, height) = (low + high) / 2, high - low

@@ -76,7 +76,10 @@ class IsaacArticulationController(SelectedJointsNode, type="isaacsim.core.nodes.
 
 
 class IsaacArticulationState(SelectedJointsNode, type="isaacsim.core.nodes.IsaacArticulationState"):
-    """Positions, velocities and forces of joints, in the order they are asked for."""
+    """Positions, velocities and forces of joints, in the order they are asked for.
+
+    measuredJointForces and measuredJointTorques cost more than a physics step; they are computed where a wire takes them.
+    """
 
     joint_positions: Doubles = Out(unit="rad, m")
     joint_velocities: Doubles = Out(unit="rad/s, m/s")
@@ -87,6 +90,13 @@ class IsaacArticulationState(SelectedJointsNode, type="isaacsim.core.nodes.Isaac
     measured_joint_torques: Double3s = Out(unit="N m", doc="the same, about the child link's origin")
     joint_names_out: Tokens = Out(name="jointNames", doc="the joints of the arrays")
 
+    has_wrenches: bool = State()
+
+    def setup(self, context: Context) -> None:
+        """Bind the robot, and see what is asked for."""
+        super().setup(context)
+        self.has_wrenches = context.wired("measured_joint_forces") or context.wired("measured_joint_torques")
+
     def compute(self) -> None:
         """Read the joints."""
         robot = self.articulation
@@ -94,8 +104,9 @@ class IsaacArticulationState(SelectedJointsNode, type="isaacsim.core.nodes.Isaac
         chosen = [robot.joint_names.index(name) for name in names]
         self.joint_positions, self.joint_velocities = robot.positions()[chosen], robot.velocities()[chosen]
         self.measured_joint_efforts = robot.efforts()[chosen]
-        forces, torques = robot.wrenches()
-        self.measured_joint_forces, self.measured_joint_torques = forces[chosen], torques[chosen]
+        if self.has_wrenches:
+            forces, torques = robot.wrenches()
+            self.measured_joint_forces, self.measured_joint_torques = forces[chosen], torques[chosen]
 
 
 class IsaacJointNameResolver(RobotNode, type="isaacsim.core.nodes.IsaacJointNameResolver"):

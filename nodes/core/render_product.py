@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
@@ -59,13 +59,11 @@ class IsaacSetCameraOnRenderProduct(Node, type="isaacsim.core.nodes.IsaacSetCame
     camera_prim: Target = In(required=True, setup=True, doc="prim of the camera")
     exec_out = ExecOut()
 
-    context: Context = State()
+    exchange: Callable[[], None] = State()
 
     def setup(self, context: Context) -> None:
-        """See that both are there."""
-        context.camera(self.render_product_path)
-        context.camera(self.camera_prim[0])
-        self.context = context
+        """Bind both cameras."""
+        self.exchange = context.exchange_camera(self.render_product_path, self.camera_prim[0])
 
     def writes(self) -> Iterable[str]:
         """The camera."""
@@ -73,7 +71,7 @@ class IsaacSetCameraOnRenderProduct(Node, type="isaacsim.core.nodes.IsaacSetCame
 
     def compute(self) -> None:
         """Exchange the camera, for all that have the render product's."""
-        self.context.set_camera(self.render_product_path, self.camera_prim[0])
+        self.exchange()
 
 
 HORIZONTAL_APERTURE = 20.955

@@ -78,7 +78,7 @@ class ROS2CameraHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper
         labels = self.labels if self.labels is not None and self.labels.wanted else None
         if not self.publisher.wanted and labels is None:
             return
-        if self.camera.due:
+        if self.camera.due and not self.left_out(self.camera.index):
             self.camera.request(segmentation=self.type_in in _SEGMENTATIONS)
         picture = self.camera.delivered()
         if picture is None or self.left_out(picture.index):

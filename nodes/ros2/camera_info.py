@@ -24,7 +24,6 @@ _NO_DISTORTION = np.zeros(5)
 _NO_DISTORTION.setflags(write=False)
 _PARALLEL = 1e-3
 """How far two optical axes of a stereo pair may be from parallel, rad: a pixel at a focal length of 1000 pixels."""
-_ROUNDING = 1e-9  # of t * rate: sample n belongs to the first tick at or after n / rate
 
 Matrices = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 
@@ -79,7 +78,7 @@ def pinhole_matrices(intrinsics: tuple[float, float, float, float], baseline: fl
     """
     fx, fy, cx, cy = intrinsics
     k = np.array([fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0])
-    p = np.array([fx, 0.0, cx, -fx * baseline, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0])
+    p = np.array([fx, 0.0, cx, 0.0 - fx * baseline, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0])
     matrices = k, np.eye(3).ravel(), p
     for matrix in matrices:
         matrix.setflags(write=False)
@@ -100,8 +99,9 @@ class ROS2CameraInfoHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraIn
     """Publishes the calibration of a camera, or of a stereo pair, as CameraInfo with each of its pictures.
 
     A message goes out in the tick, and with the stamp, of the picture it belongs to, whether or not anybody has that drawn.
-    Cameras are pinholes without distortion and with square pixels. Those of a pair have parallel axes and stand side by side,
-    so their pictures are rectified as they are: R is 1, and P of the right one has -fx times the distance between them.
+    Cameras are pinholes without distortion and with square pixels, which count from the middle of the first: cx is
+    (width - 1) / 2. Those of a pair have parallel axes and stand side by side, so their pictures are rectified as they are: R is
+    1, and P of the right one has -fx times the distance between them.
     """
 
     frame_id: String = In(default="sim_camera", setup=True, doc="the camera's optical frame; the left one's of a pair")
@@ -157,7 +157,7 @@ class ROS2CameraInfoHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraIn
     def update(self) -> None:
         """Publish the calibration of the picture whose turn it is, if anybody wants it."""
         camera, clock = self.eyes[0].camera, self.clock
-        if camera.due and not self.left_out(int(clock.time * camera.rate + _ROUNDING)):
+        if camera.due and not self.left_out(camera.index):
             self.captured.append((clock.frame + camera.latency, clock.time))
         if not self.captured or self.captured[0][0] > clock.frame:
             return

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from graphengine.context import Camera, Clock, Context, Lidar, Publisher
-from graphengine.diagnostics import ContextError
 from graphengine.node import In, State
 from graphengine.types import Token, UInt
 from nodes.ros2.publisher import TopicNode
@@ -23,25 +22,19 @@ class SensorHelper(TopicNode):
     )
     reset_simulation_time_on_stop: bool = In(default=True, doc="stamps count from play; else over stop and play")
     use_system_time: bool = In(default=False, doc="stamps are wall time, and no two runs are alike")
-    frame_skip_count: UInt = In(default=0, doc="deprecated: samples to leave out after each one")
+    frame_skip_count: UInt = In(default=0, setup=True, doc="deprecated: samples to leave out after each one")
 
     clock: Clock = State()
 
     def setup(self, context: Context) -> None:
         """Bind the clock."""
-        if context.runs == "physics_step":
-            raise ContextError(
-                "a sensor is sampled once a tick, and this graph runs each physics step",
-                None,
-                "put the helper into a graph with `runs: tick`",
-            )
         self.clock = context.clock
 
     def open_for(
         self, context: Context, sensor: Camera | Lidar, message_type: str, topic: str, **facts: Any
     ) -> Publisher:
         """A topic for a sensor's samples; `facts` as for `Context.publisher`."""
-        rate = sensor.rate / (self.frame_skip_count + 1)
+        rate = min(sensor.rate, 1.0 / self.clock.delta) / (self.frame_skip_count + 1)
         return self.open_topic(context, message_type, topic, namespace_from=sensor.prim_path, rate=rate, **facts)
 
     def compute(self) -> None:
@@ -53,7 +46,7 @@ class SensorHelper(TopicNode):
         raise NotImplementedError
 
     def left_out(self, index: int) -> bool:
-        """Whether `frameSkipCount` leaves out the sample of that number."""
+        """Whether `frameSkipCount` leaves out the sample of that number, which then need not be taken."""
         return index % (self.frame_skip_count + 1) != 0
 
     def stamp(self, time: float) -> float:

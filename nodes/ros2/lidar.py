@@ -62,11 +62,10 @@ class ROS2RtxLidarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxLidarHe
 
     def update(self) -> None:
         """Publish the sample of this tick, if there is one and anybody wants it."""
-        if not (self.lidar.due and self.publisher.wanted):
+        if not self.lidar.due or self.left_out(self.lidar.index) or not self.publisher.wanted:
             return
         scan = self.lidar.scan()
-        if not self.left_out(scan.index):
-            self.publisher.publish(self.laser_scan(scan) if self.type_in == "laser_scan" else self.point_cloud(scan))
+        self.publisher.publish(self.laser_scan(scan) if self.type_in == "laser_scan" else self.point_cloud(scan))
 
     def laser_scan(self, scan: Scan) -> messages.LaserScan:
         """One range a beam; all beams are of one instant, so time_increment is 0."""
@@ -92,16 +91,16 @@ class ROS2RtxLidarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxLidarHe
         return np.where(np.isinf(ranges), np.float32(far if self.no_return == "max" else -1.0), ranges)
 
     def point_cloud(self, scan: Scan) -> messages.PointCloud2:
-        """The points that were hit, in the sensor's frame."""
-        hit = np.flatnonzero(np.isfinite(scan.ranges))
+        """The points that were hit, in the sensor's frame; all were hit at the cloud's time."""
+        time, hit = self.stamp(scan.time), np.flatnonzero(np.isfinite(scan.ranges))
         known: dict[str, Any] = {}
         if "Intensity" in self.selected_metadata:
             known["Intensity"] = scan.intensities[hit]
         if "Timestamp" in self.selected_metadata:
-            known["Timestamp"] = np.full(len(hit), int(scan.time * 1e9), "<u8")
+            known["Timestamp"] = np.full(len(hit), int(time * 1e9), "<u8")
         if "EmitterId" in self.selected_metadata:
             known["EmitterId"] = hit.astype("<u4")
         if "ChannelId" in self.selected_metadata:
             known["ChannelId"] = (hit // beams_of_a_ring(self.lidar)).astype("<u4")
-        header = messages.header(self.stamp(scan.time), self.frame_id)
+        header = messages.header(time, self.frame_id)
         return point_cloud(header, points_of(self.lidar, scan, hit), known)

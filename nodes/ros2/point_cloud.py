@@ -82,6 +82,13 @@ def _fill(points: NDArray[Any], name: str, buffer: Buffer) -> None:
         points[field] = records[field]
 
 
+def _points_in(buffer: Buffer) -> NDArray[np.float32]:
+    size = memoryview(buffer).nbytes
+    if size % 12:
+        raise ValueError(f"dataPtr has {size} bytes, and each point of three float32 has 12")
+    return np.frombuffer(buffer, np.dtype("<f4")).reshape(-1, 3)
+
+
 class ROS2PublishPointCloud(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishPointCloud"):
     """Publishes points as sensor_msgs/PointCloud2.
 
@@ -131,7 +138,7 @@ class ROS2PublishPointCloud(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
     hit_normal_data_type: Float3 = In(default=(0.0, 0.0, 0.0))
     hit_normal_buffer_size: UInt64 = In(default=0)
     velocity_ptr: Buffer = In(default=0, unit="m/s", doc="3 float32")
-    velocity_data_type: Float3 = In(default=(0.0, 0.0, 0.0), unit="m/s")
+    velocity_data_type: Float3 = In(default=(0.0, 0.0, 0.0))
     velocity_buffer_size: UInt64 = In(default=0)
     object_id_ptr: Buffer = In(default=0, doc="4 uint32")
     object_id_data_type: UInts = In(default=np.zeros(4, np.uint32))
@@ -143,14 +150,14 @@ class ROS2PublishPointCloud(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
     tick_state_data_type: UChar = In(default=0)
     tick_state_buffer_size: UInt64 = In(default=0)
     radial_velocity_ms_ptr: Buffer = In(default=0, name="radialVelocityMSPtr", unit="m/s", doc="float32")
-    radial_velocity_ms_data_type: Float = In(default=0.0, name="radialVelocityMSDataType", unit="m/s")
+    radial_velocity_ms_data_type: Float = In(default=0.0, name="radialVelocityMSDataType")
     radial_velocity_ms_buffer_size: UInt64 = In(default=0, name="radialVelocityMSBufferSize")
 
     def message(self) -> messages.PointCloud2:
         """The points, and their metadata."""
         points = self.data
         if not len(points) and not isinstance(self.data_ptr, int):
-            points = np.frombuffer(self.data_ptr, "<f4").reshape(-1, 3)
+            points = _points_in(self.data_ptr)
         return point_cloud(self.header(), points, self.metadata())
 
     def metadata(self) -> dict[str, Buffer]:

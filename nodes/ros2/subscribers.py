@@ -1,70 +1,191 @@
-"""Subscribers: the newest message of a tick, delivered once."""
+"""Subscribers of one kind of message: the newest one of a tick, delivered once."""
 
 from __future__ import annotations
 
 import math
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from graphengine.context import Clock, Context, Subscription
-from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out, State
-from graphengine.types import String, UInt64, Vector3d
+from graphengine.node import ExecOut, Fire, In, Out, State
+from graphengine.ros import messages
+from graphengine.types import Doubles, String, Token, Tokens, Vector3d
+from nodes.ros2.publisher import TopicNode
 
 _STILL = (0.0, 0.0, 0.0)
 _ROUNDING = 1e-9  # s; 9 / 60 - 3 / 60 is a little less than 0.1
+_TWISTS = {"twist": "geometry_msgs/msg/Twist", "twist_stamped": "geometry_msgs/msg/TwistStamped"}
 
 
-class ROS2SubscribeTwist(Node, type="isaacsim.ros2.bridge.ROS2SubscribeTwist", gated=True):
-    """Velocities of geometry_msgs/Twist; fires when a message came. One that is not finite is dropped, and told.
+class SubscriberNode(TopicNode):
+    """A node that fires when a message came; a subclass gives `message_type`, `topicName` and `deliver`."""
 
-    With a timeout, silence for so long after a message sets both velocities to zero and fires once.
-    """
+    message_type: ClassVar[str]
+    topic_name: str
 
-    exec_in = ExecIn()
-    context: UInt64 = In(default=0, setup=True, doc="handle from a ROS2Context; 0 is the session's domain")
-    node_namespace: String = In(
-        default="", setup=True, doc="used as it is; empty for `isaac:namespace` of the prims above"
-    )
-    topic_name: String = In(default="cmd_vel", setup=True)
-    qos_profile: String = In(
-        default="", setup=True, doc="JSON from a ROS2QoSProfile; empty for reliable, volatile, queueSize"
-    )
-    queue_size: UInt64 = In(default=10, setup=True, doc="history depth, when no QoS profile is given")
-    timeout: float = In(
-        default=0.0, ge=0.0, unit="s", extension=True, doc="silence of simulation time that stops; 0 for never"
-    )
-    exec_out = ExecOut(doc="fires on a message, and once on a timeout")
-    linear_velocity: Vector3d = Out(default=_STILL, unit="m/s")
-    angular_velocity: Vector3d = Out(default=_STILL, unit="rad/s")
+    exec_out = ExecOut(doc="fires on a message")
 
     subscription: Subscription = State()
-    clock: Clock = State()
     logger: Context = State()
-    heard: float = State(default=math.inf)
 
     def setup(self, context: Context) -> None:
         """Open the topic."""
-        self.clock, self.logger = context.clock, context
-        self.subscription = context.subscription(
-            "geometry_msgs/msg/Twist",
+        self.logger = context
+        self.subscription = self.listen(context, self.message_type)
+
+    def listen(self, context: Context, message_type: str, **facts: Any) -> Subscription:
+        """The topic that the ports name; `facts` as for `Context.subscription`."""
+        return context.subscription(
+            message_type,
             self.topic_name,
             namespace=self.node_namespace,
             qos_profile=self.qos_profile,
             queue_size=self.queue_size,
             ros_context=self.context,
+            **facts,
         )
 
     def compute(self) -> Fire:
-        """Take the newest message, or notice the silence."""
+        """Deliver the newest message."""
         message = self.subscription.newest()
-        if message is not None:
-            linear, angular = message.linear, message.angular
-            values = (linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
-            if all(map(math.isfinite, values)):
-                self.linear_velocity, self.angular_velocity = values[:3], values[3:]
-                self.heard = self.clock.time
-                return self.exec_out
-            self.logger.log("warning", f"{self.subscription.topic}: a Twist that is not finite was dropped")
+        if message is None:
+            return None
+        fault = self.deliver(message)
+        if fault:
+            self.drop(fault)
+            return None
+        return self.exec_out
+
+    def deliver(self, message: Any) -> str:
+        """Put the message out; what is wrong with one that is to be dropped, else the empty string."""
+        raise NotImplementedError
+
+    def drop(self, fault: str) -> None:
+        """Tell of a message that was dropped."""
+        self.logger.log("warning", f"{self.subscription.topic}: {fault} was dropped")
+
+
+class ROS2SubscribeTwist(SubscriberNode, type="isaacsim.ros2.bridge.ROS2SubscribeTwist", gated=True):
+    """Velocities of geometry_msgs/Twist or TwistStamped; fires when a message came. One that is not finite is dropped, and told.
+
+    `auto` takes the type that others publish, and Twist for as long as nobody does: Nav2 sends Twist in ROS 2 Jazzy and
+    TwistStamped in later ones. With a timeout, silence for so long after a message sets both velocities to zero and fires once.
+    """
+
+    topic_name: String = In(default="cmd_vel", setup=True)
+    type_in: Token = In(
+        default="auto", name="type", setup=True, tokens=("auto", *_TWISTS), extension=True, doc="message of the topic"
+    )
+    timeout: float = In(
+        default=0.0, ge=0.0, unit="s", extension=True, doc="silence of simulation time that stops; 0 for never"
+    )
+    linear_velocity: Vector3d = Out(default=_STILL, unit="m/s")
+    angular_velocity: Vector3d = Out(default=_STILL, unit="rad/s")
+
+    clock: Clock = State()
+    heard: float = State(default=math.inf)
+
+    def setup(self, context: Context) -> None:
+        """Open the topic."""
+        self.clock, self.logger = context.clock, context
+        first, *others = _TWISTS.values() if self.type_in == "auto" else (_TWISTS[self.type_in],)
+        self.subscription = self.listen(context, first, alternatives=others)
+
+    def compute(self) -> Fire:
+        """Take the newest message, or notice the silence."""
+        if (fired := super().compute()) is not None:
+            self.heard = self.clock.time
+            return fired
         if self.timeout and self.clock.time - self.heard >= self.timeout - _ROUNDING:
             self.linear_velocity = self.angular_velocity = _STILL
             self.heard = math.inf
             return self.exec_out
         return None
+
+    def deliver(self, message: Any) -> str:
+        """Both velocities."""
+        twist = message.twist if isinstance(message, messages.TwistStamped) else message
+        linear, angular = twist.linear, twist.angular
+        values = (linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
+        if not all(map(math.isfinite, values)):
+            return "a Twist that is not finite"
+        self.linear_velocity, self.angular_velocity = values[:3], values[3:]
+        return ""
+
+
+class ROS2SubscribeClock(SubscriberNode, type="isaacsim.ros2.bridge.ROS2SubscribeClock", gated=True):
+    """Time of rosgraph_msgs/Clock; fires when a message came."""
+
+    message_type: ClassVar[str] = "rosgraph_msgs/msg/Clock"
+
+    topic_name: String = In(default="clock", setup=True)
+    time_stamp: float = Out(unit="s")
+
+    def deliver(self, message: Any) -> str:
+        """The time."""
+        self.time_stamp = messages.seconds(message.clock)
+        return ""
+
+
+class ROS2SubscribeJointState(SubscriberNode, type="isaacsim.ros2.bridge.ROS2SubscribeJointState", gated=True):
+    """Commands for joints from sensor_msgs/JointState; fires when a message came.
+
+    An array that does not have one number for each joint comes out as NaN, which IsaacArticulationController leaves alone. A
+    message without joints, without any such array, or with an infinite number, is dropped, and told.
+    """
+
+    message_type: ClassVar[str] = "sensor_msgs/msg/JointState"
+
+    topic_name: String = In(default="joint_command", setup=True)
+    time_stamp: float = Out(unit="s", doc="of the message's header")
+    joint_names: Tokens = Out()
+    position_command: Doubles = Out(unit="rad, m")
+    velocity_command: Doubles = Out(unit="rad/s, m/s")
+    effort_command: Doubles = Out(unit="N m, N")
+
+    def deliver(self, message: Any) -> str:
+        """Names and numbers."""
+        joints = len(message.name)
+        arrays = (message.position, message.velocity, message.effort)
+        if not joints:
+            return "a JointState without joints"
+        if all(len(array) != joints for array in arrays):
+            lengths = ", ".join(str(len(array)) for array in arrays)
+            return f"a JointState of {joints} joints with {lengths} positions, velocities and efforts"
+        if any(np.isinf(array).any() for array in arrays):
+            return "a JointState with an infinite number"
+        self.time_stamp = messages.seconds(message.header.stamp)
+        self.joint_names = tuple(message.name)
+        self.position_command, self.velocity_command, self.effort_command = (_one_each(a, joints) for a in arrays)
+        return ""
+
+
+def _one_each(array: NDArray[np.float64], joints: int) -> NDArray[np.float64]:
+    return array.astype(np.float64, copy=False) if len(array) == joints else np.full(joints, np.nan)
+
+
+class ROS2SubscribeAckermannDrive(SubscriberNode, type="isaacsim.ros2.bridge.ROS2SubscribeAckermannDrive", gated=True):
+    """Commands of ackermann_msgs/AckermannDriveStamped; fires when one came. One that is not finite is dropped, and told."""
+
+    message_type: ClassVar[str] = "ackermann_msgs/msg/AckermannDriveStamped"
+
+    topic_name: String = In(default="ackermann_cmd", setup=True)
+    frame_id: String = Out(default="", doc="of the message's header")
+    time_stamp: float = Out(unit="s", doc="of the message's header")
+    steering_angle: float = Out(unit="rad")
+    steering_angle_velocity: float = Out(unit="rad/s")
+    speed: float = Out(unit="m/s")
+    acceleration: float = Out(unit="m/s2")
+    jerk: float = Out(unit="m/s3")
+
+    def deliver(self, message: Any) -> str:
+        """Numbers and header."""
+        drive = message.drive
+        values = (drive.steering_angle, drive.steering_angle_velocity, drive.speed, drive.acceleration, drive.jerk)
+        if not all(map(math.isfinite, values)):
+            return "an AckermannDrive that is not finite"
+        self.frame_id, self.time_stamp = message.header.frame_id, messages.seconds(message.header.stamp)
+        self.steering_angle, self.steering_angle_velocity, self.speed, self.acceleration, self.jerk = values
+        return ""

@@ -93,8 +93,8 @@ def pace(simulation: Simulation, size: tuple[int, int] | None, seconds: float) -
     simulation.realtime = False
     late.sort()
     figures = ", ".join(f"{1e3 * late[min(int(share * len(late)), len(late) - 1)]:.2f}" for share in (0.5, 0.99, 1.0))
-    pictures = f"; {delivered} pictures delivered, {camera.dropped} dropped" if camera is not None else ""
-    return figures + pictures
+    dropped = sum(simulation.dropped_pictures.values())
+    return figures + (f"; {delivered} pictures delivered, {dropped} dropped" if camera is not None else "")
 
 
 if __name__ == "__main__":

@@ -66,9 +66,16 @@ def process(*arguments: str, cwd: Path = ROOT, env: Mapping[str, str] | None = N
 
 
 class Live:
-    """A run that goes on until it is told to stop; what it says arrives in `said`."""
+    """A run that goes on until it is told to stop; what it says, and with `out` what it prints, arrives in `said`."""
 
-    def __init__(self, *arguments: str, cwd: Path = ROOT, env: Mapping[str, str] | None = None, columns: int = 0):
+    def __init__(
+        self,
+        *arguments: str,
+        cwd: Path = ROOT,
+        env: Mapping[str, str] | None = None,
+        columns: int = 0,
+        out: bool = False,
+    ):
         self.said = ""
         if columns:
             self._reading, writing = pty.openpty()
@@ -76,7 +83,12 @@ class Live:
         else:
             self._reading, writing = os.pipe()
         self.process = subprocess.Popen(
-            command(*arguments), cwd=cwd, env=environment(env), stdin=subprocess.DEVNULL, stderr=writing
+            command(*arguments),
+            cwd=cwd,
+            env=environment(env),
+            stdin=subprocess.DEVNULL,
+            stdout=writing if out else None,
+            stderr=writing,
         )
         os.close(writing)
 

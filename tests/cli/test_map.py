@@ -224,7 +224,7 @@ def test_the_small_warehouse_is_that_of_nvidias_map_within_a_cell(graphrun: Grap
         (["--z", "0.2", "inf", "--convention", "isaac"], "finite numbers"),
         (["--cell", "0.0002"], "10000 x 15000 cells are more than the 25000000"),
         (["--bounds", "0", "0", "-1", "1"], "bounds: the least x, 0, is not below the greatest, -1"),
-        (["--select", "/World/wals"], "did you mean 'walls'"),
+        (["--select", "/World/wals"], "/World has no child 'wals'\n  did you mean 'walls'?\n"),
         (["--include", "world"], "'world' is not a prim path"),
         (["--convention", "isaac", "--format", "pgm"], "the convention of Isaac Sim is a PNG"),
         (["--allow", "nowhere"], "--allow nowhere: no such folder"),
@@ -252,6 +252,14 @@ def test_a_scene_with_mistakes_is_explained(graphrun: Graphrun, room: Path) -> N
     assert not (room / "room.png").exists()
 
 
+@pytest.mark.parametrize("text", ["- room\n", "room\n", "1\n"])
+def test_a_file_of_another_kind_is_explained(graphrun: Graphrun, room: Path, text: str) -> None:
+    (room / "room.yaml").write_text(text, encoding="utf-8")
+    result = graphrun("map", "room.yaml")
+    assert (result.code, result.out) == (1, "")
+    assert result.err.startswith("room.yaml:1:1: error G108: file: expected a mapping, got ")
+
+
 def test_a_graph_has_no_map(graphrun: Graphrun) -> None:
     result = graphrun("map", str(find_given("dd100/cmd_vel", "graphs")))
     assert (result.code, result.out) == (2, "")
@@ -263,7 +271,7 @@ def test_both_files_are_written_or_none(graphrun: Graphrun, room: Path, ending: 
     (room / f"map.{ending}").mkdir()
     result = graphrun("map", "room.yaml", "-o", "map")
     assert result.code == 1
-    assert result.err == f"error: map.{ending} is a folder\n"
+    assert result.err == f"error: map.{ending}: Is a directory\n"
     assert sorted(path.name for path in room.iterdir()) == sorted([f"map.{ending}", "room.yaml", "world.xml"])
 
 

@@ -68,6 +68,13 @@ def test_a_type_is_told_with_ports_units_defaults_and_what_is_ours(graphrun: Gra
     assert ["linearVelocity", "vectord[3]", "m/s"] in rows
 
 
+def test_where_one_of_several_inputs_is_enough_each_names_the_others(graphrun: Graphrun) -> None:
+    said = {line.split()[0]: line for line in graphrun("nodes", "ArticulationState").lines if line.startswith("  ")}
+    assert said["targetPrim"].endswith("; required unless robotPath is given")
+    assert said["robotPath"].endswith("; required unless targetPrim is given")
+    assert graphrun("nodes", "ComputeOdometry").out.count("; required\n") == 1
+
+
 def test_json_of_a_type_is_one_record_and_of_all_a_list(graphrun: Graphrun) -> None:
     record = json.loads(graphrun("nodes", "DifferentialController", "--format", "json").out)
     assert (record["type"], record["kind"]) == ("isaacsim.robot.wheeled_robots.DifferentialController", "action")
@@ -119,3 +126,97 @@ def test_every_type_that_the_graphs_that_ship_name_is_in_the_list(graphrun: Grap
     for path in (ROOT / "graphs").rglob("*.yaml"):
         nodes = yaml.safe_load(path.read_text(encoding="utf-8"))["nodes"].values()
         assert {node if isinstance(node, str) else node["type"] for node in nodes} <= known
+
+
+# Ports made from a message
+
+
+def rows(lines: list[str]) -> dict[str, str]:
+    """What is said of each port after its name."""
+    found = [line.split(maxsplit=1) for line in lines if line.startswith("  ")]
+    return {name: " ".join(rest.split()) for name, rest in found}
+
+
+def test_the_ports_that_a_message_makes_are_shown_with_types_and_values(graphrun: Graphrun) -> None:
+    result = graphrun("nodes", "ROS2Publisher", "--message", "sensor_msgs/msg/Range")
+    shown = rows(result.lines)
+    assert (result.code, result.err) == (0, "")
+    assert shown["header:frame_id"] == "token '' string"
+    assert shown["radiation_type"] == "uint 0 ≥ 0 and ≤ 255; uint8"
+    assert shown["max_range"] == "float 0.0 float32"
+    assert set(shown) - set(rows(graphrun("nodes", "ROS2Publisher").lines)) == {
+        "header:stamp:sec",
+        "header:stamp:nanosec",
+        "header:frame_id",
+        "radiation_type",
+        "field_of_view",
+        "min_range",
+        "max_range",
+        "range",
+        "variance",
+    }
+
+
+def test_a_long_value_that_repeats_is_counted(graphrun: Graphrun) -> None:
+    shown = rows(graphrun("nodes", "Publisher", "--message", "nav_msgs/msg/Odometry").lines)
+    assert shown["pose:covariance"] == "double[] 36 times 0.0 float64[36]"
+
+
+def test_of_a_subscriber_they_are_outputs(graphrun: Graphrun) -> None:
+    record = json.loads(graphrun("nodes", "Subscriber", "--message", "std_msgs/msg/String", "--format", "json").out)
+    assert [port["name"] for port in record["ports"] if port["side"] == "outputs"] == ["execOut", "data"]
+
+
+def test_a_message_of_a_users_package_is_shown_too(graphrun: Graphrun, project: Path) -> None:
+    (project / "my_msgs" / "msg").mkdir(parents=True)
+    (project / "my_msgs" / "msg" / "Tag.msg").write_text("string<=8[<=2] words\n", encoding="utf-8")
+    result = graphrun("nodes", "Publisher", "--message", "my_msgs/msg/Tag", "--msg-path", "my_msgs")
+    assert rows(result.lines)["words"] == "token[] [] string<=8[<=2]"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            ["Publisher", "--message", "sensor_msgs/msg/Rang"],
+            "no message type 'sensor_msgs/msg/Rang'\n  did you mean 'Range'?",
+        ),
+        (["Publisher", "--message", "Range"], "--message Range: write PACKAGE/msg/NAME, as in geometry_msgs/msg/Twist"),
+        (
+            ["Publisher", "--message", "std_srvs/srv/Trigger"],
+            "std_srvs/srv/Trigger is no message\n  it has: std_srvs",
+        ),
+        (
+            ["PublishClock", "--message", "std_msgs/msg/String"],
+            "ROS2PublishClock has no ports that are made from a message",
+        ),
+        (
+            ["--message", "std_msgs/msg/String"],
+            "--message: name the node type whose ports it makes, such as ROS2Publisher",
+        ),
+        (["Publisher", "--message", "a/msg/B", "--msg-path", "x"], "--msg-path x: no such file or folder"),
+    ],
+)
+def test_a_message_that_makes_no_ports_is_told(graphrun: Graphrun, arguments: list[str], message: str) -> None:
+    result = graphrun("nodes", *arguments)
+    assert (result.code, result.out) == (2, "")
+    assert message in result.err
+
+
+def test_a_graph_with_a_users_message_is_checked_shown_and_run(graphrun: Graphrun, project: Path) -> None:
+    (project / "msgs" / "my_msgs" / "msg").mkdir(parents=True)
+    (project / "msgs" / "my_msgs" / "msg" / "Tag.msg").write_text("float64 number\n", encoding="utf-8")
+    (project / "tag.yaml").write_text(
+        "graph: tag\nnodes:\n  Tick: OnPlaybackTick\n"
+        "  Say: {type: ROS2Publisher, inputs: {messagePackage: my_msgs, messageName: Tag, topicName: tag}}\n"
+        "connections: [Tick.tick -> Say.execIn, Tick.time -> Say.number]\n",
+        encoding="utf-8",
+    )
+    known = ("--msg-path", "msgs")
+    assert graphrun("check", "tag.yaml", *known).code == 0
+    assert "Tick.time -> Say.number" in graphrun("show", "tag.yaml", *known).out
+    assert graphrun("topics", "tag.yaml", *known).lines[1].split()[:3] == ["/tag", "pub", "my_msgs/msg/Tag"]
+    assert graphrun("run", "tag.yaml", *known, "--transport", "memory", "--for", "0.1").code == 0
+    unknown = graphrun("check", "tag.yaml")
+    assert unknown.code == 1
+    assert "error G308: Say: no message type 'my_msgs/msg/Tag'" in unknown.out + unknown.err

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from graphengine.context import QoS
+from graphengine.dry import DryWorld
 from graphengine.ros.dds import DdsTransport
 from graphengine.ros.domain import Domain
 from tests.cli.harness import PATIENCE, ROOT, Graphrun, live, process
@@ -35,7 +36,18 @@ def ticks(said: str) -> int:
 def test_a_scene_that_ships_runs_by_its_name(graphrun: Graphrun) -> None:
     result = graphrun("run", "dd100_flat", "--for", "500ms", *MEMORY)
     assert (result.code, result.out, ticks(result.err)) == (0, "", 30)
-    assert "dd100_flat.yaml: 4 graphs, 60 Hz; memory: nothing leaves this process\n" in result.err
+    assert "dd100_flat.yaml: 4 graphs, 60 Hz; memory: nothing leaves this process" in result.err
+
+
+def test_the_rays_that_are_cast_are_told_where_there_is_a_lidar(graphrun: Graphrun, project: Path) -> None:
+    result = graphrun("run", "dd100_flat", "--for", "100ms", "--rays", "mujoco", *MEMORY)
+    assert result.err.splitlines()[0].endswith("; rays mujoco")
+    (project / "bare.yaml").write_text("scene: bare\nworld: worlds/flat_grid.xml\n", encoding="utf-8")
+    assert (
+        graphrun("run", "bare.yaml", "--for", "100ms", *MEMORY)
+        .err.splitlines()[0]
+        .endswith("nothing leaves this process")
+    )
 
 
 def test_a_graph_that_asks_for_no_prims_runs_alone(graphrun: Graphrun, project: Path) -> None:
@@ -171,7 +183,7 @@ def test_set_takes_values_as_yaml_has_them(graphrun: Graphrun) -> None:
         ("Arm*.wheelRadius=1", "no node 'Arm*'", "nodes: OnPlaybackTick, Context, "),
         ("Diff*.wheelRadus=1", "DifferentialController has no input 'wheelRadus'", "did you mean 'wheelRadius'?"),
         ("*.wheelRadus=1", "no node that it matches has an input 'wheelRadus'", "did you mean 'wheelRadius'?"),
-        ("*Twist.speed=1", "ROS2SubscribeTwist has no input 'speed'", "inputs: context, nodeNamespace, topicName, "),
+        ("*Twist.speed=1", "ROS2SubscribeTwist has no input 'speed'", "inputs: context, nodeNamespace, "),
         ("wheelRadius=1", "write NODE.PORT=VALUE", ""),
         ("Diff.wheelRadius", "write NODE.PORT=VALUE", ""),
         ("", "write NODE.PORT=VALUE", ""),
@@ -271,6 +283,21 @@ def test_without_a_terminal_lines_are_plain(graphrun: Graphrun, monkeypatch: pyt
     result = graphrun("run", "dd100_flat", "--for", "100ms", *MEMORY)
     lines = result.err.splitlines()
     assert [bool(LIVE_LINE.fullmatch(line)) for line in lines] == [False, *[True] * 6, False]
+
+
+def test_pictures_that_come_too_late_are_told_at_once_and_counted_in_the_end(
+    graphrun: Graphrun, project: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def step(world: DryWorld) -> None:
+        world.dropped_pictures["/robot/camera"] = world.dropped_pictures.get("/robot/camera", 0) + 1
+
+    monkeypatch.setattr(DryWorld, "step", step)
+    result = graphrun("run", "mine.yaml", "--for", "100ms", *MEMORY)
+    _, warning, remedy, count, _ = result.err.splitlines()
+    assert warning == "warning: /robot/camera: a picture came too late and was dropped"
+    assert remedy.startswith("  drawing does not keep up")
+    assert count == "came too late and dropped: 6 pictures of /robot/camera"
+    assert ticks(result.err) == 6
 
 
 def test_without_a_terminal_a_short_run_says_two_lines() -> None:

@@ -10,8 +10,9 @@ import pytest
 
 from tests.cli.harness import ROOT, Graphrun, environment
 
-HEAVY = ["collada", "cyclonedds", "mujoco", "networkx", "numpy", "pydantic", "rosbags", "trimesh", "xacro", "yaml"]
-VERBS = ["run", "check", "show", "snapshot", "map", "import-urdf", "topics", "nodes", "schema"]
+HEAVY = ["collada", "cyclonedds", "mcap", "mujoco", "networkx", "numpy", "pydantic", "rosbags", "trimesh", "xacro", "yaml"]
+VERBS = ["run", "replay", "check", "show", "snapshot", "map", "import-urdf", "topics"]
+VERBS += ["topic", "tf", "teleop", "nodes", "schema"]
 
 SCRIPT = """
 import contextlib, io, sys

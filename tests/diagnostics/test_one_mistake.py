@@ -123,6 +123,14 @@ def test_a_required_input_whose_name_is_misspelt(tmp_path: Path) -> None:
     assert told(tmp_path, f"{text}{PUBLISH}") == ["G204 a.yaml:4"]
 
 
+@pytest.mark.parametrize("helper", ["ROS2CameraHelper", "ROS2CameraInfoHelper", "ROS2RtxLidarHelper"])
+def test_a_required_path_in_a_scene(helper: str, tmp_path: Path) -> None:
+    (tmp_path / "w.xml").write_text(WORLD)
+    (tmp_path / "s.yaml").write_text("scene: s\nworld: w.xml\n")
+    text = f"graph: g\nscene: s.yaml\nnodes:\n  Tick: OnPlaybackTick\n  A: {helper}\n{PUBLISH}"
+    assert told(tmp_path, text) == ["G208 a.yaml:5"]
+
+
 @pytest.mark.parametrize(("inputs", "code"), [("{}", "G208"), ("{tuple: x}", "G211"), ("{tupl: [1, 2, 3]}", "G204")])
 def test_a_required_input_of_several_types(inputs: str, code: str, tmp_path: Path) -> None:
     text = f"{TICK}  B: {{type: BreakVector3, inputs: {inputs}}}\n  A: ROS2PublishClock\n"

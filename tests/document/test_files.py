@@ -139,3 +139,25 @@ def test_the_command_line_finds_files_and_names_of_what_ships(home: Path) -> Non
         find_given("dd100/cmdvel", "graphs")
     assert missing.value.help[0] == "did you mean 'dd100/cmd_vel'?"
     assert "tutorial/scan" in missing.value.help[1]
+
+
+def test_what_was_read_is_remembered_in_order(home: Path) -> None:
+    found = Files.of(home / "scene.yaml")
+    found.find("graphs/clock.yaml", home)
+    found.find("graphs/clock.yaml", home)
+    other = found.beside(home / "other.yaml")
+    with pytest.raises(NotFoundError):
+        other.find("nowhere.yaml", home)
+    assert list(found.used) == [home / "scene.yaml", shipped() / "graphs/clock.yaml", home / "other.yaml"]
+    assert other.used is found.used
+
+
+def test_what_ships_may_lie_elsewhere(home: Path, tmp_path: Path) -> None:
+    base = tmp_path / "recorded"
+    (base / "graphs").mkdir(parents=True)
+    (base / "graphs/clock.yaml").write_text("graph: other\n", encoding="utf-8")
+    found = Files.of(home / "scene.yaml", base=base)
+    assert found.find("graphs/clock.yaml", home) == base / "graphs/clock.yaml"
+    with pytest.raises(NotFoundError, match="no file"):
+        found.find("graphs/imu.yaml", home)
+    assert not found.may_read(shipped() / "graphs/imu.yaml")

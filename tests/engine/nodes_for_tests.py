@@ -7,6 +7,7 @@ from typing import Any
 
 from graphengine.context import Clock, Context, Mailbox, Publisher, Variable
 from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out, Pushes, State, node
+from graphengine.ros.definitions import Definitions
 from graphengine.types import Double, Int64, String
 
 
@@ -569,7 +570,7 @@ class Sums(Node, type="test.Sums"):
         self.sum = sum(getattr(self, f"input{i}") for i in range(self.count))
 
     @classmethod
-    def dynamic_ports(cls, literals: Mapping[str, Any]) -> Mapping[str, Any]:
+    def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
         count = literals.get("count", 2)
         if not isinstance(count, int) or count < 1:
             raise ValueError(f"count must be a positive whole number, got {count!r}")

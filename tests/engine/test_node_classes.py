@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from graphengine.node import ExecIn, ExecOut, Fire, In, Node, NodeMeta, Out, Pushes, State, grown, node
+from graphengine.ros.definitions import DEFINITIONS, Definitions
 from graphengine.types import Doubles, Token, Vector3d
 from tests.engine import nodes_for_tests as nodes
 
@@ -245,16 +246,16 @@ def test_a_function_says_what_it_returns() -> None:
 
 
 def test_literals_grow_ports_and_the_same_literals_give_the_same_class() -> None:
-    three = grown(nodes.Sums, {"count": 3})
+    three = grown(nodes.Sums, {"count": 3}, DEFINITIONS)
     assert [name for name in three.fields if name.startswith("input")] == ["input0", "input1", "input2"]
-    assert grown(nodes.Sums, {"count": 3}) is three
-    assert grown(nodes.Sums, {"count": 2}) is not three
+    assert grown(nodes.Sums, {"count": 3}, DEFINITIONS) is three
+    assert grown(nodes.Sums, {"count": 2}, DEFINITIONS) is not three
     assert issubclass(three, nodes.Sums)
     assert (three.__name__, three.type_name) == ("Sums", "test.Sums")
 
 
 def test_literals_that_grow_other_defaults_give_another_class() -> None:
-    one, other = grown(nodes.Sums, {"first": 1.0}), grown(nodes.Sums, {"first": 2.0})
+    one, other = grown(nodes.Sums, {"first": 1.0}, DEFINITIONS), grown(nodes.Sums, {"first": 2.0}, DEFINITIONS)
     assert (one.fields["input0"].default, other.fields["input0"].default) == (1.0, 2.0)
 
 
@@ -263,15 +264,15 @@ def test_grown_execution_ports_are_told_apart_by_their_names() -> None:
         exec_in = ExecIn()
 
         @classmethod
-        def dynamic_ports(cls, literals: Mapping[str, Any]) -> Mapping[str, Any]:
+        def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
             return {"first": ExecOut(name=literals["name"])}
 
         def compute(self) -> Pushes:
             yield 0
 
-    assert "outputs:a" in grown(Grows, {"name": "a"}).ports
-    assert "outputs:b" in grown(Grows, {"name": "b"}).ports
+    assert "outputs:a" in grown(Grows, {"name": "a"}, DEFINITIONS).ports
+    assert "outputs:b" in grown(Grows, {"name": "b"}, DEFINITIONS).ports
 
 
 def test_a_class_without_dynamic_ports_is_itself() -> None:
-    assert grown(nodes.Do, {"a": 1.0}) is nodes.Do
+    assert grown(nodes.Do, {"a": 1.0}, DEFINITIONS) is nodes.Do

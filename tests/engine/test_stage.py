@@ -137,6 +137,41 @@ def test_namespaces_are_collected_from_the_root_down_to_a_path_that_need_not_exi
     assert stage.namespaces(path) == namespaces
 
 
+def test_geometry_has_a_namespace_even_where_a_path_leaves_it_out(stage: Stage) -> None:
+    stage.find("/dd100/Geometry").namespace = "shape"
+    assert stage.namespaces("/dd100/base_link/x") == ["fleet", "shape", "dd100_0000"]
+
+
+@pytest.mark.parametrize(
+    ("path", "place"),
+    [
+        ("/dd100/base_link/chassis_link/scan/Node", f"{CHASSIS}/scan/Node"),
+        ("/World/graphs", "/World/graphs"),
+        ("/dd100/base_link", BASE),
+    ],
+)
+def test_a_prim_is_defined_below_those_that_its_path_means(stage: Stage, path: str, place: str) -> None:
+    assert stage.define(path).path == place
+    assert stage.find(path).path == stage.define(path).path == place
+
+
+@pytest.mark.parametrize(
+    ("path", "other", "expected"),
+    [
+        (f"{CHASSIS}/scan/Node", "/dd100/base_link/chassis_link/scan", True),
+        ("/dd100/base_link/chassis_link/scan/Node", f"{CHASSIS}/scan/Node", True),
+        ("/dd100/base_link/chassis_link/scan/Node", "/dd100/base_link", True),
+        ("/World/graphs/one/Node", "/World/graphs", True),
+        ("/World/graphs/one/Node", "/World/graphs/two", False),
+        ("/World/graphs/one/Node", "/World/graph", False),
+        ("/World/graphs/one", "/World/graphs/one/Node", False),
+        ("/World/graphs/one", "/dd100", False),
+    ],
+)
+def test_a_path_leads_by_prims_that_need_not_exist(stage: Stage, path: str, other: str, expected: bool) -> None:
+    assert stage.leads_by(path, other) is expected
+
+
 NAME = st.sampled_from(["a", "b", "Geometry", "c"])
 
 

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from graphengine import build
+from graphengine.backend import TopicClaim
 from graphengine.build import Assembly, Options
+from graphengine.diagnostics import NodeError
 from graphengine.files import find_given
 from graphengine.registry import Registry
 from graphengine.ros import messages
 from graphengine.ros.memory import MemoryTransport
 from graphengine.ros.network import LiveNetwork
+from graphengine.world.sensors.rays import RaysChoice
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -25,8 +28,11 @@ class Recorder:
     def __init__(self) -> None:
         self.stream: list[tuple[str, str, bytes]] = []
 
-    def write(self, topic: str, message_type: str, data: bytes) -> None:
-        self.stream.append((topic, message_type, data))
+    def write(self, claim: TopicClaim, data: bytes) -> None:
+        self.stream.append((claim.topic, claim.message_type, data))
+
+    def deliver(self, claim: TopicClaim, arrived: Sequence[bytes]) -> None:
+        pass
 
     @property
     def digest(self) -> str:
@@ -47,7 +53,9 @@ class Job:
         seed: as `--seed` gives it.
         robot_state: as `--robot-state` gives it.
         registry: as `--import` makes it.
+        rays: as `--rays` gives it.
         heard: whether the peer hears everything; if not, nobody listens until a reader is made.
+        fault: hears of nodes that raise, as with `--keep-going`.
     """
 
     def __init__(
@@ -58,15 +66,17 @@ class Job:
         seed: int = 0,
         robot_state: bool = False,
         registry: Registry | None = None,
+        rays: RaysChoice = "auto",
         heard: bool = True,
+        fault: Callable[[NodeError], None] | None = None,
     ) -> None:
         self.transport = MemoryTransport(wants_all=heard)
         self.recorder = Recorder()
-        self.assembly = assemble(name, overrides, seed=seed, robot_state=robot_state, registry=registry)
+        self.assembly = assemble(name, overrides, seed=seed, robot_state=robot_state, registry=registry, rays=rays)
         network = LiveNetwork(lambda domain: self.transport, 0, lambda complaint: None)
         if heard:
             network.sinks.append(self.recorder)
-        self.session = build.start(self.assembly, network)
+        self.session = build.start(self.assembly, network, fault=fault)
 
     def __enter__(self) -> Job:
         return self
@@ -119,9 +129,11 @@ def assemble(
     seed: int = 0,
     robot_state: bool = False,
     registry: Registry | None = None,
+    rays: RaysChoice = "auto",
 ) -> Assembly:
     path = name if isinstance(name, Path) else find_given(name, "scenes")
-    return build.assemble(path, Options(overrides or {}, seed=seed, robot_state=robot_state, registry=registry))
+    options = Options(overrides or {}, seed=seed, robot_state=robot_state, registry=registry, rays=rays)
+    return build.assemble(path, options)
 
 
 def twist(v: float, w: float) -> Any:

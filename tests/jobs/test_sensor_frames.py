@@ -19,6 +19,7 @@ CENTRE, HALF, TURN = np.array([2.0, 0.3, 0.4]), np.array([0.2, 0.3, 0.4]), math.
 SIZE = (160, 100)
 CAMERA = "Geometry/base_link/chassis_link/sim_camera/RSD455/Camera_OmniVision_OV9782_Color"
 LIDAR = "Geometry/base_link/chassis_link/sim_lidar"
+ROOF = "Geometry/base_link/chassis_link/roof"
 
 FILES = {
     "world.xml": f"""<mujoco><worldbody>
@@ -30,6 +31,14 @@ FILES = {
     "robot.yaml": f"""
 robot: seeing
 extends: robots/dd100.yaml
+sensors:
+  roof:
+    type: lidar
+    profile: lidar_3d_16
+    noise_std: 0.0
+    parent: base_link/chassis_link
+    position: [-0.1, 0.05, 0.5]
+    orientation: {{rpy_deg: [5, 12, 100]}}
 graphs:
   camera: {{use: graphs/camera.yaml, parameters: {{width: {SIZE[0]}, height: {SIZE[1]}}}}}
   cloud: {{use: cloud.yaml}}
@@ -44,13 +53,20 @@ nodes:
   Product: {{type: CreateRenderProduct, inputs: {{cameraPrim: $(robot)/{CAMERA}, width: {SIZE[0]}, height: {SIZE[1]}}}}}
   Points: {{type: CameraHelper, inputs: {{type: depth_pcl, topicName: points}}}}
   Prims: {{type: CameraHelper, inputs: {{type: instance_segmentation, topicName: prims, enableSemanticLabels: true}}}}
-  Frames: {{type: PublishTransformTree, inputs: {{targetPrims: [$(robot)/{CAMERA}, $(robot)/{LIDAR}]}}}}
+  Rings: {{type: CreateRenderProduct, inputs: {{cameraPrim: $(robot)/{ROOF}/Lidar}}}}
+  Around: {{type: RtxLidarHelper, inputs: {{type: point_cloud, topicName: around, frameId: roof}}}}
+  Frames:
+    type: PublishTransformTree
+    inputs: {{targetPrims: [$(robot)/{CAMERA}, $(robot)/{LIDAR}, $(robot)/{ROOF}]}}
 connections:
   - Tick.tick -> Product.execIn
   - Product.execOut -> Points.execIn
   - Product.execOut -> Prims.execIn
   - Product.renderProductPath -> Points.renderProductPath
   - Product.renderProductPath -> Prims.renderProductPath
+  - Tick.tick -> Rings.execIn
+  - Rings.execOut -> Around.execIn
+  - Rings.renderProductPath -> Around.renderProductPath
   - Tick.tick -> Frames.execIn
   - Time.simulationTime -> Frames.timeStamp
 """,
@@ -131,6 +147,16 @@ def test_a_lidars_ranges_end_on_the_box(heard: Job) -> None:
     on_the_floor = np.abs(points[:, 2]) < 1e-4
     assert np.abs(above_the_box(points[~on_the_floor])).max() < 1e-4
     assert (~on_the_floor).sum() > 50
+
+
+def test_the_points_of_a_tilted_3d_lidar_lie_on_the_box_and_on_the_floor(heard: Job) -> None:
+    cloud = heard.newest("/dd100_0000/around")
+    rotation, place = frame_at(heard, "roof", nanoseconds(cloud.header.stamp))
+    points = np.frombuffer(bytes(cloud.data), "<f4").reshape(-1, cloud.point_step // 4)[:, :3] @ rotation.T + place
+    on_the_floor = np.abs(points[:, 2]) < 1e-4
+    assert np.abs(above_the_box(points[~on_the_floor])).max() < 1e-4
+    assert on_the_floor.sum() > 1000
+    assert (~on_the_floor).sum() > 100
 
 
 def test_the_boxs_outline_is_where_the_calibration_projects_it(heard: Job) -> None:

@@ -46,9 +46,10 @@ class Playing:
     def __init__(
         self, assembly: build.Assembly, *, wanted: bool = True, domain_from_environment: int | None = None
     ) -> None:
-        self.transport = MemoryTransport(wants_all=wanted)
+        self.definitions = assembly.definitions
+        self.transport = MemoryTransport(wants_all=wanted, definitions=self.definitions)
         self.complaints: list[str] = []
-        network = LiveNetwork(lambda _: self.transport, 0, self.complaints.append)
+        network = LiveNetwork(lambda _: self.transport, 0, self.complaints.append, self.definitions)
         self.session = build.start(assembly, network, domain_from_environment=domain_from_environment)
         self.plans = assembly.plans
         self.topics = {claim.node.rpartition("/")[2]: claim.topic for claim in self.session.services.claims}

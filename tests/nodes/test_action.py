@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from graphengine.diagnostics import CheckError
 from graphengine.node_context import SimulationClock
 from graphengine.testing import RecordingContext, RecordingWorld
 from nodes.action import OnPlaybackTick
@@ -79,6 +81,13 @@ def test_in_a_graph_it_fires_once_a_tick_whatever_the_substeps(play: Player) -> 
         (0, 500_000_000),
         (0, 750_000_000),
     ]
+
+
+def test_in_a_graph_of_physics_steps_the_file_is_refused_with_the_remedy(play: Player) -> None:
+    text = "runs: physics_step\nnodes: {Tick: OnPlaybackTick, C: PublishClock}\nconnections: [Tick.tick -> C.execIn]"
+    with pytest.raises(CheckError, match="this one runs at every physics step") as caught:
+        play.graph(text)
+    assert "use OnPhysicsStep, or write `runs: tick` into the graph file" in str(caught.value)
 
 
 def test_while_stopped_or_paused_nothing_fires(play: Player) -> None:

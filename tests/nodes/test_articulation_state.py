@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from graphengine.diagnostics import JointError, PrimError
+from graphengine.dry import DryArticulation
 from graphengine.testing import RecordingArticulation, RecordingContext, RecordingWorld
 from nodes.core.articulation import IsaacArticulationState, IsaacJointNameResolver
 from nodes.physics_sensors import IsaacReadJointState
@@ -76,8 +77,16 @@ def test_in_a_simulation_the_joints_of_an_arm_measure_what_they_carry(play: Play
     files["graph.yaml"] = """
         format: 1
         graph: graph
-        nodes: {Tick: OnPlaybackTick, State: {type: ArticulationState, inputs: {targetPrim: /robot}}}
-        connections: [Tick.tick -> State.execIn]
+        nodes:
+          Tick: OnPlaybackTick
+          State: {type: ArticulationState, inputs: {targetPrim: /robot}}
+          Wrenches:
+            type: PublishTransformTree
+            inputs: {parentFrames: [a, b], childFrames: [c, d], orientations: [[0, 0, 0, 1], [0, 0, 0, 1]]}
+        connections:
+          - Tick.tick -> State.execIn
+          - Tick.tick -> Wrenches.execIn
+          - State.measuredJointForces -> Wrenches.translations
         """
     playing = play.scene(files)
     playing.tick(60)
@@ -87,6 +96,17 @@ def test_in_a_simulation_the_joints_of_an_arm_measure_what_they_carry(play: Play
         node.measured_joint_torques, [[0, -G / 2 * (0.1 + 0.2), 0], [0, -G / 2 * 0.1, 0]], atol=0.01
     )
     np.testing.assert_allclose(node.measured_joint_efforts, [0.0, 0.0], atol=0.01)
+
+
+def test_forces_and_torques_that_no_wire_takes_are_not_computed(play: Player, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr(DryArticulation, "wrenches")
+    world = RecordingWorld()
+    world.add_robot("/arm", JOINTS)
+    text = "nodes: {Tick: OnPlaybackTick, State: {type: ArticulationState, inputs: {targetPrim: /arm}}"
+    playing = play.graph(text + "}\nconnections: [Tick.tick -> State.execIn]", world)
+    playing.tick()
+    assert playing.node("State").joint_positions.tolist() == [0.0, 0.0, 0.0]
+    assert playing.node("State").measured_joint_forces.tolist() == []
 
 
 # IsaacReadJointState

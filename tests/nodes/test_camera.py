@@ -155,7 +155,7 @@ def test_points_follow_the_lens_of_the_camera_that_the_product_shows() -> None:
     context.world.add_camera("/narrow", size=(3, 2), fov_deg=(45.0, 30.0))
     path = context.render_product("/wide", 3, 2)
     node = ready(ROS2CameraHelper, context, render_product_path=path, type_in="depth_pcl", topic_name="points")
-    context.set_camera(path, "/narrow")
+    context.exchange_camera(path, "/narrow")()
     context.world.camera(context.world.stage.find("/narrow"), (3, 2)).show(COLOURS, depth=1.0)
     node.update()
     (cloud,) = context.transport.messages("/points")
@@ -297,6 +297,7 @@ def test_a_stop_detaches_it() -> None:
 def test_frame_skip_count_leaves_pictures_out() -> None:
     bench = Bench(frame_skip_count=2)
     assert [index for index in range(9) if bench.deliver(index)] == [0, 3, 6]
+    assert bench.camera.requests == 3
     assert bench.context.services.claims[0].rate == 10.0
 
 

@@ -11,10 +11,22 @@ from typing import Any
 import pytest
 
 from tests.nodes.harness import Player
-from tests.nodes.isaac import ackermann, holonomic, joints, lidar, names, odometry, state, time, transforms, wheels
+from tests.nodes.isaac import (
+    ackermann,
+    holonomic,
+    joints,
+    lidar,
+    names,
+    odometry,
+    state,
+    subscribers,
+    time,
+    transforms,
+    wheels,
+)
 from tests.nodes.isaac.book import CASES, DIFFERS, OURS, RUN
 
-FAMILIES = (wheels, holonomic, ackermann, odometry, transforms, joints, state, time, names, lidar)
+FAMILIES = (wheels, holonomic, ackermann, odometry, transforms, joints, state, time, names, lidar, subscribers)
 """To import them is to register their cases."""
 
 

@@ -196,6 +196,15 @@ def test_a_cloud_has_the_points_of_all_rings() -> None:
     assert points["intensity"] == [10.0, 30.0, 60.0]
 
 
+def test_points_bear_the_clouds_time_also_where_it_goes_on_over_stop_and_play() -> None:
+    bench = Bench(type_in="point_cloud", selected_metadata=["Timestamp"], reset_simulation_time_on_stop=False)
+    bench.context.tick(90)
+    bench.context.stop(bench.node)
+    (cloud,) = bench.sample([1.0] * 5)
+    ((low, high), *_) = read_points(cloud)["timestamp"]
+    assert low + (high << 32) == cloud.header.stamp.sec * 10**9 + cloud.header.stamp.nanosec
+
+
 # When it publishes
 
 
@@ -242,6 +251,7 @@ def test_frame_skip_count_leaves_samples_out() -> None:
     bench = Bench(frame_skip_count=2)
     published = [index for index in range(9) if bench.sample([1.0] * 5, index=index)]
     assert published == [0, 3, 6]
+    assert bench.lidar.casts == 3
     assert bench.context.services.claims[0].rate == pytest.approx(10.0 / 3)
 
 

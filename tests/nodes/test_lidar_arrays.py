@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graphengine.diagnostics import PrimError
+from graphengine.diagnostics import ContextError, PrimError
 from graphengine.testing import RecordingContext, RecordingLidar
 from nodes.lidar import IsaacComputeRTXLidarFlatScan, IsaacReadLidarBeams, IsaacReadLidarPointCloud, LidarNode
 from tests.nodes.harness import Player, dd100, read_points, ready
@@ -172,6 +172,15 @@ def test_an_array_that_was_handed_on_is_not_written_again(cls: type[LidarNode]) 
 def test_what_is_no_lidar_is_refused_in_setup(cls: type[LidarNode], path: str) -> None:
     with pytest.raises(PrimError):
         Bench(cls, path=path)
+
+
+@every_node
+def test_in_a_graph_of_physics_steps_it_is_refused_because_samples_belong_to_ticks(cls: type[LidarNode]) -> None:
+    context = RecordingContext()
+    context.world.add_lidar("/Lidar")
+    context.runs = "physics_step"
+    with pytest.raises(ContextError, match="runs: tick"):
+        ready(cls, context, **{INPUTS[cls]: "/Lidar"})
 
 
 # With the publishers

@@ -12,6 +12,7 @@ from graphengine.build import Options
 from graphengine.diagnostics import CheckError
 from graphengine.node import In, Node, Out
 from graphengine.registry import Registry
+from graphengine.ros.definitions import Definitions
 from graphengine.testing import RecordingContext
 from graphengine.types import String
 from nodes.math import BreakVector3
@@ -27,7 +28,7 @@ class Triple(Node, type="test.Triple"):
     kind_of_vector: String = In(default="double[3]", name="type")
 
     @classmethod
-    def dynamic_ports(cls, literals: Mapping[str, Any]) -> Mapping[str, Any]:
+    def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
         """The output."""
         return {"value": Out(type=literals["type"])}
 

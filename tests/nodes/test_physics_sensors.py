@@ -52,6 +52,14 @@ def test_each_sample_fires_once_and_one_that_was_missed_is_no_trouble() -> None:
     assert fired == [True, False, True, False, True, False]
 
 
+def test_before_its_first_sample_a_unit_has_nothing_to_hand_on() -> None:
+    context = RecordingContext()
+    unit(context).measured = measured(-1)
+    node = ready(IsaacReadIMU, context, imu_prim="/robot/Imu")
+    assert node.compute() is None
+    assert node.sensor_time == 0.0
+
+
 def test_after_a_stop_sample_0_fires_again() -> None:
     context = RecordingContext()
     unit(context)
@@ -65,7 +73,7 @@ def test_after_a_stop_sample_0_fires_again() -> None:
 def test_what_is_no_unit_is_refused_with_those_below_it() -> None:
     context = RecordingContext()
     unit(context)
-    with pytest.raises(PrimError, match="is a robot, not a imu\nbelow it: /robot/Imu"):
+    with pytest.raises(PrimError, match="is a robot, not an imu\nbelow it: /robot/Imu"):
         ready(IsaacReadIMU, context, imu_prim="/robot")
 
 
@@ -132,7 +140,7 @@ def test_a_reading_is_handed_on_at_every_execution() -> None:
 def test_what_is_no_contact_sensor_is_refused() -> None:
     context = RecordingContext()
     unit(context)
-    with pytest.raises(PrimError, match="is a imu, not a contact"):
+    with pytest.raises(PrimError, match="is an imu, not a contact sensor\nthose there are: none"):
         ready(IsaacReadContactSensor, context, cs_prim="/robot/Imu")
 
 

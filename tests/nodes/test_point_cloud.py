@@ -97,6 +97,11 @@ def test_points_may_come_as_a_buffer() -> None:
     assert bytes(cloud_of("intensity", data=[], data_ptr=POINTS).data) == bytes(cloud_of("intensity").data)
 
 
+def test_a_buffer_that_holds_no_whole_points_is_an_error() -> None:
+    with pytest.raises(ValueError, match="dataPtr has 16 bytes, and each point of three float32 has 12"):
+        cloud_of(data=[], data_ptr=np.zeros(4, np.float32))
+
+
 def test_of_an_array_and_a_buffer_the_array_counts() -> None:
     assert read_points(cloud_of(data_ptr=np.zeros(6, np.float32)))["x"] == [1.0, 4.0]
 

@@ -149,7 +149,9 @@ NEEDED: dict[str, dict[str, Any]] = {
     "ROS2CameraInfoHelper": {"render_product_path": "/robot/Geometry/base_link/Camera"},
     "ROS2PublishJointState": {"target_prim": "/robot"},
     "ROS2PublishTransformTree": {"target_prims": "/robot"},
+    "ROS2Publisher": {"message_package": "geometry_msgs", "message_name": "Twist"},
     "ROS2RtxLidarHelper": {"render_product_path": "/robot/Geometry/base_link/Lidar"},
+    "ROS2Subscriber": {"message_package": "geometry_msgs", "message_name": "Twist"},
     "RobotStatePublisher": {"target_prim": "/robot"},
 }
 """What a node cannot do without."""

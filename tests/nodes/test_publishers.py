@@ -7,13 +7,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from graphengine.context import QoS
 from graphengine.diagnostics import GraphError, TopicError
 from graphengine.ros import messages
 from graphengine.testing import RecordingContext
+from nodes.ros2.ackermann import ROS2PublishAckermannDrive
+from nodes.ros2.boxes import ROS2PublishBbox2D
 from nodes.ros2.camera_info import ROS2PublishCameraInfo
+from nodes.ros2.compressed_image import ROS2PublishCompressedImage
 from nodes.ros2.context import ROS2Context
 from nodes.ros2.image import ROS2PublishImage
 from nodes.ros2.imu import ROS2PublishImu
@@ -35,6 +38,9 @@ PUBLISHERS: dict[type[PublisherNode], tuple[str, dict[str, Any]]] = {
     ROS2PublishPointCloud: ("point_cloud", {}),
     ROS2PublishLaserScan: ("scan", {"linear_depth_data": [1.0], "num_rows": 1, "num_cols": 1}),
     ROS2PublishImu: ("imu", {}),
+    ROS2PublishAckermannDrive: ("ackermann_cmd", {}),
+    ROS2PublishCompressedImage: ("image_raw/compressed", {"data": [1, 2, 3]}),
+    ROS2PublishBbox2D: ("bbox2d", {}),
 }
 """Default topics, and inputs that a node cannot do without."""
 NODE = "/robot/Geometry/base_link/graph/Publish"
@@ -148,7 +154,9 @@ def test_the_encoders_bytes_are_read_back_by_rosbags_as_what_was_sent(cls: type[
     for _ in range(3):  # later ones by a template of the first
         node.compute()
     sent = context.transport.raw(f"/{PUBLISHERS[cls][0]}")
-    read = [get_typestore(Stores.ROS2_JAZZY).deserialize_cdr(data, cls.message_type) for data in sent]
+    store = get_typestore(Stores.ROS2_JAZZY)
+    store.register(get_types_from_msg(messages.DEFINITIONS.text(cls.message_type), cls.message_type))
+    read = [store.deserialize_cdr(data, cls.message_type) for data in sent]
     assert [stamp(message) for message in read] == [(1, 250_000_000)] * 3
     assert len(set(sent)) == 1
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from graphengine.diagnostics import CheckError, ContextError, PrimError
+from graphengine.node_context import NodeContext
 from graphengine.testing import RecordingContext, RecordingWorld
 from nodes.core.render_product import IsaacCreateRenderProduct, IsaacReadCameraInfo, IsaacSetCameraOnRenderProduct
 from tests.nodes.harness import Player, dd100, ready
@@ -86,6 +87,17 @@ def test_a_given_product_is_used_as_it_is(context: RecordingContext) -> None:
 def test_what_is_no_sensor_is_refused(context: RecordingContext, prim: str) -> None:
     with pytest.raises(PrimError, match=prim):
         product(context, prim)
+
+
+@pytest.mark.parametrize("size", [{"width": 0}, {"height": 0}, {"width": 8193}, {"height": 2**32 - 1}])
+def test_a_picture_of_a_size_that_there_is_not_is_refused(context: RecordingContext, size: dict[str, int]) -> None:
+    with pytest.raises(ContextError, match="width and height are 1 to 8192") as caught:
+        product(context, CAMERA, **size)
+    assert [caught.value.value] == list(size.values())  # by which the place in the file is found
+
+
+def test_the_size_does_not_count_for_a_lidar(context: RecordingContext) -> None:
+    assert product(context, LIDAR, width=0).render_product_path == product(context, LIDAR).render_product_path
 
 
 def test_in_a_graph_without_a_camera_the_file_is_refused(play: Player) -> None:
@@ -166,6 +178,14 @@ def test_the_size_is_that_of_the_render_product(cameras: RecordingContext) -> No
     assert node.vertical_aperture == pytest.approx(node.horizontal_aperture * 200 / 320)
 
 
+def test_whoever_reads_a_product_reads_its_camera_which_then_cannot_go(cameras: RecordingContext) -> None:
+    path = cameras.render_product("/robot/wide", 320, 200)
+    info(cameras, path)
+    later = NodeContext(cameras.services, cameras.clock, "graph", "/World/graph/later", None, {})
+    later.camera(path)
+    assert later.prims == {"/robot/wide"}
+
+
 # IsaacSetCameraOnRenderProduct
 
 
@@ -186,6 +206,7 @@ def test_the_render_product_shows_the_other_camera_in_its_own_size(cameras: Reco
     ("inputs", "complaint"),
     [
         ({"render_product_path": "/Render/nothing", "camera_prim": "/robot/wide"}, "/Render/nothing"),
+        ({"render_product_path": "/robot/wide", "camera_prim": "/robot/narrow"}, "no render product '/robot/wide'"),
         ({"render_product_path": "", "camera_prim": "/robot"}, "camera"),
     ],
 )

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from graphengine.context import QoS
 from graphengine.diagnostics import TopicError
 from graphengine.ros import messages
+from graphengine.ros.network import LOOK_EVERY
 from graphengine.testing import RecordingContext
 from nodes.ros2.subscribers import ROS2SubscribeTwist
 from tests.nodes.harness import Player, ready, twist
@@ -174,6 +175,61 @@ def test_a_stop_forgets_that_a_command_was_heard() -> None:
 def test_a_negative_timeout_is_refused() -> None:
     with pytest.raises(ValueError, match="timeout: expected a value ≥ 0"):
         ROS2SubscribeTwist(timeout=-1.0)
+
+
+# Twist or TwistStamped
+
+TWIST, STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
+
+
+def stamped(v: float, w: float) -> messages.TwistStamped:
+    return messages.TwistStamped(messages.header(7.0, "base_link"), twist(v, w))
+
+
+@pytest.mark.parametrize(
+    ("kind", "message_type", "alternatives"),
+    [("auto", TWIST, (STAMPED,)), ("twist", TWIST, ()), ("twist_stamped", STAMPED, ())],
+)
+def test_the_type_that_is_asked_for_is_read(kind: str, message_type: str, alternatives: tuple[str, ...]) -> None:
+    context = RecordingContext()
+    subscribing(context, type_in=kind)
+    (claim,) = context.services.claims
+    assert (claim.message_type, claim.alternatives) == (message_type, alternatives)
+
+
+def test_a_stamped_twist_is_delivered_without_its_stamp() -> None:
+    context = RecordingContext()
+    node = subscribing(context, type_in="twist_stamped")
+    context.transport.inject("/cmd_vel", stamped(1.0, 2.0))
+    context.tick()
+    assert node.compute() == node.exec_out
+    assert (node.linear_velocity, node.angular_velocity) == ((1.0, 0.0, 0.0), (0.0, 0.0, 2.0))
+
+
+def test_auto_takes_what_others_publish_and_goes_along_when_that_changes() -> None:
+    context, heard = RecordingContext(), list[float]()
+    node = subscribing(context)
+    for number, (kind, message) in enumerate([(STAMPED, stamped(1.0, 0.0)), (TWIST, twist(2.0, 0.0))] * 2):
+        writer = context.transport.writer("/cmd_vel", kind, QoS())
+        context.tick(LOOK_EVERY)
+        writer.write(messages.encode(message))
+        context.tick()
+        if node.compute():
+            heard.append(node.linear_velocity[0])
+        writer.close()
+        assert len(heard) == number + 1
+    assert heard == [1.0, 2.0, 1.0, 2.0]
+
+
+def test_auto_stays_with_what_it_reads_for_as_long_as_that_is_published() -> None:
+    context = RecordingContext()
+    node = subscribing(context)
+    for kind in (STAMPED, TWIST):
+        context.transport.writer("/cmd_vel", kind, QoS())
+    context.tick(2 * LOOK_EVERY)
+    context.transport.inject("/cmd_vel", twist(1.0, 0.0))
+    context.tick()
+    assert node.compute() == node.exec_out
 
 
 # Names and quality of service

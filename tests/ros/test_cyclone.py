@@ -63,7 +63,7 @@ def test_take_empties_the_reader_however_much_there_is(endpoints: tuple[Any, Any
         assert cyclone.write(writer, encode(String(str(number)))) == 0
     taken = []
     while batch := cyclone.take(reader):
-        taken += batch
+        taken += [data for data, _ in batch]
     assert taken == [encode(String(str(number))) for number in range(150)]
 
 
@@ -153,3 +153,29 @@ def test_deleting_does_not_wait_for_pythons_collector(domain_id: int, make: Call
     cyclone.leave(domain, participant)
     assert entity._ref > 0
     cyclone.delete(entity)
+
+
+def test_a_message_tells_its_writer_by_a_handle_from_which_its_gid_is_found(endpoints: tuple[Any, Any]) -> None:
+    writer, reader = endpoints
+    assert cyclone.write(writer, encode(String("hi"))) == 0
+    ((_, handle),) = cyclone.take(reader)
+    assert cyclone.writer_gid(reader, handle) == writer.guid.bytes
+    cyclone.delete(writer)
+    assert cyclone.writer_gid(reader, handle) == b""
+
+
+@pytest.mark.parametrize(
+    "qos",
+    [
+        QoS(liveliness="automatic"),
+        QoS(depth=7, reliability="bestEffort", liveliness="automatic"),
+        QoS("keepAll", 0, durability="transientLocal", lifespan=10.0, liveliness="automatic"),
+        QoS(deadline=0.25, liveliness="manualByTopic", lease_duration=1.5),
+    ],
+)
+def test_policies_are_read_back_as_the_profile_that_they_were_made_from(qos: QoS) -> None:
+    domain = Domain(0, "OFF")
+    participant = cyclone.join(domain, "")
+    writer = DataWriter(participant, Topic(participant, "rt/t", idl_type(STRING)), qos=cyclone.endpoint_qos(qos, ""))
+    assert cyclone.read_qos(writer.get_qos()) == qos
+    cyclone.leave(domain, participant)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 import threading
 
@@ -50,10 +51,11 @@ def test_a_topic_on_which_nothing_arrives_says_who_should_talk() -> None:
 
 
 def test_names_that_ros_would_refuse_are_told() -> None:
-    with pytest.raises(TopicError):
+    with pytest.raises(TopicError, match="topic name '/a b' has ' '"):
         from_topic(MemoryTransport(), "a b", timeout=0.01)
-    with pytest.raises(TopicError):
-        from_node("a b", Domain(0, "OFF"), timeout=0.01)
+    for node, told in (("a b", "node name 'a b'"), ("/a-b/c", "namespace '/a-b'"), ("/", "node name '' .* is empty")):
+        with pytest.raises(TopicError, match=told):
+            from_node(node, Domain(0, "OFF"), timeout=0.01)
 
 
 def test_a_parameter_needs_rclpy_and_says_what_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -67,25 +69,55 @@ def test_a_parameter_needs_rclpy_and_says_what_does_not(monkeypatch: pytest.Monk
 @pytest.mark.skipif(rcl.import_error() is not None, reason=str(rcl.import_error()))
 def test_the_parameter_of_a_node_is_read(domain_id: int) -> None:
     import rclpy
-    from rclpy.executors import SingleThreadedExecutor
+    from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
     from rclpy.node import Node
 
     domain = Domain(domain_id, "LOCALHOST")
     context = rclpy.Context()
     with rcl.discovery(domain):
         context.init(args=[], domain_id=domain_id)
+
+    def spin() -> None:
+        with contextlib.suppress(ExternalShutdownException):
+            executor.spin()
+
     executor = SingleThreadedExecutor(context=context)
-    for name, text in (("publisher", TEXT), ("other", None)):
-        node = Node(name, context=context)
-        if text is not None:
-            node.declare_parameter("robot_description", text)
+    for namespace, name, value in (
+        ("/", "publisher", TEXT),
+        ("/dd100_0000", "publisher_", f"{TEXT} "),
+        ("/", "other", None),
+        ("/", "number", 5),
+    ):
+        node = Node(name, namespace=namespace, context=context)
+        if value is not None:
+            node.declare_parameter("robot_description", value)
         executor.add_node(node)
-    thread = threading.Thread(target=executor.spin, daemon=True)
+    thread = threading.Thread(target=spin, daemon=True)
     thread.start()
     assert from_node("publisher", domain, timeout=20) == TEXT
-    with pytest.raises(TransportError, match="node /other has no parameter 'robot_description' with text"):
-        from_node("/other", domain, timeout=20)
-    with pytest.raises(TransportError, match="no node /absent answers"):
+    assert from_node("/dd100_0000/publisher_", domain, timeout=20) == f"{TEXT} "
+    for name in ("/other", "/number"):
+        with pytest.raises(TransportError, match=f"node {name} has no parameter 'robot_description' with text"):
+            from_node(name, domain, timeout=20)
+    with pytest.raises(TransportError, match="no node /absent answers") as caught:
         from_node("/absent", domain, timeout=0.1)
+    assert str(caught.value).endswith("nodes: /dd100_0000/publisher_, /number, /other, /publisher")
     context.try_shutdown()
     thread.join(20)
+
+
+@pytest.mark.ros
+@pytest.mark.skipif(rcl.import_error() is not None, reason=str(rcl.import_error()))
+def test_a_node_that_does_not_answer_is_told(domain_id: int) -> None:
+    import rclpy
+    from rclpy.node import Node
+
+    domain = Domain(domain_id, "LOCALHOST")
+    context = rclpy.Context()
+    with rcl.discovery(domain):
+        context.init(args=[], domain_id=domain_id)
+    busy = Node("busy", context=context)  # which nobody spins
+    with pytest.raises(TransportError, match=r"node /busy does not answer within 1 s"):
+        from_node("/busy", domain, timeout=1)
+    busy.destroy_node()
+    context.try_shutdown()

@@ -67,3 +67,12 @@ def test_late_joiners_get_all_that_a_writer_keeps_and_in_the_order_of_writing() 
     heard: list[bytes] = []
     transport.reader("/map", STRING, keep, heard.append)
     assert [decode(data, STRING).data for data in heard] == [str(number) for number in range(20)]
+
+
+def test_a_transport_that_keeps_nothing_delivers_all_the_same() -> None:
+    transport = MemoryTransport(keeps=False)
+    heard: list[bytes] = []
+    transport.reader("/chatter", STRING, QoS(), heard.append)
+    transport.writer("/chatter", STRING, QoS()).write(encode(String("a")))
+    assert len(heard) == 1
+    assert transport.raw("/chatter") == []

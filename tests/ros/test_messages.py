@@ -10,12 +10,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rosbags.interfaces import Nodetype
+from rosbags.typesys import Stores, get_typestore
 
 from graphengine.diagnostics import TransportError
 from graphengine.ros import messages
-from graphengine.ros.messages import DEFINITIONS, MessageError, decode, encode, stamp
+from graphengine.ros.messages import DEFINITIONS, MessageError, MessageTypeError, decode, encode, stamp
 
-TYPES = sorted(DEFINITIONS.types)
+JAZZY = get_typestore(Stores.ROS2_JAZZY)
+TYPES = [name for name in DEFINITIONS.names() if DEFINITIONS.definition(name).is_message]
 
 # From the files that rosidl of ROS 2 Jazzy generated, share/<package>/msg/<name>.json.
 HASHES = {
@@ -90,7 +92,7 @@ def test_every_message_that_is_exported_has_its_ros_name() -> None:
 
 def test_an_unknown_type_is_an_error_with_a_suggestion() -> None:
     for ask in (messages.message_class, messages.type_hash, lambda name: decode(b"", name)):
-        with pytest.raises(MessageError, match="did you mean 'nav_msgs/msg/Odometry'"):
+        with pytest.raises(MessageTypeError, match="did you mean 'Odometry'"):
             ask("nav_msgs/msg/Odometri")
 
 
@@ -117,8 +119,7 @@ def random_message(message_type: str, draw: np.random.Generator) -> Any:
             return draw.integers(0, 2, length).astype(bool)
         return draw.integers(0, 127, length).astype(dtype)
 
-    definition = DEFINITIONS.get_msgdef(message_type)
-    return messages.message_class(message_type)(*(value(field) for _, field in definition.fields))
+    return messages.message_class(message_type)(*(value(field) for _, field in DEFINITIONS.fields(message_type)))
 
 
 def same(a: Any, b: Any) -> bool:
@@ -140,9 +141,9 @@ def test_every_type_comes_back_as_it_went(message_type: str) -> None:
         data = encode(message)
         assert isinstance(data, bytes)
         assert len(data) % 4 == 0
-        # rosbags' own encoder, on which this one is built, and padding.
-        plain = bytes(DEFINITIONS.serialize_cdr(message, message_type, little_endian=True))
-        assert data == plain + bytes(-len(plain) % 4)
+        if message_type in JAZZY.types:  # rosbags' own encoder, on which this one is built, and padding
+            plain = bytes(JAZZY.serialize_cdr(message, message_type, little_endian=True))
+            assert data == plain + bytes(-len(plain) % 4)
         assert same(decode(data, message_type), message)
 
 

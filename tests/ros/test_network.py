@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from graphengine import build
@@ -9,10 +11,10 @@ from graphengine.backend import TopicClaim
 from graphengine.context import QoS
 from graphengine.ros import messages
 from graphengine.ros.memory import MemoryTransport
-from graphengine.ros.network import LiveNetwork
+from graphengine.ros.network import LOOK_EVERY, LiveNetwork
 from graphengine.session import Session
 
-TWIST = "geometry_msgs/msg/Twist"
+TWIST, STAMPED, CLOCK = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped", "rosgraph_msgs/msg/Clock"
 GRAPH = """
 graph: clock
 nodes:
@@ -31,6 +33,18 @@ def claim(direction: str, depth: int = 10) -> TopicClaim:
 
 def twist(speed: float) -> messages.Twist:
     return messages.Twist(messages.Vector3(speed, 0.0, 0.0), messages.Vector3(0.0, 0.0, 0.0))
+
+
+class Taker:
+    def __init__(self) -> None:
+        self.written: list[tuple[TopicClaim, bytes]] = []
+        self.delivered: list[tuple[TopicClaim, list[bytes]]] = []
+
+    def write(self, claim: TopicClaim, data: bytes) -> None:
+        self.written.append((claim, data))
+
+    def deliver(self, claim: TopicClaim, arrived: Sequence[bytes]) -> None:
+        self.delivered.append((claim, list(arrived)))
 
 
 def clock_session(folder: Path, transport: MemoryTransport) -> Session:
@@ -80,21 +94,31 @@ def test_malformed_bytes_are_dropped_counted_and_told_once() -> None:
 
 
 def test_every_sink_gets_the_bytes_that_the_transport_gets() -> None:
-    taken: list[tuple[str, str, bytes]] = []
-
-    class Recorder:
-        def write(self, topic: str, message_type: str, data: bytes) -> None:
-            taken.append((topic, message_type, data))
-
+    sink = Taker()
     transport = MemoryTransport()
     network = LiveNetwork(lambda domain: transport, 0, print)
     publisher = network.publisher(claim("publish"))
     wanted_before = publisher.wanted
-    network.sinks.append(Recorder())
+    network.sinks.append(sink)
     assert (wanted_before, publisher.wanted) == (False, True)
     publisher.publish(twist(1.5))
     network.flush()
-    assert taken == [("/cmd_vel", TWIST, transport.raw("/cmd_vel")[0])]
+    assert sink.written == [(claim("publish"), transport.raw("/cmd_vel")[0])]
+
+
+def test_every_sink_is_told_what_subscriptions_see_from_a_tick_on() -> None:
+    sink = Taker()
+    transport = MemoryTransport()
+    network = LiveNetwork(lambda domain: transport, 0, print)
+    network.sinks.append(sink)
+    network.subscription(claim("subscribe", depth=2))
+    sent = [messages.encode(twist(speed)) for speed in (1.0, 2.0, 3.0)]
+    for data in sent:
+        transport.inject("/cmd_vel", data)
+    assert sink.delivered == []
+    network.freeze()
+    network.freeze()
+    assert sink.delivered == [(claim("subscribe", depth=2), sent[1:])]
 
 
 def test_a_publisher_whose_topic_changes_leaves_the_old_one(tmp_path: Path) -> None:
@@ -108,3 +132,41 @@ def test_a_publisher_whose_topic_changes_leaves_the_old_one(tmp_path: Path) -> N
         assert [claim.topic for claim in session.services.claims] == ["/time"]
     assert len(transport.messages("/clock")) == 2
     assert len(transport.messages("/time")) == 3
+
+
+def test_what_was_published_in_a_tick_is_sent_before_its_publisher_leaves() -> None:
+    transport = MemoryTransport(wants_all=True)
+    network = LiveNetwork(lambda domain: transport, 0, print)
+    first, second = (network.publisher(claim("publish")) for _ in range(2))
+    first.publish(twist(1.0))
+    second.publish(twist(2.0))
+    second.close()
+    network.flush()
+    assert [message.linear.x for message in transport.messages("/cmd_vel")] == [1.0, 2.0]
+
+
+def test_a_subscription_with_alternatives_reads_the_one_that_is_published() -> None:
+    transport = MemoryTransport()
+    network = LiveNetwork(lambda domain: transport, 0, print)
+    subscription = network.subscription(replace(claim("subscribe"), alternatives=(STAMPED, CLOCK)))
+    transport.inject("/cmd_vel", twist(1.0))
+    transport.writer("/cmd_vel", CLOCK, QoS())
+    for _ in range(LOOK_EVERY):
+        network.freeze()
+    assert (subscription.claim.message_type, subscription.claim.alternatives) == (CLOCK, (TWIST, STAMPED))
+    assert subscription.newest() is None  # what came as the other type is gone
+    transport.inject("/cmd_vel", messages.Clock(messages.stamp(2.0)))
+    network.freeze()
+    assert subscription.newest() == messages.Clock(messages.stamp(2.0))
+    subscription.close()
+    assert network.subscriptions == []
+    assert transport.graph().subscribers("/cmd_vel") == []
+
+
+def test_a_subscription_with_alternatives_stays_where_nobody_publishes_one() -> None:
+    transport = MemoryTransport()
+    network = LiveNetwork(lambda domain: transport, 0, print)
+    subscription = network.subscription(replace(claim("subscribe"), alternatives=(STAMPED,)))
+    transport.writer("/cmd_vel", CLOCK, QoS())
+    network.freeze()
+    assert subscription.claim.message_type == TWIST

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from typing import TypeAlias
 
 import pytest
@@ -14,8 +15,10 @@ from graphengine.diagnostics import TopicError, TransportError
 from graphengine.ros import rcl
 from graphengine.ros.dds import DdsTransport
 from graphengine.ros.domain import Domain
+from graphengine.ros.graph import discover
+from graphengine.ros.interfaces import MessageTypeError
 from graphengine.ros.memory import MemoryTransport
-from graphengine.ros.messages import String, decode, encode
+from graphengine.ros.messages import String, decode, encode, type_hash
 from graphengine.ros.qos import LATCHED
 from graphengine.ros.rcl import RclTransport
 from graphengine.ros.transport import Transport, Writer
@@ -268,9 +271,9 @@ def test_a_transport_that_is_closed_is_left_for_good(join: Join, domain_id: int)
 
 def test_a_type_that_does_not_exist_cannot_be_opened(join: Join, domain_id: int) -> None:
     alice = join(domain_id, "alice")
-    with pytest.raises(TransportError, match="no_msgs/msg/Nothing"):
+    with pytest.raises(MessageTypeError, match="no_msgs/msg/Nothing"):
         alice.writer("/chatter", "no_msgs/msg/Nothing", QoS())
-    with pytest.raises(TransportError, match="no_msgs/msg/Nothing"):
+    with pytest.raises(MessageTypeError, match="no_msgs/msg/Nothing"):
         alice.reader("/chatter", "no_msgs/msg/Nothing", QoS(), Inbox())
 
 
@@ -339,3 +342,92 @@ def test_names_that_ros_refuses_are_refused(kind: str, domain_id: int, name: str
     make = DdsTransport if kind == "dds" else RclTransport
     with pytest.raises(TopicError):
         make(Domain(domain_id, "LOCALHOST"), name, namespace)
+
+
+# Who is there
+
+
+def known(transport: Transport, topic: str) -> list[tuple[str, str, str]]:
+    """Of each end of a topic: direction, type and node."""
+    return [
+        (end.direction, end.message_type, end.full_node) for end in transport.graph().endpoints if end.topic == topic
+    ]
+
+
+def test_the_graph_tells_who_writes_and_reads_what(
+    join: Join, kind: str, domain_id: int, eventually: Eventually
+) -> None:
+    alice, bob = join(domain_id, "alice"), join(domain_id, "bob")
+    alice.writer("/chatter", STRING, LATCHED)
+    bob.reader("/chatter", STRING, QoS(depth=5, reliability="bestEffort"), Inbox())
+    nodes = ("", "") if kind == "memory" else ("/alice", "/bob")
+
+    def told(asked: Transport) -> bool:
+        return known(asked, "/chatter") == [("publish", STRING, nodes[0]), ("subscribe", STRING, nodes[1])]
+
+    for transport in (alice, bob):
+        assert eventually(partial(told, transport))
+        writer, reader = (end for end in transport.graph().endpoints if end.topic == "/chatter")
+        assert (writer.qos.reliability, writer.qos.durability) == ("reliable", "transientLocal")
+        assert (reader.qos.reliability, reader.qos.durability) == ("bestEffort", "volatile")
+        assert writer.type_hash == reader.type_hash == type_hash(STRING)
+        assert len({writer.gid, reader.gid}) == 2
+        assert {len(writer.gid), len(reader.gid)} == {16}
+        assert writer.serves(reader)
+
+
+@pytest.mark.parametrize("kind", ["memory", *FAITHFUL], indirect=True)
+def test_the_graph_follows_who_comes_and_goes(join: Join, domain_id: int, eventually: Eventually) -> None:
+    alice, bob = join(domain_id, "alice"), join(domain_id, "bob")
+    assert known(alice, "/chatter") == []
+    for _ in range(2):
+        reader = bob.reader("/chatter", STRING, QoS(), Inbox())
+        assert eventually(lambda: alice.graph().subscribers("/chatter"))
+        reader.close()
+        assert eventually(lambda: not alice.graph().subscribers("/chatter"))
+
+
+@pytest.mark.parametrize("kind", ["dds", RCLPY, *MIXED], indirect=True)
+def test_a_peer_that_leaves_is_gone_from_the_graph(join: Join, domain_id: int, eventually: Eventually) -> None:
+    alice, bob = join(domain_id, "alice"), join(domain_id, "bob")
+    bob.writer("/chatter", STRING, QoS())
+    assert eventually(lambda: known(alice, "/chatter") == [("publish", STRING, "/bob")])
+    bob.close()
+    assert eventually(lambda: known(alice, "/chatter") == [])
+    assert "/bob" not in {end.full_node for end in alice.graph().endpoints}
+
+
+def test_discovery_ends_when_it_is_enough_or_when_the_time_is_up(
+    join: Join, domain_id: int, eventually: Eventually
+) -> None:
+    alice, bob = join(domain_id, "alice"), join(domain_id, "bob")
+    assert discover(alice, 0.0).publishers("/chatter") == []
+    bob.writer("/chatter", STRING, QoS())
+    found = discover(alice, 60.0, lambda graph: graph.publishers("/chatter"))
+    assert found.complete
+    assert found.types()["/chatter"] == [STRING]
+
+
+@pytest.mark.parametrize("kind", ["memory", "dds"], indirect=True)
+def test_who_takes_a_message_can_ask_who_sent_it(join: Join, domain_id: int, eventually: Eventually) -> None:
+    alice, bob = join(domain_id, "alice"), join(domain_id, "bob")
+    senders: dict[str, bytes] = {}
+    writers = [transport.writer("/map", STRING, LATCHED) for transport in (alice, bob)]
+    for writer, name in zip(writers, ("alice", "bob"), strict=True):
+        writer.write(text(name))
+    bob.reader(
+        "/map", STRING, replace(LATCHED, depth=10), lambda data: senders.update({decode(data, STRING).data: bob.source})
+    )
+    assert eventually(lambda: len(senders) == 2)
+    ends = discover(bob, 20.0, lambda graph: len(graph.publishers("/map")) == 2).publishers("/map")
+    assert set(senders.values()) == {end.gid for end in ends}
+    if isinstance(bob, DdsTransport):
+        names = {end.gid: end.node for end in ends}
+        assert {name: names[gid] for name, gid in senders.items()} == {"alice": "alice", "bob": "bob"}
+
+
+def test_a_transport_that_is_closed_tells_of_nobody(join: Join, domain_id: int) -> None:
+    alice = join(domain_id, "alice")
+    alice.close()
+    with pytest.raises(TransportError, match="the transport is closed"):
+        alice.graph()

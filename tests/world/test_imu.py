@@ -203,7 +203,8 @@ def test_before_the_first_step_it_feels_gravity_alone() -> None:
     turn = from_rpy(0.0, 1.0, 0.0)
     sample = carried(TURNTABLE, orientation=turn, acceleration_noise=1.0).sample()
     assert rotate(turn, sample.gravity) == pytest.approx((0.0, 0.0, G))
-    assert sample.time == 0.0
+    assert sample.linear_acceleration == (0.0, 0.0, 0.0)  # no noise: that belongs to samples
+    assert (sample.time, sample.index) == (0.0, -1)
 
 
 def test_a_prim_of_another_kind_is_refused_with_the_units_that_there_are() -> None:

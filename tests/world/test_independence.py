@@ -66,3 +66,22 @@ def test_a_robot_moves_alone_as_it_does_in_a_crowd(scene: Project, main: str) ->
     crate = alone.simulation.body(alone.stage.find("/World/crate")).pose()[0]
     assert crate[0] > 1.5  # from 1 m: it was pushed, in the end against the wall
     np.testing.assert_array_equal(one, other)
+
+
+def test_an_arm_that_pushes_against_its_stop_does_so_in_a_crowd_as_alone(scene: Project) -> None:
+    first = "  main: {use: arm.yaml, position: [0, 0, 0.06]}\n"
+    seen = []
+    for others in ("", CROWD):
+        scene.write("scene.yaml", f"scene: t\nworld: world.xml\nsettle: true\nrobots:\n{others}{first}")
+        world = scene.load()
+        efforts = []
+        for step in range(960):
+            if step % 4 == 0:
+                for index, name in enumerate(reversed(world.robots)):
+                    joints = world.simulation.articulation(world.stage.find(f"/{name}")).select()
+                    joints.command(positions=[3 * math.sin(step / 100 + index)] * len(joints.names))
+            world.simulation.step()
+            efforts.append(world.simulation.articulation(world.stage.find("/main")).efforts()[0])
+        seen.append(efforts)
+    assert max(seen[0]) > 35.0  # of the 40 N m that its description allows
+    assert seen[0] == seen[1]

@@ -228,6 +228,14 @@ def test_visuals_are_seen_only_where_a_body_has_no_collider(project: Project) ->
     assert ranges[0] == pytest.approx(1.6, abs=1e-6)  # 2 m and 0.1 m less the visual's 0.5 m
 
 
+@either_rays
+def test_where_there_is_nothing_at_all_nothing_returns(rays: RaysChoice) -> None:
+    model, stage = mujoco.MjModel.from_xml_string("<mujoco/>"), room(beams=5).stage
+    scan = Simulation(model, stage, Fraction(60), 1, rays=rays).lidar(stage.find("/Lidar")).scan()
+    assert np.isinf(scan.ranges).all()
+    assert scan.intensities.tolist() == [0.0] * 5
+
+
 def test_brighter_surfaces_return_more(project: Project) -> None:
     project.write(
         "world.xml",

@@ -89,6 +89,7 @@ def test_noise_is_the_profiles_unless_the_robot_says_otherwise(project: Project,
 
 RINGS = "rings: rings have first_deg, last_deg and count, or each_deg"
 AROUND = "beams: beams go counter-clockwise and once around: last_deg is more than first_deg, by at most 360"
+RESOLUTION = "resolution is a micrometre at least and less than far, or 0"
 UPWARDS = "rings: rings go upwards: each is higher than the one before"
 
 
@@ -98,7 +99,7 @@ UPWARDS = "rings: rings go upwards: each is higher than the one before"
         ("near: 0.1", "near: 12.0", "2:1: error G109: lidar: near must be less than far, and 12 is not less than 12"),
         ("near: 0.1", "near: -1.0", "5:9: error G109: near: expected a value ≥ 0, got -1.0"),
         ("far: 12.0", "far: .inf", "6:8: error G109: far: "),
-        ("rate: 10.0", "rate: 0.0", "3:9: error G109: rate: expected a value > 0, got 0.0"),
+        ("rate: 10.0", "rate: 0.0", "3:9: error G109: rate: expected a value ≥ 0.001, got 0.0"),
         ("rate: 10.0", "rate: fast", "3:9: error G108: rate: expected a number, got 'fast'"),
         ("  rate: 10.0\n", "", "2:1: error G107: missing key 'rate'"),
         ("last_deg: 90.0", "last_deg: -90.0", f"4:3: error G109: {AROUND}"),
@@ -106,6 +107,10 @@ UPWARDS = "rings: rings go upwards: each is higher than the one before"
         ("count: 181", "count: 1", "4:52: error G109: count: expected a value ≥ 2, got 1"),
         ("near:", "noise_std: -0.1\n  near:", "5:14: error G109: noise_std: expected a value ≥ 0, got -0.1"),
         ("near:", "resolution: -0.1\n  near:", "5:15: error G109: resolution: expected a value ≥ 0, got -0.1"),
+        ("near:", "resolution: 1e-320\n  near:", f"2:1: error G109: lidar: {RESOLUTION}"),
+        ("near:", "resolution: 12.0\n  near:", f"2:1: error G109: lidar: {RESOLUTION}"),
+        ("near:", "noise_std: 1e300\n  near:", "5:14: error G109: noise_std: expected a value ≤ 1000, got 1e+300"),
+        ("far: 12.0", "far: 1e39", "6:8: error G109: far: expected a value ≤ 1e+06, got 1e+39"),
         ("near:", "rings: {first_deg: -1.0, count: 4}\n  near:", f"5:3: error G109: {RINGS}"),
         ("near:", "rings: {count: 4, each_deg: [1.0]}\n  near:", f"5:3: error G109: {RINGS}"),
         ("near:", "rings: {}\n  near:", f"5:3: error G109: {RINGS}"),

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import sys
+import threading
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -12,15 +14,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from graphengine.diagnostics import UsageError
+from graphengine.diagnostics import Findings, UsageError
+from graphengine.spec import RobotUse
 from graphengine.world.engine import mujoco, sort_geoms
 from graphengine.world.model import LoadedWorld
+from graphengine.world.population import Population
 from graphengine.world.sensors.rays import Caster, RaysChoice
 from graphengine.world.sensors.select import select_rays
+from graphengine.world.simulation import Simulation
 from tests.world.casters import either_rays, fan, needs_numba, one_by_one, sphere, turned
 from tests.world.conftest import Ship
+from tests.world.harness import SHIPPED
 
 FAR = 64.0
+SCENES = sorted(str(path.relative_to(SHIPPED)) for path in SHIPPED.glob("**/*.yaml") if "\nrobots:" in path.read_text())
 Floats = NDArray[np.float64]
 World = tuple[mujoco.MjModel, mujoco.MjData]
 
@@ -57,20 +64,46 @@ def assert_agree(world: World, origin: Floats, rays: Floats, found: Floats, expe
 # The scenes that ship
 
 
-@pytest.mark.parametrize("name", ["dd100_warehouse.yaml", "dd100_flat.yaml", "tutorial/simple_warehouse.yaml"])
-def test_on_the_scenes_that_ship_both_rays_agree_at_many_poses(ship: Ship, name: str) -> None:
-    pytest.importorskip("numba")
-    model, data, tree = robot_of(ship(name))
-    generator = np.random.default_rng(11)
-    for directions in (fan(2751), sphere(20, 60)):
-        slow, fast = (caster((model, data), rays, directions, tree) for rays in ("mujoco", "fast"))
-        for tilt in (0.0, 0.02, 0.3):
-            origin = generator.uniform([-25.0, -22.0, 0.1], [5.0, 30.0, 1.5])
+@needs_numba
+@pytest.mark.parametrize("name", SCENES)
+def test_on_the_scenes_that_ship_both_rays_agree_while_robots_drive_come_and_go(ship: Ship, name: str) -> None:
+    loaded, generator = ship(name), np.random.default_rng(11)
+    simulation, population = loaded.simulation, Population(loaded)
+    guest = RobotUse.model_validate({"use": "robots/dd100.yaml", "position": [0.3, 0.1, 0.05]})
+    both_agree(simulation, generator)
+    for robot in simulation.stage.prims("robot"):
+        wheels = simulation.articulation(robot).select()
+        wheels.command(velocities=generator.uniform(-20, 20, len(wheels.names)).tolist())
+    run(simulation, 240)
+    both_agree(simulation, generator)
+    population.add("guest", guest, Findings())
+    run(simulation, 10)
+    both_agree(simulation, generator)
+    population.remove("guest")
+    run(simulation, 10)
+    both_agree(simulation, generator)
+
+
+def run(simulation: Simulation, steps: int) -> None:
+    for _ in range(steps):
+        simulation.step()
+
+
+def both_agree(simulation: Simulation, generator: np.random.Generator, poses: int = 8) -> None:
+    """At random poses in the halls, and where the robots have their sensors, level and tilted."""
+    world = simulation.model, simulation.data
+    bodies = [simulation.body(robot).body for robot in simulation.stage.prims("robot")]
+    own = int(simulation.model.body_rootid[bodies[0]])
+    for directions in (fan(360), sphere(10, 36)):
+        slow, fast = (caster(world, rays, directions, own) for rays in ("mujoco", "fast"))
+        for pose in range(poses):
+            origin = generator.uniform([-27.0, -24.0, -0.1], [7.0, 32.0, 7.0])
+            if pose % 2:
+                origin = simulation.data.xpos[generator.choice(bodies)] + generator.normal((0.0, 0.0, 0.16), 0.03)
+            tilt = (0.0, 0.001, 0.3, 3.0)[pose // 2 % 4]
             rotation = turned(generator.normal(0, tilt), generator.normal(0, tilt), generator.uniform(-3, 3))
-            expected, _ = slow.cast(origin, rotation)
-            found, _ = fast.cast(origin, rotation)
-            rays = directions @ rotation.T
-            assert_agree((model, data), origin, rays, within_reach(found), within_reach(expected))
+            expected, found = (within_reach(way.cast(origin, rotation)[0]) for way in (slow, fast))
+            assert_agree(world, origin, directions @ rotation.T, found, expected)
 
 
 def test_mujocos_rays_are_mj_ray_bit_for_bit_with_the_robot_taken_out(ship: Ship) -> None:
@@ -285,6 +318,65 @@ def test_without_numba_mujocos_are_used_and_ours_on_request_are_an_error(monkeyp
     assert select_rays("auto", *world).name == "mujoco"
     with pytest.raises(UsageError, match=r"need numba.*\n.*pip install 'graphengine\[fast\]'"):
         select_rays("fast", *world)
+
+
+@pytest.fixture
+def fast() -> Iterator[Any]:
+    """The module of ours, which does not know yet whether numba works in this process."""
+    pytest.importorskip("numba")
+    from graphengine.world.sensors.fast import rays
+
+    rays.trouble.cache_clear()
+    yield rays
+    rays.trouble.cache_clear()
+
+
+def test_where_numba_may_not_compile_mujocos_are_used(fast: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fast.numba.config, "DISABLE_JIT", 1)
+    assert select_rays("auto", *world_of("<mujoco/>")).name == "mujoco"
+    with pytest.raises(UsageError, match="NUMBA_DISABLE_JIT keeps numba from compiling them"):
+        select_rays("fast", *world_of("<mujoco/>"))
+
+
+def test_where_numba_fails_mujocos_are_used_and_it_is_told(
+    fast: Any, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def fail(*_: object) -> None:
+        raise EOFError("Ran out of input")  # what comes of a file that a crash left empty
+
+    monkeypatch.setattr(fast.FastRays, "__init__", fail)
+    assert select_rays("auto", *world_of("<mujoco/>")).name == "mujoco"
+    (told,) = caplog.messages
+    assert "EOFError: Ran out of input; if it is damaged, delete what numba keeps in /" in told
+    with pytest.raises(UsageError, match=r"'fast' cannot be cast here: EOFError: .*\n  rays 'mujoco' can"):
+        select_rays("fast", *world_of("<mujoco/>"))
+
+
+def test_that_compiling_takes_its_time_is_told(
+    fast: Any, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    told, quick = threading.Event(), fast.FastRays.__init__
+    caplog.handler.addFilter(lambda _: told.set() or True)  # type: ignore[func-returns-value]
+
+    def slow(*given: Any) -> None:
+        told.wait(10)
+        quick(*given)
+
+    monkeypatch.setattr(fast, "PATIENCE", 0.001)
+    monkeypatch.setattr(fast.FastRays, "__init__", slow)
+    assert fast.trouble() == ""
+    assert caplog.messages == ["compiling the rays of lidars, which takes some seconds"]
+
+
+@needs_numba
+def test_once_rays_are_chosen_nothing_is_left_to_compile() -> None:
+    from graphengine.world.sensors.fast import kernel, table, tree
+
+    seeing = caster(jumble(np.random.default_rng(1)), "fast", fan(10))
+    kernels: list[Any] = [kernel.cast, table.follow, table.enclose, tree.build]
+    before = [len(each.signatures) for each in kernels]
+    seeing.cast(np.zeros(3), np.eye(3))
+    assert [len(each.signatures) for each in kernels] == before
 
 
 @needs_numba

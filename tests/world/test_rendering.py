@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import os
+import re
+import signal
 import threading
 from collections.abc import Iterator
-from contextlib import closing
+from contextlib import AbstractContextManager, closing, suppress
 
 import numpy as np
 import pytest
@@ -63,6 +66,16 @@ def test_depths_are_what_rays_measure_whatever_the_worlds_extent(extent: float, 
 
 
 @needs_opengl
+@pytest.mark.parametrize("fov", [0.1, 1.0, 120.0, 179.0])
+@pytest.mark.parametrize("clip", [(0.001, 0.5), (0.001, 1e6), (2.9, 3.1), (1.0, 1e6), (999_999.0, 1e6)])
+def test_all_that_a_profile_may_say_can_be_drawn(fov: float, clip: tuple[float, float]) -> None:
+    wall = '<geom type="box" size=".1 400 400" pos="3.1 0 1"/>'
+    depth = camera_of(simulation_of(wall, size=(9, 7), fov_deg=(fov, 50.0), clip=clip)).picture().depth
+    expected = 3.0 if clip[0] < 3.0 < clip[1] else np.inf
+    np.testing.assert_allclose(depth, expected, rtol=1e-4)
+
+
+@needs_opengl
 @settings(max_examples=15, deadline=None)
 @given(st.floats(0.3, 20.0), st.floats(0.0005, 0.05))
 def test_the_clip_range_is_exact(distance: float, margin: float) -> None:
@@ -84,6 +97,13 @@ def test_what_is_nearer_than_the_clip_range_hides_what_is_behind_it() -> None:
     depth = camera_of(simulation_of(parts, clip=(0.6, 6.0))).picture().depth
     assert np.isinf(depth[24, 32])
     assert depth[24, 2] == pytest.approx(3.0, abs=1e-5)
+
+
+@needs_opengl
+def test_a_camera_within_a_shape_sees_out_of_it() -> None:
+    parts = '<geom type="box" size=".5 .5 .5" pos="0 0 1"/><geom type="box" size=".1 9 9" pos="3.1 0 1"/>'
+    depth = camera_of(simulation_of(parts)).picture().depth
+    np.testing.assert_allclose(depth, 3.0, rtol=1e-5)
 
 
 @needs_opengl
@@ -153,6 +173,55 @@ def test_a_segmentation_counts_the_pixels_of_named_bodies() -> None:
     )
     assert (np.abs(picture.depth - 4.0) < 1e-3).sum() == pytest.approx((focal / 4) ** 2, abs=2 * focal / 4)
     assert camera.picture().segmentation is None
+
+
+JUMBLE = """</worldbody>
+  <asset><mesh name="tent" vertex="0 0 0 .9 0 0 0 .9 0 0 0 2.9"/></asset>
+<worldbody><geom type="plane" size="0 0 1"/>"""
+
+
+@needs_opengl
+@settings(max_examples=15, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_what_is_out_of_sight_is_left_out_and_the_picture_is_the_same(seed: int) -> None:
+    generator, parts = np.random.default_rng(seed), JUMBLE
+    for index in range(30):
+        shape = ("sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh")[index % 6]
+        size = 'mesh="tent"' if shape == "mesh" else f'size="{" ".join(map(str, generator.uniform(0.05, 1.0, 3)))}"'
+        drawn = generator.uniform(-5, 5, 3), generator.normal(size=4), generator.uniform(0, 1, 3)
+        place, turn, colour = (" ".join(map(str, values)) for values in drawn)
+        geom = f'<geom type="{shape}" {size} rgba="{colour} 1"/>'
+        parts += f'<body name="b{index}" pos="{place}" quat="{turn}">{geom}</body>'
+    looking = generator.normal(size=4)
+    x, y, z, w = (looking / np.linalg.norm(looking)).tolist()
+    pose = (EYE, (x, y, z, w))
+    simulation = simulation_of(parts, pose=pose, size=(48, 32), fov_deg=(generator.uniform(10, 140), 1.0))
+    lens, studio = camera_of(simulation)._lens, simulation.studio
+    part, whole = (studio.capture(pose, lens, segmentation=True, whole=whole) for whole in (False, True))
+    assert part.scene.ngeom < whole.scene.ngeom == 31
+    with opengl.context(), closing(Renderer(simulation.model, lens.size, lens.far)) as renderer:
+        one, other = renderer.draw(part), renderer.draw(whole)
+    assert one.rgb.tobytes() == other.rgb.tobytes()
+    assert one.depth.tobytes() == other.depth.tobytes()
+    segments, expected = (image.segmentation for image in (one, other))
+    assert segments is not None
+    assert expected is not None
+    assert segments.tobytes() == expected.tobytes()
+    assert set(simulation.model.geom_group.tolist()) == {0}
+
+
+@needs_opengl
+def test_the_textures_of_the_floor_and_of_the_sky_are_drawn() -> None:
+    textured = """</worldbody><asset>
+      <texture name="sky" type="skybox" builtin="flat" rgb1="0 1 0" rgb2="0 1 0" width="32" height="32"/>
+      <texture name="tiles" type="2d" builtin="checker" rgb1="1 0 0" rgb2="0 0 1" width="64" height="64"/>
+      <material name="tiles" texture="tiles" texrepeat="1 1" texuniform="true"/>
+    </asset><worldbody><geom type="plane" size="0 0 1" material="tiles"/>"""
+    rgb = camera_of(simulation_of(textured)).picture().rgb.astype(int)
+    assert (rgb[:20, :, 1] > rgb[:20, :, [0, 2]].max(axis=2) + 50).all()
+    red, _, blue = np.moveaxis(rgb[32:], 2, 0)
+    assert 0.3 < np.mean(red > 4 * blue) < 0.6
+    assert 0.3 < np.mean(blue > 4 * red) < 0.6
 
 
 @needs_opengl
@@ -372,3 +441,61 @@ def test_a_picture_that_mujoco_cannot_draw_is_told() -> None:
     camera = camera_of(simulation_of(ROOM, size=(40_000, 1)))
     with pytest.raises(RenderError, match="MuJoCo cannot draw"):
         camera.picture()
+
+
+@needs_opengl
+def test_after_a_picture_that_could_not_be_drawn_the_next_one_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
+        raise mujoco.FatalError("no")
+
+    camera = camera_of(simulation_of(ROOM))
+    before = camera.picture().rgb.tobytes()
+    with monkeypatch.context() as patch:
+        patch.setattr(mujoco, "mjr_render", refuse)
+        with pytest.raises(RenderError, match="MuJoCo cannot draw: no"):
+            camera.picture()
+    assert camera.picture().rgb.tobytes() == before
+
+
+@needs_opengl
+def test_opengl_stays_open_over_an_exchange_of_the_model(monkeypatch: pytest.MonkeyPatch) -> None:
+    opened, context = [], opengl.context
+
+    def counted() -> AbstractContextManager[None]:
+        opened.append(threading.current_thread().name)
+        return context()
+
+    monkeypatch.setattr(opengl, "context", counted)
+    simulation = simulation_of(ROOM)
+    camera_of(simulation).picture()
+    model = mujoco.MjModel.from_xml_string('<mujoco><worldbody><geom size="1" pos="3 0 1"/></worldbody></mujoco>')
+    simulation.rebind(model, mujoco.MjData(model))
+    depth = camera_of(simulation).picture().depth
+    assert depth[24, 32] == pytest.approx(2.0, abs=0.01)
+    assert opened == ["render"]
+
+
+@needs_opengl
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there are no forks here")
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_in_the_copy_that_a_fork_makes_a_picture_is_an_error_and_not_a_wait_for_ever() -> None:
+    simulation = simulation_of(ROOM)
+    camera = camera_of(simulation)
+    camera.picture()
+    child = os.fork()
+    if child == 0:
+        signal.alarm(30)
+        told = ""
+        with suppress(BaseException):
+            try:
+                camera.picture()
+            except RenderError as error:
+                told = str(error)
+        os._exit("'spawn' or 'forkserver'" in told)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 1
+    assert camera.picture().rgb.any()
+
+
+@needs_opengl
+def test_the_driver_tells_its_renderer_and_the_version_of_opengl() -> None:
+    assert re.fullmatch(r"\S.*, [1-9]\.\d.*", opengl.driver())

@@ -72,6 +72,18 @@ def test_a_link_whose_name_usd_does_not_allow_keeps_it_as_its_frames_name(projec
     assert stage.find("/bot/base_link/arm_1/_1_plate").frame_name == "1.plate"
 
 
+@pytest.mark.parametrize("name", ["root", "a.b", "1", "arm joint", "Ärm"])
+def test_a_joint_may_be_called_anything(project: Project, name: str) -> None:
+    project.write("bot.urdf", CART.replace('"arm_joint"', f'"{name}"'))
+    project.write("bot.yaml", ROBOT + f'joints: {{"{name}": {{drive: {{stiffness: 100, damping: 10}}}}}}\n')
+    world = project.load()
+    joints = world.simulation.articulation(world.stage.find("/bot"))
+    joints.select([name]).command(positions=[0.5])
+    for _ in range(240):
+        world.simulation.step()
+    assert joints.positions()[0] == pytest.approx(0.5, abs=1e-3)
+
+
 def test_a_joint_can_be_put_elsewhere(project: Project) -> None:
     project.write("bot.yaml", ROBOT + "joints: {arm_joint: {position: [0, 0, 0.5]}}\n")
     world = project.load()
@@ -135,6 +147,50 @@ def test_links_of_one_robot_do_not_collide_and_those_of_two_do(project: Project)
     assert project.load().simulation.data.ncon > 0
 
 
+CROSSING = """<robot name="crossing">
+  <link name="base_link">{inertial}<collision><geometry><box size=".1 .1 .1"/></geometry></collision></link>
+  <link name="plinth">{inertial}<collision><geometry><box size=".1 .1 .1"/></geometry></collision></link>
+  <link name="upper">{inertial}<collision><geometry><box size=".1 .1 .1"/></geometry></collision></link>
+  <link name="lower">{inertial}<collision><geometry><box size=".1 .1 .1"/></geometry></collision></link>
+  <joint name="one" type="fixed"><parent link="base_link"/><child link="plinth"/></joint>
+  <joint name="two" type="continuous"><parent link="plinth"/><child link="upper"/><axis xyz="0 0 1"/></joint>
+  <joint name="three" type="continuous"><parent link="upper"/><child link="lower"/><axis xyz="0 0 1"/></joint>
+</robot>
+"""
+
+
+@pytest.mark.parametrize("base", ["", "fixed_base: true\n"])
+def test_links_of_one_robot_collide_if_its_file_says_so_but_not_with_those_that_a_joint_connects(
+    project: Project, base: str
+) -> None:
+    # four boxes in one place, of which the first two are one rigid body
+    inertial = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    project.write("bot.urdf", CROSSING.format(inertial=inertial))
+    project.write("scene.yaml", SCENE.replace("0, 0, 0.1]", "0, 0, 2]"))
+    crossing = {("base_link", "lower"), ("lower", "plinth")}
+    for key, expected in (("", set()), ("self_collision: true\n", crossing)):
+        simulation = project.write("bot.yaml", ROBOT + base + key).load().simulation
+        model, contacts = simulation.model, simulation.data.contact.geom
+        touching = [
+            [model.body(int(model.geom_bodyid[geom])).name.removeprefix("bot/") for geom in pair] for pair in contacts
+        ]
+        assert {tuple(sorted(pair)) for pair in touching} == expected
+
+
+def test_what_drives_are_made_of_cannot_be_disabled_by_a_world(project: Project) -> None:
+    option = '<mujoco><option><flag spring="disable" damper="disable" actuation="disable"/></option>'
+    project.write("world.xml", FLOOR.replace("<mujoco>", option))
+    project.write("bot.yaml", ROBOT + "joints: {arm_joint: {drive: {stiffness: 100, damping: 10}}}\n")
+    world, findings = project.try_load()
+    assert world is not None
+    assert [note.message.partition(" ")[0] for note in findings.items] == ["spring", "damper", "actuation"]
+    joints = world.simulation.articulation(world.stage.find("/bot"))
+    joints.select().command(positions=[0.5])
+    for _ in range(240):
+        world.simulation.step()
+    assert joints.positions()[0] == pytest.approx(0.5, abs=1e-3)
+
+
 @pytest.mark.parametrize(
     ("joint", "told"),
     [
@@ -144,6 +200,11 @@ def test_links_of_one_robot_do_not_collide_and_those_of_two_do(project: Project)
         ("drive: {max_acceleration: -2}", "error G109: max_acceleration: expected a value > 0, got -2"),
         ("usd_drive: {damping: -1}", "error G109: damping: expected a value ≥ 0, got -1"),
         ("usd_drive: {max_force: -1}", "error G109: max_force: expected a value > 0, got -1"),
+        ("drive: {damping: 1e13}", "error G109: damping: expected a value ≤ 1e+12, got 10000000000000.0"),
+        (
+            "usd_drive: {damping: 1, target_velocity: 1e11}",
+            "target_velocity: expected a value ≤ 1e+10, got 100000000000.0",
+        ),
         ("armature: -0.1", "error G109: armature: expected a value ≥ 0, got -0.1"),
         ("drive: {damping: 1}, usd_drive: {damping: 1}", "a joint has a drive or a usd_drive, not both"),
         ("drive: {dampng: 1}", "unknown key 'dampng'"),

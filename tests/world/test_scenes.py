@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import math
+import shutil
+import subprocess
+import sys
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -42,6 +46,16 @@ def test_a_scene_that_ships_loads_with_notes_at_most(name: str) -> None:
     assert loaded is not None
     assert {finding.severity for finding in findings.items} <= {"note"}
     assert loaded.simulation.settled_after is not None
+
+
+def test_the_worlds_are_what_the_program_beside_them_writes(tmp_path: Path) -> None:
+    program = tmp_path / "make_worlds.py"
+    shutil.copy(SHIPPED / "worlds/make_worlds.py", program)
+    subprocess.run([sys.executable, program], check=True)
+    written = sorted(path.name for path in tmp_path.glob("*.xml"))
+    assert written == sorted(path.name for path in (SHIPPED / "worlds").glob("*.xml"))
+    for name in written:
+        assert (tmp_path / name).read_bytes() == (SHIPPED / "worlds" / name).read_bytes()
 
 
 @pytest.mark.parametrize("name", PROFILES)

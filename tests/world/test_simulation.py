@@ -168,3 +168,30 @@ def test_closing_twice_is_safe(ship: Ship) -> None:
     world = ship("dd100_flat.yaml")
     world.simulation.close()
     world.simulation.close()
+
+
+@pytest.mark.parametrize("world", ["full_warehouse", "simple_warehouse"])
+def test_robots_never_sleep_though_things_in_both_halls_do(project: Project, world: str) -> None:
+    # one with drives, and one with none at all, whose contact sensor feels its weight after seconds of rest
+    touch = "sensors: {touch: {type: contact, profile: contact, parent: base_link}}\n"
+    project.write("idle.yaml", "robot: bot\nurdf: bot.urdf\n" + touch)
+    robots = "  dd100: {use: robots/dd100.yaml, position: [-5, 10, 0.025]}\n  idle: {use: idle.yaml, position: [-3, 6, 0.05]}\n"
+    project.write("scene.yaml", f"scene: t\nworld: worlds/{world}.xml\nsettle: true\nrobots:\n{robots}")
+    loaded = project.load()
+    simulation, stage = loaded.simulation, loaded.stage
+    touching = simulation.contact_sensor(stage.find("/idle/base_link/touch"))
+    for _ in range(720):
+        simulation.step()
+    simulation.begin_tick(180)
+    model, data = simulation.model, simulation.data
+    names = [model.body(int(body)).name for body in model.tree_bodyadr]
+    asleep = {name for name, state in zip(names, data.tree_asleep.tolist(), strict=True) if state >= 0}
+    assert set(names) - asleep == {"dd100/base_link", "idle/base_link"}
+    assert touching.reading().force == pytest.approx(6 * 9.81, rel=1e-3)
+    simulation.articulation(stage.find("/idle")).select().command(efforts=[0.05])
+    simulation.articulation(stage.find("/dd100")).select().command(velocities=[10.0, 10.0])
+    before = simulation.body(stage.find("/dd100")).pose()[0]
+    for _ in range(24):
+        simulation.step()
+    assert simulation.articulation(stage.find("/idle")).positions()[0] > 0.01
+    assert math.dist(before, simulation.body(stage.find("/dd100")).pose()[0]) > 0.02

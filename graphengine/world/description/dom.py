@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 from xml.dom import Node as NodeType
 from xml.dom import minidom
@@ -16,8 +17,17 @@ _KEY = "place"
 """Of a node's user data."""
 
 
-class TooDeepError(Exception):
-    """Elements nested too deep."""
+_NAME = re.compile(r"[^\W\d][\w.:-]*")
+_TEXT = re.compile("[\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]*")
+"""What XML can hold."""
+
+
+class UnwritableError(Exception):
+    """What no description may hold, and the node that holds it."""
+
+    def __init__(self, message: str, node: minidom.Element) -> None:
+        super().__init__(message)
+        self.node = node
 
 
 def node_of(element: Element, document: minidom.Document) -> minidom.Element:
@@ -59,16 +69,24 @@ def plain(node: minidom.Element, depth: int = 1) -> dict[str, Any]:
     """A node as plain data.
 
     Raises:
-        TooDeepError: it is nested deeper than a description may be.
+        UnwritableError: it is nested deeper than a description may be, or what xacro made of names and texts is none of XML:
+            written down, it would become other elements.
     """
     if depth > MAX_DEPTH:
-        raise TooDeepError(f"it expands to elements more than {MAX_DEPTH} levels deep")
+        raise UnwritableError(f"it expands to elements more than {MAX_DEPTH} levels deep", node)
+    attributes = dict(node.attributes.items())
     children = [child for child in node.childNodes if child.nodeType == NodeType.ELEMENT_NODE]
-    texts = [child.data for child in node.childNodes if child.nodeType == NodeType.TEXT_NODE]
+    text = "".join(child.data for child in node.childNodes if child.nodeType == NodeType.TEXT_NODE).strip()
+    for name in (node.tagName, *attributes):
+        if not _NAME.fullmatch(name):
+            raise UnwritableError(f"{name!r} is no name of XML", node)
+    for value in (text, *attributes.values()):
+        if not _TEXT.fullmatch(value):
+            raise UnwritableError(f"XML cannot hold {value!r}", node)
     return {
         "tag": node.tagName,
-        "attributes": dict(node.attributes.items()),
-        "text": "".join(texts).strip(),
+        "attributes": attributes,
+        "text": text,
         "place": record(place_of(node)),
         "children": [plain(child, depth + 1) for child in children],
     }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 
 from graphengine.diagnostics import Findings
 from graphengine.world.description.inertia import inertials
@@ -34,11 +34,12 @@ def for_mujoco(urdf: Urdf, name: str, library: Library, findings: Findings, *, f
     root = Element("robot", {"name": name}, urdf.element.span)
     root.children.append(Element("mujoco", {}, urdf.element.span, [compiler]))
     colours, masses = _colours(urdf), inertials(urdf, free=free, findings=findings)
+    files = library.meshes(list(_meshes(urdf)), urdf.packages)
     for link in urdf.links.values():
         copied = Element("link", {"name": link.name}, link.element.span)
         if link.name in masses:
             copied.children.append(_copy(masses[link.name]))
-        copied.children += _geoms(link, urdf, library, colours)
+        copied.children += _geoms(link, files, colours, findings)
         root.children.append(copied)
     root.children += [_copy(joint.element, _JOINT_PARTS) for joint in urdf.joints.values()]
     return root
@@ -50,19 +51,33 @@ def _copy(element: Element, parts: tuple[str, ...] = ()) -> Element:
     return Element(element.tag, dict(element.attributes), element.span, children)
 
 
-def _geoms(link: Link, urdf: Urdf, library: Library, colours: dict[str, str]) -> Iterator[Element]:
-    """The colliders and visuals of a link, one as often as its mesh has colours."""
+def _parts(link: Link) -> Iterator[tuple[int, Element, Element | None]]:
+    """The colliders and visuals of a link, each with its number and its shape."""
     for index, part in enumerate(link.element.children):
-        if part.tag not in ("collision", "visual"):
-            continue
-        shape = shape_of(part)
-        files: list[MeshFile | None] = [None]
+        if part.tag in ("collision", "visual"):
+            yield index, part, shape_of(part)
+
+
+def _meshes(urdf: Urdf) -> Iterator[tuple[Element, bool]]:
+    """The meshes of a robot, and whether each is a visual."""
+    for link in urdf.links.values():
+        for _, part, shape in _parts(link):
+            if shape is not None and shape.tag == "mesh":
+                yield shape, part.tag == "visual"
+
+
+def _geoms(
+    link: Link, files: Mapping[Element, Sequence[MeshFile]], colours: Mapping[str, str], findings: Findings
+) -> Iterator[Element]:
+    """The colliders and visuals of a link as MuJoCo wants them, one as often as its mesh has colours."""
+    for index, part, shape in _parts(link):
+        meant: Sequence[MeshFile | None] = (None,)
         if shape is not None and shape.tag == "mesh":
-            files = [*library.mesh(shape, urdf.packages, visual=part.tag == "visual")]
+            meant = files.get(shape, ())
         elif shape is not None and _is_nothing(shape):
-            library.findings.add("N103", "a shape without size is left out", shape.span)
+            findings.add("N103", "a shape without size is left out", shape.span)
             continue
-        for number, file in enumerate(files):
+        for number, file in enumerate(meant):
             geom = _geom(part, shape, file, colours)
             geom.attributes["name"] = f"{link.name}.{index}.{number}"
             yield geom
@@ -74,7 +89,7 @@ def _is_nothing(shape: Element) -> bool:
     return 0.0 in (numbers(sizes, len(sizes.split())) or ())
 
 
-def _geom(part: Element, shape: Element | None, file: MeshFile | None, colours: dict[str, str]) -> Element:
+def _geom(part: Element, shape: Element | None, file: MeshFile | None, colours: Mapping[str, str]) -> Element:
     copied = Element(part.tag, {}, part.span, [_copy(origin) for origin in part.all("origin")])
     if shape is not None:
         geometry = Element(shape.tag, dict(shape.attributes), shape.span)

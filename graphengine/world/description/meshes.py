@@ -14,6 +14,7 @@ import re
 import struct
 import warnings
 import xml.parsers.expat
+import zipfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -120,7 +121,7 @@ def _by_trimesh(data: bytes, suffix: str) -> Iterator[Part]:
     if suffix == ".stl" and b"facet" not in data:
         raise MeshError("it is neither ASCII STL nor as long as binary STL with so many triangles")
     data = data.decode("utf-8", "replace").encode() if suffix == ".stl" else data  # trimesh would guess its encoding
-    mesh = trimesh.load_mesh(io.BytesIO(data), file_type=suffix[1:], process=False)
+    mesh = trimesh.load_mesh(io.BytesIO(data), file_type=suffix[1:], process=False, skip_materials=True)
     if len(mesh.faces):
         yield Part(np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64))
 
@@ -130,6 +131,8 @@ def _collada(data: bytes) -> Iterator[Part]:
     from collada.triangleset import BoundTriangleSet
 
     _refuse_doctype(data)
+    if zipfile.is_zipfile(io.BytesIO(data)):  # of which pycollada would read what lies in it instead
+        raise MeshError("there is a ZIP archive in it")
     document = _document(data)
     if document.scene is None:
         raise MeshError("the COLLADA file has no scene")

@@ -43,9 +43,12 @@ class Packages:
         self._found: dict[str, Path | None] = {}
 
     def find(self, name: str) -> Path | None:
-        """The folder of a package."""
+        """The folder of a package; if there are several, the first that may be read."""
         if name not in self._found:
-            self._found[name] = next((folder for folder in self._candidates(name) if self._is(folder, name)), None)
+            found = (folder for folder in self._candidates(name) if self._is(folder, name))
+            first = next(found, None)
+            readable = (folder for folder in (first, *found) if folder is not None and self.files.may_read(folder))
+            self._found[name] = next(readable, first)
         return self._found[name]
 
     def places(self, reference: str) -> list[Path]:
@@ -58,7 +61,7 @@ class Packages:
             return [self.folder / unquote(reference.removeprefix("file://"))]
         name = package_of(reference)
         if name is None:
-            return [self.folder / reference]
+            return [self.folder / reference] if "://" not in reference else []
         package, rest = self.find(name), reference.partition("://")[2].lstrip("/").partition("/")[2]
         if package is not None:
             return [package / rest]
@@ -98,6 +101,7 @@ class Packages:
         manifest = folder / "package.xml"
         if not self.files.may_read(manifest) or not manifest.is_file():
             return None
+        self.files.note(manifest)
         with manifest.open("rb") as file:
             found = _NAME.search(file.read(MAX_MANIFEST_BYTES))
         return found[1].decode("ascii", "replace") if found else None
@@ -106,7 +110,7 @@ class Packages:
 def package_of(reference: str) -> str | None:
     """The package that a reference leads into."""
     scheme, separator, rest = reference.partition("://")
-    return rest.lstrip("/").partition("/")[0] if f"{scheme}{separator}" in SCHEMES else None
+    return rest.lstrip("/").partition("/")[0] or None if f"{scheme}{separator}" in SCHEMES else None
 
 
 def _below(path: Path) -> Iterator[Path]:

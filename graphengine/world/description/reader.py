@@ -12,11 +12,27 @@ from collections.abc import Iterator, Mapping
 from graphengine.context import Vector3
 from graphengine.diagnostics import Findings, did_you_mean, listing
 from graphengine.world.description.packages import Packages
-from graphengine.world.urdf import MOVING, Joint, Link, Mimic, Urdf, origin_of
+from graphengine.world.urdf import MOVING, Joint, Link, Mimic, Urdf, origin_of, shape_of
 from graphengine.world.xmlfile import Element, numbers
 
 LEGAL = (*MOVING, "fixed")
+SHAPES = ("box", "cylinder", "sphere", "capsule", "mesh")
 MAX_LINKS = 2000
+
+_COUNTS = {
+    "origin": {"xyz": 3, "rpy": 3},
+    "axis": {"xyz": 3},
+    "limit": {"lower": 1, "upper": 1, "effort": 1, "velocity": 1},
+    "dynamics": {"damping": 1, "friction": 1},
+    "box": {"size": 3},
+    "cylinder": {"radius": 1, "length": 1},
+    "capsule": {"radius": 1, "length": 1},
+    "sphere": {"radius": 1},
+    "mesh": {"scale": 3},
+    "color": {"rgba": 4},
+}
+"""How many numbers there are in the attributes of a link's or a joint's parts."""
+_IN_WORDS = {1: "a number", 3: "three numbers", 4: "four numbers"}
 
 
 def read_urdf(root: Element, packages: Packages, findings: Findings) -> Urdf | None:
@@ -25,6 +41,9 @@ def read_urdf(root: Element, packages: Packages, findings: Findings) -> Urdf | N
         findings.add("S103", f"a robot description begins with <robot>, not <{root.tag[:40]}>", root.span)
         return None
     before = len(findings.errors)
+    for owner in root.children:
+        if owner.tag in ("link", "joint", "material"):
+            _check_numbers(owner, findings)
     links: dict[str, Link] = {}
     for element in _named(root, "link", findings):
         links[element.get("name")] = _link(element, findings)
@@ -73,7 +92,21 @@ def _link(element: Element, findings: Findings) -> Link:
     if mass is None or mass[0] < 0:
         assert weight is not None
         findings.add("S103", f"mass {weight.get('value')!r} is not a number of kg", weight.place("value"))
+    for part in element.children:
+        if part.tag in ("collision", "visual"):
+            _check_shape(part, element.get("name"), findings)
     return Link(element.get("name"), element, mass[0] if mass else 0.0)
+
+
+def _check_shape(part: Element, link: str, findings: Findings) -> None:
+    shape = shape_of(part)
+    if shape is None:
+        findings.add(
+            "S103", f"link {link!r}: a {part.tag} without a shape in its <geometry>", part.span, listing(SHAPES)
+        )
+    elif shape.tag not in SHAPES:
+        near = did_you_mean(shape.tag, SHAPES) or listing(SHAPES)
+        findings.add("S103", f"link {link!r}: there is no shape {shape.tag[:40]!r}", shape.span, near)
 
 
 def _joint(element: Element, links: dict[str, Link], findings: Findings) -> Joint | None:
@@ -94,8 +127,7 @@ def _joint(element: Element, links: dict[str, Link], findings: Findings) -> Join
         ends.append(links[link])
     pose, axis = origin_of(element), _direction(element)
     if pose is None or (axis is None and kind in MOVING):
-        _misread(element, findings)
-        return None
+        return None  # which was told
     parent, child = ends
     if child.carrier is not None:
         first = (child.carrier.element.span, "first here")
@@ -115,17 +147,19 @@ def _direction(joint: Element) -> Vector3 | None:
     return (values[0] / length, values[1] / length, values[2] / length) if values is not None and length else None
 
 
-def _misread(joint: Element, findings: Findings) -> None:
-    for tag, attribute in (("origin", "xyz"), ("origin", "rpy"), ("axis", "xyz")):
-        part = joint.first(tag)
-        if part is None or attribute not in part.attributes:
-            continue
-        text = part.get(attribute)
-        values = numbers(text, 3)
-        if values is None or (tag == "axis" and not any(values)):
-            wanted = "three numbers" if tag == "origin" else "three numbers, not all of them zero"
-            what = f"joint {joint.get('name')!r}: {tag} {attribute} is {wanted}, not {text[:60]!r}"
-            findings.add("S103", what, part.place(attribute))
+def _check_numbers(owner: Element, findings: Findings) -> None:
+    """Tell what should be finite numbers and is not."""
+    for part in owner.walk():
+        for attribute, count in _COUNTS.get(part.tag, {}).items():
+            text = part.get(attribute)
+            values, wanted = numbers(text, count), _IN_WORDS[count]
+            if part.tag == "axis" and values is not None and not any(values) and owner.get("type") in MOVING:
+                values, wanted = None, f"{wanted}, not all of them zero"
+            elif part.tag == "dynamics" and values is not None and values[0] < 0:
+                values, wanted = None, f"{wanted}, not below zero"
+            if attribute in part.attributes and values is None:
+                what = f"{owner.tag} {owner.get('name')!r}: {part.tag} {attribute} is {wanted}, not {text[:60]!r}"
+                findings.add("S103", what, part.place(attribute))
 
 
 def _tree(root: Element, links: dict[str, Link], findings: Findings) -> str:

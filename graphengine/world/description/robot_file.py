@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -14,6 +15,8 @@ from graphengine.world.xmlfile import Element, numbers
 
 WHEEL_DAMPING = 50.0
 """Of the velocity drive that a wheel gets, N m s/rad: it keeps within 0.02 % of its target."""
+
+_WIDTH = 120
 
 _PLAIN = re.compile(r"[A-Za-z_][\w./-]*")
 _SPECIAL = ("true", "false", "null", "nan", "inf")
@@ -48,20 +51,23 @@ def track(found: Sequence[Wheel]) -> float | None:
 
 
 def left_behind(urdf: Urdf) -> list[str]:
-    """What a description holds and neither physics nor the stage knows, a line each."""
+    """What a description holds and neither physics nor the stage knows, a line for all that is alike."""
     root = urdf.element
-    found = [f"transmission {_text(element.get('name'))}" for element in root.all("transmission")]
-    found += [f"ros2_control {_text(element.get('name'))}" for element in root.all("ros2_control")]
+    found = [(tag, [element.get("name") for element in root.all(tag)]) for tag in ("transmission", "ros2_control")]
+    lines = [f"{tag}: {_names(names)}" for tag, names in found if names]
+    alike: dict[str, list[str]] = {}
     for gazebo in root.all("gazebo"):
-        about = f" of {_text(gazebo.get('reference'))}" if gazebo.get("reference") else ""
-        found.append(f"gazebo{about}: {', '.join(map(_told, gazebo.children)) or 'nothing'}")
+        alike.setdefault(", ".join(map(_told, gazebo.children)) or "nothing", []).append(gazebo.get("reference"))
+    for what, about in alike.items():
+        owners = _names([name for name in about if name])
+        lines.append(f"gazebo of {owners}: {what}" if owners else f"gazebo: {what}")
     parts = [part for joint in urdf.joints.values() for part in joint.element.children]
-    found += [f"{tag} of joints" for tag in ("safety_controller", "calibration") if any(p.tag == tag for p in parts)]
+    lines += [f"{tag} of joints" for tag in ("safety_controller", "calibration") if any(p.tag == tag for p in parts)]
     if any(element.tag == "texture" for element in root.walk()):
-        found.append("textures of materials")
+        lines.append("textures of materials")
     if any(part.tag == "limit" and (numbers(part.get("velocity", "0"), 1) or (0.0,))[0] > 0 for part in parts):
-        found.append("velocity limits of joints: a drive's max_acceleration and what commands it bound their speed")
-    return [printable(line) for line in dict.fromkeys(found)]
+        lines.append("velocity limits of joints: a drive's max_acceleration and what commands it bound their speed")
+    return lines
 
 
 def compose(urdf: Urdf, name: str, source: str, path: str, package_paths: Sequence[str], *, fixed_base: bool) -> str:
@@ -75,7 +81,7 @@ def compose(urdf: Urdf, name: str, source: str, path: str, package_paths: Sequen
         package_paths: where its packages lie, as the file names them.
         fixed_base: whether its root link is bolted to the world.
     """
-    lines = [f"# Imported by `graphrun import-urdf` from {printable(source)}.", "format: 1", f"robot: {name}"]
+    lines = [f"# Imported by `graphrun import-urdf` from {printable(source)}.", "format: 1", f"robot: {_text(name)}"]
     lines += [f"urdf: {_text(path)}"]
     if package_paths:
         lines += ["package_paths:", *(f"  - {_text(folder)}" for folder in package_paths)]
@@ -84,13 +90,22 @@ def compose(urdf: Urdf, name: str, source: str, path: str, package_paths: Sequen
         lines[-1] += "    # which is the world itself: the robot is bolted to it"
     elif fixed_base:
         lines += ["fixed_base: true"]
-    lines += ["", f"# {len(urdf.links)} links, {urdf.mass:g} kg"]
+    lines += ["", f"# {len(urdf.links)} links, {urdf.mass:g} kg, and the shapes that they collide with, in m"]
     lines += [f"#   {line}" for line in _links(urdf)]
     lines += ["", f"# {len(urdf.joints)} joints; origins, axes and limits are those of the description", *_joints(urdf)]
     forgotten = left_behind(urdf)
     if forgotten:
-        lines += ["", "# Not carried over", *(f"#   {line}" for line in forgotten)]
+        lines += ["", "# Not carried over"]
+        for line in forgotten:
+            lines += _wrapped(line)
     return "\n".join(lines) + "\n"
+
+
+def _wrapped(line: str) -> list[str]:
+    """A comment, over several lines if it is long."""
+    return textwrap.wrap(
+        line, _WIDTH, initial_indent="#   ", subsequent_indent="#     ", break_long_words=False, break_on_hyphens=False
+    )
 
 
 def _links(urdf: Urdf) -> Iterator[str]:
@@ -104,7 +119,10 @@ def _shape(collider: Element) -> str:
     shape = shape_of(collider)
     if shape is None:
         return "no shape"
-    return " ".join([shape.tag, *(value for key, value in shape.attributes.items() if key != "scale")])
+    if shape.tag in ("box", "mesh"):
+        return f"{shape.tag} {shape.get('size') or shape.get('filename')}"
+    length = f" and length {shape.get('length')}" if shape.tag != "sphere" else ""
+    return f"{shape.tag} of radius {shape.get('radius')}{length}"
 
 
 def _joints(urdf: Urdf) -> Iterator[str]:
@@ -162,7 +180,11 @@ def _rounded(number: float) -> str:
 def _told(element: Element) -> str:
     """An element in few words: its tag with its name, type and text, as far as it has them."""
     words = (element.tag, element.get("name"), element.get("type"), element.text[:60])
-    return " ".join(word for word in words if word)
+    return printable(" ".join(word for word in words if word))
+
+
+def _names(names: Sequence[str]) -> str:
+    return ", ".join(printable(_text(name)) for name in names)
 
 
 def _text(text: str) -> str:

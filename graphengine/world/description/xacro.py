@@ -6,20 +6,19 @@ What comes back is the tree of elements, each with the place in the xacro file t
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from graphengine.diagnostics import Findings, Source, Span, did_you_mean, listing
+from graphengine.world.description.confinement import ProcessError, ask
 from graphengine.world.description.packages import Packages
 from graphengine.world.xmlfile import MAX_BYTES, Element
 
 MAX_SECONDS = 30.0
 SUFFIX = ".xacro"
+_PROCESS = "graphengine.world.description.xacro_process"
 
 
 def is_xacro(root: Element) -> bool:
@@ -56,22 +55,13 @@ def expand(
         "roots": [str(folder) for folder in packages.files.roots],
         "installed": [str(folder) for folder in packages.files.installed],
     }
-    command = [sys.executable, "-P", "-s", "-m", "graphengine.world.description.xacro_process"]
-    environment = {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PYTHONHASHSEED": "0"}
     try:
-        done = subprocess.run(
-            command, input=json.dumps(request), capture_output=True, text=True, timeout=MAX_SECONDS, env=environment
-        )
-    except subprocess.TimeoutExpired:
-        findings.add("S103", f"xacro: takes more than {MAX_SECONDS:g} s", start)
+        answer = json.loads(ask(_PROCESS, json.dumps(request).encode(), MAX_SECONDS))
+    except ProcessError as error:
+        findings.add("S103", f"xacro: {error}", start)
         return None
-    if done.returncode != 0:
-        why = (done.stderr.strip().splitlines() or [f"ended with {done.returncode}"])[-1]
-        if done.returncode < 0:
-            why = "takes more time than it may"  # the kernel ends a process that has used up its seconds
-        findings.add("S103", f"xacro: {why}", start)
-        return None
-    answer = json.loads(done.stdout)
+    for used in answer["used"]:
+        packages.files.note(Path(used))
     sources = _Sources()
     for finding in answer["findings"]:
         related = [(span, text) for place, text in finding["related"] if (span := sources.span(place)) is not None]

@@ -27,7 +27,7 @@ from graphengine.diagnostics import Findings, did_you_mean, listing
 from graphengine.files import Files
 from graphengine.world.description import expressions
 from graphengine.world.description.confinement import MAX_MEMORY_BYTES, RefusedError, check_readable, confine
-from graphengine.world.description.dom import node_of, place_of, plain, record
+from graphengine.world.description.dom import UnwritableError, node_of, place_of, plain, record
 from graphengine.world.description.packages import REMEDY, Packages
 from graphengine.world.xmlfile import MAX_ELEMENTS, read
 
@@ -66,6 +66,10 @@ class Expansion:
             if len(document.getElementsByTagName("*")) > MAX_ELEMENTS:
                 raise RefusedError(f"it expands to more than {MAX_ELEMENTS} elements")
             return plain(document.documentElement) if document.documentElement is not None else None
+        except UnwritableError as error:
+            self.node = error.node
+            self._tell(error)
+            return None
         except Exception as error:  # xacro raises what expressions raise
             if not self.findings.errors:
                 self._tell(error)
@@ -110,6 +114,7 @@ class Expansion:
             xacro.filestack.pop()
             missing = FileNotFoundError()  # by which an optional include knows that there is none
             raise XacroException(f"no file {filename!r}", exc=missing)
+        self.packages.files.note(path)
         root = read(path, self.findings, "S103")
         if root is None:
             raise RefusedError(f"{filename!r} cannot be read")
@@ -190,7 +195,9 @@ def main() -> None:
     answer, complaint = sys.stdout, sys.stderr
     confine(files)
     root = expansion.run()
-    text = json.dumps({"root": root, "known": sorted(expansion.known), "findings": _told(expansion.findings)})
+    used = [str(path) for path in files.used]
+    told = {"root": root, "known": sorted(expansion.known), "findings": _told(expansion.findings), "used": used}
+    text = json.dumps(told)
     if len(text) > MAX_ANSWER:
         complaint.write(f"it expands to more than {MAX_ANSWER // 1_000_000} MB")
         complaint.flush()

@@ -108,6 +108,9 @@ def make_map(world: LoadedWorld, request: MapRequest) -> OccupancyMap:
     for shape in shapes(model, data, geoms):
         shape.draw(canvas, request.window)
     occupied = canvas.occupied()
+    if occupied.all():
+        floor = f"a floor above z = {request.window[0]:g} m, where the heights begin that count, is an obstacle, too"
+        raise UsageError(f"every cell of the map is occupied\n  {floor}")
     seeds = [_seed(grid, occupied, *point) for point in request.seeds or [_first_robot(world)]]
     cells = np.full(occupied.shape, UNKNOWN, np.int8)
     cells[reached(~occupied, seeds)] = FREE
@@ -192,8 +195,6 @@ def _seed(grid: Grid, occupied: Bools, x: float, y: float) -> tuple[int, int]:
     if not occupied[cell]:
         return cell
     rows, columns = np.nonzero(~occupied)
-    if not len(rows):
-        raise UsageError("every cell of the map is occupied")
     nearest = int(np.argmin((rows - cell[0]) ** 2 + (columns - cell[1]) ** 2))
     near_x, near_y = (round(value, 6) for value in grid.centre(int(rows[nearest]), int(columns[nearest])))
     raise UsageError(

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import io
 import math
-import os
 from pathlib import Path
 from typing import Literal
 
@@ -22,6 +21,7 @@ import yaml
 from PIL import Image
 
 from graphengine.diagnostics import UsageError
+from graphengine.output import write_together
 from graphengine.world.occupancy.chart import FREE, OCCUPIED, UNKNOWN, OccupancyMap
 from graphengine.world.occupancy.grid import Window
 
@@ -53,7 +53,7 @@ def write_map(chart: OccupancyMap, stem: Path, image: Format = "png", convention
     describe = _isaac_yaml if convention == "isaac" else _yaml
     contents = {picture: _image(chart, image, convention), text: describe(chart, picture.name).encode()}
     stem.parent.mkdir(parents=True, exist_ok=True)
-    _write_together(contents)
+    write_together(contents)
     return list(contents)
 
 
@@ -103,19 +103,3 @@ def _isaac_yaml(chart: OccupancyMap, image: str) -> str:
 def _short(value: float) -> float:
     """Without the last bits that multiples of a cell have: 0.15, not 0.15000000000000002."""
     return round(value, 9) + 0.0
-
-
-def _write_together(contents: dict[Path, bytes]) -> None:
-    """Write several files, and have them appear only when all are whole."""
-    for path in contents:
-        if path.is_dir():
-            raise IsADirectoryError(f"{path} is a folder")
-    parts = {path: path.with_name(f".{path.name}.part") for path in contents}
-    try:
-        for path, content in contents.items():
-            parts[path].write_bytes(content)
-        for path, part in parts.items():
-            os.replace(part, path)
-    finally:
-        for part in parts.values():
-            part.unlink(missing_ok=True)

@@ -4,7 +4,8 @@ A sample (`sampling`) is captured when somebody first asks for it in its tick; a
 tick in which it is due waits for it. In real time nothing waits: a picture that is late is dropped and counted, and none is
 captured while the one before is being drawn, as on a slow machine each would else wait for others until it is late itself.
 
-Whatever is nearer than the clip range hides what is behind it, as before a real lens, and has no depth.
+Whatever is nearer than the clip range hides what is behind it, as before a real lens, and has no depth. Surfaces are seen from
+their fronts only: a camera within a closed shape sees out of it, while rays meet the shape's inside.
 """
 
 from __future__ import annotations
@@ -68,8 +69,6 @@ class PinholeCamera(Handle):
         self.intrinsics = pinhole(size, facts.get("fov_deg", (90.0, 90.0))[0])
         delay = Fraction(repr(facts.get("latency", 0.1))) / Fraction(*simulation.tick_period)
         self.latency = max(1, math.ceil(delay))
-        self.dropped = 0
-        """Pictures that were late since play."""
         self._noise: tuple[float, float] = facts.get("colour_noise", 0.0), facts.get("depth_noise", 0.0)
         near, far = self.clip
         self._lens = Lens.pinhole(size, self.intrinsics[0], min(near, NEAREST), far)
@@ -94,7 +93,6 @@ class PinholeCamera(Handle):
         self._skipped = 0
         self._segmented = False
         self._delivery = (0, None)
-        self.dropped = 0
 
     @property
     def labels(self) -> Mapping[int, str]:
@@ -105,6 +103,11 @@ class PinholeCamera(Handle):
     def due(self) -> bool:
         """Whether a new sample falls into this tick; the first tick has one."""
         return self._sampling.due(self._simulation.tick)
+
+    @property
+    def index(self) -> int:
+        """Number of the newest sample since play."""
+        return self._sampling.newest(self._simulation.tick)
 
     def request(self, *, segmentation: bool = False) -> None:
         """Capture this tick's sample if one is due; however many ask, it is rendered once."""
@@ -119,7 +122,7 @@ class PinholeCamera(Handle):
             return
         elif self._simulation.realtime and newest is not None and not newest.picture.done():
             self._skipped = tick
-            self.dropped += 1
+            self._drop()
             return
         self._pending.append(_Exposure(tick, self._segmented, self._expose(self._segmented)))
 
@@ -151,12 +154,16 @@ class PinholeCamera(Handle):
         picture = self._pending.popleft().picture
         if self._simulation.realtime and not picture.done():
             picture.cancel()
-            self.dropped += 1
+            self._drop()
             return None
         return picture.result()
 
+    def _drop(self) -> None:
+        counts, path = self._simulation.dropped_pictures, self.prim_path
+        counts[path] = counts.get(path, 0) + 1
+
     def _expose(self, segmentation: bool) -> Future[Picture]:
-        studio, index = self._simulation.studio, self._sampling.newest(self._simulation.tick)
+        studio, index = self._simulation.studio, self.index
         generator = self._sampling.random(index) if any(self._noise) else None
         shot = studio.capture(self._mount.pose(), self._lens, segmentation=segmentation)
         return studio.draw(

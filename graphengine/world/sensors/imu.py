@@ -136,12 +136,12 @@ class InertialUnit(Handle):
         """What there is to see before the first sample."""
         turning, orientation = self._mount.velocity()[1], self._mount.pose()[1]
         gravity = unrotate(orientation, self._upwards)
-        return _Mean(0, 0, (0.0, 0.0, 0.0, *gravity, *unrotate(orientation, turning)), orientation)
+        return _Mean(0, -1, (0.0, 0.0, 0.0, *gravity, *unrotate(orientation, turning)), orientation)
 
     def _measured(self, mean: _Mean, time: float) -> ImuSample:
         ax, ay, az, gx, gy, gz, wx, wy, wz = mean.values
         reading = np.array((ax, ay, az, wx, wy, wz)) + self._bias
-        if self._noise.any():
+        if self._noise.any() and mean.index >= 0:
             reading += self._noise * self._by_tick.sampling.random(mean.index).standard_normal(6)
         ax, ay, az, wx, wy, wz = reading.tolist()
         return ImuSample(time, mean.index, (ax, ay, az), (gx, gy, gz), (wx, wy, wz), mean.orientation)

@@ -52,7 +52,8 @@ class RayLidar(Handle):
         model = self._simulation.model
         tree = int(model.body_rootid[self._mount.body])
         self._caster = self._simulation.rays.caster(self.directions, self.ranges[1], tree)
-        self._brightness = (255 * (geom_colours(model)[:, :3] @ _LUMINANCE)).astype(np.float32)
+        brightness = 255 * (geom_colours(model)[:, :3] @ _LUMINANCE)
+        self._brightness = np.append(brightness, 0.0).astype(np.float32)  # a miss has the number -1
 
     def reset(self) -> None:
         """Forget the newest sample."""
@@ -63,12 +64,17 @@ class RayLidar(Handle):
         """Whether a new sample falls into this tick; the first tick has one."""
         return self._sampling.due(self._simulation.tick)
 
+    @property
+    def index(self) -> int:
+        """Number of the newest sample since play."""
+        return self._sampling.newest(self._simulation.tick)
+
     def scan(self) -> Scan:
         """The newest sample, cast when first asked for in its tick and shared by all who ask.
 
         If nobody asked then, what is cast now has the sample's number and this tick's time, and is not kept.
         """
-        index = self._sampling.newest(self._simulation.tick)
+        index = self.index
         if self._newest is not None and self._newest.index == index:
             return self._newest
         scan = self._cast(index)

@@ -10,14 +10,20 @@ from pydantic import Field, field_validator, model_validator
 
 from graphengine.diagnostics import Findings
 from graphengine.files import Files, NotFoundError, shipped
+from graphengine.sensor import LARGEST_PICTURE
 from graphengine.spec import UPRIGHT, Format, Loaded, Name, NotNegative, Orientation, Positive, Spec, Vector, read
 from graphengine.world.robotfile import RobotFile
 
 Pair = Annotated[tuple[float, float], Field(strict=False)]
 Elevation = Annotated[float, Field(ge=-90, le=90)]
 MAX_BEAMS = 500_000
-PixelCount = Annotated[int, Field(ge=1, le=8192)]
+PixelCount = Annotated[int, Field(ge=1, le=LARGEST_PICTURE)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
+Length = Annotated[float, Field(gt=0.0, le=10.0)]
+Rate = Annotated[float, Field(ge=0.001, le=10_000.0)]
+Deviation = Annotated[float, Field(ge=0.0, le=1000.0)]
+Offset = Annotated[float, Field(ge=-1000.0, le=1000.0)]
+Offsets = Annotated[tuple[Offset, Offset, Offset], Field(strict=False)]
 
 OWN_PROFILES = {"realsense_d455": "realsense_d455", "camera": "camera", "imu": "imu", "contact": "contact"}
 """The profile that a type of sensor has when its robot file names none."""
@@ -71,14 +77,14 @@ class RingsSpec(Spec):
 class LidarProfile(Spec):
     """A ray-casting range sensor."""
 
-    rate: Positive = Field(le=10_000, description="Sweeps a second.")
+    rate: Rate = Field(description="Sweeps a second.")
     beams: BeamsSpec
     rings: RingsSpec | None = Field(
         default=None, description="Rings of a 3D lidar; without, one in the sensor's xy plane."
     )
     near: NotNegative = Field(description="Nearest distance reported, m.")
-    far: Positive = Field(description="Farthest distance reported, m.")
-    noise_std: NotNegative = Field(default=0.0, description="Standard deviation of a distance, m.")
+    far: Positive = Field(le=1_000_000, description="Farthest distance reported, m.")
+    noise_std: Deviation = Field(default=0.0, description="Standard deviation of a distance, m.")
     resolution: NotNegative = Field(
         default=0.0, description="Distances are multiples of it, m; 0: they are not rounded."
     )
@@ -87,6 +93,8 @@ class LidarProfile(Spec):
     def _in_bounds(self) -> LidarProfile:
         if not self.near < self.far:
             raise ValueError(f"near must be less than far, and {self.near:g} is not less than {self.far:g}")
+        if self.resolution and not 1e-6 <= self.resolution < self.far:
+            raise ValueError("resolution is a micrometre at least and less than far, or 0")
         rings = len(self.elevations)
         if rings * self.beams.count > MAX_BEAMS:
             raise ValueError(
@@ -112,37 +120,37 @@ class CameraProfile(Spec):
     size: Annotated[tuple[PixelCount, PixelCount], Field(strict=False)] = Field(description="Width and height, pixels.")
     fov_deg: Pair = Field(description="Horizontal and vertical field of view; pictures take the horizontal one.")
     clip: Pair = Field(default=(0.01, 100.0), description="Nearest and farthest distance seen, m.")
-    rate: Positive = Field(default=30.0, le=10_000, description="Pictures a second.")
+    rate: Rate = Field(default=30.0, description="Pictures a second.")
     latency: NotNegative = Field(default=0.1, le=10.0, description="From capture to delivery, s; at least one tick.")
     depth: bool = Field(default=False, description="Whether it is made to measure distance.")
-    colour_noise: NotNegative = Field(default=0.0, description="Standard deviation of a colour, 0 to 255.")
-    depth_noise: NotNegative = Field(
+    colour_noise: NotNegative = Field(default=0.0, le=255, description="Standard deviation of a colour, 0 to 255.")
+    depth_noise: Deviation = Field(
         default=0.0, description="Standard deviation of a depth at 1 m, m; it grows with the square of the distance."
     )
 
     @field_validator("fov_deg")
     @classmethod
     def _a_pinhole_sees(cls, degrees: tuple[float, float]) -> tuple[float, float]:
-        if not all(0.0 < degree < 180.0 for degree in degrees):
-            raise ValueError("a pinhole camera sees more than 0 and less than 180 degrees")
+        if not all(0.1 <= degree <= 179.0 for degree in degrees):
+            raise ValueError("a pinhole camera sees from 0.1 to 179 degrees")
         return degrees
 
     @field_validator("clip")
     @classmethod
     def _in_front(cls, clip: tuple[float, float]) -> tuple[float, float]:
-        if not 0.0 < clip[0] < clip[1]:
-            raise ValueError("write [nearest, farthest], both more than 0")
+        if not 0.001 <= clip[0] < clip[1] <= 1_000_000.0:
+            raise ValueError("write [nearest, farthest], from 0.001 to 1000000 m")
         return clip
 
 
 class ImuProfile(Spec):
     """An inertial measurement unit. Noise is white, per sample and axis."""
 
-    rate: Positive = Field(default=100.0, le=10_000, description="Samples a second.")
-    acceleration_noise: NotNegative = Field(default=0.0, description="Standard deviation, m/s2.")
-    angular_velocity_noise: NotNegative = Field(default=0.0, description="Standard deviation, rad/s.")
-    acceleration_bias: Vector = Field(default=(0.0, 0.0, 0.0), description="Added to each reading, m/s2.")
-    angular_velocity_bias: Vector = Field(default=(0.0, 0.0, 0.0), description="Added to each reading, rad/s.")
+    rate: Rate = Field(default=100.0, description="Samples a second.")
+    acceleration_noise: Deviation = Field(default=0.0, description="Standard deviation, m/s2.")
+    angular_velocity_noise: Deviation = Field(default=0.0, description="Standard deviation, rad/s.")
+    acceleration_bias: Offsets = Field(default=(0.0, 0.0, 0.0), description="Added to each reading, m/s2.")
+    angular_velocity_bias: Offsets = Field(default=(0.0, 0.0, 0.0), description="Added to each reading, rad/s.")
 
 
 class ContactProfile(Spec):
@@ -153,6 +161,14 @@ class ContactProfile(Spec):
     radius: NotNegative = Field(
         default=0.0, description="Contacts farther from the sensor are not felt, m; 0: all count."
     )
+
+    @model_validator(mode="after")
+    def _feels_something(self) -> ContactProfile:
+        if not self.threshold < self.limit:
+            raise ValueError(
+                f"threshold must be less than limit, and {self.threshold:g} is not less than {self.limit:g}"
+            )
+        return self
 
 
 class PartSpec(Spec):
@@ -181,11 +197,17 @@ class ShapeSpec(Spec):
     """A part of a sensor's body, which cameras and the rays of other robots see; nothing collides with it."""
 
     shape: Literal["box", "cylinder"]
-    size: Annotated[tuple[Positive, Positive, Positive], Field(strict=False)] = Field(
-        description="Length, width and height, m; a cylinder stands upright."
+    size: Annotated[tuple[Length, Length, Length], Field(strict=False)] = Field(
+        description="Length, width and height, m; a cylinder stands upright and is round."
     )
-    position: Vector = Field(default=(0.0, 0.0, 0.0), description="Of its middle, in the frame of the sensor's mount.")
+    position: Offsets = Field(default=(0.0, 0.0, 0.0), description="Of its middle, in the frame of the sensor's mount.")
     colour: Annotated[tuple[Share, Share, Share], Field(strict=False)] = Field(description="Red, green, blue; 0 to 1.")
+
+    @model_validator(mode="after")
+    def _round(self) -> ShapeSpec:
+        if self.shape == "cylinder" and self.size[0] != self.size[1]:
+            raise ValueError("a cylinder is as wide as it is long")
+        return self
 
 
 class SensorProfile(Spec):
@@ -199,7 +221,9 @@ class SensorProfile(Spec):
     imu: ImuProfile | None = None
     contact: ContactProfile | None = None
     rig: RigProfile | None = None
-    appearance: list[ShapeSpec] = Field(default=[], description="What it looks like to cameras and to the rays of other robots.")
+    appearance: Annotated[tuple[ShapeSpec, ...], Field(strict=False, max_length=100)] = Field(
+        default=(), description="What it looks like to cameras and to the rays of other robots."
+    )
 
     @model_validator(mode="after")
     def _one_section(self) -> SensorProfile:

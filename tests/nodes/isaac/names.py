@@ -10,9 +10,10 @@ import pytest
 
 from graphengine.diagnostics import TopicError
 from graphengine.ros import names
-from graphengine.ros.qos import PRESETS, parse_qos
+from graphengine.ros.qos import parse_qos
 from graphengine.testing import RecordingContext
 from nodes.ros2.lidar import ROS2RtxLidarHelper
+from nodes.ros2.qos_profile import ROS2QoSProfile
 from nodes.ros2.state import ROS2PublishClock
 from nodes.ros2.transforms import ROS2PublishRawTransformTree
 from tests.nodes.harness import Player, ready
@@ -28,20 +29,12 @@ def profile(qos: Any) -> Case:
     return {"leaseDuration": found.pop("lease_duration"), **found}
 
 
-@runs(PROFILE, "default")
-def the_default_profile(case: Case, play: Player) -> None:
-    assert profile(parse_qos("")) == profile(PRESETS["Default for publishers/subscribers"]) == case["expect"]
-
-
-@runs(PROFILE, "Services", "System Default")
-def the_profile_of_a_preset(case: Case, play: Player) -> None:
-    assert profile(PRESETS[case["inputs"]["createProfile"]]) == case["expect"]
-
-
-@runs(PROFILE, "Custom passthrough")
-def a_profile_of_ones_own(case: Case, play: Player) -> None:
-    given = {key: value for key, value in case["inputs"].items() if key != "createProfile"}
-    assert profile(parse_qos(json.dumps(given))) == case["expect"]
+@runs(PROFILE, "default", "Services", "System Default", "Custom passthrough")
+def a_profile(case: Case, play: Player) -> None:
+    fields = {port.name: port.field for port in ROS2QoSProfile.fields.values()}
+    node = ROS2QoSProfile(**{fields[name]: value for name, value in case["inputs"].items()})
+    node.compute()
+    assert json.loads(node.qos_profile) == profile(parse_qos(node.qos_profile)) == case["expect"]
 
 
 def with_namespaces(case: Case, prim_path: str) -> RecordingContext:

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from graphengine.world.description.confinement import ProcessError, ask
+
 CONFINED = """
 import os, socket, subprocess, sys, ctypes
 from pathlib import Path
@@ -63,3 +65,34 @@ def test_everything_else_is_refused(tmp_path: Path, attempt: str) -> None:
 def test_the_environment_is_empty_and_memory_ends(tmp_path: Path) -> None:
     assert confined("assert not os.environ", tmp_path) == "done"
     assert confined("'a' * 10 ** 10", tmp_path).startswith("MemoryError")
+
+
+@pytest.mark.parametrize(
+    ("code", "told"),
+    [
+        ("import os; os.kill(os.getpid(), 11)", "breaks off: Segmentation fault"),
+        ("import os; os.kill(os.getpid(), 9)", "takes more time or memory than it may"),
+        ("import time; time.sleep(60)", "takes more than 0.5 s"),
+        ("raise ValueError('this')", "ValueError: this"),
+        ("raise SystemExit(3)", "ended with 3"),
+    ],
+)
+def test_a_process_that_does_not_answer_says_why(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, code: str, told: str
+) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "answering.py").write_text(f"print('half', flush=True)\n{code}\n", encoding="utf-8")
+    with pytest.raises(ProcessError) as caught:
+        ask("answering", b"", 0.5 if "sleep" in code else 60)
+    assert (str(caught.value), caught.value.answer) == (told, b"half\n")
+
+
+def test_a_process_sees_no_environment_and_ends_with_its_seconds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv("SECRET", "1")
+    code = "import os, resource, sys\nfrom graphengine.world.description.confinement import bound\nbound()\n"
+    code += "print('SECRET' in os.environ, resource.getrlimit(resource.RLIMIT_CPU), sys.stdin.read())"
+    (tmp_path / "telling.py").write_text(code, encoding="utf-8")
+    assert ask("telling", b"request", 60) == b"False (20, 20) request\n"

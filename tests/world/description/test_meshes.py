@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import json
 import struct
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +54,24 @@ def instance(*bound: str) -> str:
     binds = "".join(f'<instance_material symbol="{name}" target="#{name}"/>' for name in bound)
     bound_materials = f"<bind_material><technique_common>{binds}</technique_common></bind_material>"
     return f'<instance_geometry url="#g">{bound_materials}</instance_geometry>'
+
+
+def gltf(binary: bytes = b"", **parts: list[dict[str, Any]]) -> bytes:
+    """A binary glTF file of one node with the first mesh."""
+    document = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}], **parts}
+    text = json.dumps({"buffers": [{"byteLength": len(binary)}], **document}).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text
+    chunks += struct.pack("<I4s", len(binary), b"BIN\0") + binary if binary else b""
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+
+
+def zipped(data: bytes) -> bytes:
+    """A ZIP archive, in which pycollada looks for a file called so."""
+    archive = io.BytesIO()
+    with zipfile.ZipFile(archive, "w") as file:
+        file.writestr("a.dae", data)
+    return archive.getvalue()
 
 
 def bounds(data: bytes, suffix: str = ".dae") -> list[list[float]]:
@@ -129,6 +149,7 @@ def test_mujoco_reads_what_was_converted(project: Project) -> None:
         (b"not XML", ".dae", "it cannot be read: syntax error: line 1"),
         (b'<!DOCTYPE x [<!ENTITY a SYSTEM "/etc/passwd">]><COLLADA>&a;</COLLADA>', ".dae", "document type"),
         (b"PK\x03\x04" + bytes(50), ".dae", "not well-formed"),
+        (collada("<node/>") + b"<!--" + zipped(collada(f"<node>{instance()}</node>")), ".dae", "a ZIP archive in it"),
         (collada("<node/>"), ".dae", "no triangles"),
         (b"solid nothing", ".stl", "neither ASCII STL nor as long as binary STL"),
         (b"ply\nformat ascii 1.0\nelement vertex 9\nend_header\n", ".ply", "it cannot be read: ."),
@@ -143,20 +164,37 @@ def test_a_mesh_that_cannot_be_read_says_why(data: bytes, suffix: str, why: str)
 def test_a_mesh_names_no_other_file(tmp_path: Path) -> None:
     (tmp_path / "points.bin").write_bytes(bytes(36))
     for name in (str(tmp_path / "points.bin"), "points.bin", (tmp_path / "points.bin").as_uri()):
-        accessor = {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}
-        document = {
-            "asset": {"version": "2.0"},
-            "buffers": [{"byteLength": 36, "uri": name}],
-            "bufferViews": [{"buffer": 0, "byteLength": 36}],
-            "accessors": [accessor],
-            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
-            "nodes": [{"mesh": 0}],
-        }
-        text = json.dumps(document).encode()
-        text += b" " * (-len(text) % 4)
-        chunk = struct.pack("<I4s", len(text), b"JSON") + text
+        data = gltf(
+            buffers=[{"byteLength": 36, "uri": name}],
+            bufferViews=[{"buffer": 0, "byteLength": 36}],
+            accessors=[{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+            meshes=[{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        )
         with pytest.raises(MeshError, match="it cannot be read"):
-            convert(struct.pack("<4sII", b"glTF", 2, 12 + len(chunk)) + chunk, ".glb")
+            convert(data, ".glb")
+
+
+def test_pictures_in_a_mesh_are_not_looked_at(caplog: pytest.LogCaptureFixture) -> None:
+    """They may unfold to more than there is memory; here none can be read, which trimesh would log."""
+    caplog.set_level("DEBUG")
+    points = struct.pack("<15f", *range(15))
+    data = gltf(
+        points,
+        accessors=[
+            {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+            {"bufferView": 0, "byteOffset": 36, "componentType": 5126, "count": 3, "type": "VEC2"},
+        ],
+        bufferViews=[{"buffer": 0, "byteLength": 60}],
+        images=[{"bufferView": 0, "mimeType": "image/png"}],
+        textures=[{"source": 0}],
+        materials=[{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+        meshes=[{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "material": 0}]}],
+    )
+    assert bounds(data, ".glb") == [[0, 1, 2], [6, 7, 8]]
+    textured = exported("ply").replace(b"comment https", b"comment TextureFile secret.png\ncomment https", 1)
+    assert np.allclose(bounds(textured, ".ply"), BOX.bounds)
+    assert b"TextureFile" in textured
+    assert [text for text in caplog.messages if "image" in text] == []
 
 
 def test_nodes_that_multiply_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -48,6 +48,14 @@ def test_a_package_is_found_by_its_manifest_and_may_be_the_path_itself(tmp_path:
     assert packages(tmp_path, tmp_path / "src/cart-main").find("cart") == tmp_path / "src/cart-main"
 
 
+def test_of_two_packages_the_one_that_may_be_read_counts(tmp_path: Path) -> None:
+    package(tmp_path / "cart", "cart")
+    package(tmp_path / "src/cart", "cart")
+    (tmp_path / "robot").mkdir()
+    assert packages(tmp_path / "robot", tmp_path / "src").find("cart") == tmp_path / "src/cart"
+    assert packages(tmp_path / "robot").find("cart") == tmp_path / "cart"  # and is told to be outside
+
+
 def test_what_lies_in_a_package_or_in_hidden_folders_is_no_package(tmp_path: Path) -> None:
     package(tmp_path / "src/cart", "cart")
     package(tmp_path / "src/cart/inner/wheel")

@@ -195,11 +195,29 @@ def test_xacro_runs_no_code(project: Project, inside: str) -> None:
         ('<link name="$(eval wheels)"/>', "xacro: name 'wheels' is not defined"),
         ("<link name=\"${'a' * 10 ** 10}\"/>", "xacro: it takes more than 1024 MiB"),
         ('<link name="${xacro.fatal(7)}"/>', "xacro: 7"),
+        ("<link name=\"${xacro.load_yaml(b'/etc/passwd')}\"/>", "xacro: open is not allowed here"),
+        ("<link name=\"${'\\ud800'}\"/>", "bot.xacro:5:1: error S103: xacro: XML cannot hold '\\ud800'"),
+        ("<gazebo>${'\\x00'}</gazebo>", "xacro: XML cannot hold '\\x00'"),
     ],
 )
 def test_xacro_does_not_get_what_it_should_not_have(project: Project, inside: str, told: str) -> None:
     project.write("entities.xacro", '<!DOCTYPE x [<!ENTITY a SYSTEM "file:///etc/passwd">]>\n<robot>&a;</robot>')
     assert told in description(project, inside).error()
+
+
+@pytest.mark.parametrize(
+    ("inside", "name"),
+    [
+        ('<xacro:element xacro:name="{}"/>', "a/&gt;&lt;mesh filename='/etc/passwd'"),
+        ('<origin><xacro:attribute name="{}" value="1"/></origin>', "a='1'/&gt;&lt;mesh filename='/etc/passwd' b"),
+    ],
+)
+def test_names_that_xacro_makes_do_not_become_elements_that_nobody_judged(
+    project: Project, inside: str, name: str
+) -> None:
+    """MuJoCo would open the file that such an element names."""
+    error = description(project, f"<gazebo>{inside.format(name)}</gazebo>").error()
+    assert "is no name of XML" in error
 
 
 def test_eval_knows_the_arguments_as_numbers(project: Project) -> None:

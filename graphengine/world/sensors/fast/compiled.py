@@ -28,6 +28,11 @@ def kernel(function: F) -> F:
         return part(function)
 
 
+def kept_in(function: F) -> str:
+    """Folder in which numba keeps a kernel."""
+    return str(cast(Any, function).stats.cache_path)
+
+
 def part(function: F) -> F:
     """The function as machine code, for kernels in its own file to call: numba does not see what changes in another."""
     return cast(F, _njit()(function))

@@ -5,9 +5,15 @@ The second is built anew when anything moved since the last cast, once for all s
 
 from __future__ import annotations
 
+import functools
+import logging
+import threading
+
+import numba
 import numpy as np
 
 from graphengine.world.engine import mujoco
+from graphengine.world.sensors.fast.compiled import kept_in
 from graphengine.world.sensors.fast.kernel import cast
 from graphengine.world.sensors.fast.meshes import count_triangles, triangle_trees
 from graphengine.world.sensors.fast.table import GEOM, MESH, PLANE, Floats, Indices, enclose, follow
@@ -19,6 +25,32 @@ ENDLESS = 1e9
 
 MAX_TRIANGLES = 1_000_000
 """As many as take 0.2 GB."""
+
+PATIENCE = 1.0
+"""Seconds of silence while kernels are made ready; to load them takes 0.3 s, to compile them 5 to 10."""
+
+_log = logging.getLogger(__name__)
+
+
+@functools.cache
+def trouble() -> str:
+    """Why these rays cannot be cast in this process; empty if they can, and then all kernels are ready."""
+    if numba.config.DISABLE_JIT:
+        return "NUMBA_DISABLE_JIT keeps numba from compiling them"
+    notice = threading.Timer(PATIENCE, _log.warning, ["compiling the rays of lidars, which takes some seconds"])
+    notice.daemon = True
+    notice.start()
+    try:
+        nothing = mujoco.MjModel.from_xml_string("<mujoco/>")
+        rays = FastRays(nothing, mujoco.MjData(nothing))
+        rays.caster(np.zeros((1, 3)), 1.0, 0).cast(np.zeros(3), np.eye(3))
+    except Exception as error:  # of numba, or of reading what it kept, which a crash may have left incomplete
+        found = f"{type(error).__name__}: {error}; if it is damaged, delete what numba keeps in {kept_in(cast)}"
+        _log.warning("numba is installed and fails, so lidars take MuJoCo's slower rays: %s", found)
+        return found
+    finally:
+        notice.cancel()
+    return ""
 
 
 def why_not(model: mujoco.MjModel) -> str:
@@ -80,7 +112,6 @@ class FastCaster:
         self._far = float(far)
         self._own = tree or -1
         self._distances, self._geoms = np.empty(len(directions)), np.empty(len(directions), np.int64)
-        self.cast(np.zeros(3), np.eye(3))  # what has to be compiled is, before it is in a hurry
 
     def cast(self, origin: Floats, rotation: Floats) -> tuple[Floats, Integers]:
         """What each ray meets first; see `rays.Caster`."""

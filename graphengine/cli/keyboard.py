@@ -1,0 +1,62 @@
+"""Keys as they are pressed, one by one, from a terminal that is given back as it was."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import select
+import sys
+import termios
+from collections.abc import Iterator
+from typing import Any
+
+ENDS = ("\x03", "\x04")
+"""Ctrl-C, and Ctrl-D or a terminal that is gone."""
+
+_ARROWS = {"A": "up", "B": "down", "C": "right", "D": "left"}
+_KEY = re.compile(r"\x1b[\[O][0-9;]*([A-Za-z~])|(.)", re.DOTALL)
+"""What a terminal sends for a key: an escape sequence, or a character."""
+
+
+class Keyboard:
+    """A terminal that neither shows nor gathers what is typed, where Ctrl-C is a key as others are.
+
+    Raises:
+        UsageError: the standard input is no terminal.
+    """
+
+    def __init__(self) -> None:
+        from graphengine.diagnostics import UsageError
+
+        if sys.stdin is None or not sys.stdin.isatty():
+            raise UsageError("keys are read from a terminal, and the standard input is none")
+        self._file = sys.stdin.fileno()
+        self._before: list[Any] = []
+
+    def __enter__(self) -> Keyboard:
+        self._before = termios.tcgetattr(self._file)
+        changed = termios.tcgetattr(self._file)
+        changed[3] &= ~(termios.ECHO | termios.ICANON | termios.ISIG)
+        termios.tcsetattr(self._file, termios.TCSADRAIN, changed)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        with contextlib.suppress(termios.error):  # of a terminal that is gone
+            termios.tcsetattr(self._file, termios.TCSAFLUSH, self._before)
+
+    def pressed(self, timeout: float) -> list[str]:
+        """Keys that were pressed, waiting so many seconds for the first; arrows by name, others as their character."""
+        ready, _, _ = select.select([self._file], [], [], timeout)
+        if not ready:
+            return []
+        try:
+            text = os.read(self._file, 1024).decode("utf-8", "replace")
+        except OSError:
+            text = ""
+        return list(_keys(text)) if text else [ENDS[1]]
+
+
+def _keys(text: str) -> Iterator[str]:
+    for match in _KEY.finditer(text):
+        yield _ARROWS.get(match[1], "") if match[1] else match[2]

@@ -1,0 +1,201 @@
+"""What the verbs share that look at a live network: joining it, waiting for peers, and ending at Ctrl-C."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from types import FrameType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from graphengine.context import QoS
+    from graphengine.diagnostics import TransportError
+    from graphengine.ros.definitions import Definitions
+    from graphengine.ros.graph import Graph
+    from graphengine.ros.listening import Clock, Inbox
+    from graphengine.ros.transport import Transport
+
+POLL = 0.05
+"""Seconds between two looks at who is there."""
+
+
+def add_live_arguments(parser: argparse.ArgumentParser, *, clock: bool = False) -> None:
+    """How to join the network; `clock` where the time of a simulation matters."""
+    from graphengine.cli.common import add_message_path
+
+    parser.add_argument("--transport", choices=("auto", "dds", "rclpy"), default="auto")
+    spin = "seconds to wait for peers to turn up (default 0.5 over dds, 2 over rclpy)"
+    parser.add_argument("--spin-time", metavar="SECONDS", type=seconds, help=spin)
+    if clock:
+        parser.add_argument("-s", "--use-sim-time", action="store_true", help="take the time from /clock")
+    add_message_path(parser)
+
+
+def seconds(text: str) -> float:
+    """A time that is not negative."""
+    return _number(text, float, 0.0, "seconds, such as 0.5")
+
+
+def positive(text: str) -> float:
+    """A number above 0."""
+    return _number(text, float, sys.float_info.min, "a number above 0")
+
+
+def count(text: str) -> int:
+    """A whole number from 0."""
+    return int(_number(text, int, 0, "a whole number from 0"))
+
+
+def size(text: str) -> int:
+    """A whole number from 1."""
+    return int(_number(text, int, 1, "a whole number from 1"))
+
+
+def _number(text: str, kind: Callable[[str], float], least: float, legal: str) -> float:
+    with suppress(ValueError):
+        if least <= (value := kind(text)) < float("inf"):
+            return value
+    raise argparse.ArgumentTypeError(f"{text!r}: write {legal}")
+
+
+class Live:
+    """A node on the network for as long as a verb runs; Ctrl-C and SIGTERM end the verb as it should be.
+
+    Args:
+        arguments: of `add_live_arguments`.
+        node: its name; None for one that `ros2 node list` hides.
+    """
+
+    def __init__(self, arguments: argparse.Namespace, node: str | None = None) -> None:
+        from graphengine.cli.common import installed_packages, message_paths
+        from graphengine.ros.definitions import DEFINITIONS
+        from graphengine.ros.domain import Domain
+        from graphengine.ros.select import open_transport
+
+        name = node or f"_graphrun_{os.getpid()}"
+        self.definitions: Definitions = DEFINITIONS.extended(message_paths(arguments), installed_packages())
+        self.transport: Transport = open_transport(
+            arguments.transport,
+            Domain.from_environment(os.environ),
+            name,
+            environ=os.environ,
+            definitions=self.definitions,
+        )
+        self._node = f"/{name}"
+        self._spin_time: float | None = arguments.spin_time
+        self._before: Any = None
+
+    def __enter__(self) -> Live:
+        self._before = signal.signal(signal.SIGTERM, _interrupt)
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> bool:
+        signal.signal(signal.SIGTERM, self._before)
+        self.transport.close()
+        return kind is KeyboardInterrupt
+
+    def graph(self, enough: Callable[[Graph], object] = lambda graph: False) -> Graph:
+        """Who else is there, after the time for peers to turn up, or when it is enough."""
+        from graphengine.ros.graph import discover
+
+        found = discover(self.transport, self._spin_time, lambda graph: enough(graph.without(self._node)))
+        return found.without(self._node)
+
+    def graph_now(self) -> Graph:
+        """Who else is known by now."""
+        return self.transport.graph().without(self._node)
+
+    def graph_with(self, topic: str) -> Graph:
+        """Who else is there, once somebody writes or reads a topic; waiting is told, and goes on until Ctrl-C."""
+        graph = self.graph(lambda graph: topic in graph.types())
+        if topic not in graph.types():
+            warning = f"WARNING: topic [{topic}] does not appear to be published yet"
+            print("\n".join(filter(None, (warning, near_topic(topic, graph.types())))), file=sys.stderr)
+        while topic not in graph.types():
+            time.sleep(POLL)
+            graph = self.graph_now()
+        return graph
+
+    def type_of(self, topic: str, graph: Graph) -> str:
+        """The type that a topic has.
+
+        Raises:
+            TransportError: nobody writes or reads it, or with several types.
+        """
+        from graphengine.diagnostics import TransportError
+
+        types = graph.types().get(topic, [])
+        if not types:
+            raise self.unknown(topic, graph)
+        if len(types) > 1:
+            raise TransportError(f"{topic} has more than one type: {', '.join(types)}")
+        return types[0]
+
+    def unknown(self, topic: str, graph: Graph) -> TransportError:
+        """The error that nobody writes or reads a topic."""
+        from graphengine.diagnostics import TransportError, listing
+
+        known = [name for name in graph.types() if not is_hidden(name)]
+        hint = near_topic(topic, graph.types()) or listing(known, "topics")
+        return TransportError(f"unknown topic {topic!r}\n{hint}\nseen over {self.transport.description}")
+
+    def listen(self, topic: str, message_type: str, qos: QoS, clock: Clock = time.time_ns, waiting: int = 100) -> Inbox:
+        """The messages of a topic, of which so many wait to be looked at before the oldest are dropped."""
+        from graphengine.ros.listening import Inbox
+
+        inbox = Inbox(waiting, clock)
+        self.transport.reader(topic, message_type, qos, inbox.deliver)
+        return inbox
+
+    def clock(self, arguments: argparse.Namespace) -> Clock:
+        """The wall clock, or with `--use-sim-time` the time of the simulation."""
+        from graphengine.ros.listening import SimulationClock
+
+        if not arguments.use_sim_time:
+            return time.time_ns
+        clock = SimulationClock(self.transport)
+        clock.wait(self.transport.spin_time if self._spin_time is None else self._spin_time)
+        return clock
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    raise KeyboardInterrupt
+
+
+def absolute(topic: str) -> str:
+    """The full name of a topic, which may be written without its first slash.
+
+    Raises:
+        TopicError: ROS 2 would refuse it.
+    """
+    from graphengine.ros.names import check_topic
+
+    name = topic if topic.startswith("/") else f"/{topic}"
+    check_topic(name, given=topic)
+    return name
+
+
+def near_topic(topic: str, known: Iterable[str]) -> str:
+    """A suggestion: the same name in another namespace, or one like it; else the empty string."""
+    from graphengine.diagnostics import did_you_mean
+
+    shown = [name for name in known if not is_hidden(name)]
+    same = [name for name in shown if name.rpartition("/")[2] == topic.rpartition("/")[2]]
+    return f"did you mean {' or '.join(map(repr, same))}?" if same else did_you_mean(topic, shown)
+
+
+def is_hidden(topic: str) -> bool:
+    """Whether ROS 2's tools leave a topic out unless they are asked to show it."""
+    return any(part.startswith("_") for part in topic.split("/"))
+
+
+def show(text: str, end: str = "\n") -> None:
+    """Print what peers sent, at once: as it is into a file or pipe, without what could steer a terminal on one."""
+    from graphengine.cli.common import clean
+
+    print(clean(text) if sys.stdout.isatty() else text, end=end, flush=True)

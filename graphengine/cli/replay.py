@@ -1,0 +1,196 @@
+"""`graphrun replay`: a recorded run once more, compared byte by byte."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import tempfile
+from dataclasses import replace
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from graphengine.build import Options
+    from graphengine.recording.reader import Recording
+    from graphengine.recording.replay import Difference, Replay
+    from graphengine.registry import Registry
+    from graphengine.session import Session
+    from graphengine.world.sensors.rays import RaysChoice
+
+LONGEST = 80
+"""Characters of a port's value that are told."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the verb."""
+    from graphengine.cli.common import add_allow_argument
+
+    parser.add_argument("recording", metavar="FILE", type=Path, help="what `graphrun run --record FILE` wrote")
+    against = "run this scene or graph, in the place of the files that the recording holds"
+    parser.add_argument("--against", metavar="SCENE|GRAPH", help=against)
+    ignore = "topic that is not compared; globs allowed"
+    parser.add_argument("--ignore", metavar="TOPIC", action="append", default=[], help=ignore)
+    values = "value of an input, beside those that the run was given; [ROBOT/][GRAPH/]NODE.PORT, globs allowed"
+    parser.add_argument("--set", metavar="NODE.PORT=VALUE", action="append", default=[], help=values)
+    parser.add_argument("--seed", type=int, help="another one than the run's")
+    parser.add_argument("--rays", choices=("auto", "mujoco", "fast"), help="other ones than the run's")
+    add_allow_argument(parser)
+    modules = "Python module with node types"
+    parser.add_argument("--import", metavar="MODULE", dest="modules", action="append", default=[], help=modules)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """0 when every byte is the same, 1 when one is not, 2 when that cannot be told."""
+    from graphengine.diagnostics import RecordingError, UsageError
+    from graphengine.recording.reader import Recording
+    from graphengine.recording.sources import Workspace
+
+    with tempfile.TemporaryDirectory(prefix="graphrun-") as folder:
+        place = f"{Path(folder).resolve()}{os.sep}"
+
+        def plain(text: str) -> str:
+            """Text in which the recording's files have the names that they have there."""
+            from graphengine.cli.common import clean
+
+            return clean(text.replace(place, ""))
+
+        try:
+            return _replay(arguments, Recording(arguments.recording, Workspace(Path(folder))), plain)
+        except (RecordingError, UsageError) as error:
+            raise UsageError(plain(str(error))) from None
+
+
+def _replay(arguments: argparse.Namespace, recording: Recording, plain: Callable[[str], str]) -> int:
+    from graphengine import build
+    from graphengine.diagnostics import RecordingError
+    from graphengine.recording import machine
+    from graphengine.recording.replay import Replay, SilentTransport
+    from graphengine.ros.network import LiveNetwork
+
+    def warn(text: str) -> None:
+        print(plain(f"warning: {text}"), file=sys.stderr)
+
+    manifest = recording.manifest
+    assembly = build.assemble(*_what_to_run(arguments, recording))
+    for finding in assembly.findings.errors:
+        print(plain(finding.render()), file=sys.stderr)
+    if assembly.findings.errors:
+        assembly.world.close()
+        return 1
+    definitions = assembly.definitions
+    network = LiveNetwork(lambda _: SilentTransport(definitions), manifest.domain_id, warn, definitions)
+    with build.start(
+        assembly,
+        network,
+        domain_id=manifest.domain_id,
+        domain_from_environment=manifest.domain_from_environment,
+        fault=(lambda error: None) if manifest.keep_going else None,
+    ) as session:
+        for line in machine.differences(manifest.machine, machine.describe(assembly)):
+            warn(f"{line}; results may differ in their last bits")
+        run = Replay(session, network, recording, arguments.ignore, warn)
+        try:
+            found = run.run()
+        except RecordingError as error:
+            raise RecordingError(f"{error}\n  up to there {_counted(run)} are identical") from None
+        if found is None and recording.cut_off:
+            warn(f"the run was cut off: the recording ends at t = {session.time:.3f} s")
+        print(plain(_verdict(found, run, session)))
+    return 1 if found else 0
+
+
+def _what_to_run(arguments: argparse.Namespace, recording: Recording) -> tuple[Path, Options]:
+    """The file and the options: as they were recorded, but for what the command line says."""
+    from graphengine.cli.common import find_file, parse_set, reading_options
+
+    manifest, files = recording.manifest, recording.workspace
+    options = replace(
+        reading_options(arguments),
+        overrides={**manifest.overrides, **dict(parse_set(text) for text in arguments.set)},
+        seed=manifest.seed if arguments.seed is None else arguments.seed,
+        robot_state=manifest.robot_state,
+        rays=_rays(arguments.rays or manifest.rays, recording.path),
+        registry=_registry(manifest.modules, arguments.modules, recording.path),
+    )
+    if arguments.against:
+        return find_file(arguments.against), options
+    options = replace(
+        options,
+        allowed=[files.project],
+        installed=[files.installed],
+        shipped=files.shipped,
+        message_paths=[files.messages],
+        scene=files.path(manifest.scene) if manifest.scene else None,
+        near=None,
+    )
+    return files.path(manifest.given), options
+
+
+def _rays(rays: RaysChoice, recording: Path) -> RaysChoice:
+    """What lidars are to see with.
+
+    Raises:
+        UsageError: it is not there.
+    """
+    from graphengine.diagnostics import UsageError
+
+    if rays == "fast" and find_spec("numba") is None:
+        raise UsageError(
+            f"{recording}: its lidars saw with rays 'fast', which need numba\n  pip install 'graphengine[fast]'\n"
+            "  or give --rays mujoco: distances are the same to a nanometre, not to the last bit"
+        )
+    return rays
+
+
+def _registry(recorded: Sequence[str], given: Sequence[str], recording: Path) -> Registry | None:
+    """The node types; no module is imported because a file says so.
+
+    Raises:
+        UsageError: the run had modules that were not given.
+    """
+    from graphengine.cli.common import make_registry
+    from graphengine.diagnostics import UsageError
+
+    missing = [module for module in recorded if module not in given]
+    if missing:
+        remedy = " ".join(f"--import {module}" for module in missing)
+        raise UsageError(f"{recording}: the run had node types of its own; if you trust them, give {remedy}")
+    return make_registry(given) if given else None
+
+
+def _verdict(found: Difference | None, run: Replay, session: Session) -> str:
+    """What the comparison came to."""
+    if found is None:
+        return f"identical: {_counted(run)}, {session.time:.3f} s"
+    where = f"different in tick {found.tick}, t = {found.time:.6f} s{f': {found.topic}' if found.topic else ''}"
+    lines = [line for text in found.lines for line in text.split("\n")]
+    return "\n  ".join(
+        [where, *_published_by(found.node, session), *lines, f"before that, {_counted(run)} are identical"]
+    )
+
+
+def _counted(run: Replay) -> str:
+    from graphengine.cli.common import counted
+
+    return f"{counted(run.messages, 'message')} in {counted(run.ticks, 'tick')}"
+
+
+def _published_by(node: str, session: Session) -> list[str]:
+    """The node: its type, where it stands in its file, and what stands on its ports in the replay."""
+    for run in session.graphs:
+        graph = run.executor.plan.graph
+        for instance in graph.instances:
+            if f"{graph.prim_path}/{instance.id}" == node:
+                wires = [wire for wire in graph.data_wires if wire.target == instance.index]
+                read = [f"{wire} = {_short(getattr(instance.node, wire.target_field))}" for wire in wires]
+                return [f"published by {node} ({instance.cls.type_name}, {instance.span})", *read]
+    return [f"published by {node}"] if node else []
+
+
+def _short(value: object) -> str:
+    text = " ".join(repr(value).split())
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"

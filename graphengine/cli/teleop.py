@@ -1,0 +1,179 @@
+"""`graphrun teleop`: drive a robot from the keyboard."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from graphengine.cli.keyboard import ENDS, Keyboard
+from graphengine.cli.live import Live, absolute, add_live_arguments, positive
+
+if TYPE_CHECKING:
+    from graphengine.ros.graph import Endpoint, Graph
+    from graphengine.ros.listening import Clock
+    from graphengine.ros.transport import Writer
+
+TOPIC = "/cmd_vel"
+TWIST, STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
+KEYS = {
+    "up": (1.0, 0.0),
+    "w": (1.0, 0.0),
+    "down": (-1.0, 0.0),
+    "s": (-1.0, 0.0),
+    "left": (0.0, 1.0),
+    "a": (0.0, 1.0),
+    "right": (0.0, -1.0),
+    "d": (0.0, -1.0),
+}
+"""Direction of driving, and of turning."""
+FACTORS = {"+": 1.1, "=": 1.1, "-": 1 / 1.1}
+HELP = "arrows or w a s d: drive and turn   space: stop   + -: faster, slower   q or Ctrl-C: end"
+RATE = 20.0
+"""Messages a second while the robot is driven."""
+STOPPING = 10
+"""Messages of a stop; then there is silence, so that others may drive."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the verb."""
+    topic = f"to publish to (default: the only one from which somebody reads velocities, else {TOPIC})"
+    parser.add_argument("topic", metavar="TOPIC", nargs="?", help=topic)
+    parser.add_argument("--speed", metavar="M/S", type=positive, default=0.5, help="(default 0.5)")
+    parser.add_argument("--turn", metavar="RAD/S", type=positive, default=1.0, help="(default 1)")
+    hold = "how long a pressed key counts; one that is held repeats, the first time after a while (default 0.5)"
+    parser.add_argument("--hold", metavar="SECONDS", type=positive, default=0.5, help=hold)
+    kind = "of the messages (default: what is read from the topic, else Twist)"
+    parser.add_argument("--type", choices=("Twist", "TwistStamped"), help=kind)
+    parser.add_argument("--frame-id", metavar="FRAME", default="", help="in the header of a TwistStamped")
+    parser.epilog = f"Keys: {HELP}."
+    add_live_arguments(parser, clock=True)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """0 when it was ended."""
+    from graphengine.context import QoS
+
+    keyboard = Keyboard()
+    given = absolute(arguments.topic) if arguments.topic else ""
+    with Live(arguments) as live:
+        graph = live.graph(lambda graph: graph.subscribers(given))
+        topic = given or only_topic(graph)
+        message_type = f"geometry_msgs/msg/{arguments.type}" if arguments.type else type_of(topic, graph)
+        clock = live.clock(arguments)
+        base = Base(live.transport.writer(topic, message_type, QoS()), message_type, clock, arguments.frame_id)
+        stick = Stick(arguments.hold, arguments.speed, arguments.turn)
+        print(f"{topic} [{message_type}]; {live.transport.description}\n{HELP}", file=sys.stderr)
+        with keyboard:
+            try:
+                _follow(keyboard, stick, base)
+            finally:
+                base.drive(0.0, 0.0)
+                print(file=sys.stderr)
+    return 0
+
+
+def only_topic(graph: Graph) -> str:
+    """The topic from which somebody reads velocities.
+
+    Raises:
+        UsageError: there are several.
+    """
+    from graphengine.diagnostics import UsageError, listing
+
+    topics = sorted({end.topic for end in _readers(graph)})
+    if len(topics) > 1:
+        raise UsageError(f"velocities are read from several topics\n  {listing(topics, 'write one of')}")
+    return topics[0] if topics else TOPIC
+
+
+def type_of(topic: str, graph: Graph) -> str:
+    """What is read from a topic; Twist where nobody reads it, or where both are read."""
+    types = {end.message_type for end in _readers(graph) if end.topic == topic}
+    return STAMPED if types == {STAMPED} else TWIST
+
+
+def _readers(graph: Graph) -> list[Endpoint]:
+    return [end for end in graph.endpoints if end.direction == "subscribe" and end.message_type in (TWIST, STAMPED)]
+
+
+@dataclass(slots=True)
+class Stick:
+    """What the keys say. A terminal tells of keys that are pressed, and not of those that are released.
+
+    Args:
+        hold: s that a key counts for.
+        speed: m/s.
+        turn: rad/s.
+    """
+
+    hold: float
+    speed: float
+    turn: float
+    _forward: float = 0.0
+    _forward_until: float = 0.0
+    _left: float = 0.0
+    _left_until: float = 0.0
+
+    def press(self, key: str, now: float) -> None:
+        """Take a key; those that mean nothing are passed over."""
+        if key == " ":
+            self._forward = self._left = 0.0
+        elif key in FACTORS:
+            self.speed, self.turn = self.speed * FACTORS[key], self.turn * FACTORS[key]
+        forward, left = KEYS.get(key, (0.0, 0.0))
+        if forward:
+            self._forward, self._forward_until = forward, now + self.hold
+        if left:
+            self._left, self._left_until = left, now + self.hold
+
+    def command(self, now: float) -> tuple[float, float]:
+        """Velocities, m/s and rad/s, of what is held."""
+        forward = self._forward if now < self._forward_until else 0.0
+        left = self._left if now < self._left_until else 0.0
+        return forward * self.speed, left * self.turn
+
+
+@dataclass(slots=True)
+class Base:
+    """The robot: a topic that takes velocities."""
+
+    writer: Writer
+    message_type: str
+    clock: Clock
+    frame_id: str
+
+    def drive(self, speed: float, turn: float) -> None:
+        """Command velocities, m/s and rad/s."""
+        from graphengine.ros import messages
+
+        message: Any = messages.Twist(messages.Vector3(speed, 0.0, 0.0), messages.Vector3(0.0, 0.0, turn))
+        if self.message_type == STAMPED:
+            stamp = messages.Time(*divmod(self.clock(), 1_000_000_000))
+            message = messages.TwistStamped(messages.Header(stamp, self.frame_id), message)
+        self.writer.write(messages.encode(message))
+
+
+def _follow(keyboard: Keyboard, stick: Stick, base: Base) -> None:
+    """Do what the keys say until one ends it."""
+    due, still, told = time.monotonic(), STOPPING, ""
+    while True:
+        due = max(due + 1.0 / RATE, time.monotonic())
+        while (left := due - time.monotonic()) > 0.0:
+            for key in keyboard.pressed(left):
+                if key in (*ENDS, "q"):
+                    return
+                stick.press(key, time.monotonic())
+        speed, turn = stick.command(time.monotonic())
+        still = 0 if speed or turn else still + 1
+        if still <= STOPPING:
+            base.drive(speed, turn)
+        listeners = "" if base.writer.matched else "   nobody listens"
+        line = (
+            f"{speed:6.2f} m/s {turn:6.2f} rad/s   keys give {stick.speed:.2f} m/s, {stick.turn:.2f} rad/s{listeners}"
+        )
+        if line != told:
+            print(f"\r{line}\x1b[K", end="", file=sys.stderr, flush=True)
+            told = line

@@ -1,0 +1,189 @@
+"""`graphrun tf tree`: the frames of a live network as a tree."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from graphengine.cli.live import Live, add_live_arguments, positive, show
+
+if TYPE_CHECKING:
+    from graphengine.ros.graph import Graph
+    from graphengine.ros.tf_tree import FrameTree, Row
+
+LISTENING = 5.0
+"""Seconds, as long as view_frames listens."""
+DOT, PICTURES, TEXT = (".dot", ".gv"), (".png", ".svg", ".pdf"), (".txt",)
+DRAWING = 60.0
+"""Seconds that Graphviz has for a picture."""
+TYPE = "tf2_msgs/msg/TFMessage"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the verb."""
+    verbs = parser.add_subparsers(dest="tf_verb", metavar="VERB", required=True)
+    what = "the frames as a tree: who broadcasts each, how often, and what is wrong with it"
+    tree = verbs.add_parser("tree", help=what, description=f"{what[0].upper()}{what[1:]}.")
+    namespace = "below which tf and tf_static are, such as dd100_0000 (default: none, or else the only one there is)"
+    tree.add_argument("--namespace", metavar="NAME", help=namespace)
+    wait = f"how long to listen (default {LISTENING:g})"
+    tree.add_argument("-t", "--wait-time", metavar="SECONDS", type=positive, default=LISTENING, help=wait)
+    output = "write it as text (.txt), for Graphviz (.dot, .gv), or as a picture that Graphviz draws (.png, .svg, .pdf)"
+    tree.add_argument("-o", "--output", metavar="FILE", type=Path, help=output)
+    tree.add_argument("--strict", action="store_true", help="warnings count as errors")
+    add_live_arguments(tree)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """0 when there is a tree, 1 when there is none, or with `--strict` when something is wrong with it."""
+    from graphengine.cli.common import clean
+    from graphengine.diagnostics import TransportError
+    from graphengine.ros.tf_tree import FrameTree
+
+    _check_output(arguments.output)
+    tree = FrameTree()
+    with Live(arguments) as live:
+        topics = [f"{_namespace(arguments.namespace, live.graph())}/{name}" for name in ("tf", "tf_static")]
+        print(f"listening to {' and '.join(topics)} for {arguments.wait_time:g} s", file=sys.stderr)
+        _listen(live, topics, tree)
+        with contextlib.suppress(KeyboardInterrupt):  # which ends the listening, and what was heard counts
+            time.sleep(arguments.wait_time)
+        graph = live.graph_now()
+        live.transport.close()  # so that the tree grows no more
+        if not tree.edges:
+            silence = f"no transforms on {' and '.join(topics)} within {arguments.wait_time:g} s"
+            raise TransportError(f"{silence}\n{_elsewhere(graph)}")
+        names = _names(graph, topics)
+        _write(tree, names, arguments.output)
+        faults = [*tree.faults(names), *_volatile(graph, topics[1])]
+        for fault in faults:
+            print(clean(f"warning: {fault}"), file=sys.stderr)
+        return 1 if faults and arguments.strict else 0
+    return 0
+
+
+def _check_output(path: Path | None) -> None:
+    from graphengine.diagnostics import UsageError
+
+    if path is None:
+        return
+    if path.suffix not in (*DOT, *PICTURES, *TEXT) or not path.absolute().parent.is_dir():
+        kinds = ", ".join((*TEXT, *DOT, *PICTURES))
+        raise UsageError(f"-o {path}: write the name of a file in a folder that is there; it ends in {kinds}")
+    if path.suffix in PICTURES and shutil.which("dot") is None:
+        remedy = f"write {path.with_suffix('.dot')}, or install graphviz"
+        raise UsageError(f"-o {path}: Graphviz draws pictures, and its program dot is not there\n  {remedy}")
+
+
+def _listen(live: Live, topics: list[str], tree: FrameTree) -> None:
+    from graphengine.context import QoS
+    from graphengine.ros import messages
+
+    def take(topic: str, static: bool) -> Callable[[bytes], None]:
+        def deliver(data: bytes) -> None:
+            # A transport that cannot tell who sent a message leaves all that write the topic.
+            source = live.transport.source or topic.encode()
+            with contextlib.suppress(messages.MessageError):
+                tree.add(messages.decode(data, TYPE), static, source)
+
+        return deliver
+
+    moving, static = topics
+    live.transport.reader(moving, TYPE, QoS(depth=100, reliability="bestEffort"), take(moving, False))
+    live.transport.reader(static, TYPE, QoS(depth=100, durability="transientLocal"), take(static, True))
+
+
+def _namespaces(graph: Graph) -> list[str]:
+    """Below which something is broadcast."""
+    topics = {end.topic for end in graph.endpoints if (end.direction, end.message_type) == ("publish", TYPE)}
+    return sorted({topic.rpartition("/")[0] for topic in topics if topic.endswith(("/tf", "/tf_static"))})
+
+
+def _namespace(given: str | None, graph: Graph) -> str:
+    """The namespace that is meant; empty for none.
+
+    Raises:
+        TransportError: it could be one of several.
+    """
+    from graphengine.diagnostics import TransportError, listing
+    from graphengine.ros.names import check_namespace, full_namespace
+
+    if given is not None:
+        namespace = full_namespace(given)
+        check_namespace(namespace or "/", given)
+        return namespace
+    there = _namespaces(graph)
+    if len(there) < 2 or "" in there:
+        return "" if "" in there else "".join(there)
+    raise TransportError(f"there are several trees\n{listing(there, 'choose with --namespace one of')}")
+
+
+def _elsewhere(graph: Graph) -> str:
+    """Where there are transforms."""
+    from graphengine.diagnostics import listing
+
+    return listing((namespace or "/" for namespace in _namespaces(graph)), "namespaces in which there are publishers")
+
+
+def _names(graph: Graph, topics: list[str]) -> dict[bytes, str]:
+    """Node of each GID; and of each topic, those that write it."""
+    names = {end.gid: end.full_node or "unknown" for end in graph.endpoints}
+    writers = {topic: sorted({names[end.gid] for end in graph.publishers(topic)}) for topic in topics}
+    return names | {topic.encode(): " or ".join(nodes) or "unknown" for topic, nodes in writers.items()}
+
+
+def _volatile(graph: Graph, topic: str) -> list[str]:
+    """Who writes static transforms that those who come late do not get."""
+    late = [end.full_node for end in graph.publishers(topic) if end.qos.durability == "volatile"]
+    return [f"{node} writes {topic} with durability volatile: tf2 does not hear it" for node in late]
+
+
+def _write(tree: FrameTree, names: Mapping[bytes, str], path: Path | None) -> None:
+    """Print the tree, or put it where it should go.
+
+    Raises:
+        TransportError: Graphviz fails.
+    """
+    from graphengine.diagnostics import TransportError
+    from graphengine.ros.tf_tree import to_dot
+
+    if path is None or path.suffix in TEXT:
+        text = _table(tree, names)
+        if path is None:
+            show(text)
+        else:
+            path.write_text(f"{text}\n", encoding="utf-8")
+        return
+    source = to_dot(tree, names)
+    if path.suffix in DOT:
+        path.write_text(source, encoding="utf-8")
+        return
+    command = ["dot", f"-T{path.suffix[1:]}", "-o", str(path)]
+    try:
+        subprocess.run(command, input=source.encode(), capture_output=True, check=True, timeout=DRAWING)
+    except (subprocess.SubprocessError, OSError) as error:
+        raise TransportError(f"Graphviz cannot draw {path}: {error}") from error
+
+
+def _table(tree: FrameTree, names: Mapping[bytes, str]) -> str:
+    from graphengine.cli.common import table
+
+    rows: list[tuple[str, ...]] = [("FRAME", "BROADCASTER", "RATE", "NEWEST")]
+    rows += [_cells(row, names) for row in tree.rows()]
+    return table([tuple(cell.replace("\n", " ") for cell in row) for row in rows])
+
+
+def _cells(row: Row, names: Mapping[bytes, str]) -> tuple[str, str, str, str]:
+    from graphengine.ros.tf_tree import broadcasters, frequency, seconds
+
+    edge = row.edge
+    if edge is None:
+        return str(row), "", "", ""
+    return str(row), broadcasters(edge, names), frequency(edge), f"{seconds(edge.newest)} s"

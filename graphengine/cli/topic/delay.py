@@ -1,0 +1,44 @@
+"""`graphrun topic delay`."""
+
+from __future__ import annotations
+
+import argparse
+import time
+
+from graphengine.cli.live import Live, absolute, add_live_arguments, show, size
+from graphengine.cli.topic.hz import WINDOW
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the verb."""
+    parser.add_argument("topic", metavar="TOPIC", help="whose messages have a header")
+    parser.add_argument("-w", "--window", metavar="N", type=size, default=WINDOW, help=f"messages (default {WINDOW})")
+    add_live_arguments(parser, clock=True)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """0 when Ctrl-C ended it."""
+    from graphengine.diagnostics import TransportError
+    from graphengine.ros import messages
+    from graphengine.ros.qos import PRESETS
+    from graphengine.ros.rates import SECOND, Window
+
+    topic = absolute(arguments.topic)
+    with Live(arguments) as live:
+        message_type = live.type_of(topic, live.graph_with(topic))
+        if "header" not in dict(live.definitions.fields(message_type)):
+            raise TransportError(f"{message_type} has no header, whose stamp would tell when a message was made")
+        inbox = live.listen(topic, message_type, PRESETS["Sensor Data"], live.clock(arguments), WINDOW)
+        window, tell, fresh = Window(arguments.window), time.monotonic() + 1.0, False
+        while True:
+            arrival = inbox.take(max(0.0, tell - time.monotonic()))
+            if arrival is not None:
+                stamp = messages.decode(arrival.data, message_type, live.definitions).header.stamp
+                window.add(arrival.time - stamp.sec * SECOND - stamp.nanosec)
+                fresh = True
+            if time.monotonic() >= tell:
+                tell += 1.0
+                if summary := window.summary():
+                    show(f"average delay: {summary.mean / SECOND:.3f}\n{summary}" if fresh else "no new messages")
+                fresh = False
+    return 0

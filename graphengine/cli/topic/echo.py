@@ -1,0 +1,108 @@
+"""`graphrun topic echo`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from graphengine.cli.live import Live, absolute, add_live_arguments, count, positive, show
+from graphengine.cli.topic.expression import Filter, make_filter
+from graphengine.cli.topic.quality import add_quality_arguments, quality_for
+
+if TYPE_CHECKING:
+    from graphengine.ros.definitions import Definitions
+    from graphengine.ros.graph import Endpoint
+    from graphengine.ros.listening import Inbox
+
+TRUNCATED = 128
+"""Elements and characters that are shown of longer arrays and texts."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the verb."""
+    parser.add_argument("topic", metavar="TOPIC", help="such as /chatter")
+    parser.add_argument("type", metavar="TYPE", nargs="?", help="of its messages (default: what its publishers say)")
+    parser.add_argument("--once", action="store_true", help="end after the first message")
+    parser.add_argument("--timeout", metavar="SECONDS", type=positive, help="end after so much time")
+    parser.add_argument("--field", metavar="PATH", help="one field of each message, such as pose.pose.position")
+    parser.add_argument("--filter", metavar="EXPR", help="an expression of Python: only messages m of which it is true")
+    parser.add_argument("--csv", action="store_true", help="all values of a message in one line")
+    parser.add_argument("--raw", action="store_true", help="the bytes of a message as they came")
+    parser.add_argument("--flow-style", action="store_true", help="lists in brackets")
+    parser.add_argument("--no-arr", action="store_true", help="type and length of an array in its place")
+    parser.add_argument("--no-str", action="store_true", help="the length of a text in its place")
+    parser.add_argument("-f", "--full-length", action="store_true", help="do not cut long arrays and texts")
+    cut = f"elements and characters after which they are cut (default {TRUNCATED})"
+    parser.add_argument("-l", "--truncate-length", metavar="N", type=count, default=TRUNCATED, help=cut)
+    add_quality_arguments(parser, "sensor_data")
+    add_live_arguments(parser)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """0 when something was printed, or when Ctrl-C ended it; 1 when `--timeout` passed before anything came."""
+    from graphengine.ros.message_input import full_type
+
+    topic, wanted = absolute(arguments.topic), make_filter(arguments.filter)
+    with Live(arguments) as live:
+        graph = live.graph(lambda graph: graph.publishers(topic))
+        publishers = graph.publishers(topic)
+        message_type = full_type(arguments.type) if arguments.type else live.type_of(topic, graph)
+        _warn_of_other_definitions(publishers, message_type, live.definitions.type_hash(message_type))
+        inbox = live.listen(topic, message_type, quality_for(arguments, publishers))
+        printed = 0
+        try:
+            for data in _arriving(inbox, arguments.timeout):
+                text = _text(data, message_type, live.definitions, wanted, arguments)
+                if text is not None:
+                    show(text)
+                    printed += 1
+                if printed and arguments.once:
+                    return 0
+        finally:
+            if inbox.dropped:
+                print(f"WARNING: {inbox.dropped} messages came faster than they were printed", file=sys.stderr)
+        if not printed:
+            print(f"nothing arrived on {topic} within {arguments.timeout:g} s", file=sys.stderr)
+            return 1
+    return 0
+
+
+def _warn_of_other_definitions(publishers: list[Endpoint], message_type: str, known: str) -> None:
+    for end in publishers:
+        if end.message_type == message_type and end.type_hash not in ("", known):
+            what = f"{end.full_node or 'a publisher'} has another definition of {message_type} ({end.type_hash})"
+            print(f"WARNING: {what}: what is shown may be wrong", file=sys.stderr)
+
+
+def _arriving(inbox: Inbox, timeout: float | None) -> Iterator[bytes]:
+    """Messages until the time is up."""
+    end = None if timeout is None else time.monotonic() + timeout
+    while (arrival := inbox.take(None if end is None else max(0.0, end - time.monotonic()))) is not None:
+        yield arrival.data
+
+
+def _text(
+    data: bytes, message_type: str, definitions: Definitions, wanted: Filter, arguments: argparse.Namespace
+) -> str | None:
+    """How a message is shown; None for one that is not wanted, or that its type does not describe."""
+    from graphengine.ros import messages
+    from graphengine.ros.message_text import Part, Style, to_csv, to_plain_text, to_yaml
+
+    if arguments.raw:
+        return f"{data!r}\n---"
+    try:
+        message = messages.decode(data, message_type, definitions)
+    except messages.MessageError as error:
+        print(f"WARNING: dropped: {error}", file=sys.stderr)
+        return None
+    part = Part.of(message, definitions).find(arguments.field or "")
+    if not wanted(part.value):
+        return None
+    if not part.is_message:
+        return f"{to_plain_text(part)}\n---"
+    longest = None if arguments.full_length else arguments.truncate_length
+    style = Style(longest, not arguments.no_arr, not arguments.no_str, arguments.flow_style)
+    return to_csv(part, style) if arguments.csv else f"{to_yaml(part, style)}---"

@@ -1,0 +1,43 @@
+"""`graphrun topic hz`."""
+
+from __future__ import annotations
+
+import argparse
+import time
+
+from graphengine.cli.live import Live, absolute, add_live_arguments, show, size
+from graphengine.cli.topic.expression import make_filter
+
+WINDOW = 10_000
+"""Intervals that count by default."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the verb."""
+    parser.add_argument("topic", metavar="TOPIC", help="such as /chatter")
+    parser.add_argument("-w", "--window", metavar="N", type=size, default=WINDOW, help=f"messages (default {WINDOW})")
+    parser.add_argument("--filter", metavar="EXPR", help="an expression of Python: only messages m of which it is true")
+    parser.add_argument("--wall-time", action="store_true", help="count in wall time in spite of --use-sim-time")
+    add_live_arguments(parser, clock=True)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """0 when Ctrl-C ended it."""
+    from graphengine.ros import messages
+    from graphengine.ros.qos import PRESETS
+    from graphengine.ros.rates import Intervals
+
+    topic, wanted = absolute(arguments.topic), make_filter(arguments.filter)
+    intervals = Intervals(arguments.window)
+    with Live(arguments) as live:
+        message_type = live.type_of(topic, live.graph_with(topic))
+        clock = time.time_ns if arguments.wall_time else live.clock(arguments)
+        inbox = live.listen(topic, message_type, PRESETS["Sensor Data"], clock, WINDOW)
+        while arrival := inbox.take(None):
+            if arguments.filter and not wanted(messages.decode(arrival.data, message_type, live.definitions)):
+                continue
+            if not intervals.add(arrival.time):
+                show("time has reset, resetting counters")
+            if summary := intervals.report():
+                show(f"average rate: {1e9 / summary.mean if summary.mean else 0.0:.3f}\n{summary}")
+    return 0

@@ -1,0 +1,73 @@
+"""`graphrun topic info`."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from graphengine.ros.graph import Endpoint
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the verb."""
+    from graphengine.cli.live import add_live_arguments
+
+    parser.add_argument("topic", metavar="TOPIC", help="such as /chatter")
+    what = "node, type, hash of the type, GID and quality of service of everyone who writes or reads it"
+    parser.add_argument("-v", "--verbose", action="store_true", help=what)
+    add_live_arguments(parser)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """0 when somebody writes or reads the topic."""
+    from graphengine.cli.live import Live, absolute, show
+
+    topic = absolute(arguments.topic)
+    with Live(arguments) as live:
+        graph = live.graph()
+        types = graph.types().get(topic)
+        if types is None:
+            raise live.unknown(topic, graph)
+        show(f"Type: {types[0] if len(types) == 1 else types}")
+        for what, ends in (("Publisher", graph.publishers(topic)), ("Subscription", graph.subscribers(topic))):
+            gap = "\n" if arguments.verbose else ""
+            show(f"{gap}{what} count: {len(ends)}")
+            for end in ends if arguments.verbose else ():
+                show(f"\n{describe(end)}")
+        if arguments.verbose:
+            show("")
+    return 0
+
+
+def describe(end: Endpoint) -> str:
+    """Everything about a writer or reader; UNKNOWN is what its peer does not tell."""
+    qos = end.qos
+    history = f"KEEP_LAST ({qos.depth})" if qos.history == "keepLast" else _shouted(qos.history)
+    lines = [
+        f"Node name: {end.node or '_NODE_NAME_UNKNOWN_'}",
+        f"Node namespace: {end.namespace or '_NODE_NAMESPACE_UNKNOWN_'}",
+        f"Topic type: {end.message_type}",
+        f"Topic type hash: {end.type_hash or 'INVALID'}",
+        f"Endpoint type: {'PUBLISHER' if end.direction == 'publish' else 'SUBSCRIPTION'}",
+        f"GID: {end.gid.hex('.')}",
+        "QoS profile:",
+        f"  Reliability: {_shouted(qos.reliability)}",
+        f"  History (Depth): {history}",
+        f"  Durability: {_shouted(qos.durability)}",
+        f"  Lifespan: {_time(qos.lifespan)}",
+        f"  Deadline: {_time(qos.deadline)}",
+        f"  Liveliness: {_shouted(qos.liveliness)}",
+        f"  Liveliness lease duration: {_time(qos.lease_duration)}",
+    ]
+    return "\n".join(lines)
+
+
+def _shouted(kind: str) -> str:
+    """`BEST_EFFORT` for `bestEffort`."""
+    return "UNKNOWN" if kind == "systemDefault" else re.sub(r"(?=[A-Z])", "_", kind).upper()
+
+
+def _time(seconds: float) -> str:
+    return f"{round(seconds * 1e9)} nanoseconds" if seconds else "Infinite"

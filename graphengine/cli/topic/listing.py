@@ -1,0 +1,55 @@
+"""`graphrun topic list`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from graphengine.ros.graph import Graph
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the verb."""
+    from graphengine.cli.live import add_live_arguments
+
+    parser.add_argument("-t", "--show-types", action="store_true", help="the type of each topic too")
+    parser.add_argument("-c", "--count-topics", action="store_true", help="only how many there are")
+    parser.add_argument(
+        "--include-hidden-topics", action="store_true", help="also those with a part that begins with _"
+    )
+    parser.add_argument("-v", "--verbose", action="store_true", help="how many write and read each topic")
+    add_live_arguments(parser)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """0, also when nobody is there."""
+    from graphengine.cli.live import Live, is_hidden, show
+
+    with Live(arguments) as live:
+        graph = live.graph()
+        topics = [t for t in graph.types() if arguments.include_hidden_topics or not is_hidden(t)]
+        if arguments.count_topics:
+            show(str(len(topics)))
+        elif arguments.verbose:
+            show(_counts(graph, topics, "publish"))
+            show(_counts(graph, topics, "subscribe"))
+        elif topics:
+            types = {topic: f" [{', '.join(names)}]" for topic, names in graph.types().items()}
+            show("\n".join(topic + (types[topic] if arguments.show_types else "") for topic in topics))
+        if not topics:
+            print(f"no topics; {live.transport.description}", file=sys.stderr)
+    return 0
+
+
+def _counts(graph: Graph, topics: list[str], direction: Literal["publish", "subscribe"]) -> str:
+    """A line for each topic that somebody writes, or reads."""
+    lines = ["Published topics:" if direction == "publish" else "Subscribed topics:"]
+    who = "publisher" if direction == "publish" else "subscriber"
+    for topic in topics:
+        ends = graph.publishers(topic) if direction == "publish" else graph.subscribers(topic)
+        if ends:
+            types = ", ".join(graph.types()[topic])
+            lines.append(f" * {topic} [{types}] {len(ends)} {who}{'s' if len(ends) > 1 else ''}")
+    return "\n".join([*lines, ""])

@@ -1,0 +1,123 @@
+"""`graphrun topic pub`."""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import sys
+import time
+from typing import TYPE_CHECKING
+
+from graphengine.cli.live import POLL, Live, absolute, add_live_arguments, count, near_topic, positive, seconds, show
+from graphengine.cli.topic.quality import add_quality_arguments, quality
+
+if TYPE_CHECKING:
+    from graphengine.ros.graph import Endpoint
+
+PATIENCE = 1.0
+"""Seconds between two lines that tell what is waited for."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the verb."""
+    parser.add_argument("topic", metavar="TOPIC", help="such as /cmd_vel")
+    parser.add_argument("type", metavar="TYPE", help="such as geometry_msgs/msg/Twist")
+    source = parser.add_mutually_exclusive_group()
+    values = "YAML, such as '{linear: {x: 1.0}}'; `auto` for a header and `now` for a time mean when it is sent"
+    source.add_argument("values", metavar="VALUES", nargs="?", default="{}", help=values)
+    source.add_argument("--stdin", action="store_true", help="read the values from the standard input")
+    parser.add_argument("-r", "--rate", metavar="HZ", type=positive, default=1.0, help="(default 1)")
+    parser.add_argument(
+        "-p", "--print", metavar="N", type=count, default=1, help="print every N-th message (default 1)"
+    )
+    number = parser.add_mutually_exclusive_group()
+    number.add_argument("-1", "--once", action="store_true", help="publish one message")
+    number.add_argument(
+        "-t", "--times", metavar="N", type=count, default=0, help="publish N messages (default: no end)"
+    )
+    wait = "readers to wait for (default 1 with --once and --times, else 0)"
+    parser.add_argument("-w", "--wait-matching-subscriptions", metavar="N", type=count, help=wait)
+    parser.add_argument("--max-wait-time-secs", metavar="SECONDS", type=positive, help="give up waiting after so long")
+    alive = "stay so long after the last message (default 0.1)"
+    parser.add_argument("--keep-alive", metavar="SECONDS", type=seconds, default=0.1, help=alive)
+    parser.add_argument("-n", "--node-name", metavar="NAME", help="of the publishing node")
+    add_quality_arguments(parser, "default")
+    add_live_arguments(parser, clock=True)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """0 when all was published, or when Ctrl-C ended it."""
+    from graphengine.diagnostics import UsageError
+    from graphengine.ros.graph import Endpoint
+    from graphengine.ros.message_input import full_type, parse
+    from graphengine.ros.message_text import Part, to_expression
+    from graphengine.ros.messages import encode
+
+    topic, message_type, qos = absolute(arguments.topic), full_type(arguments.type), quality(arguments)
+    times = 1 if arguments.once else arguments.times
+    wanted = arguments.wait_matching_subscriptions
+    wanted = min(times, 1) if wanted is None else wanted
+    if arguments.max_wait_time_secs is not None and not wanted:
+        raise UsageError(
+            "--max-wait-time-secs: there is no wait without --wait-matching-subscriptions, --once or --times"
+        )
+    with Live(arguments, arguments.node_name) as live:
+        draft = parse(sys.stdin.read() if arguments.stdin else arguments.values, message_type, live.definitions)
+        clock = live.clock(arguments)
+        writer = live.transport.writer(topic, message_type, qos)
+        _wait_for_readers(
+            live, Endpoint(b"", "publish", topic, message_type, qos), wanted, arguments.max_wait_time_secs
+        )
+        show("publisher: beginning loop")
+        begun = time.monotonic()
+        for number in itertools.count(1):
+            message = draft.stamp(clock())
+            if arguments.print and number % arguments.print == 0:
+                show(f"publishing #{number}: {to_expression(Part.of(message, live.definitions))}\n")
+            writer.write(encode(message, live.definitions))
+            if number == times:
+                break
+            time.sleep(max(0.0, begun + number / arguments.rate - time.monotonic()))
+        time.sleep(arguments.keep_alive)
+    return 0
+
+
+def _wait_for_readers(live: Live, offer: Endpoint, wanted: int, limit: float | None) -> None:
+    """Wait until so many readers match what is offered.
+
+    Raises:
+        TransportError: they do not within so many seconds.
+    """
+    from graphengine.diagnostics import TransportError
+
+    def found() -> int:
+        return sum(map(offer.serves, live.graph_now().subscribers(offer.topic)))
+
+    begun = told = time.monotonic()
+    if wanted:
+        live.graph(lambda graph: found() >= wanted)
+    while found() < wanted:
+        now = time.monotonic()
+        if limit is not None and now - begun >= limit:
+            what = f"Expected {wanted} subscribers but only got {found()} subscribers"
+            raise TransportError(f"Timed out waiting for subscribers: {what}{_mismatches(live, offer)}")
+        if now >= told:
+            show(f"Waiting for at least {wanted} matching subscription(s)...{_mismatches(live, offer)}")
+            told = now + PATIENCE
+        time.sleep(POLL)
+
+
+def _mismatches(live: Live, offer: Endpoint) -> str:
+    """Why readers of the topic do not match, a line for each; or which topic may be meant."""
+    from graphengine.ros.qos import mismatch
+
+    graph = live.graph_now()
+    lines = []
+    for end in graph.subscribers(offer.topic):
+        if end.message_type != offer.message_type:
+            lines.append(f"{end.full_node} reads {end.message_type}")
+        elif reason := mismatch(offer.qos, end.qos):
+            lines.append(f"{end.full_node}: {reason}")
+    read = {end.topic for end in graph.endpoints if end.direction == "subscribe"}
+    hint = "" if offer.topic in read else near_topic(offer.topic, read)
+    return "".join(f"\n  {line}" for line in (*lines, hint) if line)

@@ -1,0 +1,84 @@
+"""Quality of service on the command line, in the words of ros2cli."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from graphengine.cli.live import count, seconds
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from graphengine.context import QoS
+    from graphengine.ros.graph import Endpoint
+
+_PROFILES: dict[str, dict[str, Any]] = {
+    "default": {},
+    "sensor_data": {"depth": 5, "reliability": "bestEffort"},
+    "system_default": {
+        "history": "systemDefault",
+        "depth": 0,
+        "reliability": "systemDefault",
+        "durability": "systemDefault",
+    },
+    "services_default": {},
+    "parameters": {"depth": 1000},
+    "parameter_events": {"depth": 1000},
+    "action_status_default": {"depth": 1, "durability": "transientLocal"},
+}
+_KINDS = {
+    "history": {"keep_last": "keepLast", "keep_all": "keepAll", "system_default": "systemDefault"},
+    "reliability": {"reliable": "reliable", "best_effort": "bestEffort", "system_default": "systemDefault"},
+    "durability": {"volatile": "volatile", "transient_local": "transientLocal", "system_default": "systemDefault"},
+    "liveliness": {"automatic": "automatic", "manual_by_topic": "manualByTopic", "system_default": "systemDefault"},
+}
+
+
+def add_quality_arguments(parser: argparse.ArgumentParser, default: str) -> None:
+    """A profile by name, and what differs from it."""
+    group = parser.add_argument_group("quality of service")
+    group.add_argument("--qos-profile", choices=_PROFILES, default=default, help=f"(default {default})")
+    group.add_argument("--qos-depth", metavar="N", type=count, help="messages that are kept")
+    for policy, kinds in _KINDS.items():
+        group.add_argument(f"--qos-{policy}", choices=kinds)
+    group.add_argument("--qos-liveliness-lease-duration-seconds", metavar="SECONDS", type=seconds)
+
+
+def quality(arguments: argparse.Namespace) -> QoS:
+    """The quality of service that the command line asks for."""
+    from graphengine.context import QoS
+
+    changes: dict[str, Any] = {
+        policy: kinds.get(getattr(arguments, f"qos_{policy}")) for policy, kinds in _KINDS.items()
+    }
+    changes["depth"] = arguments.qos_depth
+    changes["lease_duration"] = arguments.qos_liveliness_lease_duration_seconds
+    profile = QoS(**_PROFILES[arguments.qos_profile])
+    return replace(profile, **{policy: value for policy, value in changes.items() if value is not None})
+
+
+def quality_for(arguments: argparse.Namespace, publishers: Sequence[Endpoint]) -> QoS:
+    """The most that every publisher of a topic offers, unless the command line asks for something else."""
+    asked = quality(arguments)
+    overridden = [name for name, value in vars(arguments).items() if name.startswith("qos_") and value is not None]
+    if overridden != ["qos_profile"] or not publishers:
+        return asked
+    reliable = _offered_by_all("RELIABLE", "BEST_EFFORT", [end.qos.reliability == "reliable" for end in publishers])
+    latched = _offered_by_all(
+        "TRANSIENT_LOCAL", "VOLATILE", [end.qos.durability == "transientLocal" for end in publishers]
+    )
+    return replace(
+        asked,
+        reliability="reliable" if reliable else "bestEffort",
+        durability="transientLocal" if latched else "volatile",
+    )
+
+
+def _offered_by_all(more: str, less: str, offers: Sequence[bool]) -> bool:
+    if any(offers) and not all(offers):
+        what = f"some publishers, but not all, offer {more}; what connects to all is {less}, and so it is asked for"
+        print(f"WARNING: {what}", file=sys.stderr)
+    return all(offers)

@@ -1,0 +1,136 @@
+"""How what happened lies in a recording: streams of messages, and ticks as times."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal, cast, get_args
+
+from graphengine.context import QoS
+from graphengine.ros.qos import settled
+
+PROFILE = "ros2"
+ENCODING = "cdr"
+MANIFEST = "graphengine"
+"""Name of the metadata that says how the run was made."""
+FILES = "graphengine:files"
+"""Name of the metadata that has the SHA-256 of attachments, by name; it comes before them."""
+END = "graphengine:end"
+"""Name of the metadata that a recording which was closed ends with."""
+
+DEFAULT_QOS = QoS()
+Direction = Literal["published", "delivered", "session"]
+
+# As rmw numbers them; words in their place are not understood by every ROS 2 distribution.
+_NUMBERS: Mapping[str, int] = {
+    "keepLast": 1,
+    "keepAll": 2,
+    "reliable": 1,
+    "bestEffort": 2,
+    "transientLocal": 1,
+    "volatile": 2,
+    "automatic": 1,
+    "manualByTopic": 3,
+}
+_FOREVER_NS = 2**63 - 1
+_PLACE = re.compile(r"\A.*?:\d+:\d+: ")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stream:
+    """The messages of one channel.
+
+    Attributes:
+        topic: by its full name.
+        message_type: as in `nav_msgs/msg/Odometry`.
+        direction: which way they went.
+        nodes: prim paths of the nodes that they were delivered to.
+        qos: of the publisher, or of the subscription.
+    """
+
+    topic: str
+    message_type: str
+    direction: Direction
+    nodes: tuple[str, ...] = ()
+    qos: QoS = DEFAULT_QOS
+
+    def metadata(self) -> dict[str, str]:
+        """Of its channel, beside the hash of the type."""
+        found = {"offered_qos_profiles": offered_qos(self.qos), "direction": self.direction}
+        return {**found, "nodes": json.dumps(self.nodes)} if self.nodes else found
+
+    @classmethod
+    def of_channel(cls, topic: str, message_type: str, metadata: Mapping[str, str]) -> Stream | None:
+        """What a channel holds; None for one that another program added.
+
+        Raises:
+            ValueError: the metadata is not what `metadata` makes.
+        """
+        direction = metadata.get("direction")
+        if direction not in get_args(Direction):
+            return None
+        nodes = json.loads(metadata.get("nodes", "[]"))
+        if not isinstance(nodes, list) or not all(isinstance(node, str) for node in nodes):
+            raise ValueError("`nodes` is no list of prim paths")
+        return cls(topic, message_type, cast(Direction, direction), tuple(nodes))
+
+
+SESSION = Stream("/graphengine/session", "std_msgs/msg/String", "session")
+"""What came into a session from outside beside messages."""
+
+
+@dataclass(frozen=True, slots=True)
+class TickTimes:
+    """Ticks as whole nanoseconds and back.
+
+    Attributes:
+        period: seconds between two ticks as numerator and denominator.
+    """
+
+    period: tuple[int, int]
+
+    def nanoseconds(self, tick: int) -> int:
+        """When a tick is, cut to nanoseconds as stamps of messages are."""
+        numerator, denominator = self.period
+        return tick * numerator * 10**9 // denominator
+
+    def tick(self, nanoseconds: int) -> int:
+        """The tick that is then."""
+        numerator, denominator = self.period
+        return -(-nanoseconds * denominator // (numerator * 10**9))
+
+    def seconds(self, tick: int) -> float:
+        """When a tick is."""
+        return tick * self.period[0] / self.period[1]
+
+
+def failure_of(error: BaseException) -> str:
+    """What ended a run, without the file and line that it happened in: those are other ones where it is run again."""
+    return _PLACE.sub("", str(error).partition("\n")[0])
+
+
+def offered_qos(qos: QoS) -> str:
+    """A profile as rosbag2 notes it: YAML, a list of one."""
+    known = settled(qos)
+    return "\n".join(
+        (
+            f"- history: {_NUMBERS[known.history]}",
+            f"  depth: {known.depth}",
+            f"  reliability: {_NUMBERS[known.reliability]}",
+            f"  durability: {_NUMBERS[known.durability]}",
+            *_duration("deadline", known.deadline),
+            *_duration("lifespan", known.lifespan),
+            f"  liveliness: {_NUMBERS[known.liveliness]}",
+            *_duration("liveliness_lease_duration", known.lease_duration),
+            "  avoid_ros_namespace_conventions: false",
+        )
+    )
+
+
+def _duration(name: str, seconds: float) -> tuple[str, str, str]:
+    """A time of a profile, 0 for unlimited."""
+    whole, rest = divmod(math.floor(seconds * 1e9) if 0 < seconds * 1e9 < _FOREVER_NS else _FOREVER_NS, 10**9)
+    return f"  {name}:", f"    sec: {whole}", f"    nsec: {rest}"

@@ -1,0 +1,70 @@
+"""What the bytes of a run depend on beside its files and inputs: versions, the processor, the OpenGL driver."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Mapping
+from importlib import metadata
+from pathlib import Path
+
+from graphengine import __version__
+from graphengine.build import Assembly
+from graphengine.diagnostics import RenderError
+
+_OF_CAMERAS = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
+
+
+def rays_in_use(assembly: Assembly) -> str:
+    """What lidars see with; empty where none is read."""
+    return assembly.loaded.simulation.rays_in_use if assembly.loaded is not None else ""
+
+
+def describe(assembly: Assembly) -> dict[str, str]:
+    """This machine, as far as the run of an assembly depends on it, whose nodes are set up."""
+    packages, rays = ["numpy"], rays_in_use(assembly)
+    if assembly.has_scene:
+        packages.append("mujoco-core")
+    if rays == "fast":
+        packages += ["numba", "llvmlite"]
+    found = {"graphengine": __version__, "python": platform.python_version(), "processor": _processor()}
+    found |= {package: _version(package) for package in packages}
+    if rays:
+        found["rays"] = rays
+    if any(claim.message_type in _OF_CAMERAS for claim in assembly.claims):
+        found["OpenGL"] = _opengl()
+    return found
+
+
+def differences(recorded: Mapping[str, str], here: Mapping[str, str]) -> list[str]:
+    """What differs, a line each; what only one of two runs depends on does not."""
+    return [
+        f"{name}: {here[name]}, recorded with {value}"
+        for name, value in recorded.items()
+        if value != here.get(name, value)
+    ]
+
+
+def _version(package: str) -> str:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return "unknown"
+
+
+def _processor() -> str:
+    """Its model where the system tells, else its architecture; numpy chooses its code by it."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        lines = []
+    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return models[0] if models else platform.machine()
+
+
+def _opengl() -> str:
+    from graphengine.world import opengl
+
+    try:
+        return opengl.driver()
+    except RenderError:
+        return "not there"

@@ -1,0 +1,95 @@
+"""How a run was made: what was given to it beside its files."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Literal, Self, cast
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from graphengine.build import Assembly
+from graphengine.diagnostics import RecordingError
+from graphengine.node_context import Services
+from graphengine.recording import machine
+from graphengine.recording.sources import SourceNames
+
+FORMAT = 1
+RaysName = Literal["auto", "mujoco", "fast"]
+Positive = Annotated[int, Field(ge=1)]
+
+
+class Manifest(BaseModel):
+    """Files, options and machine of a recorded run."""
+
+    model_config = ConfigDict(frozen=True)
+
+    given: str
+    """Name of the scene or graph that was run."""
+    scene: str = ""
+    """Name of the scene that a single graph was put into; empty if none was given."""
+    overrides: dict[str, Any] = {}
+    seed: int = 0
+    robot_state: bool = False
+    rays: RaysName = "auto"
+    """What lidars saw with, where there are any."""
+    keep_going: bool = False
+    modules: tuple[str, ...] = ()
+    """Python modules with node types, which a replay has to be given again."""
+    domain_id: Annotated[int, Field(ge=0, le=232)] = 0
+    domain_from_environment: int | None = None
+    period: tuple[Positive, Positive]
+    """Seconds between two ticks as numerator and denominator."""
+    machine: dict[str, str] = {}
+
+    def metadata(self) -> dict[str, str]:
+        """As a recording holds it: JSON by key."""
+        return {"format": str(FORMAT)} | {key: json.dumps(value) for key, value in self.model_dump().items()}
+
+    @classmethod
+    def from_metadata(cls, metadata: Mapping[str, str]) -> Self:
+        """What `metadata` made.
+
+        Raises:
+            RecordingError: it was not.
+        """
+        written = metadata.get("format", "")
+        if written != str(FORMAT):
+            raise RecordingError(f"it is of format {written[:20]!r}, and this version reads {FORMAT}")
+        try:
+            return cls(**{key: json.loads(text) for key, text in metadata.items() if key != "format"})
+        except ValidationError as error:
+            first = error.errors()[0]
+            raise RecordingError(f"its {'.'.join(map(str, first['loc']))} cannot be: {first['msg']}") from None
+        except (ValueError, RecursionError) as error:
+            raise RecordingError(f"how the run was made cannot be read: {error}") from None
+
+
+def describe_run(
+    assembly: Assembly, services: Services, names: SourceNames, keep_going: bool, modules: Sequence[str]
+) -> Manifest:
+    """How a run is made whose nodes are set up.
+
+    Args:
+        assembly: of the session.
+        services: of the session.
+        names: of the files that were read.
+        keep_going: whether the session goes on when a node raises.
+        modules: Python modules that the node types came from, beside those installed.
+    """
+    assert assembly.options is not None
+    options = assembly.options
+    return Manifest(
+        given=names.name(assembly.path.absolute()),
+        scene=names.name(options.scene.absolute()) if options.scene else "",
+        overrides=dict(options.overrides),
+        seed=options.seed,
+        robot_state=options.robot_state,
+        rays=cast(RaysName, machine.rays_in_use(assembly) or options.rays),
+        keep_going=keep_going,
+        modules=tuple(modules),
+        domain_id=services.domain_id,
+        domain_from_environment=services.domain_from_environment,
+        period=services.world.tick_period,
+        machine=machine.describe(assembly),
+    )

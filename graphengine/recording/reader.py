@@ -1,0 +1,163 @@
+"""A recording as ticks, and its files laid out in a folder."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+from mcap.records import Attachment, Channel, McapRecord, Message, Metadata, Schema
+
+from graphengine.diagnostics import RecordingError
+from graphengine.recording import layout
+from graphengine.recording.layout import Stream, TickTimes
+from graphengine.recording.manifest import Manifest
+from graphengine.recording.records import read_records
+from graphengine.recording.sources import Workspace
+from graphengine.ros import messages
+
+
+@dataclass(slots=True)
+class Tick:
+    """What happened in a tick.
+
+    Attributes:
+        number: from 1.
+        delivered: what subscriptions saw.
+        sent: what was published, in order.
+        commands: what was asked of the session before it, each a name and arguments.
+        wall_time: what nodes read, where one did.
+        whole: false for one that the run did not get to the end of.
+    """
+
+    number: int
+    delivered: list[tuple[Stream, bytes]] = field(default_factory=list)
+    sent: list[tuple[Stream, bytes]] = field(default_factory=list)
+    commands: list[tuple[str, Any]] = field(default_factory=list)
+    wall_time: float | None = None
+    whole: bool = True
+
+
+class Recording:
+    """A recording, read once from its beginning to its end.
+
+    Args:
+        path: of the file.
+        workspace: where its files are laid out.
+
+    Raises:
+        RecordingError: it is none, or damaged.
+    """
+
+    def __init__(self, path: Path, workspace: Workspace) -> None:
+        self.path = path
+        self.workspace = workspace
+        self.cut_off = True
+        """Whether the run was killed before it could write the end; known when all ticks were read."""
+        self.failure = ""
+        """What ended the run in its last tick; known then, too."""
+        self._ended = 0
+        self._hashes: dict[str, str] = {}
+        self._types: dict[int, str] = {}
+        self._streams: dict[int, Stream | None] = {}
+        self._records = read_records(path)
+        manifest: Manifest | None = None
+        for record in self._records:
+            if isinstance(record, Metadata) and record.name == layout.MANIFEST:
+                manifest = self._manifest(record)
+            elif isinstance(record, Message):
+                self._records = chain((record,), self._records)
+                break
+            self._take(record)
+        else:
+            if manifest is not None and self.cut_off:
+                raise self._bad("it was cut off before anything happened")
+        if manifest is None:
+            raise self._bad("it holds no run: what `graphrun run --record` writes can be replayed")
+        self.manifest = manifest
+        self.times = TickTimes(manifest.period)
+
+    def ticks(self) -> Iterator[Tick]:
+        """Every tick of the run in order, those in which nothing happened too.
+
+        Raises:
+            RecordingError: the file is damaged.
+        """
+        tick = Tick(1)
+        for record in self._records:
+            self._take(record)
+            stream = self._streams.get(record.channel_id) if isinstance(record, Message) else None
+            if stream is None or not isinstance(record, Message):
+                continue
+            number = self.times.tick(record.log_time)
+            if number < tick.number:
+                raise self._bad("its messages are not in the order of the run")
+            while tick.number < number:
+                yield tick
+                tick = Tick(tick.number + 1)
+            self._add(tick, stream, record.data)
+        last = tick.number if self.cut_off else self._ended
+        while tick.number <= last:
+            yield tick
+            tick = Tick(tick.number + 1)
+        if self.failure:
+            tick.whole = False
+            yield tick
+
+    def _take(self, record: McapRecord) -> None:
+        """See to a record that is no message."""
+        if isinstance(record, Schema):
+            self._types[record.id] = record.name
+        elif isinstance(record, Channel):
+            try:
+                kind = self._types.get(record.schema_id, "")
+                self._streams[record.id] = Stream.of_channel(record.topic, kind, record.metadata)
+            except (ValueError, RecursionError) as error:
+                raise self._bad(f"the channel of {record.topic} cannot be read: {error}") from None
+        elif isinstance(record, Metadata) and record.name == layout.FILES:
+            self._hashes |= record.metadata
+        elif isinstance(record, Attachment):
+            self._lay_out(record)
+        elif isinstance(record, Metadata) and record.name == layout.END:
+            self.cut_off = False
+            self.failure = record.metadata.get("failure", "")
+            text = record.metadata.get("ticks", "")
+            if not text.isdecimal() or len(text) > 18:
+                raise self._bad(f"its end says that there were {text[:20]!r} ticks")
+            self._ended = int(text)
+
+    def _lay_out(self, attachment: Attachment) -> None:
+        if attachment.name not in self._hashes:  # one that another program added
+            return
+        if hashlib.sha256(attachment.data).hexdigest() != self._hashes[attachment.name]:
+            raise self._bad(f"its file {attachment.name!r} is not what it was")
+        self.workspace.add(attachment.name, attachment.data)
+
+    def _add(self, tick: Tick, stream: Stream, data: bytes) -> None:
+        if stream.direction == "published":
+            tick.sent.append((stream, data))
+        elif stream.direction == "delivered":
+            tick.delivered.append((stream, data))
+        else:
+            self._add_outside(tick, data)
+
+    def _add_outside(self, tick: Tick, data: bytes) -> None:
+        try:
+            outside = json.loads(messages.decode(data, layout.SESSION.message_type).data)
+            tick.commands = [(str(name), arguments) for name, arguments in outside.get("commands", [])]
+            tick.wall_time = float(outside["wall_time"]) if "wall_time" in outside else None
+        except (messages.MessageError, ValueError, TypeError, AttributeError, RecursionError) as error:
+            raise self._bad(f"what was asked of the session in tick {tick.number} cannot be read: {error}") from None
+
+    def _manifest(self, record: Metadata) -> Manifest:
+        try:
+            return Manifest.from_metadata(record.metadata)
+        except RecordingError as error:
+            raise self._bad(str(error)) from None
+
+    def _bad(self, why: str) -> RecordingError:
+        return RecordingError(f"{self.path}: {why}")

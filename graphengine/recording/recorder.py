@@ -1,0 +1,226 @@
+"""Takes down what a session reads, hears and says."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from collections import deque
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from graphengine.backend import TopicClaim
+from graphengine.build import Assembly
+from graphengine.diagnostics import GraphError, RecordingError, UsageError
+from graphengine.recording import layout
+from graphengine.recording.layout import Direction, Stream, TickTimes
+from graphengine.recording.manifest import describe_run
+from graphengine.recording.sources import MESSAGES, SourceNames, media_type
+from graphengine.recording.writer import Entry, RecordingWriter
+from graphengine.ros import messages
+from graphengine.ros.network import LiveNetwork
+from graphengine.session import Session
+
+CHUNK_BYTES = 4_000_000
+CHUNK_SECONDS = 1.0
+"""Simulation time after which a chunk is written, at the latest: what a crash may cost."""
+
+
+class Recorder:
+    """The inbox of a session and a sink of its network; made before the first tick, closed before the session.
+
+    Args:
+        session: of the assembly.
+        network: the session's.
+        assembly: what was read for it.
+        path: of the file to be written.
+        force: write over a file that is there.
+        keep_going: whether the session goes on when a node raises.
+        modules: Python modules that the node types came from, beside those installed.
+
+    Raises:
+        RecordingError: it cannot be written there.
+        UsageError: the session has begun.
+    """
+
+    exact = True
+
+    def __init__(
+        self,
+        session: Session,
+        network: LiveNetwork,
+        assembly: Assembly,
+        path: Path,
+        *,
+        force: bool = False,
+        keep_going: bool = False,
+        modules: Sequence[str] = (),
+    ) -> None:
+        assert assembly.files is not None
+        if session.clock.frame:
+            raise UsageError("a recording begins with the session that it is of, before the first tick")
+        self._session = session
+        self._clocks = (session.clock, session.step_clock)
+        self._times = TickTimes(session.services.world.tick_period)
+        self._files = assembly.files
+        self._names = SourceNames(assembly.files)
+        self._definitions = assembly.definitions
+        self._tick = self._ended = 0
+        self._wall_time = 0.0
+        self._commands: list[tuple[str, Any]] = []
+        self._arrived: list[tuple[TopicClaim, Sequence[bytes]]] = []
+        self._sent: list[tuple[TopicClaim, bytes]] = []
+        self._streams: dict[object, Stream] = {}
+        self._entries: list[Entry] = []
+        self._bytes = 0
+        self._chunk_ticks = max(round(CHUNK_SECONDS / session.clock.delta), 1)
+        self._attached: set[str] = set()
+        self._writer = RecordingWriter(path, assembly.definitions, force=force)
+        try:
+            manifest = describe_run(assembly, session.services, self._names, keep_going, modules)
+            self._writer.note(layout.MANIFEST, manifest.metadata())
+            self._attach()
+        except BaseException:
+            self._writer.abandon()
+            raise
+        session.inbox = self
+        network.sinks.append(self)
+
+    def begin_tick(self) -> float:
+        """The wall clock."""
+        self._tick += 1
+        self._wall_time = time.time()
+        return self._wall_time
+
+    def deliver(self, claim: TopicClaim, arrived: Sequence[bytes]) -> None:
+        """Take what a subscription sees from this tick on."""
+        self._arrived.append((claim, arrived))
+
+    def write(self, claim: TopicClaim, data: bytes) -> None:
+        """Take a message that was sent."""
+        self._sent.append((claim, data))
+
+    def command(self, name: str, arguments: Any = None) -> None:
+        """Take what the session was asked for since the last tick, and did.
+
+        Args:
+            name: one of `replay.COMMANDS`.
+            arguments: as it takes them; what JSON can say.
+        """
+        self._commands.append((name, arguments))
+        self._attach()
+
+    def end_tick(self) -> None:
+        """Put what the tick read, heard and said in its place in the file.
+
+        Raises:
+            RecordingError: what was handed over before cannot be written.
+        """
+        self._take_down()
+        self._ended = self._tick
+        if self._bytes >= CHUNK_BYTES or self._tick % self._chunk_ticks == 0:
+            self._write_chunk()
+
+    def close(self, failure: str = "") -> None:
+        """Write what is left, and that it ends here; what a tick that did not end had read is kept too.
+
+        Args:
+            failure: what ended the last tick before its end.
+
+        Raises:
+            RecordingError: it cannot be written.
+        """
+        try:
+            if self._tick > self._ended:
+                self._sent.clear()
+                self._take_down()
+            self._write_chunk()
+            self._writer.note(layout.END, {"ticks": str(self._ended), "failure": failure})
+            self._writer.close()
+        finally:
+            self._writer.abandon()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
+        if isinstance(error, RecordingError):
+            self._writer.abandon()
+        else:
+            self.close(layout.failure_of(error) if isinstance(error, GraphError) else "")
+
+    def _take_down(self) -> None:
+        now, since_play = self._times.nanoseconds(self._tick), self._times.nanoseconds(self._session.clock.frame)
+
+        def add(stream: Stream, published: int, data: bytes) -> None:
+            self._entries.append(Entry(stream, now, published, data))
+            self._bytes += len(data)
+
+        outside = self._outside()
+        if outside:
+            add(layout.SESSION, now, messages.encode(messages.String(json.dumps(outside))))
+        for claims, data in merged(self._arrived):
+            add(self._stream("delivered", claims[0], tuple(claim.node for claim in claims)), now, data)
+        for claim, data in self._sent:
+            add(self._stream("published", claim), since_play, data)
+        self._arrived.clear()
+        self._sent.clear()
+
+    def _outside(self) -> dict[str, Any]:
+        """What came from outside beside messages; the wall clock only where a node has read it, as no two runs have the same."""
+        outside: dict[str, Any] = {}
+        if self._commands:
+            outside["commands"] = list(self._commands)
+            self._commands.clear()
+        if any(clock.wall_time_was_read for clock in self._clocks):
+            outside["wall_time"] = self._wall_time
+        return outside
+
+    def _stream(self, direction: Direction, claim: TopicClaim, nodes: tuple[str, ...] = ()) -> Stream:
+        key = (direction, claim.topic, claim.message_type, claim.ros_context, nodes)
+        if key not in self._streams:
+            self._streams[key] = Stream(claim.topic, claim.message_type, direction, nodes, claim.qos)
+        return self._streams[key]
+
+    def _write_chunk(self) -> None:
+        if self._entries:
+            self._writer.add(self._entries)
+            self._entries, self._bytes = [], 0
+
+    def _attach(self) -> None:
+        """Attach the files that were read since this was last called."""
+        used = {self._names.name(path): path for path in self._files.used}
+        used |= {f"{MESSAGES}/{name}{path.suffix}": path for name, path in self._definitions.files.items()}
+        fresh = {name: path for name, path in used.items() if name not in self._attached}
+        if not fresh:
+            return
+        self._attached.update(fresh)
+        try:
+            contents = {name: path.read_bytes() for name, path in fresh.items()}
+        except OSError as error:
+            raise RecordingError(
+                f"{error.filename}: it cannot be read again for the recording: {error.strerror}"
+            ) from None
+        self._writer.note(layout.FILES, {name: hashlib.sha256(data).hexdigest() for name, data in contents.items()})
+        for name, data in contents.items():
+            self._writer.attach(name, media_type(name), data)
+
+
+def merged(arrived: Sequence[tuple[TopicClaim, Sequence[bytes]]]) -> list[tuple[list[TopicClaim], bytes]]:
+    """What subscriptions saw, in the order of each; a message that several saw in turn is there once, with all of them."""
+    queues = [(claim, deque(messages)) for claim, messages in arrived]
+    found: list[tuple[list[TopicClaim], bytes]] = []
+    while queues:
+        first, head = queues[0][0], queues[0][1][0]
+        takers = [(claim, queue) for claim, queue in queues if _alike(claim, first) and queue[0] == head]
+        found.append(([claim for claim, _ in takers], head))
+        for _, queue in takers:
+            queue.popleft()
+        queues = [(claim, queue) for claim, queue in queues if queue]
+    return found
+
+
+def _alike(one: TopicClaim, other: TopicClaim) -> bool:
+    return (one.topic, one.message_type, one.ros_context) == (other.topic, other.message_type, other.ros_context)

@@ -1,0 +1,233 @@
+"""A recorded run once more: its inputs at their ticks, its outputs compared byte by byte in the order in which they were sent."""
+
+from __future__ import annotations
+
+import fnmatch
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+from graphengine.backend import TopicClaim
+from graphengine.diagnostics import GraphError, RecordingError
+from graphengine.recording.difference import differences
+from graphengine.recording.layout import Stream, failure_of
+from graphengine.recording.reader import Recording, Tick
+from graphengine.ros.definitions import DEFINITIONS, Definitions
+from graphengine.ros.memory import MemoryTransport, MemoryWriter
+from graphengine.ros.network import LiveNetwork
+from graphengine.session import Session
+from graphengine.spec import RobotUse
+
+MAX_FIELDS = 8
+"""So many fields of a message are told that differ."""
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """The first thing that a replay does differently.
+
+    Attributes:
+        tick: its number, from 1.
+        time: of the tick, s.
+        topic: on which something else was sent, or nothing.
+        node: prim path of the node that sent it; empty where none did.
+        lines: what differs.
+    """
+
+    tick: int
+    time: float
+    topic: str
+    node: str
+    lines: tuple[str, ...]
+
+
+class SilentTransport(MemoryTransport):
+    """A network on which nobody hears anything: whatever arrives was recorded, what nodes tell each other too."""
+
+    def __init__(self, definitions: Definitions = DEFINITIONS) -> None:
+        super().__init__(keeps=False, definitions=definitions)
+
+    def send(self, writer: MemoryWriter, data: bytes) -> None:
+        """Send nothing."""
+
+
+class Replay:
+    """The inbox of a session and a sink of its network; made before the first tick.
+
+    Args:
+        session: of the scene that was recorded, or of another to be held against it.
+        network: the session's, over a `SilentTransport`.
+        recording: what it is compared with.
+        ignored: globs of topics that are not.
+        warn: told of inputs that nobody reads.
+    """
+
+    exact = True
+
+    def __init__(
+        self,
+        session: Session,
+        network: LiveNetwork,
+        recording: Recording,
+        ignored: Sequence[str] = (),
+        warn: Callable[[str], None] = lambda text: None,
+    ) -> None:
+        self.ticks = 0
+        """Ticks that were the same."""
+        self.messages = 0
+        """Messages that were the same."""
+        self._session = session
+        self._network = network
+        self._recording = recording
+        self._ignored = ignored
+        self._warn = warn
+        self._unread: set[str] = set()
+        self._wall_time = 0.0
+        self._sent: list[tuple[TopicClaim, bytes]] = []
+        session.inbox = self
+        network.sinks.append(self)
+
+    def begin_tick(self) -> float:
+        """The wall clock, as it was read in the recorded run."""
+        return self._wall_time
+
+    def end_tick(self) -> None:
+        """`run` sees to it."""
+
+    def deliver(self, claim: TopicClaim, arrived: Sequence[bytes]) -> None:
+        """It is what was recorded."""
+
+    def write(self, claim: TopicClaim, data: bytes) -> None:
+        """Take a message that was sent."""
+        self._sent.append((claim, data))
+
+    def run(self) -> Difference | None:
+        """Every tick of the recording, up to the first difference.
+
+        Raises:
+            RecordingError: the recording is damaged.
+        """
+        for tick in self._recording.ticks():
+            error = self._step(tick)
+            found = self._compare(tick) if tick.whole and error is None else self._compare_failures(tick, error)
+            if found is not None:
+                return found
+            self.ticks += tick.whole
+        return None
+
+    def _step(self, tick: Tick) -> GraphError | None:
+        """Bring a tick's inputs, and run it; what ended it before its end."""
+        for name, arguments in tick.commands:
+            _command(self._session, name, arguments)
+        if tick.wall_time is not None:
+            self._wall_time = tick.wall_time
+        for stream, data in tick.delivered:
+            self._bring(stream, data)
+        self._sent.clear()
+        try:
+            self._session.step()
+        except GraphError as error:
+            return error
+        return None
+
+    def _bring(self, stream: Stream, data: bytes) -> None:
+        """Deliver a message to the nodes that saw it; to all that read its topic where those are no more."""
+        reading = [one for one in self._network.subscriptions if _takes(one.claim, stream)]
+        meant = [subscription for subscription in reading if subscription.claim.node in stream.nodes] or reading
+        for subscription in meant:
+            subscription.follow({stream.message_type})
+            subscription.deliver(data)
+        if not meant and stream.topic not in self._unread:
+            self._unread.add(stream.topic)
+            self._warn(f"nobody reads {stream.topic} ({stream.message_type}), on which messages were recorded")
+
+    def _counts(self, topic: str) -> bool:
+        return not any(fnmatch.fnmatchcase(topic, pattern) for pattern in self._ignored)
+
+    def _compare(self, tick: Tick) -> Difference | None:
+        recorded = [(stream, data) for stream, data in tick.sent if self._counts(stream.topic)]
+        replayed = [(claim, data) for claim, data in self._sent if self._counts(claim.topic)]
+        for index, ((stream, before), (claim, now)) in enumerate(zip(recorded, replayed, strict=False)):
+            if stream.topic != claim.topic:
+                return self._astray(tick, recorded[index:], replayed[index:])
+            if stream.message_type != claim.message_type:
+                lines = (f"recorded as {stream.message_type}, replayed as {claim.message_type}",)
+                return self._difference(tick, claim.topic, claim.node, lines)
+            if before != now:
+                return self._difference(tick, claim.topic, claim.node, self._fields(before, now, claim.message_type))
+        if len(recorded) != len(replayed):
+            common = min(len(recorded), len(replayed))
+            return self._astray(tick, recorded[common:], replayed[common:])
+        self.messages += len(replayed)
+        return None
+
+    def _fields(self, before: bytes, now: bytes, message_type: str) -> list[str]:
+        found = [str(field) for field in differences(before, now, message_type, self._network.definitions)]
+        more = len(found) - MAX_FIELDS
+        return [*found[:MAX_FIELDS], f"and {more} more fields"] if more > 0 else found
+
+    def _astray(
+        self, tick: Tick, recorded: Sequence[tuple[Stream, bytes]], replayed: Sequence[tuple[TopicClaim, bytes]]
+    ) -> Difference:
+        """What differs where two sequences of messages go apart: one is missing, one is too many, or the order is another."""
+        before = Counter(stream.topic for stream, _ in recorded)
+        now = Counter(claim.topic for claim, _ in replayed)
+        if replayed and now[replayed[0][0].topic] > before[replayed[0][0].topic]:
+            claim = replayed[0][0]
+            return self._difference(tick, claim.topic, claim.node, ("the recording has no such message",))
+        topic = recorded[0][0].topic
+        if before[topic] > now[topic]:
+            nodes = [
+                claim.node
+                for claim in self._session.services.claims
+                if (claim.topic, claim.direction) == (topic, "publish")
+            ]
+            what = "the replay sends no such message" + ("" if nodes else ", and no node publishes it")
+            return self._difference(tick, topic, ", ".join(nodes), (what,))
+        claim = replayed[0][0]
+        lines = (f"sent here by the replay, and {topic} in the recording: the order is another",)
+        return self._difference(tick, claim.topic, claim.node, lines)
+
+    def _compare_failures(self, tick: Tick, error: GraphError | None) -> Difference | None:
+        recorded = "" if tick.whole else self._recording.failure
+        if error is not None and failure_of(error) == recorded:
+            return None
+        lines = (f"recorded: {recorded or 'the run goes on'}", f"replayed: {error or 'the run goes on'}")
+        return self._difference(tick, "", "", lines)
+
+    def _difference(self, tick: Tick, topic: str, node: str, lines: Sequence[str]) -> Difference:
+        return Difference(tick.number, self._recording.times.seconds(tick.number), topic, node, tuple(lines))
+
+
+def _takes(claim: TopicClaim, stream: Stream) -> bool:
+    return claim.topic == stream.topic and stream.message_type in (claim.message_type, *claim.alternatives)
+
+
+def _spawn(session: Session, arguments: Any) -> None:
+    session.spawn(arguments["name"], RobotUse.model_validate(arguments["use"]))
+
+
+COMMANDS: Mapping[str, Callable[[Session, Any], None]] = MappingProxyType(
+    {
+        "spawn": _spawn,
+        "remove": lambda session, arguments: session.remove(arguments["name"]),
+        "stop": lambda session, _: session.stop(),
+    }
+)
+"""What can be asked of a session between two ticks, by the names that a recorder gives it."""
+
+
+def _command(session: Session, name: str, arguments: Any) -> None:
+    """Ask the session for what it was asked for.
+
+    Raises:
+        RecordingError: nobody could have asked for that.
+    """
+    if name not in COMMANDS:
+        raise RecordingError(f"the recording has a command {name[:40]!r}, which is not known here")
+    try:
+        COMMANDS[name](session, arguments)
+    except (KeyError, TypeError, ValueError) as error:
+        raise RecordingError(f"the recorded command {name!r} makes no sense: {error}") from None

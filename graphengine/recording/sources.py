@@ -1,0 +1,132 @@
+"""The files of a run by names that say nothing of the machine, and laid out anew in another folder.
+
+`shipped/…` is what ships with the package, `installed/…` the ROS packages of sourced workspaces, `messages/…` definitions of
+message types, and `project/…` all else, from the folder that holds every folder which files were read from. So references from
+file to file lead where they led.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path, PurePosixPath
+from types import MappingProxyType
+
+from graphengine.diagnostics import RecordingError
+from graphengine.files import Files
+
+SHIPPED, INSTALLED, MESSAGES, PROJECT = PLACES = ("shipped", "installed", "messages", "project")
+MAX_BYTES = 2_000_000_000
+"""Of all files of a recording together."""
+MAX_FILES = 20_000
+_MEDIA_TYPES: Mapping[str, str] = MappingProxyType(
+    {".yaml": "application/yaml", ".yml": "application/yaml"}
+    | dict.fromkeys((".xml", ".urdf", ".xacro", ".mjcf"), "application/xml")
+)
+
+
+class SourceNames:
+    """Names for the files that a run reads.
+
+    Args:
+        files: of the run; it knows what was read.
+    """
+
+    def __init__(self, files: Files) -> None:
+        self._installed = files.installed
+        self._base = files.base
+        apart = (*files.installed, files.base)
+        folders = [*files.roots, *(_real(path).parent for path in files.used)]
+        own = [folder for folder in folders if not any(folder.is_relative_to(other) for other in apart)]
+        self._common = Path(os.path.commonpath(own)) if own else None
+
+    def name(self, path: Path) -> str:
+        """The name of a file, by its absolute path; that of one which lies apart from all others is as short as can be."""
+        return (
+            self._name(path).encode("utf-8", "replace").decode()
+        )  # a name of bytes that are no text becomes one that is
+
+    def _name(self, path: Path) -> str:
+        for folder in self._installed:
+            if path.is_relative_to(folder):
+                return f"{INSTALLED}/{path.relative_to(folder).as_posix()}"
+        real = _real(path)
+        if real.is_relative_to(self._base):
+            return f"{SHIPPED}/{real.relative_to(self._base).as_posix()}"
+        if self._common is not None and real.is_relative_to(self._common):
+            return f"{PROJECT}/{real.relative_to(self._common.parent).as_posix()}"
+        return f"{PROJECT}/{path.name}"
+
+
+def media_type(name: str) -> str:
+    """What kind of file a name means."""
+    return _MEDIA_TYPES.get(PurePosixPath(name).suffix.lower(), "application/octet-stream")
+
+
+class Workspace:
+    """A folder in which the files of a recording are laid out; nothing is written beside it.
+
+    Args:
+        folder: an empty one that nobody else writes to.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder.resolve()
+        self._bytes = self._files = 0
+        for place in PLACES:
+            (self._folder / place).mkdir()
+
+    @property
+    def shipped(self) -> Path:
+        """What stands for the folder of the graphs and scenes that ship."""
+        return self._folder / SHIPPED
+
+    @property
+    def installed(self) -> Path:
+        """What stands for the folders of ROS packages."""
+        return self._folder / INSTALLED
+
+    @property
+    def messages(self) -> Path:
+        """What holds the definitions of message types."""
+        return self._folder / MESSAGES
+
+    @property
+    def project(self) -> Path:
+        """What holds all other files."""
+        return self._folder / PROJECT
+
+    def path(self, name: str) -> Path:
+        """Where a file is, or would be.
+
+        Raises:
+            RecordingError: no recorder gives such a name.
+        """
+        parts = PurePosixPath(name).parts
+        if not (len(parts) > 1 and parts[0] in PLACES and ".." not in parts and "\0" not in name):
+            raise RecordingError(f"{name!r} is no name that a file of a recording can have")
+        return self._folder.joinpath(*parts)
+
+    def add(self, name: str, data: bytes) -> None:
+        """Lay out a file.
+
+        Raises:
+            RecordingError: its name is not legal, or there are too many of them.
+        """
+        self._bytes += len(data)
+        self._files += 1
+        if self._bytes > MAX_BYTES or self._files > MAX_FILES:
+            raise RecordingError(
+                f"the files of the recording are more than {MAX_FILES}, or larger than {MAX_BYTES // 10**9} GB"
+            )
+        path = self.path(name)
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(data)
+        except OSError as error:
+            raise RecordingError(f"the recording's file {name!r} cannot be laid out: {error.strerror}") from None
+
+
+def _real(path: Path) -> Path:
+    """A path whose folders are no links, and whose last part may be one."""
+    return path.parent.resolve() / path.name

@@ -1,0 +1,107 @@
+"""The ROS graph: who writes and reads which topic, as the peers of a network tell each other."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+from graphengine.context import QoS
+from graphengine.ros.qos import mismatch
+
+if TYPE_CHECKING:
+    from graphengine.ros.transport import Transport
+
+Direction = Literal["publish", "subscribe"]
+
+PATIENCE = 5.0
+"""Seconds more that a peer has, once it turned up, to tell what it writes and reads."""
+_POLL = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class Endpoint:
+    """A writer or reader of a topic.
+
+    Args:
+        gid: 16 bytes by which ROS 2 knows it.
+        direction: whether it writes or reads.
+        topic: absolute.
+        message_type: as in `nav_msgs/msg/Odometry`.
+        qos: what it offers or requests; the history is `systemDefault` where the peer does not tell it.
+        type_hash: of the message's definition; empty where the peer does not tell it.
+        node: name of its node; empty where it is not known.
+        namespace: of its node.
+    """
+
+    gid: bytes
+    direction: Direction
+    topic: str
+    message_type: str
+    qos: QoS
+    type_hash: str = ""
+    node: str = ""
+    namespace: str = ""
+
+    @property
+    def full_node(self) -> str:
+        """Name of its node with the namespace; empty where it is not known."""
+        return f"{self.namespace.rstrip('/')}/{self.node}" if self.node else ""
+
+    def serves(self, other: Endpoint) -> bool:
+        """Whether what this one writes reaches another one that reads."""
+        same = (self.topic, self.message_type) == (other.topic, other.message_type)
+        return same and not mismatch(self.qos, other.qos)
+
+
+class Graph:
+    """All endpoints at one moment, in order of topic and direction.
+
+    Args:
+        endpoints: in any order.
+        complete: false while a peer is known that has not told all.
+    """
+
+    def __init__(self, endpoints: Iterable[Endpoint], complete: bool) -> None:
+        self.endpoints = sorted(endpoints, key=lambda end: (end.topic, end.direction, end.full_node, end.gid))
+        self.complete = complete
+
+    def without(self, node: str) -> Graph:
+        """The same as if a node were not there."""
+        return Graph((end for end in self.endpoints if end.full_node != node), self.complete)
+
+    def types(self) -> dict[str, list[str]]:
+        """Types of each topic, of which there should be one."""
+        found: dict[str, set[str]] = {}
+        for end in self.endpoints:
+            found.setdefault(end.topic, set()).add(end.message_type)
+        return {topic: sorted(types) for topic, types in found.items()}
+
+    def publishers(self, topic: str) -> list[Endpoint]:
+        """Who writes a topic."""
+        return [end for end in self.endpoints if (end.topic, end.direction) == (topic, "publish")]
+
+    def subscribers(self, topic: str) -> list[Endpoint]:
+        """Who reads a topic."""
+        return [end for end in self.endpoints if (end.topic, end.direction) == (topic, "subscribe")]
+
+
+def discover(
+    transport: Transport, seconds: float | None = None, enough: Callable[[Graph], object] = lambda graph: False
+) -> Graph:
+    """The graph when it is enough, or else after some time.
+
+    Args:
+        transport: open.
+        seconds: time for peers to turn up; None for the transport's own. Those that did have `PATIENCE` more to tell all.
+        enough: ends the wait early, once all that turned up have told all.
+    """
+    begun = time.monotonic()
+    seconds = transport.spin_time if seconds is None else seconds
+    while True:
+        graph = transport.graph()
+        waited = time.monotonic() - begun
+        if waited >= (seconds if graph.complete else seconds + PATIENCE) or (graph.complete and enough(graph)):
+            return graph
+        time.sleep(_POLL)

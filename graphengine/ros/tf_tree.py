@@ -1,0 +1,198 @@
+"""The tree of frames that transforms make: who broadcasts each, how often, and what is wrong with it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from graphengine.ros.rates import SECOND
+
+
+@dataclass(slots=True)
+class Edge:
+    """A frame within another one, as it was broadcast.
+
+    Args:
+        parent: frame.
+        child: frame.
+        static: whether it was heard on tf_static.
+        sources: GIDs of who broadcast it.
+        number: how often it came.
+        oldest: stamp, ns.
+        newest: stamp, ns.
+    """
+
+    parent: str
+    child: str
+    static: bool
+    sources: set[bytes] = field(default_factory=set)
+    number: int = 0
+    oldest: int = 0
+    newest: int = 0
+
+    @property
+    def rate(self) -> float | None:
+        """Transforms a second of the stamps' clock; None where fewer than two stamps differ."""
+        span = self.newest - self.oldest
+        return (self.number - 1) * SECOND / span if span else None
+
+    def add(self, stamp: int, source: bytes) -> None:
+        """Count one transform."""
+        self.oldest = min(self.oldest, stamp) if self.number else stamp
+        self.newest = max(self.newest, stamp) if self.number else stamp
+        self.number += 1
+        self.sources.add(source)
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A line of the tree as it is drawn.
+
+    Args:
+        frame: its name.
+        edge: to its parent; None for a root.
+        last: for each level from the one below the root, whether nothing follows on it.
+        again: whether what lies below the frame is shown at another place.
+    """
+
+    frame: str
+    edge: Edge | None = None
+    last: tuple[bool, ...] = ()
+    again: bool = False
+
+    def __str__(self) -> str:
+        above = "".join("   " if last else "│  " for last in self.last[:-1])
+        branch = ("└─ " if self.last[-1] else "├─ ") if self.last else ""
+        return f"{above}{branch}{self.frame}{' (above)' if self.again else ''}"
+
+
+class FrameTree:
+    """Frames and their parents. A frame should have one parent, and all of them one root."""
+
+    def __init__(self) -> None:
+        self._edges: dict[tuple[str, str], Edge] = {}
+
+    def add(self, message: Any, static: bool, source: bytes) -> None:
+        """Take a `tf2_msgs/msg/TFMessage`, and the GID of who sent it."""
+        for transform in message.transforms:
+            # tf2 takes names with and without a slash in front for the same frame.
+            parent = transform.header.frame_id.removeprefix("/")
+            child = transform.child_frame_id.removeprefix("/")
+            edge = self._edges.setdefault((child, parent), Edge(parent, child, static))
+            stamp = transform.header.stamp
+            edge.add(stamp.sec * SECOND + stamp.nanosec, source)
+
+    @property
+    def edges(self) -> list[Edge]:
+        """Every edge, by the names of its child and its parent."""
+        return [self._edges[key] for key in sorted(self._edges)]
+
+    def roots(self) -> list[str]:
+        """Frames without a parent; and of each loop that no such frame leads to, the first by name."""
+        return [row.frame for row in self.rows() if row.edge is None]
+
+    def rows(self) -> list[Row]:
+        """The frames as they are drawn, each below its parent."""
+        children: dict[str, list[Edge]] = {}
+        for edge in self.edges:
+            children.setdefault(edge.parent, []).append(edge)
+        below = {edge.child for edge in self._edges.values()}
+        shown: set[str] = set()
+        rows: list[Row] = []
+        for root in (*sorted(children.keys() - below), *sorted(below)):
+            if root not in shown:
+                rows += _descend(root, children, shown)
+        return rows
+
+    def faults(self, names: Mapping[bytes, str]) -> list[str]:
+        """What is wrong with the tree, in sentences.
+
+        Args:
+            names: who has which GID.
+        """
+        return [*self._islands(), *self._parents(names), *self._loops(), *self._rivals(names)]
+
+    def _islands(self) -> Iterator[str]:
+        roots = self.roots()
+        if len(roots) > 1:
+            yield f"the tree is in {len(roots)} pieces, with the roots {', '.join(roots)}"
+
+    def _parents(self, names: Mapping[bytes, str]) -> Iterator[str]:
+        found: dict[str, list[Edge]] = {}
+        for edge in self.edges:
+            found.setdefault(edge.child, []).append(edge)
+        for child, edges in found.items():
+            if len(edges) > 1:
+                told = (f"{edge.parent} (by {broadcasters(edge, names)})" for edge in edges)
+                yield f"{child} has {len(edges)} parents: {', '.join(told)}"
+
+    def _loops(self) -> Iterator[str]:
+        parents = {edge.child: edge.parent for edge in self.edges}
+        seen: set[str] = set()
+        for frame in parents:
+            path: dict[str, None] = {}
+            while frame in parents and frame not in seen:
+                seen.add(frame)
+                path[frame] = None
+                frame = parents[frame]
+            if frame in path:
+                loop = [*path][[*path].index(frame) :]
+                yield f"frames in a circle: {' in '.join([*loop, frame])}"
+
+    def _rivals(self, names: Mapping[bytes, str]) -> Iterator[str]:
+        for edge in self.edges:
+            if len(edge.sources) > 1:
+                yield f"{edge.child} in {edge.parent} is broadcast by several: {broadcasters(edge, names)}"
+
+
+def _descend(root: str, children: Mapping[str, Iterable[Edge]], shown: set[str]) -> Iterator[Row]:
+    """A root and what lies below it, without recursion: a chain of frames may be long."""
+    waiting = [Row(root)]
+    while waiting:
+        row = waiting.pop()
+        edges = list(children.get(row.frame, ()))
+        if row.frame in shown and edges:
+            yield Row(row.frame, row.edge, row.last, again=True)
+            continue
+        yield row
+        shown.add(row.frame)
+        below = [Row(edge.child, edge, (*row.last, edge is edges[-1])) for edge in edges]
+        waiting += reversed(below)
+
+
+def broadcasters(edge: Edge, names: Mapping[bytes, str]) -> str:
+    """Who broadcast an edge, as far as it is known."""
+    return ", ".join(sorted({names.get(source, "unknown") for source in edge.sources}))
+
+
+def frequency(edge: Edge) -> str:
+    """How often an edge was broadcast."""
+    if edge.static:
+        return "static"
+    return f"{edge.number} in all" if edge.rate is None else f"{edge.rate:.1f} Hz"
+
+
+def seconds(nanoseconds: int) -> str:
+    """A stamp with as many digits as people look at."""
+    return f"{nanoseconds // SECOND}.{nanoseconds % SECOND // 1_000_000:03d}"
+
+
+def to_dot(tree: FrameTree, names: Mapping[bytes, str]) -> str:
+    """The tree in Graphviz's language."""
+    lines = ["digraph frames {", "  node [shape=box];"]
+    for edge in tree.edges:
+        facts = [
+            f"Broadcaster: {broadcasters(edge, names)}",
+            f"Average rate: {frequency(edge)}",
+            f"Most recent transform: {seconds(edge.newest)}",
+            f"Oldest transform: {seconds(edge.oldest)}",
+        ]
+        label = _quoted("\n".join(facts))
+        lines.append(f"  {_quoted(edge.parent)} -> {_quoted(edge.child)} [label={label}];")
+    return "\n".join([*lines, "}", ""])
+
+
+def _quoted(text: str) -> str:
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+    return f'"{escaped}"'

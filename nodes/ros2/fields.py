@@ -1,0 +1,273 @@
+"""Ports made from the fields of a message, as OmniGraph's generic ROS 2 nodes have them.
+
+A field within another has the path of both for its name, as in `header:frame_id`. Numbers of up to 32 bits are `int` and `uint`
+but for bytes, which are `uchar`; texts are tokens, arrays are arrays of these. An array of messages is an array of tokens, each
+one message as JSON.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import json
+import operator
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine import types
+from graphengine.diagnostics import ContextError
+from graphengine.node import Node
+from graphengine.ros.definitions import Definitions, dtype_of
+from graphengine.ros.faults import find_fault
+from graphengine.ros.interfaces import Description, MessageTypeError, element_of, message_of, written
+from graphengine.ros.messages import MessageError
+from graphengine.ros.plain import from_plain, signed_byte, to_plain
+
+MAX_PORTS = 2000
+"""Of a node; the largest message of ROS 2 Jazzy makes 38."""
+
+PORT_TYPES = {
+    "bool": "bool",
+    "byte": "uchar",
+    "char": "uchar",
+    "int8": "int",
+    "uint8": "uint",
+    "int16": "int",
+    "uint16": "uint",
+    "int32": "int",
+    "uint32": "uint",
+    "int64": "int64",
+    "uint64": "uint64",
+    "float32": "float",
+    "float64": "double",
+    "string": "token",
+}
+"""OmniGraph's type of a field, by ROS's."""
+_NARROW = {
+    "int8": (-(2**7), 2**7 - 1),
+    "uint8": (0, 2**8 - 1),
+    "int16": (-(2**15), 2**15 - 1),
+    "uint16": (0, 2**16 - 1),
+}
+"""Numbers that have fewer bits in a message than on a port."""
+
+
+class Leaf:
+    """A field that is one port: a number, a text, or an array.
+
+    Args:
+        path: ROS's names of the fields that lead to it.
+        attributes: the same as Python has them.
+        kind: its type.
+        definitions: message types.
+    """
+
+    def __init__(
+        self, path: Sequence[str], attributes: Sequence[str], kind: Description, definitions: Definitions
+    ) -> None:
+        inner = element_of(kind)
+        self.name = ":".join(path)
+        """The port's."""
+        self.attribute = "__".join(("message", *path))
+        """The node's. ROS's names have no two underscores in a row, and those of nodes do not begin so."""
+        self.of = operator.attrgetter(".".join(attributes))
+        """Takes the value from a message."""
+        self.kind = kind
+        self.definitions = definitions
+        self.is_array = inner is not kind
+        self.element: str = "" if message_of(inner) else inner[1][0]
+        """ROS's type of the value, or of each in an array; empty for messages."""
+        is_bounded = self.element == "string" and inner[1][1] > 0
+        self.plain = not self.is_array and self.element != "byte" and not is_bounded
+        """Whether port and message have the same value, and the encoder alone tells whether it is legal."""
+
+    def port(self, make: Callable[..., Any], name: str, initial: Any) -> Any:
+        """The field of a node class, by what the message holds before anybody writes to it."""
+        facts: dict[str, Any] = {"name": name, "doc": written(self.kind)}
+        facts["type"] = PORT_TYPES.get(self.element, "token") + ("[]" if self.is_array else "")
+        if self.element in _NARROW and not self.is_array:
+            facts["ge"], facts["le"] = _NARROW[self.element]
+        return make(default=self.to_port(initial), **facts)
+
+    def to_port(self, value: Any) -> Any:
+        """What a message holds, as the port has it."""
+        if not self.is_array:
+            return value & 0xFF if self.element == "byte" else value
+        if not self.element:
+            return tuple(json.dumps(to_plain(item, self.definitions)) for item in value)
+        if self.element == "string":
+            return tuple(value)
+        if self.element == "byte":
+            return value.view(np.uint8)
+        return value.astype(_port_dtype(self.element), copy=False)
+
+    def from_port(self, value: Any) -> Any:
+        """What the port has, as a message holds it.
+
+        Raises:
+            MessageError: the message cannot hold it; of a single number only the encoder tells.
+        """
+        if self.plain:
+            return value
+        if not self.is_array:
+            value = signed_byte(value) if self.element == "byte" else value
+        elif not self.element:
+            value = [self._message(text, f"{self.name}[{index}]") for index, text in enumerate(value)]
+        else:
+            value = list(value) if self.element == "string" else self._numbers(value)
+        fault = find_fault(value, self.kind, self.name, self.definitions.fields)
+        if fault:
+            raise MessageError(fault)
+        return value
+
+    def _numbers(self, value: NDArray[Any]) -> NDArray[Any]:
+        if self.element == "byte":
+            return np.ascontiguousarray(value).view(np.int8)
+        low, high = _NARROW.get(self.element, (0, 0))
+        if high and len(value) and (value.max() > high or (low and value.min() < low)):
+            wrong = next(number for number in value.tolist() if not low <= number <= high)
+            raise MessageError(f"{self.name} has {wrong} in it, which is no {self.element}")
+        return np.ascontiguousarray(value, dtype_of(self.element))
+
+    def _message(self, text: str, place: str) -> Any:
+        try:
+            data = json.loads(text)
+        except (ValueError, RecursionError) as error:
+            raise MessageError(f"{place} is not JSON: {error}") from None
+        return from_plain(data, message_of(element_of(self.kind)), self.definitions, place)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How the ports of a node make a message, and a message its ports.
+
+    Two layouts of one class are equal: the class is made of its definition.
+
+    Args:
+        message_class: of the message.
+        definitions: message types.
+    """
+
+    message_class: type[Any]
+    definitions: Definitions = field(compare=False, repr=False)
+
+    @property
+    def message_type(self) -> str:
+        """ROS name of the message."""
+        return str(self.message_class.__msgtype__)
+
+    @functools.cached_property
+    def leaves(self) -> tuple[Leaf, ...]:
+        """One for each port, in the order of the definition."""
+        found = tuple(itertools.islice(_leaves(self.message_type, (), (), self.definitions), MAX_PORTS + 1))
+        if len(found) > MAX_PORTS:
+            raise MessageTypeError(
+                f"{self.message_type} has more than {MAX_PORTS} fields, which is too many for ports",
+                self.message_type.rpartition("/")[2],
+            )
+        return found
+
+    def ports(self, make: Callable[..., Any], taken: Container[str] = (), prefix: str = "") -> dict[str, Any]:
+        """Fields of a node class.
+
+        Args:
+            make: `In` or `Out`.
+            taken: names of the node's other ports; a field of such a name gets `message:` in front.
+            prefix: of the ports' names.
+        """
+        initial, found = self.definitions.initial(self.message_type), dict[str, Any]()
+        for leaf in self.leaves:
+            name = prefix + leaf.name
+            found[leaf.attribute] = leaf.port(make, f"message:{name}" if name in taken else name, leaf.of(initial))
+        return found
+
+    def read(self, node: Node) -> Any:
+        """A message of what the ports hold.
+
+        Raises:
+            MessageError: it cannot hold that.
+        """
+        return self._make(iter([leaf.from_port(getattr(node, leaf.attribute)) for leaf in self.leaves]))
+
+    def write(self, node: Node, message: Any) -> None:
+        """Let the ports hold what a message does."""
+        for leaf in self.leaves:
+            setattr(node, leaf.attribute, leaf.to_port(leaf.of(message)))
+
+    def check(self, node: Node) -> None:
+        """See that a message can be made of what the ports hold.
+
+        Raises:
+            ContextError: it cannot.
+        """
+        for leaf in self.leaves:
+            value = getattr(node, leaf.attribute)
+            try:
+                leaf.from_port(value)
+            except MessageError as error:
+                raise ContextError(str(error), value) from None
+
+    @functools.cached_property
+    def _make(self) -> Callable[[Iterator[Any]], Any]:
+        return _maker(self.message_type, self.definitions)
+
+
+def _maker(message_type: str, definitions: Definitions) -> Callable[[Iterator[Any]], Any]:
+    """What makes a message of its leaves, one after the other."""
+    message_class = definitions.message_class(message_type)
+    nested = [message_of(kind) for _, kind in definitions.fields(message_type)]
+    parts = [_maker(part, definitions) if part else next for part in nested]
+    return lambda values: message_class(*[part(values) for part in parts])
+
+
+class MissingMessageError(ContextError):
+    """The file does not say which message."""
+
+    code = "G208"
+
+
+def find_layout(
+    literals: Mapping[str, Any], definitions: Definitions, subfolder: str = "msg", part: str = ""
+) -> Layout:
+    """The layout of the message that a node's literals name.
+
+    Args:
+        literals: `messagePackage`, `messageSubfolder` and `messageName` of the file.
+        definitions: message types.
+        subfolder: where the file names none.
+        part: of a service, such as `_Request`.
+
+    Raises:
+        MissingMessageError: a literal is missing.
+        MessageTypeError: there is no such message.
+    """
+    words = {"messageSubfolder": subfolder, **literals}
+    names = [words.get(name) for name in ("messagePackage", "messageSubfolder", "messageName")]
+    if None in names or "" in names:
+        remedy = "write messagePackage and messageName below `inputs:`; a wire comes too late for ports"
+        raise MissingMessageError("the fields of its message are its ports, and it has no message", None, remedy)
+    return Layout(definitions.message_class(f"{'/'.join(map(str, names))}{part}"), definitions)
+
+
+def _leaves(
+    message_type: str, path: tuple[str, ...], attributes: tuple[str, ...], definitions: Definitions
+) -> Iterator[Leaf]:
+    names = (name for name, _ in definitions.definition(message_type).fields)
+    for name, (attribute, kind) in zip(names, definitions.fields(message_type), strict=True):
+        to, by = (*path, name), (*attributes, attribute)
+        part = message_of(kind)
+        if part:
+            yield from _leaves(part, to, by, definitions)
+        else:
+            yield Leaf(to, by, kind, definitions)
+
+
+@functools.cache
+def _port_dtype(number: str) -> Any:
+    port_type = types.parse(PORT_TYPES[number])
+    assert isinstance(port_type, types.PortType)
+    return port_type.dtype

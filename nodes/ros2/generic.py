@@ -1,0 +1,113 @@
+"""Publisher and subscriber of any message, whose fields are ports."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from graphengine.context import Context, Publisher, Subscription
+from graphengine.diagnostics import ContextError
+from graphengine.node import ExecOut, In, Out, Pushes, State
+from graphengine.ros.definitions import Definitions
+from graphengine.types import String, Token
+from nodes.ros2.fields import Layout, find_layout
+from nodes.ros2.publisher import TopicNode
+
+
+class GenericNode(TopicNode):
+    """A node with one topic, whose message its inputs name; the file gives them, for ports are made before wires are read."""
+
+    layout: ClassVar[Layout]
+
+    topic_name: String = In(default="topic", setup=True)
+    message_package: String = In(required=True, setup=True, doc="package of the message, such as geometry_msgs")
+    message_subfolder: String = In(default="msg", setup=True, doc="where in the package the message is defined")
+    message_name: String = In(required=True, setup=True, doc="such as Twist")
+
+    def bind(self) -> Layout:
+        """The layout that the class was made with.
+
+        Raises:
+            ContextError: the inputs name another message by now.
+        """
+        named = f"{self.message_package}/{self.message_subfolder}/{self.message_name}"
+        layout: Layout | None = getattr(self, "layout", None)
+        if layout is None or layout.message_type != named:
+            raise ContextError(
+                f"its ports are those of {layout.message_type if layout else 'no message'}, its inputs name {named}",
+                self.message_name,
+                "write messagePackage and messageName below `inputs:`; --set comes too late for ports",
+            )
+        return layout
+
+
+class ROS2Publisher(GenericNode, type="isaacsim.ros2.bridge.ROS2Publisher"):
+    """Publishes any message; its fields are inputs, such as `linear:x` of a Twist.
+
+    `graphrun nodes ROS2Publisher --message geometry_msgs/msg/Twist` shows them. An array of messages is an array of texts,
+    each a message as JSON. What nobody sets is as in a new message of ROS 2: zero, but for the w of a quaternion, which is 1.
+    """
+
+    exec_out = ExecOut()
+
+    publisher: Publisher = State()
+
+    @classmethod
+    def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
+        """An input for each field."""
+        layout = find_layout(literals, definitions)
+        return {"layout": layout, **layout.ports(In, {port.name for port in cls.fields.values()})}
+
+    def setup(self, context: Context) -> None:
+        """Open the topic."""
+        layout = self.bind()
+        layout.check(self)
+        self.publisher = self.open_topic(context, layout.message_type, self.topic_name)
+
+    def compute(self) -> None:
+        """Send a message, if anybody wants it."""
+        if self.publisher.wanted:
+            self.publisher.publish(self.layout.read(self))
+
+
+class ROS2Subscriber(GenericNode, type="isaacsim.ros2.bridge.ROS2Subscriber"):
+    """Delivers any message; its fields are outputs, such as `linear:x` of a Twist.
+
+    `graphrun nodes ROS2Subscriber --message geometry_msgs/msg/Twist` shows them. An array of messages is an array of texts,
+    each a message as JSON. Of several messages in a tick each one runs what hangs on `execOut`, oldest first.
+    """
+
+    delivery: Token = In(
+        default="each", tokens=("each", "newest"), extension=True, doc="every message of a tick, or the newest alone"
+    )
+    exec_out = ExecOut(doc="fires for each message")
+
+    subscription: Subscription = State()
+
+    @classmethod
+    def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
+        """An output for each field."""
+        layout = find_layout(literals, definitions)
+        return {"layout": layout, **layout.ports(Out)}
+
+    def setup(self, context: Context) -> None:
+        """Open the topic."""
+        self.subscription = context.subscription(
+            self.bind().message_type,
+            self.topic_name,
+            namespace=self.node_namespace,
+            qos_profile=self.qos_profile,
+            queue_size=self.queue_size,
+            ros_context=self.context,
+        )
+
+    def compute(self) -> Pushes:
+        """Deliver what came."""
+        if self.delivery == "newest":
+            newest = self.subscription.newest()
+            arrived = () if newest is None else (newest,)
+        else:
+            arrived = tuple(self.subscription.take())
+        for message in arrived:
+            self.layout.write(self, message)
+            yield self.exec_out

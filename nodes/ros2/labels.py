@@ -1,0 +1,97 @@
+"""Publishers of what numbers in a picture or a cloud of points stand for, as JSON in std_msgs/String."""
+
+from __future__ import annotations
+
+import json
+from typing import Any, ClassVar
+
+import numpy as np
+
+from graphengine.node import In
+from graphengine.ros import messages
+from graphengine.types import Buffer, String, Tokens, UInt, UInts
+from nodes.ros2.publisher import PublisherNode
+
+_CLASS = "class:"
+_ENTRY = np.dtype([("id", "<u8", 2), ("length", "<u4"), ("offset", "<u4")])
+"""One object of a map: a number of 128 bits, and where in the buffer its path lies."""
+
+
+class LabelPublisher(PublisherNode):
+    """A publisher of a JSON object with the time; a subclass gives `labels`."""
+
+    message_type: ClassVar[str] = "std_msgs/msg/String"
+
+    topic_name: String = In(default="labels", setup=True)
+    time_stamp: float = In(default=0.0, unit="s")
+
+    def message(self) -> messages.String:
+        """What the numbers stand for, and the time."""
+        stamp = messages.stamp(self.time_stamp)
+        return messages.String(
+            json.dumps({**self.labels(), "time_stamp": {"sec": stamp.sec, "nanosec": stamp.nanosec}})
+        )
+
+    def labels(self) -> dict[str, Any]:
+        """What the numbers stand for."""
+        raise NotImplementedError
+
+
+class ROS2PublishSemanticLabels(LabelPublisher, type="isaacsim.ros2.bridge.ROS2PublishSemanticLabels"):
+    """Publishes the label of each number of a segmentation: from idToLabels where it is given, else from ids and labels.
+
+    A label that begins with `class:` becomes `{"class": …}`.
+    """
+
+    ids: UInts = In(doc="numbers")
+    labels_in: Tokens = In(name="labels", doc="one for each of ids")
+    semantics: Tokens = In(doc="no effect")
+    id_to_labels: String = In(doc="a JSON object from numbers to labels")
+
+    def labels(self) -> dict[str, Any]:
+        """One for each number."""
+        if self.id_to_labels:
+            try:
+                given = json.loads(self.id_to_labels)
+            except (ValueError, RecursionError) as error:
+                raise ValueError(f"idToLabels is not JSON: {error}") from None
+            if not isinstance(given, dict):
+                raise ValueError(f"idToLabels is not a JSON object, but {self.id_to_labels[:60]!r}")
+            return given
+        if len(self.ids) != len(self.labels_in):
+            raise ValueError(f"{len(self.ids)} ids, but {len(self.labels_in)} labels")
+        pairs = zip(self.ids.tolist(), self.labels_in, strict=True)
+        return {str(number): _label(label) for number, label in pairs}
+
+
+def _label(label: str) -> Any:
+    return {"class": label.removeprefix(_CLASS)} if label.startswith(_CLASS) else label
+
+
+class ROS2PublishObjectIdMap(LabelPublisher, type="isaacsim.ros2.bridge.ROS2PublishObjectIdMap"):
+    """Publishes the prim of each object number of a cloud of points, from a buffer that maps them.
+
+    The buffer begins with one entry for each object: its number in 16 bytes, then the length and the offset of its path, in 4
+    each; after the paths, the last 4 bytes are how many entries there are. All is in little endian.
+    """
+
+    data_ptr: Buffer = In(default=0, doc="the map")
+    buffer_size: UInt = In(default=0, doc="no effect: a buffer knows its size")
+
+    def labels(self) -> dict[str, Any]:
+        """The path of each object."""
+        return {"id_to_labels": {} if isinstance(self.data_ptr, int) else _paths(bytes(self.data_ptr))}
+
+
+def _paths(data: bytes) -> dict[str, str]:
+    entries = int.from_bytes(data[-4:], "little")
+    if len(data) < 4 or entries * _ENTRY.itemsize > len(data) - 4:
+        raise ValueError(f"a map of object numbers in {len(data)} bytes cannot have {entries} entries")
+    found: dict[str, str] = {}
+    for entry in np.frombuffer(data, _ENTRY, entries):
+        low, high = map(int, entry["id"])
+        begin, end = int(entry["offset"]), int(entry["offset"]) + int(entry["length"])
+        if end > len(data):
+            raise ValueError(f"a path in a map of object numbers ends at byte {end} of {len(data)}")
+        found[str(high << 64 | low)] = data[begin:end].partition(b"\0")[0].decode("utf-8", "replace")
+    return found

@@ -1,0 +1,135 @@
+"""`graphrun replay` on files that are no recordings, damaged ones, and those of strangers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from mcap.writer import CompressionType, Writer
+
+from graphengine.build import Options
+from graphengine.cli import main
+from graphengine.ros import messages
+from tests.cli.harness import Graphrun
+from tests.recording.harness import CLOCK, NOISY_ROBOT, NOISY_SCENE, put, record, rewritten
+
+
+@pytest.fixture
+def clock(tmp_path: Path) -> Path:
+    """A graph in a folder of its own."""
+    return put(tmp_path / "hall" / "clock.yaml", CLOCK)
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        (b"", "it holds no run"),
+        (b"scene: a\n", "this is no MCAP file"),
+        (b"\x89MCAP0\r\n", "it holds no run"),
+        (b"\x89MCAP0\r\n" + b"\xff" * 100, "damaged: the record at byte"),
+    ],
+    ids=["empty", "text", "magic", "rubbish"],
+)
+def test_a_file_that_is_no_recording_is_told(graphrun: Graphrun, tmp_path: Path, content: bytes, expected: str) -> None:
+    path = tmp_path / "out.mcap"
+    path.write_bytes(content)
+    result = graphrun("replay", str(path))
+    assert (result.code, result.out) == (2, "")
+    assert result.err.startswith(f"graphrun replay: {path}: {expected}")
+
+
+def test_a_file_that_is_not_there_is_told(graphrun: Graphrun, tmp_path: Path) -> None:
+    result = graphrun("replay", str(tmp_path / "out.mcap"))
+    assert (result.code, result.err) == (
+        2,
+        f"graphrun replay: {tmp_path / 'out.mcap'}: cannot be read: No such file or directory\n",
+    )
+    assert "Is a directory" in graphrun("replay", str(tmp_path)).err
+
+
+def test_a_bag_of_another_program_is_told(graphrun: Graphrun, tmp_path: Path) -> None:
+    path = tmp_path / "bag.mcap"
+    writer = Writer(str(path), compression=CompressionType.NONE)
+    writer.start("ros2")
+    schema = writer.register_schema("std_msgs/msg/String", "ros2msg", b"string data\n")
+    channel = writer.register_channel("/chatter", "cdr", schema)
+    writer.add_message(channel, 0, messages.encode(messages.String("a")), 0)
+    writer.finish()  # type: ignore[no-untyped-call]
+    result = graphrun("replay", str(path))
+    assert result.code == 2
+    assert "it holds no run: what `graphrun run --record` writes can be replayed" in result.err
+
+
+def test_a_chunk_with_a_byte_that_changed_is_told(graphrun: Graphrun, clock: Path, tmp_path: Path) -> None:
+    record(tmp_path / "out.mcap", 3, clock)
+    plain = rewritten(tmp_path / "out.mcap", compression=CompressionType.NONE).read_bytes()
+    at = plain.rindex(messages.encode(messages.Clock(messages.Time(0, 50_000_000))))
+    path = tmp_path / "out.mcap"
+    path.write_bytes(plain[: at + 8] + b"\0" + plain[at + 9 :])
+    result = graphrun("replay", str(path))
+    assert (result.code, result.out) == (2, "")
+    assert "damaged: the checksum of the chunk at byte " in result.err
+
+
+@settings(max_examples=60, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_no_damage_leads_to_a_traceback(clock_recording: bytes, tmp_path: Path, data: st.DataObject) -> None:
+    at = data.draw(st.integers(0, len(clock_recording) - 1))
+    changed = bytearray(clock_recording)
+    if data.draw(st.booleans()):
+        del changed[at:]
+    else:
+        changed[at] ^= 1 << data.draw(st.integers(0, 7))
+    path = tmp_path / "damaged.mcap"
+    path.write_bytes(changed)
+    assert main(["replay", str(path)]) in (0, 1, 2)
+
+
+@pytest.fixture(scope="module")
+def clock_recording(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    folder = tmp_path_factory.mktemp("clock")
+    record(folder / "out.mcap", 130, put(folder / "hall" / "clock.yaml", CLOCK))
+    return (folder / "out.mcap").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ({"manifest": {"format": "2"}}, "it is of format '2', and this version reads 1"),
+        ({"manifest": {"seed": '"x"'}}, "its seed cannot be"),
+        ({"manifest": {"period": "[1, 0]"}}, "its period.1 cannot be"),
+        ({"manifest": {"seed": "{"}}, "how the run was made cannot be read"),
+        ({"manifest": {"given": '"project/../../etc/passwd"'}}, "is no name that a file of a recording can have"),
+        ({"attachments": {"project/hall/clock.yaml": b"graph: other"}}, "is not what it was"),
+        ({"end": {"ticks": "many"}}, "its end says that there were 'many' ticks"),
+        ({"commands": '{"commands": [["format", null]]}'}, "has a command 'format', which is not known here"),
+        ({"commands": '{"commands": [["spawn", {"name": 1}]]}'}, "the recorded command 'spawn' makes no sense"),
+        ({"commands": '{"wall_time": "x"}'}, "what was asked of the session in tick 1 cannot be read"),
+        ({"commands": "[1]"}, "what was asked of the session in tick 1 cannot be read"),
+        (
+            {"compression": CompressionType.ZSTD},
+            "it is compressed with 'zstd', and what `graphrun run --record` writes is with 'lz4'",
+        ),
+    ],
+    ids=str,
+)
+def test_what_a_stranger_wrote_into_it_is_told(
+    graphrun: Graphrun, clock: Path, tmp_path: Path, change: dict[str, object], expected: str
+) -> None:
+    record(tmp_path / "out.mcap", 3, clock)
+    result = graphrun("replay", str(rewritten(tmp_path / "out.mcap", **change)))  # type: ignore[arg-type]
+    assert (result.code, result.out) == (2, "")
+    assert result.err.startswith("graphrun replay: ")
+    assert expected in result.err
+
+
+def test_the_scene_of_a_stranger_reads_nothing_else(graphrun: Graphrun, tmp_path: Path) -> None:
+    secret = put(tmp_path / "secret" / "robot.yaml", NOISY_ROBOT)
+    put(tmp_path / "hall" / "noisy_robot.yaml", NOISY_ROBOT)
+    scene = put(tmp_path / "hall" / "scene.yaml", NOISY_SCENE.replace("noisy_robot.yaml", str(secret)))
+    record(tmp_path / "out.mcap", 2, scene, options=Options(allowed=[secret.parent]))
+    result = graphrun("replay", str(tmp_path / "out.mcap"))
+    assert result.code == 1
+    assert "lies outside the folder of the file you gave" in result.err

@@ -1,0 +1,124 @@
+"""`graphrun run --record`: where it may write, and what it leaves however the run ends."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import time
+from pathlib import Path
+
+import pytest
+from mcap.exceptions import EndOfFile
+from mcap.reader import NonSeekingReader
+
+from graphengine.context import QoS
+from graphengine.files import shipped
+from graphengine.ros import messages
+from graphengine.ros.dds import DdsTransport
+from graphengine.ros.domain import Domain
+from tests.cli.harness import PATIENCE, Graphrun, live, process
+from tests.jobs.harness import twist
+from tests.recording.harness import CLOCK, CMD_VEL, put
+
+MEMORY = ("--transport", "memory")
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("out.bag", "write the name of a file in a folder that is there, such as out.mcap"),
+        ("nowhere/out.mcap", "write the name of a file in a folder that is there, such as out.mcap"),
+        ("there.mcap", "already there; --force writes over it"),
+    ],
+)
+def test_a_place_that_cannot_be_recorded_to_is_told_before_anything_runs(
+    graphrun: Graphrun, project: Path, name: str, expected: str
+) -> None:
+    (project / "there.mcap").write_bytes(b"mine")
+    result = graphrun("run", "mine.yaml", "--record", name, *MEMORY)
+    assert (result.code, result.err) == (2, f"graphrun run: --record {name}: {expected}\n")
+    assert (project / "there.mcap").read_bytes() == b"mine"
+
+
+def test_force_writes_over_a_file(graphrun: Graphrun, project: Path) -> None:
+    (project / "there.mcap").write_bytes(b"mine")
+    assert graphrun("run", "mine.yaml", "--for", "1", "--record", "there.mcap", "--force", *MEMORY).code == 0
+    assert graphrun("replay", "there.mcap").out == "identical: 60 messages in 60 ticks, 1.000 s\n"
+
+
+def test_a_file_with_errors_leaves_no_recording(graphrun: Graphrun, project: Path) -> None:
+    (project / "mine.yaml").write_text(CLOCK.replace("Clock.execIn", "Clok.execIn"), encoding="utf-8")
+    assert graphrun("run", "mine.yaml", "--record", "out.mcap", *MEMORY).code == 1
+    assert not (project / "out.mcap").exists()
+
+
+def test_a_run_without_a_tick_is_the_same(graphrun: Graphrun, project: Path) -> None:
+    assert graphrun("run", "mine.yaml", "--for", "0", "--record", "out.mcap", *MEMORY).code == 0
+    assert graphrun("replay", "out.mcap").out == "identical: 0 messages in 0 ticks, 0.000 s\n"
+
+
+def test_a_run_that_is_killed_leaves_what_was_written(graphrun: Graphrun, tmp_path: Path) -> None:
+    path = tmp_path / "out.mcap"
+    with live("run", "dd100_flat", "--record", str(path), *MEMORY) as run:
+        assert run.hear(lambda said: "recorded to" in said)
+        begun = path.stat().st_size
+        deadline = time.monotonic() + PATIENCE
+        while path.stat().st_size < begun + 100_000:
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        run.process.kill()
+        run.process.wait()
+    found = 0
+    with path.open("rb") as file, contextlib.suppress(EndOfFile):
+        for _ in NonSeekingReader(file, validate_crcs=True).iter_messages(log_time_order=False):
+            found += 1
+    assert found > 60
+    result = graphrun("replay", str(path))
+    assert result.code == 0
+    assert "warning: the run was cut off: the recording ends at t = " in result.err
+    assert result.out.startswith(f"identical: {found} messages in ")
+
+
+def test_a_file_that_may_not_grow_ends_the_run_and_keeps_what_there_is(graphrun: Graphrun, tmp_path: Path) -> None:
+    limited = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000))"
+    put(tmp_path / "limit" / "sitecustomize.py", limited)
+    path = tmp_path / "out.mcap"
+    env = {"PYTHONPATH": os.pathsep.join([str(tmp_path / "limit"), str(shipped())])}
+    result = process("run", "dd100_flat", "--for", "60s", "--record", str(path), *MEMORY, env=env)
+    assert result.code == 1
+    assert f"error: {path}: it cannot be recorded there: File too large\n" in result.err
+    assert "Traceback" not in result.err
+    result = graphrun("replay", str(path))
+    assert (result.code, result.out[:11]) == (0, "identical: ")
+    assert "cut off" in result.err
+
+
+def test_a_run_over_dds_is_the_same(graphrun: Graphrun, tmp_path: Path) -> None:
+    path, domain_id = tmp_path / "out.mcap", 101 + (os.getpid() + 50) % 99
+    env = {"ROS_DOMAIN_ID": str(domain_id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    peer = DdsTransport(Domain(domain_id, "LOCALHOST"), "peer")
+    try:
+        writer = peer.writer(CMD_VEL, "geometry_msgs/msg/Twist", QoS())
+        with live("run", "dd100_flat", "--transport", "dds", "--record", str(path), env=env) as run:
+            assert run.hear(lambda said: f"domain {domain_id}" in said)
+            deadline = time.monotonic() + PATIENCE
+            while not writer.matched:
+                assert time.monotonic() < deadline
+                time.sleep(0.01)
+            for speed in range(10):
+                writer.write(messages.encode(twist(0.1 * speed, 0.0)))
+                time.sleep(0.02)
+            assert run.stop(signal.SIGINT) == 0, run.said
+    finally:
+        peer.close()
+    with path.open("rb") as file:
+        speeds = [
+            messages.decode(message.data, schema.name).linear.x
+            for schema, channel, message in NonSeekingReader(file).iter_messages(topics=[CMD_VEL])
+            if schema
+        ]
+    assert speeds
+    assert set(speeds) <= {0.1 * speed for speed in range(10)}
+    result = graphrun("replay", str(path))
+    assert (result.code, result.err) == (0, "")

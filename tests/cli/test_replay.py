@@ -1,0 +1,443 @@
+"""`graphrun replay`: what is the same, and the first thing that is not."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+import trimesh
+from rosbags.rosbag2 import Reader
+
+from graphengine.build import Options
+from graphengine.context import QoS
+from graphengine.files import shipped
+from graphengine.ros import messages
+from graphengine.spec import RobotUse
+from tests.cli.harness import Graphrun
+from tests.jobs.harness import twist
+from tests.recording.harness import CLOCK, CMD_VEL, DRIVE, NOISY_ROBOT, NOISY_SCENE, Run, put, record, rewritten
+from tests.world.pictures import needs_opengl
+
+MEMORY = ("--transport", "memory")
+SEEING_ROBOT = """robot: seeing
+extends: robots/dd100.yaml
+graphs:
+  camera: {use: graphs/camera.yaml, parameters: {width: 64, height: 40}}
+"""
+PARTS = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:macro name="body" params="name">
+    <link name="${name}">
+      <inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+      <visual><geometry><mesh filename="package://my_robot/meshes/box.stl"/></geometry></visual>
+      <collision><geometry><mesh filename="package://my_robot/meshes/box.stl"/></geometry></collision>
+    </link>
+  </xacro:macro>
+</robot>
+"""
+ROBOT = """<robot name="own" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:arg name="width" default="0.1"/>
+  <xacro:include filename="parts.xacro"/>
+  <xacro:body name="base_link"/>
+  <xacro:body name="arm"/>
+  <joint name="turn" type="revolute">
+    <parent link="base_link"/><child link="arm"/><origin xyz="0 0 $(arg width)"/><axis xyz="0 0 1"/>
+    <limit lower="-1" upper="1" effort="1" velocity="1"/>
+  </joint>
+</robot>
+"""
+OWN_MESSAGE = """graph: own
+nodes:
+  Tick: OnPlaybackTick
+  Send:
+    type: ROS2Publisher
+    inputs: {topicName: reading, messagePackage: my_msgs, messageName: Reading}
+connections:
+  - Tick.tick -> Send.execIn
+"""
+FIXED = "{type: ReadSimulationTime, inputs: {referenceTimeNumerator: 5, referenceTimeDenominator: 2}}"
+
+
+@pytest.fixture(scope="module")
+def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Five seconds of the warehouse, commanded at odd times."""
+    path = tmp_path_factory.mktemp("drive") / "drive.mcap"
+    record(path, 300, commands=DRIVE)
+    return path
+
+
+@pytest.fixture
+def clock(tmp_path: Path) -> Path:
+    """A graph in a folder of its own."""
+    return put(tmp_path / "hall" / "clock.yaml", CLOCK)
+
+
+# The same
+
+
+def test_a_drive_is_the_same_byte_by_byte(graphrun: Graphrun, drive: Path) -> None:
+    result = graphrun("replay", str(drive))
+    assert (result.code, result.err) == (0, "")
+    assert result.out == "identical: 1302 messages in 300 ticks, 5.000 s\n"
+
+
+def test_what_run_records_is_the_same(graphrun: Graphrun, tmp_path: Path) -> None:
+    path = tmp_path / "out.mcap"
+    ran = graphrun("run", "dd100_flat", "--for", "1s", "--record", str(path), *MEMORY)
+    assert (ran.code, ran.out) == (0, "")
+    assert f"; recorded to {path}\n" in ran.err
+    sent = ran.err.split()[-2]
+    assert graphrun("replay", str(path)).out == f"identical: {sent} messages in 60 ticks, 1.000 s\n"
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("dd100_flat", "--rate", "3"),
+        ("dd100_flat", "--seed", "7", "--robot-state", "--rays", "mujoco", "--set", "PublishClock.topicName=time"),
+        ("dd100/joint_states", "--scene", "dd100_flat", "--robot-state", "--keep-going"),
+    ],
+    ids=["paced", "options", "graph"],
+)
+def test_options_of_the_run_are_those_of_the_replay(
+    graphrun: Graphrun, tmp_path: Path, options: tuple[str, ...]
+) -> None:
+    path = tmp_path / "out.mcap"
+    assert graphrun("run", *options, "--for", "300ms", "--record", str(path), *MEMORY).code == 0
+    result = graphrun("replay", str(path))
+    assert (result.code, result.err) == (0, "")
+    assert "in 18 ticks" in result.out
+
+
+def test_the_files_that_were_run_need_not_be_there_any_more(graphrun: Graphrun, tmp_path: Path) -> None:
+    urdf = (shipped() / "scenes/robots/dd100/dd100.urdf").read_text(encoding="utf-8")
+    head, body = urdf.split(">", 2)[0] + ">", urdf.split(">", 1)[1]
+    hall, shared = tmp_path / "alice" / "hall", tmp_path / "alice" / "shared"
+    (hall.parent).mkdir()
+    put(hall / "scene.yaml", NOISY_SCENE.replace("noisy_robot.yaml", "../shared/robot.yaml"))
+    put(shared / "robot.yaml", NOISY_ROBOT + "urdf: own.urdf\n")
+    put(shared / "own.urdf", head + body)
+    path = tmp_path / "out.mcap"
+    record(path, 40, hall / "scene.yaml", commands={3: [(0.5, 0.1)]}, options=Options(allowed=[shared], seed=3))
+    shutil.rmtree(hall.parent)
+    result = graphrun("replay", str(path))
+    assert (result.code, result.err) == (0, "")
+
+
+def test_the_wall_clock_is_brought_again(graphrun: Graphrun, clock: Path, tmp_path: Path) -> None:
+    text = CLOCK.replace("ReadSimulationTime", "IsaacReadSystemTime").replace("simulationTime", "systemTime")
+    clock.write_text(text, encoding="utf-8")
+    record(tmp_path / "out.mcap", 5, clock)
+    assert graphrun("replay", str(tmp_path / "out.mcap")).out.startswith("identical: 5 messages in 5 ticks")
+
+
+def test_what_nodes_told_each_other_is_brought_once(graphrun: Graphrun, tmp_path: Path) -> None:
+
+    path = put(
+        tmp_path / "hall" / "echo.yaml",
+        """graph: echo
+nodes:
+  Tick: OnPlaybackTick
+  Time: ReadSimulationTime
+  Clock: PublishClock
+  Heard: ROS2SubscribeClock
+  Again: {type: PublishClock, inputs: {topicName: again}}
+connections:
+  - Tick.tick -> Clock.execIn
+  - Time.simulationTime -> Clock.timeStamp
+  - Tick.tick -> Heard.execIn
+  - Heard.execOut -> Again.execIn
+  - Heard.timeStamp -> Again.timeStamp
+""",
+    )
+    run = record(tmp_path / "out.mcap", 10, path)
+    assert sum(topic == "/again" for topic, _, _ in run.heard) == 9
+    assert graphrun("replay", str(tmp_path / "out.mcap")).out.startswith("identical: 19 messages in 10 ticks")
+
+
+def test_commands_between_ticks_are_given_again(graphrun: Graphrun, tmp_path: Path) -> None:
+    use = RobotUse(use="robots/dd100.yaml", position=(0.0, 4.0, 0.025), namespace="late")
+
+    def command(tick: int, run: Run) -> None:
+        if tick == 10:
+            run.session.spawn("late", use)
+            run.recorder.command("spawn", {"name": "late", "use": use.model_dump(mode="json")})
+        if tick == 20:
+            run.session.remove("late")
+            run.recorder.command("remove", {"name": "late"})
+        if tick == 25:
+            run.session.stop()
+            run.recorder.command("stop")
+
+    run = record(tmp_path / "out.mcap", 30, "dd100_flat", commands={22: [(0.5, 0.0)]}, before=command)
+    assert sum(topic == "/late/odom" for topic, _, _ in run.heard) == 10
+    result = graphrun("replay", str(tmp_path / "out.mcap"))
+    assert (result.code, result.err) == (0, "")
+    assert "in 30 ticks" in result.out
+
+
+@needs_opengl
+def test_pictures_are_the_same_on_one_driver(graphrun: Graphrun, tmp_path: Path) -> None:
+    put(tmp_path / "hall" / "robot.yaml", SEEING_ROBOT)
+    scene = put(tmp_path / "hall" / "scene.yaml", NOISY_SCENE.replace("noisy_robot.yaml", "robot.yaml"))
+    run = record(tmp_path / "out.mcap", 12, scene, commands={2: [(0.5, 0.5)]})
+    assert sum(kind == "sensor_msgs/msg/Image" for _, kind, _ in run.heard) >= 2
+    result = graphrun("replay", str(tmp_path / "out.mcap"))
+    assert (result.code, result.err) == (0, "")
+    other = rewritten(tmp_path / "out.mcap", manifest={"machine": '{"OpenGL": "a GPU"}'})
+    assert "warning: OpenGL: " in graphrun("replay", str(other)).err
+
+
+def test_a_robot_of_xacro_and_meshes_needs_nothing_of_the_machine(graphrun: Graphrun, tmp_path: Path) -> None:
+    package, hall = tmp_path / "ws" / "my_arm", tmp_path / "ws" / "hall"
+    put(package / "package.xml", "<package><name>my_robot</name></package>")
+    put(package / "urdf" / "parts.xacro", PARTS)
+    put(package / "urdf" / "robot.urdf.xacro", ROBOT)
+    (package / "meshes").mkdir()
+    trimesh.creation.box((0.4, 0.3, 0.2)).export(package / "meshes" / "box.stl")
+    put(hall / "robot.yaml", "robot: own\nurdf: ../my_arm/urdf/robot.urdf.xacro\nxacro_arguments: {width: 0.3}\n")
+    put(hall / "scene.yaml", "scene: own\nworld: worlds/flat_grid.xml\nrobots:\n  own: {use: robot.yaml}\n")
+    options = Options(allowed=[package], robot_state=True)
+    run = record(tmp_path / "out.mcap", 5, hall / "scene.yaml", options=options)
+    assert any(topic.endswith("/robot_description") for topic, _, _ in run.heard)
+    shutil.rmtree(tmp_path / "ws")
+    result = graphrun("replay", str(tmp_path / "out.mcap"))
+    assert (result.code, result.err) == (0, "")
+
+
+def test_message_types_of_ones_own_are_found_in_the_recording(graphrun: Graphrun, tmp_path: Path) -> None:
+    definition = put(tmp_path / "ws" / "my_msgs" / "msg" / "Reading.msg", "float64 value 2.5\nstring[] names\n")
+    graph = put(tmp_path / "hall" / "own.yaml", OWN_MESSAGE)
+    options = Options(message_paths=[tmp_path / "ws"])
+    run = record(tmp_path / "out.mcap", 3, graph, options=options)
+    assert [kind for _, kind, _ in run.heard] == ["my_msgs/msg/Reading"] * 3
+    definition.unlink()
+    result = graphrun("replay", str(tmp_path / "out.mcap"))
+    assert (result.code, result.err) == (0, "")
+    put(definition, "float64 value 3.5\nstring[] names\n")
+    result = graphrun("replay", str(tmp_path / "out.mcap"), "--against", str(graph), "--msg-path", str(tmp_path / "ws"))
+    assert result.code == 1
+    assert "  value: recorded 2.5, replayed 3.5" in result.lines
+
+
+def test_a_subscription_takes_the_type_that_it_took(graphrun: Graphrun, tmp_path: Path) -> None:
+    peers: list[Any] = []
+
+    def speak(tick: int, run: Run) -> None:
+        if tick == 2:
+            peers.append(run.transport.writer(CMD_VEL, "geometry_msgs/msg/TwistStamped", QoS()))
+        if tick > 2:
+            stamped = messages.TwistStamped(messages.header(0.0, ""), twist(0.5, 0.0))
+            peers[0].write(messages.encode(stamped))
+
+    record(tmp_path / "out.mcap", 70, "dd100_flat", before=speak)
+    with Reader(tmp_path / "out.mcap") as reader:
+        types = {connection.topic: connection.msgtype for connection in reader.connections}
+    assert types[CMD_VEL] == "geometry_msgs/msg/TwistStamped"
+    assert graphrun("replay", str(tmp_path / "out.mcap")).code == 0
+
+
+# Not the same
+
+
+def test_another_value_is_found_at_the_tick_after_the_first_command(graphrun: Graphrun, drive: Path) -> None:
+    result = graphrun("replay", str(drive), "--set", "*DiffController.wheelRadius=0.05")
+    assert (result.code, result.err) == (1, "")
+    # The command is seen in tick 7, and the joints turn in the substeps of tick 8.
+    assert min(DRIVE) == 7
+    where, by, *fields, before = result.lines
+    assert where == "different in tick 8, t = 0.133333 s: /dd100_0000/platform/joint_states"
+    node = "/dd100/Geometry/base_link/chassis_link/joint_states/PublishJointState"
+    assert by.startswith(f"  published by {node} (isaacsim.ros2.bridge.ROS2PublishJointState, shipped/graphs/dd100/")
+    assert any(line.startswith("  velocity[0]: recorded 0.") for line in fields)
+    assert before == "  before that, 32 messages in 7 ticks are identical"
+
+
+def test_another_seed_is_found_at_the_first_scan(graphrun: Graphrun, tmp_path: Path) -> None:
+    put(tmp_path / "hall" / "noisy_robot.yaml", NOISY_ROBOT)
+    scene = put(tmp_path / "hall" / "scene.yaml", NOISY_SCENE)
+    record(tmp_path / "out.mcap", 5, scene, options=Options(seed=7))
+    assert graphrun("replay", str(tmp_path / "out.mcap")).code == 0
+    result = graphrun("replay", str(tmp_path / "out.mcap"), "--seed", "8")
+    assert result.code == 1
+    assert result.lines[0] == "different in tick 1, t = 0.016667 s: /dd100_0000/sim_lidar/scan"
+    assert "ranges[0]: recorded " in result.out
+    assert "(and 540 more of 541 elements)" in result.out
+    assert graphrun("replay", str(tmp_path / "out.mcap"), "--seed", "8", "--ignore", "*/scan").code == 0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        (
+            "  - Time.simulationTime -> Clock.timeStamp\n",
+            "",
+            ["different in tick 1, t = 0.016667 s: /clock", "clock.nanosec: recorded 16666666, replayed 0"],
+        ),
+        (
+            "Clock: PublishClock",
+            "Clock: {type: PublishClock, inputs: {topicName: time}}",
+            ["different in tick 1, t = 0.016667 s: /time", "the recording has no such message"],
+        ),
+        (
+            "  - Tick.tick -> Clock.execIn\n",
+            "",
+            [
+                "different in tick 1, t = 0.016667 s: /clock",
+                "the replay sends no such message, and no node publishes it",
+            ],
+        ),
+        (
+            "  - Tick.tick -> Clock.execIn\n",
+            "  - Gate.execOut -> Clock.execIn\n  - Tick.tick -> Gate.execIn\n",
+            ["different in tick 1, t = 0.016667 s: /clock", "the replay sends no such message"],
+        ),
+    ],
+    ids=["wire", "topic", "nothing", "gate"],
+)
+def test_another_graph_is_found_at_its_first_message(
+    graphrun: Graphrun, clock: Path, tmp_path: Path, old: str, new: str, expected: list[str]
+) -> None:
+    record(tmp_path / "out.mcap", 3, clock)
+    text = CLOCK.replace(old, new)
+    if "Gate" in new:
+        text = text.replace("nodes:\n", "nodes:\n  Gate: {type: IsaacSimulationGate, inputs: {step: 2}}\n")
+    clock.write_text(text, encoding="utf-8")
+    assert graphrun("replay", str(tmp_path / "out.mcap")).code == 0
+    result = graphrun("replay", str(tmp_path / "out.mcap"), "--against", str(clock))
+    assert result.code == 1
+    assert result.lines[0] == expected[0]
+    assert f"  {expected[1]}" in result.lines
+
+
+def test_the_ports_of_the_node_are_shown_as_they_are_in_the_replay(
+    graphrun: Graphrun, clock: Path, tmp_path: Path
+) -> None:
+    record(tmp_path / "out.mcap", 3, clock)
+    clock.write_text(CLOCK.replace("ReadSimulationTime", FIXED), encoding="utf-8")
+    result = graphrun("replay", str(tmp_path / "out.mcap"), "--against", str(clock))
+    assert result.code == 1
+    assert "  Time.simulationTime -> Clock.timeStamp = 2.5" in result.lines
+    assert "  clock.sec: recorded 0, replayed 2" in result.lines
+    assert f"(isaacsim.ros2.bridge.ROS2PublishClock, {clock}:5:3)" in result.out
+
+
+def test_another_order_is_told(graphrun: Graphrun, tmp_path: Path) -> None:
+    text = CLOCK + "  - Tick.tick -> Other.execIn\n  - Time.simulationTime -> Other.timeStamp\n"
+    one = "  Clock: PublishClock\n"
+    other = "  Other: {type: PublishClock, inputs: {topicName: other}}\n"
+    path = put(tmp_path / "hall" / "two.yaml", text.replace(one, one + other))
+    record(tmp_path / "out.mcap", 3, path)
+    lines = text.replace(one, one + other).splitlines(keepends=True)
+    wires = lines.index("  - Tick.tick -> Clock.execIn\n")
+    path.write_text("".join(lines[:wires] + lines[wires + 2 :] + lines[wires : wires + 2]), encoding="utf-8")
+    result = graphrun("replay", str(tmp_path / "out.mcap"), "--against", str(path))
+    assert result.code == 1
+    assert result.lines[0].endswith(": /other")
+    assert "  sent here by the replay, and /clock in the recording: the order is another" in result.lines
+
+
+def test_a_topic_of_another_type_is_told(graphrun: Graphrun, tmp_path: Path) -> None:
+    path = put(tmp_path / "hall" / "clock.yaml", CLOCK)
+    record(tmp_path / "out.mcap", 3, path)
+    tampered = rewritten(tmp_path / "out.mcap", types={"rosgraph_msgs/msg/Clock": "builtin_interfaces/msg/Time"})
+    result = graphrun("replay", str(tampered))
+    assert result.code == 1
+    assert "  recorded as builtin_interfaces/msg/Time, replayed as rosgraph_msgs/msg/Clock" in result.lines
+
+
+def test_a_scene_that_has_errors_is_told_with_them(graphrun: Graphrun, clock: Path, tmp_path: Path) -> None:
+    record(tmp_path / "out.mcap", 3, clock)
+    clock.write_text(CLOCK.replace("Clock.execIn", "Clok.execIn"), encoding="utf-8")
+    result = graphrun("replay", str(tmp_path / "out.mcap"), "--against", str(clock))
+    assert (result.code, result.out) == (1, "")
+    assert f"{clock}:7:18: error G203: no node 'Clok'" in result.err
+
+
+def test_a_topic_that_nobody_reads_any_more_is_told(graphrun: Graphrun, drive: Path) -> None:
+    result = graphrun("replay", str(drive), "--against", "dd100_warehouse", "--set", "SubscribeTwist.topicName=other")
+    assert result.code == 1
+    assert f"warning: nobody reads {CMD_VEL} (geometry_msgs/msg/Twist), on which messages were recorded\n" in result.err
+    assert result.lines[0].startswith("different in tick 8,")
+
+
+def test_versions_and_processors_that_differ_are_told_first(graphrun: Graphrun, drive: Path, tmp_path: Path) -> None:
+    other = rewritten(drive, manifest={"machine": '{"mujoco-core": "1.2.3", "processor": "Z80", "numba": "0"}'})
+    result = graphrun("replay", str(other), "--set", "*DiffController.wheelRadius=0.05")
+    assert result.code == 1
+    assert "recorded with 1.2.3; results may differ in their last bits\n" in result.err
+    assert "recorded with Z80; results may differ in their last bits\n" in result.err
+
+
+def test_rays_are_those_of_the_recording(graphrun: Graphrun, drive: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("graphengine.cli.replay.find_spec", lambda name: None)
+    result = graphrun("replay", str(rewritten(drive, manifest={"rays": '"fast"'})))
+    assert (result.code, result.out) == (2, "")
+    assert "its lidars saw with rays 'fast', which need numba\n" in result.err
+    assert "give --rays mujoco" in result.err
+    assert (
+        "rays: mujoco, recorded with "
+        in graphrun("replay", str(rewritten(drive, manifest={"machine": '{"rays": "other"}'})), "--rays", "mujoco").err
+    )
+
+
+def test_modules_are_not_imported_because_a_file_says_so(
+    graphrun: Graphrun, clock: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    put(tmp_path / "evil_nodes.py", "raise SystemExit('imported')")
+    record(tmp_path / "out.mcap", 1, clock, modules=["evil_nodes"])
+    result = graphrun("replay", "out.mcap")
+    assert result.code == 2
+    assert "the run had node types of its own; if you trust them, give --import evil_nodes" in result.err
+    assert "--import evil_nodes: SystemExit: imported" in graphrun("replay", "out.mcap", "--import", "evil_nodes").err
+
+
+# Runs that ended with an error
+
+
+RAISING = """  - Tick.tick -> Third.execIn
+  - Third.execOut -> Late.execIn
+  - Never.simulationTime -> Late.timeStamp
+""".join([CLOCK, ""]).replace(
+    "nodes:\n",
+    """nodes:
+  Third: {type: IsaacSimulationGate, inputs: {step: 3}}
+  Never: {type: ReadSimulationTime, inputs: {referenceTimeNumerator: 2147483648, referenceTimeDenominator: 1}}
+  Late: {type: PublishClock, inputs: {topicName: late}}
+""",
+)
+"""In tick 3 it publishes a time that no message can hold."""
+HARMLESS = RAISING.replace("2147483648", "5")
+
+
+def test_a_run_that_ended_with_an_error_ends_with_the_same_error(
+    graphrun: Graphrun, clock: Path, tmp_path: Path
+) -> None:
+    clock.write_text(RAISING, encoding="utf-8")
+    path = tmp_path / "out.mcap"
+    ran = graphrun("run", str(clock), "--for", "1s", "--record", str(path), *MEMORY)
+    assert ran.code == 1
+    assert "a stamp cannot be 2147483648" in ran.err
+    result = graphrun("replay", str(path))
+    assert (result.code, result.err) == (0, "")
+    assert result.out.startswith("identical: 2 messages in 2 ticks")
+    clock.write_text(HARMLESS, encoding="utf-8")
+    result = graphrun("replay", str(path), "--against", str(clock))
+    assert result.code == 1
+    assert result.lines[0] == "different in tick 3, t = 0.050000 s"
+    assert "  replayed: the run goes on" in result.lines
+    assert any(line.startswith("  recorded: node Late (") for line in result.lines)
+
+
+def test_an_error_that_the_recorded_run_did_not_have_is_a_difference(
+    graphrun: Graphrun, clock: Path, tmp_path: Path
+) -> None:
+    clock.write_text(HARMLESS, encoding="utf-8")
+    record(tmp_path / "out.mcap", 3, clock)
+    clock.write_text(RAISING, encoding="utf-8")
+    result = graphrun("replay", str(tmp_path / "out.mcap"), "--against", str(clock))
+    assert result.code == 1
+    assert "  recorded: the run goes on" in result.lines
+    assert any("replayed: " in line and "a stamp cannot be" in line for line in result.lines)

@@ -1,0 +1,208 @@
+"""`graphrun teleop`: keys of a terminal that become velocities, and the terminal afterwards."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import os
+import pty
+import select
+import signal
+import subprocess
+import termios
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+from graphengine.cli.teleop import Stick, only_topic, type_of
+from graphengine.context import QoS
+from graphengine.diagnostics import UsageError
+from graphengine.ros import messages
+from graphengine.ros.dds import DdsTransport
+from graphengine.ros.domain import Domain
+from graphengine.ros.graph import Endpoint, Graph
+from tests.cli.harness import PATIENCE, ROOT, Graphrun, command, environment
+
+TWIST, STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
+
+_numbers = itertools.count()
+
+
+class Robot:
+    """A peer that takes velocities."""
+
+    def __init__(self, domain: Domain) -> None:
+        self.transport = DdsTransport(domain, "robot")
+        self.heard: list[Any] = []
+
+    def listen(self, topic: str, message_type: str) -> None:
+        deliver = self.heard.append
+        self.transport.reader(topic, message_type, QoS(), lambda data: deliver(messages.decode(data, message_type)))
+
+    def velocity(self) -> tuple[float, float]:
+        """Of the newest command."""
+        newest = getattr(self.heard[-1], "twist", self.heard[-1])
+        return newest.linear.x, newest.angular.z
+
+
+class Driver:
+    """A terminal with `graphrun teleop` in it."""
+
+    def __init__(self, domain: Domain, *arguments: str) -> None:
+        self.said = ""
+        self.master, self.terminal = pty.openpty()
+        self.before = termios.tcgetattr(self.terminal)
+        self.process = subprocess.Popen(
+            command("teleop", "--transport", "dds", "--spin-time", "20", *arguments),
+            cwd=ROOT,
+            env=environment({"ROS_DOMAIN_ID": str(domain.id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}),
+            stdin=self.terminal,
+            stdout=self.terminal,
+            stderr=self.terminal,
+        )
+
+    def press(self, keys: str) -> None:
+        os.write(self.master, keys.encode())
+
+    def wait(self, condition: Callable[[], bool], keys: str = "") -> bool:
+        """Until it is so, pressing keys meanwhile."""
+        deadline = time.monotonic() + PATIENCE
+        while time.monotonic() < deadline:
+            while select.select([self.master], [], [], 0.02)[0]:
+                self.said += os.read(self.master, 65536).decode()
+            if condition():
+                return True
+            self.press(keys)
+        return False
+
+    def end(self) -> int:
+        self.wait(lambda: self.process.poll() is not None)
+        return self.process.wait(PATIENCE)
+
+    def close(self) -> None:
+        self.process.kill()
+        self.process.wait()
+        os.close(self.master)
+        os.close(self.terminal)
+
+
+@pytest.fixture
+def domain() -> Domain:
+    return Domain(101 + (os.getpid() * 17 + next(_numbers)) % 99, "LOCALHOST")
+
+
+@pytest.fixture
+def robot(domain: Domain) -> Iterator[Robot]:
+    made = Robot(domain)
+    yield made
+    made.transport.close()
+
+
+@contextlib.contextmanager
+def driver(domain: Domain, *arguments: str) -> Iterator[Driver]:
+    made = Driver(domain, *arguments)
+    try:
+        assert made.wait(lambda: "keys give" in made.said), made.said
+        yield made
+    finally:
+        made.close()
+
+
+def test_keys_drive_and_letting_go_stops(domain: Domain, robot: Robot) -> None:
+    robot.listen("/robot/cmd_vel", TWIST)
+    with driver(domain, "/robot/cmd_vel", "--hold", "0.2") as hands:
+        assert f"/robot/cmd_vel [{TWIST}]" in hands.said
+        assert hands.wait(lambda: bool(robot.heard) and robot.velocity() == (0.5, 0.0), "w"), robot.heard[-3:]
+        assert hands.wait(lambda: robot.velocity() == (0.0, 0.0))
+        assert hands.wait(lambda: robot.velocity() == (-0.5, 1.0), "\x1b[B\x1b[D")
+        assert "-0.50 m/s   1.00 rad/s" in hands.said
+        assert hands.wait(lambda: robot.velocity() == (0.0, 0.0), " ")
+        hands.press("q")
+        assert hands.end() == 0
+        assert termios.tcgetattr(hands.terminal) == hands.before
+
+
+def test_what_reads_stamped_velocities_gets_them(domain: Domain, robot: Robot) -> None:
+    robot.listen("/cmd_vel", STAMPED)
+    with driver(domain, "/cmd_vel", "--frame-id", "base_link") as hands:
+        begun = time.time()
+        assert hands.wait(lambda: bool(robot.heard) and robot.velocity() == (0.0, -1.0), "d")
+        header = robot.heard[-1].header
+        assert header.frame_id == "base_link"
+        assert begun - 1.0 < header.stamp.sec <= time.time()
+        hands.press("\x03")
+        assert hands.end() == 0
+        assert termios.tcgetattr(hands.terminal) == hands.before
+        assert robot.velocity() == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_stops_the_robot_and_gives_the_terminal_back(
+    domain: Domain, robot: Robot, number: signal.Signals
+) -> None:
+    robot.listen("/cmd_vel", TWIST)
+    with driver(domain, "/cmd_vel", "--hold", "60") as hands:
+        assert hands.wait(lambda: bool(robot.heard) and robot.velocity() == (0.5, 0.0), "w")
+        hands.process.send_signal(number)
+        assert hands.end() == 0
+        assert hands.wait(lambda: robot.velocity() == (0.0, 0.0))
+        assert termios.tcgetattr(hands.terminal) == hands.before
+
+
+def test_a_key_counts_for_a_while_and_each_direction_by_itself() -> None:
+    stick = Stick(hold=0.5, speed=0.4, turn=2.0)
+    stick.press("w", 0.0)
+    assert stick.command(0.49) == (0.4, 0.0)
+    stick.press("left", 0.3)
+    assert stick.command(0.49) == (0.4, 2.0)
+    assert stick.command(0.51) == (0.0, 2.0)
+    assert stick.command(0.81) == (0.0, 0.0)
+
+
+def test_plus_and_minus_change_the_speeds() -> None:
+    stick = Stick(hold=0.5, speed=0.4, turn=2.0)
+    stick.press("+", 0.0)
+    stick.press("up", 0.0)
+    assert stick.command(0.1)[0] == pytest.approx(0.44)
+    assert stick.turn == pytest.approx(2.2)
+    stick.press("-", 0.0)
+    assert stick.command(0.1)[0] == pytest.approx(0.4)
+
+
+def test_space_stops_at_once_and_other_keys_mean_nothing() -> None:
+    stick = Stick(hold=0.5, speed=0.4, turn=2.0)
+    stick.press("s", 0.0)
+    stick.press("x", 0.0)
+    stick.press("", 0.0)
+    assert stick.command(0.1) == (-0.4, 0.0)
+    stick.press(" ", 0.1)
+    assert stick.command(0.2) == (0.0, 0.0)
+
+
+def reader(topic: str, message_type: str) -> Endpoint:
+    return Endpoint(os.urandom(16), "subscribe", topic, message_type, QoS())
+
+
+def test_the_only_topic_that_takes_velocities_is_meant() -> None:
+    others = [reader("/chatter", "std_msgs/msg/String"), Endpoint(b"", "publish", "/b/cmd_vel", TWIST, QoS())]
+    assert only_topic(Graph([reader("/a/cmd_vel", TWIST), *others], complete=True)) == "/a/cmd_vel"
+    assert only_topic(Graph(others, complete=True)) == "/cmd_vel"
+    two = [reader("/a/cmd_vel", TWIST), reader("/b/cmd_vel", STAMPED)]
+    with pytest.raises(UsageError, match="write one of: /a/cmd_vel, /b/cmd_vel"):
+        only_topic(Graph(two, complete=True))
+
+
+@pytest.mark.parametrize(
+    ("read", "expected"), [([], TWIST), ([TWIST], TWIST), ([STAMPED], STAMPED), ([STAMPED, TWIST], TWIST)]
+)
+def test_the_type_is_that_which_is_read(read: list[str], expected: str) -> None:
+    ends = [reader("/cmd_vel", message_type) for message_type in read]
+    assert type_of("/cmd_vel", Graph([*ends, reader("/other", STAMPED)], complete=True)) == expected
+
+
+def test_without_a_terminal_it_says_so(graphrun: Graphrun) -> None:
+    result = graphrun("teleop", "--transport", "dds")
+    assert (result.code, result.out) == (2, "")
+    assert result.err == "graphrun teleop: keys are read from a terminal, and the standard input is none\n"

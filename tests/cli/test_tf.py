@@ -1,0 +1,164 @@
+"""`graphrun tf tree`: what is drawn, written and warned of."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from graphengine.context import QoS
+from graphengine.ros import messages
+from graphengine.ros.dds import DdsTransport
+from graphengine.ros.domain import Domain
+from graphengine.ros.qos import LATCHED
+from tests.cli.harness import Graphrun
+
+TF = "tf2_msgs/msg/TFMessage"
+
+_numbers = itertools.count()
+
+
+@pytest.fixture
+def domain(monkeypatch: pytest.MonkeyPatch) -> Domain:
+    """A domain of one's own, within this process."""
+    number = 101 + (os.getpid() * 13 + next(_numbers)) % 99
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(number))
+    for name in ("CYCLONEDDS_URI", "ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS"):
+        monkeypatch.delenv(name, raising=False)
+    return Domain(number, "OFF")
+
+
+@pytest.fixture
+def peer(domain: Domain) -> Iterator[DdsTransport]:
+    transport = DdsTransport(domain, "peer")
+    yield transport
+    transport.close()
+
+
+@pytest.fixture
+def tree(graphrun: Graphrun) -> Graphrun:
+    return lambda *arguments: graphrun("tf", "tree", "-t", "0.1", "--transport", "dds", *arguments)
+
+
+def frames(*edges: tuple[str, str]) -> bytes:
+    zero, unit = messages.Vector3(0.0, 0.0, 0.0), messages.Quaternion(0.0, 0.0, 0.0, 1.0)
+    return messages.encode(
+        messages.TFMessage(
+            [
+                messages.TransformStamped(messages.header(1.25, parent), child, messages.Transform(zero, unit))
+                for parent, child in edges
+            ]
+        )
+    )
+
+
+def latch(peer: DdsTransport, topic: str, *edges: tuple[str, str]) -> Any:
+    writer = peer.writer(topic, TF, LATCHED)
+    writer.write(frames(*edges))
+    return writer
+
+
+def test_the_tree_shows_who_broadcasts_what(tree: Graphrun, peer: DdsTransport) -> None:
+    latch(peer, "/tf_static", ("base", "laser"), ("odom", "base"))
+    result = tree()
+    assert result.code == 0
+    assert result.lines == [
+        "FRAME        BROADCASTER  RATE    NEWEST",
+        "odom",
+        "└─ base      /peer        static  1.250 s",
+        "   └─ laser  /peer        static  1.250 s",
+    ]
+    assert result.err == "listening to /tf and /tf_static for 0.1 s\n"
+
+
+def test_the_only_namespace_is_meant_where_none_is_given(tree: Graphrun, peer: DdsTransport) -> None:
+    latch(peer, "/robot/tf_static", ("base", "laser"))
+    assert "listening to /robot/tf and /robot/tf_static" in tree().err
+    result = tree("--namespace", "robot")
+    assert (result.code, result.lines[2]) == (0, "└─ laser  /peer        static  1.250 s")
+
+
+def test_of_several_namespaces_one_must_be_given(tree: Graphrun, peer: DdsTransport) -> None:
+    latch(peer, "/a/tf_static", ("base", "laser"))
+    latch(peer, "/b/tf_static", ("base", "camera"))
+    result = tree()
+    assert (result.code, result.out) == (1, "")
+    assert result.err == "error: there are several trees\nchoose with --namespace one of: /a, /b\n"
+    assert "camera" in tree("--namespace", "/b").out
+
+
+def test_where_nothing_is_heard_it_says_where_something_is(tree: Graphrun, peer: DdsTransport) -> None:
+    latch(peer, "/a/tf_static", ("base", "laser"))
+    result = tree("--namespace", "b")
+    assert (result.code, result.out) == (1, "")
+    assert result.err.endswith(
+        "error: no transforms on /b/tf and /b/tf_static within 0.1 s\nnamespaces in which there are publishers: /a\n"
+    )
+
+
+def test_what_is_wrong_is_warned_of(tree: Graphrun, peer: DdsTransport, domain: Domain) -> None:
+    latch(peer, "/tf_static", ("odom", "base"), ("chassis", "laser"))
+    other = DdsTransport(domain, "other")
+    latch(other, "/tf_static", ("map", "base"))
+    other.writer("/tf_static", TF, QoS())
+    result, strict = tree(), tree("--strict")
+    other.close()
+    assert result.err.splitlines()[1:] == [
+        "warning: the tree is in 3 pieces, with the roots chassis, map, odom",
+        "warning: base has 2 parents: map (by /other), odom (by /peer)",
+        "warning: /other writes /tf_static with durability volatile: tf2 does not hear it",
+    ]
+    assert (result.code, strict.code) == (0, 1)
+
+
+def test_frames_cannot_steer_a_terminal(tree: Graphrun, peer: DdsTransport) -> None:
+    latch(peer, "/tf_static", ("odom", "ba\nse"), ("map", "ba\nse"))
+    result = tree()
+    assert result.lines[2].startswith("└─ ba se")
+    assert len(result.lines) == 5
+
+
+@pytest.mark.parametrize("name", ["frames.dot", "frames.gv", "frames.txt"])
+def test_the_tree_can_be_written_to_a_file(tree: Graphrun, peer: DdsTransport, tmp_path: Path, name: str) -> None:
+    latch(peer, "/tf_static", ("odom", "base"))
+    assert tree("-o", str(tmp_path / name)).out == ""
+    text = (tmp_path / name).read_text(encoding="utf-8")
+    if name.endswith("txt"):
+        assert text.startswith("FRAME    BROADCASTER  RATE    NEWEST\nodom\n└─ base  /peer ")
+    else:
+        assert '  "odom" -> "base" [label="Broadcaster: /peer\\n' in text
+
+
+def test_a_picture_is_drawn_by_the_dot_that_is_found(
+    tree: Graphrun, peer: DdsTransport, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    latch(peer, "/tf_static", ("odom", "base"))
+    dot = tmp_path / "dot"
+    dot.write_text('#!/bin/sh\necho "$@" > "$3"\ncat >> "$3"\n', encoding="utf-8")
+    dot.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
+    assert tree("-o", str(tmp_path / "frames.svg")).code == 0
+    drawn = (tmp_path / "frames.svg").read_text(encoding="utf-8").splitlines()
+    assert drawn[:2] == [f"-Tsvg -o {tmp_path / 'frames.svg'}", "digraph frames {"]
+
+
+@pytest.mark.parametrize(
+    ("name", "remedy"),
+    [
+        ("frames.png", "or install graphviz"),
+        ("frames.jpg", "it ends in .txt, .dot"),
+        ("no/frames.dot", "a folder that is there"),
+    ],
+)
+def test_a_file_that_cannot_be_written_is_refused_at_once(
+    tree: Graphrun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, remedy: str
+) -> None:
+    monkeypatch.setattr(shutil, "which", lambda program: None)
+    result = tree("-o", str(tmp_path / name))
+    assert (result.code, result.out) == (2, "")
+    assert remedy in result.err

@@ -1,0 +1,441 @@
+"""`graphrun topic`: what a live network says, in the form of ros2cli.
+
+Where it can be, the peer lives in this process, in a domain that nobody else is in.
+"""
+
+from __future__ import annotations
+
+import io
+import itertools
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from graphengine.context import QoS
+from graphengine.ros import messages
+from graphengine.ros.dds import DdsTransport
+from graphengine.ros.domain import Domain
+from graphengine.ros.qos import LATCHED
+from tests.cli.harness import PATIENCE, Graphrun, command, environment, live
+
+STRING, TWIST, SCAN = "std_msgs/msg/String", "geometry_msgs/msg/Twist", "sensor_msgs/msg/LaserScan"
+SENSOR = QoS(depth=5, reliability="bestEffort")
+
+_numbers = itertools.count()
+
+
+@pytest.fixture
+def domain_id(monkeypatch: pytest.MonkeyPatch) -> int:
+    """A domain of one's own, in which every program that is started is too."""
+    number = 101 + (os.getpid() * 11 + next(_numbers)) % 99
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(number))
+    for name in ("CYCLONEDDS_URI", "ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS"):
+        monkeypatch.delenv(name, raising=False)
+    return number
+
+
+@pytest.fixture
+def peer(domain_id: int) -> Iterator[DdsTransport]:
+    transport = DdsTransport(Domain(domain_id, "OFF"), "peer", "/robots")
+    yield transport
+    transport.close()
+
+
+@pytest.fixture
+def topic(graphrun: Graphrun) -> Graphrun:
+    """`graphrun topic` in this process."""
+    return lambda verb, *arguments: graphrun("topic", verb, *arguments, "--transport", "dds")
+
+
+def latch(peer: DdsTransport, name: str, message: Any) -> None:
+    """A message that whoever comes gets."""
+    peer.writer(name, messages.message_type(message), LATCHED).write(messages.encode(message))
+
+
+class Inbox:
+    """What a peer was told."""
+
+    def __init__(self, peer: DdsTransport, name: str, message_type: str) -> None:
+        self.messages: list[Any] = []
+        peer.reader(name, message_type, QoS(), lambda data: self.messages.append(messages.decode(data, message_type)))
+
+    def wait(self, number: int) -> list[Any]:
+        """So many messages."""
+        deadline = time.monotonic() + PATIENCE
+        while len(self.messages) < number and time.monotonic() < deadline:
+            time.sleep(0.005)
+        return self.messages
+
+
+# list
+
+
+@pytest.fixture
+def crowd(peer: DdsTransport) -> DdsTransport:
+    peer.writer("/scan", SCAN, SENSOR)
+    peer.writer("/scan", SCAN, SENSOR)
+    peer.reader("/cmd_vel", TWIST, QoS(), lambda data: None)
+    peer.writer("/robot/_private", STRING, QoS())
+    return peer
+
+
+def test_list_names_every_topic_in_order(topic: Graphrun, crowd: DdsTransport) -> None:
+    result = topic("list")
+    assert (result.code, result.err) == (0, "")
+    assert result.lines == ["/cmd_vel", "/parameter_events", "/rosout", "/scan"]
+
+
+def test_list_shows_types_and_hidden_topics_when_asked(topic: Graphrun, crowd: DdsTransport) -> None:
+    assert f"/cmd_vel [{TWIST}]" in topic("list", "-t").lines
+    assert f"/robot/_private [{STRING}]" in topic("list", "-t", "--include-hidden-topics").lines
+    assert topic("list", "-c").lines == ["4"]
+
+
+def test_list_counts_who_writes_and_reads(topic: Graphrun, crowd: DdsTransport) -> None:
+    assert topic("list", "-v").out == (
+        "Published topics:\n"
+        " * /parameter_events [rcl_interfaces/msg/ParameterEvent] 1 publisher\n"
+        " * /rosout [rcl_interfaces/msg/Log] 1 publisher\n"
+        f" * /scan [{SCAN}] 2 publishers\n"
+        "\n"
+        "Subscribed topics:\n"
+        f" * /cmd_vel [{TWIST}] 1 subscriber\n"
+        "\n"
+    )
+
+
+def test_where_nobody_is_list_says_where_it_looked(topic: Graphrun, domain_id: int) -> None:
+    result = topic("list")
+    assert (result.code, result.out) == (0, "")
+    assert result.err.startswith("no topics; dds (Eclipse Cyclone DDS), domain ")
+
+
+# info
+
+
+def test_info_tells_type_and_counts(topic: Graphrun, crowd: DdsTransport) -> None:
+    assert topic("info", "/scan").out == f"Type: {SCAN}\nPublisher count: 2\nSubscription count: 0\n"
+
+
+def test_info_tells_everything_of_each_end(topic: Graphrun, peer: DdsTransport) -> None:
+    peer.reader("/chatter", STRING, replace(SENSOR, deadline=0.5), lambda data: None)
+    result = topic("info", "-v", "chatter")
+    assert re.sub(r"(GID: )[0-9a-f.]+", r"\1…", result.out) == (
+        f"Type: {STRING}\n\nPublisher count: 0\n\nSubscription count: 1\n\n"
+        f"Node name: peer\nNode namespace: /robots\nTopic type: {STRING}\n"
+        f"Topic type hash: {messages.type_hash(STRING)}\n"
+        "Endpoint type: SUBSCRIPTION\nGID: …\nQoS profile:\n  Reliability: BEST_EFFORT\n"
+        "  History (Depth): KEEP_LAST (5)\n  Durability: VOLATILE\n  Lifespan: Infinite\n"
+        "  Deadline: 500000000 nanoseconds\n  Liveliness: AUTOMATIC\n  Liveliness lease duration: Infinite\n\n"
+    )
+    assert re.search(r"^GID: ([0-9a-f]{2}\.){15}[0-9a-f]{2}$", result.out, re.MULTILINE)
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"), [("/scna", "did you mean '/scan'?"), ("/robot/scan", "did you mean '/scan'?")]
+)
+def test_a_topic_that_is_not_there_is_told_with_what_is_near(
+    topic: Graphrun, crowd: DdsTransport, name: str, hint: str
+) -> None:
+    result = topic("info", name)
+    assert (result.code, result.out) == (1, "")
+    assert result.err.startswith(f"error: unknown topic {name!r}\n{hint}\nseen over dds")
+
+
+# echo
+
+
+def test_echo_prints_yaml_and_a_line_of_dashes(topic: Graphrun, peer: DdsTransport) -> None:
+    latch(peer, "/chatter", messages.String("hello"))
+    result = topic("echo", "--once", "/chatter")
+    assert (result.code, result.out, result.err) == (0, "data: hello\n---\n", "")
+
+
+@pytest.mark.parametrize(
+    ("options", "expected"),
+    [
+        (["-l", "2"], "ranges:\n- 0.0\n- 0.5\n- '...'\n"),
+        (["--full-length"], "ranges:\n" + "".join(f"- {i / 2}\n" for i in range(200))),
+        (["--no-arr"], "ranges: '<sequence type: float, length: 200>'\n"),
+        (["--flow-style", "-l", "1"], "ranges: [0.0, '...']\n"),
+        (["--no-str"], "frame_id: '<string length: <5>>'\n"),
+    ],
+)
+def test_echo_leaves_out_what_it_is_told_to(
+    topic: Graphrun, peer: DdsTransport, options: list[str], expected: str
+) -> None:
+    scan = messages.DEFINITIONS.initial(SCAN)
+    scan.header.frame_id, scan.ranges = "laser", np.arange(200, dtype=np.float32) / 2
+    latch(peer, "/scan", scan)
+    assert expected in topic("echo", "--once", "/scan", *options).out
+
+
+def test_echo_can_show_one_field_and_csv(topic: Graphrun, peer: DdsTransport) -> None:
+    latch(peer, "/cmd_vel", messages.Twist(messages.Vector3(0.5, 0.0, 0.0), messages.Vector3(0.0, 0.0, 1.0)))
+    assert topic("echo", "--once", "/cmd_vel", "--field", "linear").out == "x: 0.5\ny: 0.0\nz: 0.0\n---\n"
+    assert topic("echo", "--once", "/cmd_vel", "--field", "linear.x").out == "0.5\n---\n"
+    assert topic("echo", "--once", "/cmd_vel", "--csv").out == "0.5,0.0,0.0,0.0,0.0,1.0\n"
+    assert topic("echo", "--once", "/cmd_vel", "--raw").out.startswith("b'\\x00\\x01\\x00\\x00")
+
+
+def test_echo_shows_only_messages_that_the_filter_wants(topic: Graphrun, peer: DdsTransport) -> None:
+    writer = peer.writer("/count", "std_msgs/msg/Int32", replace(LATCHED, depth=20))
+    for number in range(10):
+        writer.write(messages.encode(messages.message_class("std_msgs/msg/Int32")(number)))
+    options = ["--qos-depth", "20", "--qos-durability", "transient_local", "--qos-reliability", "reliable"]
+    assert topic("echo", "--once", "/count", "--filter", "m.data == 7", *options).out == "data: 7\n---\n"
+
+
+def test_echo_asks_for_what_all_publishers_offer(topic: Graphrun, peer: DdsTransport) -> None:
+    latch(peer, "/chatter", messages.String("latched"))
+    volatile = peer.writer("/chatter", STRING, SENSOR)
+    stop = threading.Event()
+
+    def chat() -> None:
+        while not stop.wait(0.02):
+            volatile.write(messages.encode(messages.String("passing")))
+
+    thread = threading.Thread(target=chat)
+    thread.start()
+    try:
+        result = topic("echo", "--once", "/chatter")
+    finally:
+        stop.set()
+        thread.join()
+    assert result.out == "data: passing\n---\n"
+    assert result.err.splitlines() == [
+        f"WARNING: some publishers, but not all, offer {more}; what connects to all is {less}, and so it is asked for"
+        for more, less in (("RELIABLE", "BEST_EFFORT"), ("TRANSIENT_LOCAL", "VOLATILE"))
+    ]
+
+
+def test_echo_needs_no_publisher_where_the_type_is_given(topic: Graphrun, peer: DdsTransport) -> None:
+    result = topic("echo", "--once", "/later", STRING, "--timeout", "0.05")
+    assert (result.code, result.out, result.err) == (1, "", "nothing arrived on /later within 0.05 s\n")
+
+
+def test_echo_warns_of_a_peer_with_another_definition(
+    topic: Graphrun, peer: DdsTransport, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other = "RIHS01_" + 64 * "0"
+    with monkeypatch.context() as patch:
+        patch.setattr(type(messages.DEFINITIONS), "type_hash", lambda self, name: other)
+        latch(peer, "/chatter", messages.String("hello"))
+    result = topic("echo", "--once", "/chatter")
+    assert result.out == "data: hello\n---\n"
+    assert result.err == (
+        f"WARNING: /robots/peer has another definition of {STRING} ({other}): what is shown may be wrong\n"
+    )
+
+
+# pub
+
+
+def test_pub_publishes_once_when_somebody_reads(topic: Graphrun, peer: DdsTransport) -> None:
+    inbox = Inbox(peer, "/cmd_vel", TWIST)
+    result = topic("pub", "--once", "/cmd_vel", "geometry_msgs/Twist", "{linear: {x: 1.0}, angular: {z: -1}}")
+    assert (result.code, result.err) == (0, "")
+    assert result.out == (
+        "publisher: beginning loop\n"
+        "publishing #1: geometry_msgs.msg.Twist(linear=geometry_msgs.msg.Vector3(x=1.0, y=0.0, z=0.0), "
+        "angular=geometry_msgs.msg.Vector3(x=0.0, y=0.0, z=-1.0))\n\n"
+    )
+    (twist,) = inbox.wait(1)
+    assert (twist.linear.x, twist.angular.z) == (1.0, -1.0)
+
+
+def test_pub_publishes_so_many_times_and_prints_some(topic: Graphrun, peer: DdsTransport) -> None:
+    inbox = Inbox(peer, "/chatter", STRING)
+    result = topic("pub", "-t", "5", "-r", "200", "-p", "2", "/chatter", STRING, "data: hi")
+    assert re.findall(r"^publishing #(\d+): ", result.out, re.MULTILINE) == ["2", "4"]
+    assert [message.data for message in inbox.wait(5)] == ["hi"] * 5
+
+
+def test_pub_stamps_each_message_when_it_is_sent(topic: Graphrun, peer: DdsTransport) -> None:
+    inbox = Inbox(peer, "/cmd_vel", "geometry_msgs/msg/TwistStamped")
+    before = time.time_ns()
+    topic("pub", "-t", "2", "-r", "200", "/cmd_vel", "geometry_msgs/msg/TwistStamped", "header: auto")
+    first, second = (m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in inbox.wait(2))
+    assert before <= first < second <= time.time_ns()
+
+
+def test_pub_stamps_with_the_time_of_a_simulation_when_asked(topic: Graphrun, peer: DdsTransport) -> None:
+    inbox = Inbox(peer, "/cmd_vel", "geometry_msgs/msg/TwistStamped")
+    clock = peer.writer("/clock", "rosgraph_msgs/msg/Clock", QoS())
+    ticking = threading.Event()
+
+    def tick() -> None:
+        while not ticking.wait(0.01):
+            clock.write(messages.encode(messages.Clock(messages.Time(7, 5))))
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    try:
+        arguments = ("/cmd_vel", "geometry_msgs/msg/TwistStamped", "header: auto", "--spin-time", "20")
+        topic("pub", "--once", "-s", *arguments)
+    finally:
+        ticking.set()
+        thread.join()
+    (message,) = inbox.wait(1)
+    assert (message.header.stamp.sec, message.header.stamp.nanosec) == (7, 5)
+
+
+def test_pub_reads_values_from_the_standard_input(
+    topic: Graphrun, peer: DdsTransport, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    inbox = Inbox(peer, "/chatter", STRING)
+    monkeypatch.setattr(sys, "stdin", io.StringIO("data: >\n  two\n  lines\n"))
+    assert topic("pub", "--once", "--stdin", "/chatter", STRING).code == 0
+    assert inbox.wait(1)[0].data == "two lines\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "message_type", "options", "reason"),
+    [
+        ("/cmd_vel", "geometry_msgs/msg/TwistStamped", [], "/robots/peer reads geometry_msgs/msg/Twist"),
+        ("/cmd_vel", TWIST, ["--qos-reliability", "best_effort"], "/robots/peer: the reader wants reliable, "),
+        ("/cmd_vle", TWIST, [], "did you mean '/cmd_vel'?"),
+    ],
+)
+def test_pub_tells_why_nobody_matches(
+    topic: Graphrun, peer: DdsTransport, name: str, message_type: str, options: list[str], reason: str
+) -> None:
+    peer.reader("/cmd_vel", TWIST, QoS(), lambda data: None)
+    result = topic("pub", "--once", name, message_type, "--max-wait-time-secs", "0.1", *options)
+    assert result.code == 1
+    assert result.out.startswith(f"Waiting for at least 1 matching subscription(s)...\n  {reason}")
+    assert result.err.startswith("error: Timed out waiting for subscribers: Expected 1 subscribers but only got 0 ")
+    assert reason in result.err
+
+
+# Mistakes
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "complaint"),
+    [
+        (["echo", "/a b"], 1, "topic name '/a b' has ' ' at character 3\nlegal: letters"),
+        (["echo", "/nope"], 1, "unknown topic '/nope'"),
+        (["echo", "/chatter", "std_msgs/msg/Strin"], 1, "no message type 'std_msgs/msg/Strin'"),
+        (["echo", "/chatter", "--field", "dta"], 1, "no field 'dta' in 'dta'\ndid you mean 'data'?"),
+        (["echo", "/chatter", "--filter", "m +"], 2, "--filter 'm +' is no expression"),
+        (["echo", "/chatter", "--filter", "m.x"], 2, "--filter 'm.x': AttributeError"),
+        (["echo", "/chatter", "--truncate-length", "-1"], 2, "write a whole number from 0"),
+        (["echo", "/chatter", "--spin-time", "nan"], 2, "write seconds, such as 0.5"),
+        (["delay", "/chatter"], 1, "std_msgs/msg/String has no header"),
+        (["hz", "/chatter", "-w", "0"], 2, "write a whole number from 1"),
+        (
+            ["pub", "/chatter", STRING, "{date: 1}"],
+            1,
+            "message:1:2: error G106: std_msgs/msg/String has no field 'date'",
+        ),
+        (["pub", "/chatter", "std_msgs/Strin"], 1, "no message type 'std_msgs/msg/Strin'"),
+        (["pub", "/chatter", STRING, "-r", "0"], 2, "write a number above 0"),
+        (["pub", "/chatter", STRING, "-n", "a b"], 1, "node name 'a b' has ' ' at character 2"),
+        (["pub", "/chatter", STRING, "--max-wait-time-secs", "1"], 2, "there is no wait without"),
+        (["pub", "/chatter", STRING, "--msg-path", "/nowhere"], 2, "--msg-path /nowhere: no such file or folder"),
+        (["list", "--transport", "zenoh"], 2, "invalid choice: 'zenoh'"),
+    ],
+)
+def test_mistakes_are_told_in_words(
+    graphrun: Graphrun, peer: DdsTransport, arguments: list[str], code: int, complaint: str
+) -> None:
+    latch(peer, "/chatter", messages.String("hello"))
+    transport = [] if "--transport" in arguments else ["--transport", "dds"]
+    result = graphrun("topic", *arguments, *transport)
+    assert (result.code, result.out) == (code, "")
+    assert complaint in result.err
+    assert "Traceback" not in result.err
+
+
+def test_without_ros_rclpy_is_refused_with_the_reason(graphrun: Graphrun, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "rclpy", None)
+    result = graphrun("topic", "list", "--transport", "rclpy")
+    assert (result.code, result.out) == (1, "")
+    assert result.err.startswith("error: rclpy cannot be used: ")
+
+
+# Verbs that go on until they are ended
+
+
+@pytest.fixture
+def ticking(domain_id: int) -> Iterator[None]:
+    """A peer that says 50 times a second what time it is."""
+    transport = DdsTransport(Domain(domain_id, "LOCALHOST"), "peer")
+    writer = transport.writer("/pose", "geometry_msgs/msg/PoseStamped", QoS())
+    stop = threading.Event()
+
+    def tick() -> None:
+        while not stop.wait(0.02):
+            pose = messages.DEFINITIONS.initial("geometry_msgs/msg/PoseStamped")
+            pose.header.stamp = messages.Time(*divmod(time.time_ns(), 10**9))
+            writer.write(messages.encode(pose))
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    yield
+    stop.set()
+    thread.join()
+    transport.close()
+
+
+STATISTICS = r"\tmin: -?\d+\.\d{3}s max: -?\d+\.\d{3}s std dev: \d+\.\d{5}s window: \d+\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "form"),
+    [
+        (["hz", "/pose"], rf"(average rate: \d+\.\d{{3}}\n{STATISTICS})+"),
+        (["delay", "/pose"], rf"(average delay: -?\d+\.\d{{3}}\n{STATISTICS})+"),
+        (["echo", "/pose", "--field", "pose.position"], r"(x: 0\.0\ny: 0\.0\nz: 0\.0\n---\n)+"),
+        (["pub", "/chatter", STRING, "-r", "50"], r"publisher: beginning loop\n(publishing #\d+: .*\n\n){2,}"),
+    ],
+    ids=["hz", "delay", "echo", "pub"],
+)
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.usefixtures("ticking")
+def test_what_goes_on_is_ended_by_ctrl_c_without_complaint(
+    arguments: list[str], form: str, number: signal.Signals
+) -> None:
+    variables = {"ROS_DOMAIN_ID": os.environ["ROS_DOMAIN_ID"], "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    with live("topic", *arguments, "--transport", "dds", "--spin-time", "20", env=variables, out=True) as running:
+        assert running.hear(lambda said: re.fullmatch(form, said) is not None), running.said
+        assert running.stop(number) == 0
+    assert re.fullmatch(form, running.said), running.said
+
+
+@pytest.mark.usefixtures("ticking")
+def test_hz_waits_for_a_topic_and_says_so() -> None:
+    variables = {"ROS_DOMAIN_ID": os.environ["ROS_DOMAIN_ID"], "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    with live("topic", "hz", "/pos", "--transport", "dds", env=variables, out=True) as running:
+        assert running.hear(lambda said: said.endswith("\n"))
+        assert running.stop(signal.SIGINT) == 0
+    assert running.said.startswith("WARNING: topic [/pos] does not appear to be published yet\n")
+
+
+@pytest.mark.usefixtures("ticking")
+def test_echo_ends_when_who_reads_its_output_has_seen_enough() -> None:
+    variables = {"ROS_DOMAIN_ID": os.environ["ROS_DOMAIN_ID"], "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    running = subprocess.Popen(
+        command("topic", "echo", "/pose", "--transport", "dds", "--spin-time", "20"),
+        env=environment(variables),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    assert running.stdout
+    assert running.stderr
+    assert running.stdout.readline() == b"header:\n"
+    running.stdout.close()
+    assert running.stderr.read() == b""
+    assert running.wait(PATIENCE) == 0
+    running.stderr.close()

@@ -1,0 +1,106 @@
+"""The tutorial's verification steps with `graphrun` in the place of ros2cli and view_frames, on a machine without ROS."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import re
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from tests.cli.harness import ROOT, Result, live, process
+
+PLAIN = ["/cmd_vel", "/odom", "/parameter_events", "/platform/joint_states", "/rosout", "/scan", "/tf", "/tf_static"]
+"""What `ros2 topic list` prints after "Building OmniGraph Nodes", in its order."""
+NAMESPACED = [
+    "/clock",
+    "/dd100_0000/cmd_vel",
+    "/dd100_0000/odom",
+    "/dd100_0000/platform/joint_states",
+    "/dd100_0000/sim_lidar/scan",
+    "/dd100_0000/tf",
+    "/dd100_0000/tf_static",
+    "/parameter_events",
+    "/rosout",
+]
+"""The same after "Add Automatic Namespace Attributes", and with the clock of the scene."""
+LINKS = {
+    link.get("name") for link in ElementTree.parse(ROOT / "scenes/robots/dd100/dd100.urdf").getroot().findall("link")
+}
+ATTEMPTS = 20  # a busy machine may find its peers late
+
+Tool = Callable[..., Result]
+
+_numbers = itertools.count()
+
+
+@contextmanager
+def simulation(*arguments: str) -> Iterator[Tool]:
+    """A running scene, and `graphrun` in another process of its domain."""
+    number = 101 + (os.getpid() * 19 + next(_numbers)) % 99
+    variables = {"ROS_DOMAIN_ID": str(number), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    with live("run", *arguments, "--transport", "dds", env=variables) as running:
+        assert running.hear(lambda said: "discovery range LOCALHOST" in said), running.said
+        yield lambda *words: process(*words, "--transport", "dds", env=variables)
+
+
+@pytest.fixture(scope="module")
+def tool() -> Iterator[Tool]:
+    with simulation("tutorial/navigation", "--robot-state") as made:
+        yield made
+
+
+def listed(tool: Tool, expected: list[str]) -> list[str]:
+    """What `topic list` prints, once peers were found."""
+    for _ in range(ATTEMPTS):
+        result = tool("topic", "list")
+        assert result.code == 0, result.err
+        if len(result.lines) >= len(expected):
+            break
+    return result.lines
+
+
+def test_topic_list_shows_exactly_the_topics_of_the_tutorial() -> None:
+    with simulation("tutorial/flat_grid") as tool:
+        assert listed(tool, PLAIN) == PLAIN
+
+
+def test_topic_list_shows_exactly_the_namespaced_topics_and_what_robot_state_adds(tool: Tool) -> None:
+    expected = sorted([*NAMESPACED, "/dd100_0000/robot_description"])
+    assert listed(tool, expected) == expected
+
+
+def test_one_twist_moves_the_robot(tool: Tool) -> None:
+    def place() -> float:
+        field = ("--field", "pose.pose.position.x", "--once", "--spin-time", "20")
+        result = tool("topic", "echo", "/dd100_0000/odom", *field)
+        assert (result.code, result.err) == (0, "")
+        return float(result.out.removesuffix("\n---\n"))
+
+    before = place()
+    twist = "{linear: {x: 1.0}, angular: {z: 1.0}}"
+    published = tool("topic", "pub", "/dd100_0000/cmd_vel", "geometry_msgs/msg/Twist", twist, "--once")
+    assert (published.code, published.err) == (0, "")
+    assert published.out.startswith("publisher: beginning loop\npublishing #1: geometry_msgs.msg.Twist(linear=")
+    assert any(abs(place() - before) > 0.05 for _ in range(ATTEMPTS))
+
+
+def test_data_comes_at_the_rate_of_the_scene(tool: Tool) -> None:
+    result = tool("topic", "echo", "/dd100_0000/sim_lidar/scan", "--once", "--no-arr", "--spin-time", "20")
+    assert "frame_id: sim_lidar\n" in result.out
+    assert "ranges: '<sequence type: float, length: 2751>'\n" in result.out
+
+
+def test_the_tf_tree_is_whole_with_the_robots_own_links(tool: Tool) -> None:
+    result = tool("tf", "tree", "--wait-time", "1", "--strict", "--spin-time", "5")
+    assert (result.code, result.err.splitlines()[1:]) == (0, [])
+    rows = [re.match(r"([│├└─ ]*)(\w+) ", f"{line} ") for line in result.lines[1:]]
+    frames = [row[2] for row in rows if row]
+    assert frames[0] == "odom"
+    assert set(frames) == LINKS | {"odom", "sim_lidar"}
+    assert len(frames) == len(set(frames)) == len(result.lines) - 1
+    assert all(" /navigation " in line for line in result.lines[2:])
+    assert re.search(r"└─ base_link +/navigation +[56]\d\.\d Hz ", result.out)

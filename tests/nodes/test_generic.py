@@ -1,0 +1,446 @@
+"""ROS2Publisher and ROS2Subscriber: any message through ports made from its fields."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from graphengine import build
+from graphengine.build import Options
+from graphengine.context import QoS
+from graphengine.diagnostics import ContextError
+from graphengine.node import Node, grown
+from graphengine.ros import messages
+from graphengine.ros.definitions import DEFINITIONS
+from graphengine.ros.interfaces import MessageTypeError
+from graphengine.ros.messages import MessageError
+from graphengine.testing import RecordingContext
+from nodes.ros2.fields import MAX_PORTS
+from nodes.ros2.generic import ROS2Publisher, ROS2Subscriber
+from tests.nodes.harness import Player, ready, twist
+from tests.ros.test_messages import TYPES, random_message
+
+RANGE, TWIST, TF = "sensor_msgs/msg/Range", "geometry_msgs/msg/Twist", "tf2_msgs/msg/TFMessage"
+
+
+def names(message_type: str) -> dict[str, str]:
+    """What a file writes to name a message."""
+    package, subfolder, name = message_type.split("/")
+    return {"messagePackage": package, "messageSubfolder": subfolder, "messageName": name}
+
+
+def of(cls: type[Node], message_type: str, context: RecordingContext, /, **inputs: Any) -> Any:
+    """A node of a message, set up; inputs of fields by their ports."""
+    made: Any = grown(cls, names(message_type), DEFINITIONS)
+    fields = {port.name: port.field for port in made.fields.values() if port.side == "inputs"}
+    given = {fields[name]: value for name, value in {**names(message_type), **inputs}.items()}
+    return ready(made, context, **given)
+
+
+def ports(cls: type[Node], message_type: str) -> dict[str, str]:
+    """Types of the ports that a message makes, by their names."""
+    made = grown(cls, names(message_type), DEFINITIONS)
+    own = {port.field for port in cls.fields.values()}
+    return {port.name: str(port.type) for port in made.fields.values() if port.field not in own}
+
+
+# Ports
+
+
+# isaacsim.ros2.core/library/backend/Ros2DynamicMessage.cpp, parseMessageFields
+@pytest.mark.parametrize("cls", [ROS2Publisher, ROS2Subscriber])
+def test_fields_are_ports_under_the_path_that_leads_to_them(cls: type[Node]) -> None:
+    assert ports(cls, RANGE) == {
+        "header:stamp:sec": "int",
+        "header:stamp:nanosec": "uint",
+        "header:frame_id": "token",
+        "radiation_type": "uint",
+        "field_of_view": "float",
+        "min_range": "float",
+        "max_range": "float",
+        "range": "float",
+        "variance": "float",
+    }
+
+
+@pytest.mark.parametrize(
+    ("ros", "ours"),
+    [
+        ("Bool", "bool"),
+        ("Byte", "uchar"),
+        ("Char", "uchar"),
+        ("Int8", "int"),
+        ("UInt8", "uint"),
+        ("Int16", "int"),
+        ("UInt16", "uint"),
+        ("Int32", "int"),
+        ("UInt32", "uint"),
+        ("Int64", "int64"),
+        ("UInt64", "uint64"),
+        ("Float32", "float"),
+        ("Float64", "double"),
+        ("String", "token"),
+    ],
+)
+def test_every_kind_of_field_has_the_references_type(ros: str, ours: str) -> None:
+    assert ports(ROS2Subscriber, f"std_msgs/msg/{ros}") == {"data": ours}
+    if ros not in ("Bool", "Char", "String"):  # which have no message of an array
+        assert ports(ROS2Subscriber, f"std_msgs/msg/{ros}MultiArray")["data"] == f"{ours}[]"
+
+
+def test_an_array_of_messages_is_an_array_of_tokens() -> None:
+    assert ports(ROS2Publisher, TF) == {"transforms": "token[]"}
+
+
+def test_a_port_says_what_ros_calls_its_type_and_which_values_are_legal() -> None:
+    made = grown(ROS2Publisher, names("nav_msgs/msg/Odometry"), DEFINITIONS)
+    assert made.ports["inputs:pose:covariance"].doc == "float64[36]"
+    made = grown(ROS2Publisher, names(RANGE), DEFINITIONS)
+    assert made.ports["inputs:radiation_type"].constraint == "≥ 0 and ≤ 255"
+
+
+def test_ports_of_a_publisher_begin_as_a_message_of_ros_does() -> None:
+    made = grown(ROS2Publisher, names("geometry_msgs/msg/PoseWithCovariance"), DEFINITIONS)
+    assert made.ports["inputs:pose:orientation:w"].default == 1.0
+    assert made.ports["inputs:covariance"].default.tolist() == [0.0] * 36
+
+
+def test_the_same_message_gives_the_same_class() -> None:
+    one = grown(ROS2Publisher, names(TWIST), DEFINITIONS)
+    assert grown(ROS2Publisher, names(TWIST), DEFINITIONS) is one
+    assert grown(ROS2Publisher, names(RANGE), DEFINITIONS) is not one
+
+
+@pytest.mark.parametrize("missing", ["messagePackage", "messageName"])
+def test_without_a_message_there_are_no_ports(missing: str) -> None:
+    with pytest.raises(ContextError, match="it has no message") as caught:
+        grown(ROS2Publisher, {**names(TWIST), missing: ""}, DEFINITIONS)
+    assert caught.value.code == "G208"
+
+
+def test_the_subfolder_may_be_left_out() -> None:
+    made = grown(ROS2Publisher, {"messagePackage": "std_msgs", "messageName": "String"}, DEFINITIONS)
+    assert "inputs:data" in made.ports
+
+
+def test_a_message_that_nobody_knows_makes_no_ports() -> None:
+    with pytest.raises(MessageTypeError, match="no message type 'sensor_msgs/msg/Rang'") as caught:
+        grown(ROS2Publisher, names("sensor_msgs/msg/Rang"), DEFINITIONS)
+    assert (caught.value.value, caught.value.help) == ("Rang", ("did you mean 'Range'?",))
+
+
+def test_a_field_with_the_name_of_another_port_is_told_apart(tmp_path: Path) -> None:
+    folder = tmp_path / "my_msgs" / "msg"
+    folder.mkdir(parents=True)
+    (folder / "Plan.msg").write_text("string context\nstring goal\n")
+    definitions = DEFINITIONS.extended([tmp_path])
+    made = grown(ROS2Publisher, names("my_msgs/msg/Plan"), definitions)
+    assert str(made.ports["inputs:context"].type) == "uint64"
+    assert str(made.ports["inputs:message:context"].type) == "token"
+    assert "outputs:context" in grown(ROS2Subscriber, names("my_msgs/msg/Plan"), definitions).ports
+
+
+def test_a_message_with_very_many_fields_makes_no_ports(tmp_path: Path) -> None:
+    folder = tmp_path / "my_msgs" / "msg"
+    folder.mkdir(parents=True)
+    (folder / "Long.msg").write_text("".join(f"int32 field{number}\n" for number in range(MAX_PORTS + 1)))
+    with pytest.raises(MessageTypeError, match=f"more than {MAX_PORTS} fields"):
+        grown(ROS2Publisher, names("my_msgs/msg/Long"), DEFINITIONS.extended([tmp_path]))
+
+
+# From ports to bytes, and back
+
+
+def echo(message_type: str, data: bytes) -> bytes:
+    """What a publisher sends that is fed with all that a subscriber delivers."""
+    context = RecordingContext()
+    hearing = of(ROS2Subscriber, message_type, context, topicName="heard")
+    saying = of(ROS2Publisher, message_type, context, topicName="said")
+    context.transport.inject("/heard", data)
+    context.tick()
+    fired = list(hearing.compute())
+    assert fired == [hearing.exec_out]
+    for name in (name for name in type(saying).fields if name.startswith("message__")):
+        setattr(saying, name, getattr(hearing, name))
+    saying.compute()
+    (sent,) = context.transport.raw("/said")
+    return sent
+
+
+@pytest.mark.parametrize("message_type", TYPES)
+def test_every_message_comes_out_as_it_went_in(message_type: str) -> None:
+    draw = np.random.default_rng(3)
+    data = messages.encode(random_message(message_type, draw))
+    assert echo(message_type, data) == data
+
+
+@settings(max_examples=60)
+@given(st.sampled_from(TYPES), st.integers(0, 2**32))
+def test_any_content_comes_out_as_it_went_in(message_type: str, seed: int) -> None:
+    data = messages.encode(random_message(message_type, np.random.default_rng(seed)))
+    assert echo(message_type, data) == data
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -0.0, 5e-324, 1.7976931348623157e308])
+def test_odd_numbers_come_out_as_they_went_in_also_within_arrays_of_messages(value: float) -> None:
+    vector = messages.Vector3(value, value, value)
+    edge = messages.TransformStamped(
+        messages.header(0.0, "é\n\"'"), "", messages.Transform(vector, messages.Quaternion(value, 0.0, 0.0, 1.0))
+    )
+    for message_type, message in (
+        (TWIST, messages.Twist(vector, vector)),
+        (TF, messages.TFMessage([edge, edge])),
+    ):
+        data = messages.encode(message)
+        assert echo(message_type, data) == data
+
+
+def test_messages_of_big_endian_peers_come_out_in_the_ports_own_types() -> None:
+    context = RecordingContext()
+    node = of(ROS2Subscriber, "std_msgs/msg/Float64MultiArray", context)
+    # No dimensions, an offset of 0, and two doubles.
+    body = b"".join(number.to_bytes(4, "big") for number in (0, 0, 2, 0)) + np.array([1.0, 2.0], ">f8").tobytes()
+    context.transport.inject("/topic", b"\0\0\0\0" + body)
+    context.tick()
+    list(node.compute())
+    data = node.message__data
+    assert (data.dtype, data.tolist()) == (np.dtype(np.float64), [1.0, 2.0])
+
+
+# The publisher
+
+
+def test_what_is_set_is_published_and_the_rest_is_as_ros_makes_it() -> None:
+    context = RecordingContext()
+    node = of(
+        ROS2Publisher,
+        "geometry_msgs/msg/PoseStamped",
+        context,
+        topicName="pose",
+        **{"header:frame_id": "map", "pose:position:x": 2.0},
+    )
+    node.compute()
+    (sent,) = context.transport.messages("/pose")
+    expected = messages.Pose(messages.Point(2.0, 0.0, 0.0), messages.Quaternion(0.0, 0.0, 0.0, 1.0))
+    assert (sent.header, sent.pose) == (messages.header(0.0, "map"), expected)
+
+
+def test_messages_in_an_array_may_leave_fields_out() -> None:
+    context = RecordingContext()
+    node = of(
+        ROS2Publisher, TF, context, transforms=['{"child_frame_id": "base", "transform": {"translation": {"x": 1}}}']
+    )
+    node.compute()
+    (edge,) = context.transport.messages("/topic")[0].transforms
+    assert (edge.child_frame_id, edge.transform.translation.x, edge.transform.rotation.w) == ("base", 1.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("message_type", "inputs", "fault"),
+    [
+        (TF, {"transforms": ["{"]}, "transforms[0] is not JSON: "),
+        (TF, {"transforms": ["[" * 100_000]}, "transforms[0] is not JSON: "),
+        (TF, {"transforms": ["{}", "3"]}, "transforms[1]: expected a mapping of the fields of geometry_msgs/msg/"),
+        (TF, {"transforms": ['{"child_frame": ""}']}, "has no field 'child_frame'; did you mean 'child_frame_id'?"),
+        ("sensor_msgs/msg/Image", {"data": [1, 256]}, "data has 256 in it, which is no uint8"),
+        ("geometry_msgs/msg/PoseWithCovariance", {"covariance": [1.0]}, "covariance has 1 elements, not 36"),
+    ],
+)
+def test_what_no_message_can_hold_is_refused_in_setup(message_type: str, inputs: dict[str, Any], fault: str) -> None:
+    with pytest.raises(ContextError) as caught:
+        of(ROS2Publisher, message_type, RecordingContext(), **inputs)
+    assert fault in str(caught.value)
+
+
+def test_what_no_message_can_hold_is_refused_when_it_comes_over_a_wire() -> None:
+    context = RecordingContext()
+    node = of(ROS2Publisher, "std_msgs/msg/UInt8MultiArray", context)
+    node.message__data = np.array([1, 2, 1000], np.uint32)
+    with pytest.raises(MessageError, match="data has 1000 in it, which is no uint8"):
+        node.compute()
+    node = of(ROS2Publisher, "std_msgs/msg/UInt8", context, topicName="other")
+    node.message__data = 1000
+    with pytest.raises(MessageError, match="data is 1000, not a uint8"):
+        node.compute()
+
+
+def test_an_array_need_not_lie_in_one_piece() -> None:
+    context = RecordingContext()
+    node = of(ROS2Publisher, "std_msgs/msg/Float64MultiArray", context)
+    node.message__data = np.arange(6.0)[::2]
+    node.compute()
+    assert context.transport.messages("/topic")[0].data.tolist() == [0.0, 2.0, 4.0]
+
+
+def test_a_message_that_nobody_wants_is_not_built() -> None:
+    context = RecordingContext(wanted=False)
+    node = of(ROS2Publisher, "std_msgs/msg/UInt8", context)
+    node.message__data = 1000
+    node.compute()
+
+
+@pytest.mark.parametrize("cls", [ROS2Publisher, ROS2Subscriber])
+def test_namespace_and_quality_of_service_are_those_of_the_ports(cls: type[Node]) -> None:
+    context = RecordingContext()
+    of(cls, TWIST, context, topicName="a/b", nodeNamespace="robot", queueSize=3)
+    (claim,) = context.services.claims
+    assert (claim.topic, claim.message_type, claim.qos) == ("/robot/a/b", TWIST, QoS(depth=3))
+
+
+@pytest.mark.parametrize("cls", [ROS2Publisher, ROS2Subscriber])
+def test_inputs_that_name_another_message_than_the_ports_are_refused(cls: type[Node]) -> None:
+    made: Any = grown(cls, names(TWIST), DEFINITIONS)
+    with pytest.raises(ContextError, match="its ports are those of geometry_msgs/msg/Twist, its inputs name a/msg/B"):
+        ready(made, RecordingContext(), message_package="a", message_name="B")
+    with pytest.raises(ContextError, match="its ports are those of no message"):
+        ready(cls, RecordingContext(), message_package="geometry_msgs", message_name="Twist")
+
+
+# The subscriber
+
+
+def hear(context: RecordingContext, node: Any, *speeds: float) -> list[float]:
+    """The x of each message that the node fires with."""
+    for speed in speeds:
+        context.transport.inject("/topic", twist(speed, 0.0))
+    context.tick()
+    return [node.message__linear__x for _ in node.compute()]
+
+
+def test_each_message_of_a_tick_fires_oldest_first() -> None:
+    context = RecordingContext()
+    node = of(ROS2Subscriber, TWIST, context)
+    assert hear(context, node) == []
+    assert hear(context, node, 1.0, 2.0, 3.0) == [1.0, 2.0, 3.0]
+    assert hear(context, node) == []
+    assert node.message__linear__x == 3.0
+
+
+def test_the_newest_alone_fires_where_that_is_asked_for() -> None:
+    context = RecordingContext()
+    node = of(ROS2Subscriber, TWIST, context, delivery="newest")
+    assert hear(context, node, 1.0, 2.0, 3.0) == [3.0]
+    assert node.subscription.skipped == 2
+    assert hear(context, node) == []
+
+
+def test_of_more_messages_than_the_queue_holds_the_oldest_are_lost() -> None:
+    context = RecordingContext()
+    node = of(ROS2Subscriber, TWIST, context, queueSize=2)
+    assert hear(context, node, 1.0, 2.0, 3.0) == [2.0, 3.0]
+
+
+def test_a_stop_sets_the_outputs_back() -> None:
+    context = RecordingContext()
+    node = of(ROS2Subscriber, "geometry_msgs/msg/Quaternion", context)
+    context.transport.inject("/topic", messages.Quaternion(1.0, 0.0, 0.0, 0.5))
+    context.tick()
+    list(node.compute())
+    context.stop(node)
+    assert (node.message__x, node.message__w) == (0.0, 1.0)
+
+
+# In graphs
+
+
+ECHO = """
+    nodes:
+      Tick: OnPlaybackTick
+      Hear: {type: ROS2Subscriber, inputs: {messagePackage: geometry_msgs, messageName: Twist, topicName: heard}}
+      Say: {type: ROS2Publisher, inputs: {messagePackage: geometry_msgs, messageName: Twist, topicName: said}}
+    connections:
+      - Tick.tick -> Hear.execIn
+      - Hear.execOut -> Say.execIn
+      - Hear.linear:x -> Say.linear:y
+      - Hear.outputs:angular:z -> Say.inputs:angular:z
+    """
+
+
+def test_in_a_graph_each_message_runs_what_hangs_on_it(play: Player) -> None:
+    playing = play.graph(ECHO)
+    for number in (1.0, 2.0):
+        playing.transport.inject("/heard", twist(number, -number))
+    playing.tick(3)
+    assert [(m.linear.x, m.linear.y, m.angular.z) for m in playing.published("/said")] == [
+        (0.0, 1.0, -1.0),
+        (0.0, 2.0, -2.0),
+    ]
+
+
+def test_in_a_graph_a_users_own_message_is_heard_and_said(play: Player, tmp_path: Path) -> None:
+    folder = tmp_path / "my_msgs" / "msg"
+    folder.mkdir(parents=True)
+    (folder / "Tag.msg").write_text("string from\nPart[] parts\n")
+    (folder / "Part.msg").write_text("float32[2] size\n")
+    text = """
+        nodes:
+          Tick: OnPlaybackTick
+          Hear: {type: ROS2Subscriber, inputs: {messagePackage: my_msgs, messageName: Tag, topicName: heard}}
+          Say: {type: ROS2Publisher, inputs: {messagePackage: my_msgs, messageName: Tag, topicName: said, from: me}}
+        connections: [Tick.tick -> Hear.execIn, Hear.execOut -> Say.execIn, Hear.parts -> Say.parts]
+        """
+    playing = play.graph(text, options=Options(message_paths=[tmp_path / "my_msgs"]))
+    definitions = playing.definitions
+    tag = definitions.initial("my_msgs/msg/Tag")
+    tag.parts = [definitions.message_class("my_msgs/msg/Part")(np.array([1.0, 2.5], np.float32))]
+    playing.transport.inject("/heard", messages.encode(tag, definitions))
+    playing.tick(2)
+    (sent,) = playing.transport.raw("/said")
+    said = messages.decode(sent, "my_msgs/msg/Tag", definitions)
+    assert (said.from_, said.parts[0].size.tolist()) == ("me", [1.0, 2.5])
+
+
+def test_in_a_graph_messages_of_a_sourced_workspace_are_known(play: Player, tmp_path: Path) -> None:
+    folder = tmp_path / "share" / "geometry_msgs" / "msg"
+    folder.mkdir(parents=True)
+    (folder / "Stride.msg").write_text("float64 length\n")
+    text = ECHO.replace("Twist", "Stride").replace("linear:x", "length").replace("linear:y", "length")
+    text = text.replace("      - Hear.outputs:angular:z -> Say.inputs:angular:z\n", "")
+    playing = play.graph(text, options=Options(installed=[tmp_path / "share"]))
+    assert {claim.message_type for claim in playing.session.services.claims} == {"geometry_msgs/msg/Stride"}
+
+
+def test_in_a_graph_an_array_that_no_message_can_hold_is_told_at_its_place(tmp_path: Path) -> None:
+    path = tmp_path / "graph.yaml"
+    path.write_text(
+        "graph: graph\nnodes:\n  Tick: OnPlaybackTick\n  Say:\n    type: ROS2Publisher\n    inputs:\n"
+        "      messagePackage: geometry_msgs\n      messageName: PoseWithCovariance\n      covariance: [1.0, 2.0]\n"
+        "connections: [Tick.tick -> Say.execIn]\n"
+    )
+    (finding,) = build.assemble(path).findings.items
+    assert (finding.code, finding.message) == ("G307", "Say: covariance has 2 elements, not 36")
+    assert finding.span is not None
+    assert finding.span.line == 9
+
+
+def findings(tmp_path: Path, text: str) -> list[tuple[str, str]]:
+    """Codes and messages of what is wrong with a graph of one publisher."""
+    path = tmp_path / "graph.yaml"
+    path.write_text(
+        "format: 1\ngraph: graph\nnodes:\n  Tick: OnPlaybackTick\n  Say:\n    type: ROS2Publisher\n"
+        f"    inputs: {text}\nconnections: [Tick.tick -> Say.execIn, Tick.time -> Say.linear:x]\n"
+    )
+    return [(finding.code, finding.message) for finding in build.assemble(path).findings.sorted()]
+
+
+@pytest.mark.parametrize(
+    ("inputs", "code", "message"),
+    [
+        ({"messageName": "Twit"}, "G308", "Say: no message type 'geometry_msgs/msg/Twit'"),
+        ({"messagePackage": "geometry_msg"}, "G308", "Say: no message type 'geometry_msg/msg/Twist'"),
+        ({"messageName": ""}, "G208", "Say: the fields of its message are its ports, and it has no message"),
+        ({"messageName": "$(nothing)"}, "G111", "no parameter 'nothing'"),
+        ({"linear:q": 1.0}, "G204", "ROS2Publisher has no input 'linear:q'"),
+        ({"linear:y": "fast"}, "G211", "Say.linear:y is a double: expected a number, got 'fast'"),
+    ],
+)
+def test_in_a_graph_one_mistake_is_one_finding(tmp_path: Path, inputs: dict[str, Any], code: str, message: str) -> None:
+    given = {"messagePackage": "geometry_msgs", "messageName": "Twist", **inputs}
+    assert findings(tmp_path, json.dumps(given)) == [(code, message)]

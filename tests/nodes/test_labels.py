@@ -1,0 +1,87 @@
+"""ROS2PublishSemanticLabels and ROS2PublishObjectIdMap."""
+
+from __future__ import annotations
+
+import json
+import struct
+from typing import Any
+
+import numpy as np
+import pytest
+
+from graphengine.testing import RecordingContext
+from nodes.ros2.labels import LabelPublisher, ROS2PublishObjectIdMap, ROS2PublishSemanticLabels
+from tests.nodes.harness import ready
+
+
+def published(cls: type[LabelPublisher], **inputs: Any) -> Any:
+    """The JSON that a node publishes, without its time."""
+    context = RecordingContext()
+    node = ready(cls, context, time_stamp=1.25, **inputs)
+    node.compute()
+    (message,) = context.transport.messages("/labels")
+    found = json.loads(message.data)
+    assert found.pop("time_stamp") == {"sec": 1, "nanosec": 250_000_000}
+    return found
+
+
+# isaacsim.ros2.nodes/nodes/OgnROS2PublishSemanticLabels.cpp, publishSemanticLabels
+def test_labels_are_those_of_the_numbers_and_classes_are_told_apart() -> None:
+    found = published(ROS2PublishSemanticLabels, ids=[0, 7], labels_in=["BACKGROUND", "class:cube"])
+    assert found == {"0": "BACKGROUND", "7": {"class": "cube"}}
+
+
+def test_labels_of_a_text_go_out_as_they_are() -> None:
+    text = '{"0": {"class": "BACKGROUND"}, "7": {"class": "cube"}}'
+    assert published(ROS2PublishSemanticLabels, id_to_labels=text, ids=[3], labels_in=["no"]) == json.loads(text)
+
+
+def test_without_labels_the_time_goes_out() -> None:
+    assert published(ROS2PublishSemanticLabels) == {}
+
+
+@pytest.mark.parametrize(
+    ("inputs", "fault"),
+    [
+        ({"ids": [1], "labels_in": []}, "1 ids, but 0 labels"),
+        ({"id_to_labels": "{"}, "idToLabels is not JSON"),
+        ({"id_to_labels": "[1]"}, "idToLabels is not a JSON object"),
+    ],
+)
+def test_labels_that_do_not_fit_are_refused(inputs: dict[str, Any], fault: str) -> None:
+    with pytest.raises(ValueError, match=fault):
+        published(ROS2PublishSemanticLabels, **inputs)
+
+
+def object_map(*entries: tuple[int, bytes]) -> np.ndarray[Any, Any]:
+    """The layout that isaacsim.ros2.nodes/nodes/OgnROS2PublishObjectIdMap.cpp reads: entries, paths, number of entries."""
+    heads, paths = b"", b""
+    for number, path in entries:
+        offset = len(entries) * 24 + len(paths)
+        heads += number.to_bytes(16, "little") + struct.pack("<II", len(path), offset)
+        paths += path
+    return np.frombuffer(heads + paths + struct.pack("<I", len(entries)), np.uint8)
+
+
+def test_a_map_gives_the_path_of_each_number() -> None:
+    data = object_map((1, b"/World/cube\0"), (2**100 + 3, "/World/é".encode()))
+    found = published(ROS2PublishObjectIdMap, data_ptr=data)
+    assert found == {"id_to_labels": {"1": "/World/cube", str(2**100 + 3): "/World/é"}}
+
+
+def test_without_a_map_there_are_no_paths() -> None:
+    assert published(ROS2PublishObjectIdMap) == {"id_to_labels": {}}
+
+
+@pytest.mark.parametrize(
+    ("data", "fault"),
+    [
+        (b"", "a map of object numbers in 0 bytes"),
+        (b"\x01\0\0", "in 3 bytes"),
+        (b"\x02\0\0\0", "in 4 bytes cannot have 2 entries"),
+        (bytes(16) + struct.pack("<III", 8, 24, 1), "a path in a map of object numbers ends at byte 32 of 28"),
+    ],
+)
+def test_a_map_that_is_cut_off_is_refused(data: bytes, fault: str) -> None:
+    with pytest.raises(ValueError, match=fault):
+        published(ROS2PublishObjectIdMap, data_ptr=data)

@@ -1,0 +1,221 @@
+"""Subscribers of one kind of message: clocks, commands for joints, commands for a vehicle that steers."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from graphengine.context import QoS
+from graphengine.diagnostics import TopicError
+from graphengine.ros import messages
+from graphengine.testing import RecordingContext
+from nodes.ros2.subscribers import (
+    ROS2SubscribeAckermannDrive,
+    ROS2SubscribeClock,
+    ROS2SubscribeJointState,
+    ROS2SubscribeTwist,
+    SubscriberNode,
+)
+from tests.nodes.harness import Player, ready, twist
+
+HEAD = messages.header(1.25, "base")
+NONE = np.zeros(0)
+
+
+def joints(*arrays: Any, names: tuple[str, ...] = ("left", "right")) -> messages.JointState:
+    """A command; arrays are positions, velocities, efforts."""
+    return messages.JointState(HEAD, list(names), *(np.array(array, np.float64) for array in arrays))
+
+
+def drive(*numbers: float) -> Any:
+    """A command; numbers are steering angle and velocity, speed, acceleration, jerk."""
+    command = messages.message_class("ackermann_msgs/msg/AckermannDrive")(*numbers)
+    return messages.message_class("ackermann_msgs/msg/AckermannDriveStamped")(HEAD, command)
+
+
+SUBSCRIBERS: dict[type[SubscriberNode], tuple[str, Any]] = {
+    ROS2SubscribeTwist: ("cmd_vel", twist(1.0, 2.0)),
+    ROS2SubscribeClock: ("clock", messages.Clock(messages.stamp(2.5))),
+    ROS2SubscribeJointState: ("joint_command", joints([1, 2], [3, 4], [5, 6])),
+    ROS2SubscribeAckermannDrive: ("ackermann_cmd", drive(0.5, 0.25, 2.0, 1.0, 0.125)),
+}
+"""Default topics, and a message."""
+every_subscriber = pytest.mark.parametrize("cls", SUBSCRIBERS)
+
+
+def hear(context: RecordingContext, node: SubscriberNode, *arriving: Any) -> int | None:
+    """Let messages arrive, begin a tick, and run."""
+    for message in arriving:
+        context.transport.inject(f"/{SUBSCRIBERS[type(node)][0]}", message)
+    context.tick()
+    return node.compute()
+
+
+def outputs(node: Any) -> list[Any]:
+    """Values of all outputs, for comparison."""
+    found = [getattr(node, port.field) for port in node.fields.values() if port.side == "outputs" and not port.is_exec]
+    return [value.tolist() if isinstance(value, np.ndarray) else value for value in found]
+
+
+# What all of them have in common
+
+
+@every_subscriber
+def test_the_topic_is_the_references(cls: type[SubscriberNode]) -> None:
+    context = RecordingContext()
+    ready(cls, context)
+    (claim,) = context.services.claims
+    assert (claim.topic, claim.direction) == (f"/{SUBSCRIBERS[cls][0]}", "subscribe")
+
+
+@every_subscriber
+def test_it_fires_with_a_message_and_not_without(cls: type[SubscriberNode]) -> None:
+    context = RecordingContext()
+    node = ready(cls, context)
+    assert hear(context, node) is None
+    assert hear(context, node, SUBSCRIBERS[cls][1]) == node.exec_out
+    assert hear(context, node) is None
+
+
+@every_subscriber
+def test_outputs_stay_until_a_stop_sets_them_back(cls: type[SubscriberNode]) -> None:
+    context = RecordingContext()
+    node = ready(cls, context)
+    before = outputs(node)
+    hear(context, node, SUBSCRIBERS[cls][1])
+    delivered = outputs(node)
+    assert delivered != before
+    hear(context, node)
+    assert outputs(node) == delivered
+    context.stop(node)
+    assert outputs(node) == before
+
+
+@every_subscriber
+def test_the_newest_of_several_is_delivered_and_the_others_are_counted(cls: type[SubscriberNode]) -> None:
+    context = RecordingContext()
+    node, message = ready(cls, context), SUBSCRIBERS[cls][1]
+    assert hear(context, node, message, message, message) == node.exec_out
+    assert node.subscription.skipped == 2
+    assert hear(context, node) is None
+
+
+@every_subscriber
+def test_namespace_and_quality_of_service_are_those_of_the_ports(cls: type[SubscriberNode]) -> None:
+    context = RecordingContext()
+    ready(cls, context, node_namespace="robot", topic_name="/up/down", queue_size=3)
+    assert [(claim.topic, claim.qos) for claim in context.services.claims] == [("/robot/up/down", QoS(depth=3))]
+
+
+@every_subscriber
+@pytest.mark.parametrize("inputs", [{"topic_name": ""}, {"topic_name": "a b"}, {"qos_profile": "{"}])
+def test_what_ros_refuses_is_refused_in_setup(cls: type[SubscriberNode], inputs: dict[str, str]) -> None:
+    with pytest.raises(TopicError):
+        ready(cls, RecordingContext(), **inputs)
+
+
+# The clock
+
+
+@pytest.mark.parametrize(("sec", "nanosec", "seconds"), [(0, 0, 0.0), (2, 500_000_000, 2.5), (-1, 750_000_000, -0.25)])
+def test_a_clock_is_delivered_in_seconds(sec: int, nanosec: int, seconds: float) -> None:
+    context = RecordingContext()
+    node = ready(ROS2SubscribeClock, context)
+    hear(context, node, messages.Clock(messages.Time(sec, nanosec)))
+    assert node.time_stamp == seconds
+
+
+# Commands for joints
+
+
+def test_a_command_is_delivered_with_its_names_and_time() -> None:
+    context = RecordingContext()
+    node = ready(ROS2SubscribeJointState, context)
+    hear(context, node, joints([1, 2], [3, 4], [5, 6]))
+    assert outputs(node) == [1.25, ("left", "right"), [1.0, 2.0], [3.0, 4.0], [5.0, 6.0]]
+    assert node.position_command.dtype == np.float64
+
+
+@pytest.mark.parametrize("velocities", [[], [1.0], [1.0, 2.0, 3.0]])
+def test_an_array_without_one_number_for_each_joint_is_not_a_number(velocities: list[float]) -> None:
+    context = RecordingContext()
+    node = ready(ROS2SubscribeJointState, context)
+    assert hear(context, node, joints([1, 2], velocities, [])) == node.exec_out
+    assert node.position_command.tolist() == [1.0, 2.0]
+    assert np.isnan([node.velocity_command, node.effort_command]).all()
+    assert len(node.velocity_command) == len(node.effort_command) == 2
+
+
+@pytest.mark.parametrize(
+    ("message", "told"),
+    [
+        (joints([], [], [], names=()), "a JointState without joints"),
+        (joints([1, 2], [], [], names=()), "a JointState without joints"),
+        (joints([1], [], [1, 2, 3]), "a JointState of 2 joints with 1, 0, 3 positions, velocities and efforts"),
+        (joints([1, math.inf], [], []), "a JointState with an infinite number"),
+        (joints([1, 2], [], [-math.inf, 0]), "a JointState with an infinite number"),
+    ],
+)
+def test_a_command_that_says_nothing_or_too_much_is_dropped_and_told(message: Any, told: str) -> None:
+    context = RecordingContext()
+    node = ready(ROS2SubscribeJointState, context)
+    hear(context, node, joints([1, 2], [3, 4], [5, 6]))
+    before = outputs(node)
+    assert hear(context, node, message) is None
+    assert outputs(node) == before
+    assert context.logged == [("warning", f"/joint_command: {told} was dropped")]
+
+
+def test_what_is_not_a_number_in_a_command_is_delivered() -> None:
+    context = RecordingContext()
+    node = ready(ROS2SubscribeJointState, context)
+    assert hear(context, node, joints([math.nan, 2], [], [])) == node.exec_out
+    assert np.isnan(node.position_command).tolist() == [True, False]
+
+
+# Commands for a vehicle that steers
+
+
+def test_a_command_for_a_vehicle_is_delivered_whole() -> None:
+    context = RecordingContext()
+    node = ready(ROS2SubscribeAckermannDrive, context)
+    hear(context, node, drive(0.5, 0.25, 2.0, 1.0, 0.125))
+    assert outputs(node) == ["base", 1.25, 0.5, 0.25, 2.0, 1.0, 0.125]
+
+
+@pytest.mark.parametrize("place", range(5))
+def test_a_command_for_a_vehicle_that_is_not_finite_is_dropped_and_told(place: int) -> None:
+    context = RecordingContext()
+    node = ready(ROS2SubscribeAckermannDrive, context)
+    numbers = [0.5, 0.25, 2.0, 1.0, 0.125]
+    numbers[place] = math.nan
+    assert hear(context, node, drive(*numbers)) is None
+    assert context.logged == [("warning", "/ackermann_cmd: an AckermannDrive that is not finite was dropped")]
+
+
+GRAPH = """
+    nodes:
+      Tick: OnPlaybackTick
+      Hear: SubscribeAckermannDrive
+      Say: {type: PublishAckermannDrive, inputs: {topicName: echo}}
+    connections:
+      - Tick.tick -> Hear.execIn
+      - Hear.execOut -> Say.execIn
+      - Hear.frameId -> Say.frameId
+      - Hear.timeStamp -> Say.timeStamp
+      - Hear.steeringAngle -> Say.steeringAngle
+      - Hear.steeringAngleVelocity -> Say.steeringAngleVelocity
+      - Hear.speed -> Say.speed
+      - Hear.acceleration -> Say.acceleration
+      - Hear.jerk -> Say.jerk
+    """
+
+
+def test_in_a_graph_a_command_for_a_vehicle_goes_out_as_it_came(play: Player) -> None:
+    playing = play.graph(GRAPH)
+    playing.transport.inject("/ackermann_cmd", drive(0.1, 0.2, 0.3, 0.4, 0.5))
+    playing.tick(2)
+    assert playing.transport.raw("/echo") == [messages.encode(drive(0.1, 0.2, 0.3, 0.4, 0.5))]

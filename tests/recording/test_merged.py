@@ -1,0 +1,39 @@
+"""Deliveries that several subscriptions share are kept once, and none's order changes."""
+
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from graphengine.backend import TopicClaim
+from graphengine.context import QoS
+from graphengine.recording.recorder import merged
+
+
+def claim(node: str, topic: str = "/a") -> TopicClaim:
+    return TopicClaim(node, "graph", topic, "std_msgs/msg/String", "subscribe", QoS())
+
+
+QUEUES = st.lists(
+    st.tuples(st.sampled_from(["/a", "/b"]), st.lists(st.sampled_from([b"1", b"2", b"3"]), min_size=1, max_size=5)),
+    max_size=4,
+)
+
+
+@given(QUEUES)
+def test_each_subscription_finds_its_own_messages_in_its_own_order(queues: list[tuple[str, list[bytes]]]) -> None:
+    arrived = [(claim(f"/node{index}", topic), data) for index, (topic, data) in enumerate(queues)]
+    found = merged(arrived)
+    for one, data in arrived:
+        assert [seen for claims, seen in found if one in claims] == data
+    assert all(len({one.topic for one in claims}) == 1 for claims, _ in found)
+
+
+def test_what_all_saw_in_turn_is_there_once() -> None:
+    claims = [claim("/one"), claim("/other")]
+    assert merged([(one, [b"1", b"2"]) for one in claims]) == [(claims, b"1"), (claims, b"2")]
+
+
+def test_what_one_saw_later_is_there_for_it_alone() -> None:
+    one, other = claim("/one"), claim("/other")
+    assert merged([(one, [b"1", b"2"]), (other, [b"1"])]) == [([one, other], b"1"), ([one], b"2")]

@@ -1,0 +1,297 @@
+"""What a recording holds, by the word of readers that others wrote."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import pytest
+from mcap.reader import make_reader
+from mcap.records import Channel, Chunk, Message
+from mcap.stream_reader import StreamReader
+from rosbags.rosbag2 import Reader
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from graphengine import build
+from graphengine.diagnostics import RecordingError, UsageError
+from graphengine.files import shipped
+from graphengine.recording.recorder import Recorder
+from graphengine.ros import messages
+from graphengine.ros.memory import MemoryTransport
+from graphengine.ros.network import LiveNetwork
+from graphengine.session import LiveInbox
+from tests.jobs.harness import nanoseconds, twist
+from tests.recording.harness import CMD_VEL, DRIVE, Run, record
+
+TICKS = 125
+SYSTEM_CLOCK = """graph: clock
+nodes:
+  Tick: OnPlaybackTick
+  Time: IsaacReadSystemTime
+  Clock: PublishClock
+connections:
+  - Tick.tick -> Clock.execIn
+  - Time.systemTime -> Clock.timeStamp
+"""
+CLOCK = SYSTEM_CLOCK.replace("SystemTime", "SimulationTime").replace("systemTime", "simulationTime")
+
+
+@pytest.fixture(scope="module")
+def drive(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Run]:
+    path = tmp_path_factory.mktemp("drive") / "drive.mcap"
+    return path, record(path, TICKS, commands=DRIVE)
+
+
+def read(path: Path, **where: Any) -> list[tuple[Channel, Message, str]]:
+    """Messages in the order of the file, with their channels and the names of their types."""
+    with path.open("rb") as file:
+        found = make_reader(file).iter_messages(log_time_order=False, **where)
+        return [(channel, message, schema.name) for schema, channel, message in found if schema]
+
+
+def published(path: Path) -> list[tuple[str, str, bytes]]:
+    found = read(path)
+    return [(c.topic, kind, m.data) for c, m, kind in found if c.metadata["direction"] == "published"]
+
+
+def metadata(path: Path, name: str) -> dict[str, str]:
+    with path.open("rb") as file:
+        (found,) = [item.metadata for item in make_reader(file).iter_metadata() if item.name == name]
+        return found
+
+
+def small(folder: Path, text: str = CLOCK) -> Path:
+    path = folder / "hall" / "clock.yaml"
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+# Messages
+
+
+def test_every_message_is_there_in_the_order_in_which_it_was_sent(drive: tuple[Path, Run]) -> None:
+    path, run = drive
+    assert published(path) == run.heard
+    assert Counter(topic for topic, _, _ in run.heard)["/dd100_0000/odom"] == TICKS
+
+
+def test_what_subscriptions_saw_is_there_at_the_tick_that_saw_it(drive: tuple[Path, Run]) -> None:
+    path, _ = drive
+    found = [(c, m) for c, m, _ in read(path, topics=[CMD_VEL])]
+    expected = [(tick, messages.encode(twist(*speeds))) for tick, given in DRIVE.items() for speeds in given]
+    assert [(m.log_time, m.data) for _, m in found] == [(tick * 10**9 // 60, data) for tick, data in expected]
+    for channel, _ in found:
+        assert channel.metadata["direction"] == "delivered"
+        assert json.loads(channel.metadata["nodes"]) == [
+            "/dd100/Geometry/base_link/chassis_link/cmd_vel/SubscribeTwist"
+        ]
+
+
+def test_times_are_those_of_the_simulation_and_inputs_come_first(drive: tuple[Path, Run]) -> None:
+    path, _ = drive
+    found = read(path)
+    assert [m.log_time for _, m, _ in found] == sorted(m.log_time for _, m, _ in found)
+    assert all(m.publish_time == m.log_time for _, m, _ in found)
+    for _, message, kind in found:
+        if kind == "rosgraph_msgs/msg/Clock":
+            stamp = nanoseconds(messages.decode(message.data, kind).clock)
+            assert abs(stamp - message.log_time) <= 1
+    at_twelve = [channel.metadata["direction"] for channel, m, _ in found if m.log_time == 12 * 10**9 // 60]
+    assert at_twelve[:3] == ["delivered", "delivered", "published"]
+    assert "delivered" not in at_twelve[2:]
+
+
+def test_the_definitions_in_the_file_decode_every_message(drive: tuple[Path, Run]) -> None:
+    path, _ = drive
+    with path.open("rb") as file:
+        schemas = make_reader(file).get_summary().schemas.values()  # type: ignore[union-attr]
+    assert {schema.encoding for schema in schemas} == {"ros2msg"}
+    for schema in schemas:
+        store = get_typestore(Stores.EMPTY)
+        store.register(get_types_from_msg(schema.data.decode(), schema.name))
+        for _, message, kind in read(path):
+            if kind == schema.name:
+                again = bytes(store.serialize_cdr(store.deserialize_cdr(message.data, kind), kind))
+                assert message.data == again + bytes(len(message.data) - len(again))
+
+
+def test_rosbags_reads_it_as_a_bag_of_ros_2(drive: tuple[Path, Run]) -> None:
+    path, run = drive
+    with Reader(path) as reader:
+        counts = {connection.topic: connection.msgcount for connection in reader.connections}
+        assert counts == {**Counter(topic for topic, _, _ in run.heard), CMD_VEL: sum(map(len, DRIVE.values()))}
+        for connection in reader.connections:
+            (qos,) = connection.ext.offered_qos_profiles  # type: ignore[union-attr]
+            assert (qos.durability.name == "TRANSIENT_LOCAL") == connection.topic.endswith("tf_static")
+        store = get_typestore(Stores.ROS2_JAZZY)
+        for connection, _, data in reader.messages():
+            message: Any = store.deserialize_cdr(data, connection.msgtype)
+            assert message.__msgtype__ == connection.msgtype
+
+
+def test_the_checksums_of_the_file_are_right(drive: tuple[Path, Run]) -> None:
+    path, _ = drive
+    with path.open("rb") as file:
+        chunks = [r for r in StreamReader(file, emit_chunks=True, validate_crcs=True).records if isinstance(r, Chunk)]
+    assert len(chunks) == 3
+    assert all(chunk.uncompressed_crc and chunk.compression == "lz4" for chunk in chunks)
+    assert len(read(path)) > TICKS
+
+
+# What a replay needs
+
+
+def test_every_file_that_was_read_is_attached_with_its_hash(drive: tuple[Path, Run]) -> None:
+    path, _ = drive
+    with path.open("rb") as file:
+        attached = {a.name: a.data for a in make_reader(file).iter_attachments()}
+    assert {name.rpartition("/")[2] for name in attached} >= {
+        "dd100_warehouse.yaml",
+        "full_warehouse.xml",
+        "dd100.yaml",
+        "dd100.urdf",
+        "clock.yaml",
+        "cmd_vel.yaml",
+    }
+    for name, data in attached.items():
+        assert data == (shipped() / name.removeprefix("shipped/")).read_bytes()
+    assert metadata(path, "graphengine:files") == {
+        name: hashlib.sha256(data).hexdigest() for name, data in attached.items()
+    }
+
+
+def test_how_the_run_was_made_is_told(drive: tuple[Path, Run]) -> None:
+    path, _ = drive
+    told = {key: json.loads(value) for key, value in metadata(path, "graphengine").items()}
+    assert told["given"] == "shipped/scenes/dd100_warehouse.yaml"
+    assert (told["seed"], told["overrides"], told["period"]) == (0, {}, [1, 60])
+    assert {"graphengine", "python", "numpy", "mujoco-core", "processor", "rays"} <= set(told["machine"])
+    assert "OpenGL" not in told["machine"]
+    assert told["rays"] == told["machine"]["rays"]
+    assert metadata(path, "graphengine:end") == {"ticks": str(TICKS), "failure": ""}
+
+
+def test_the_same_run_makes_the_same_file_wherever_it_lies(tmp_path: Path) -> None:
+    made = []
+    for name in ("alice", "bob"):
+        folder = tmp_path / name
+        folder.mkdir()
+        record(folder / "out.mcap", 70, small(folder))
+        made.append((folder / "out.mcap").read_bytes())
+    assert made[0] == made[1]
+    assert str(tmp_path).encode() not in made[0]
+
+
+def test_the_wall_clock_is_there_only_where_a_node_has_read_it(tmp_path: Path) -> None:
+    record(tmp_path / "simulation.mcap", 3, small(tmp_path))
+    assert {channel.topic for channel, _, _ in read(tmp_path / "simulation.mcap")} == {"/clock"}
+    record(tmp_path / "system.mcap", 3, small(tmp_path, SYSTEM_CLOCK))
+    found = read(tmp_path / "system.mcap")
+    outside = [
+        json.loads(messages.decode(m.data, kind).data) for c, m, kind in found if c.topic == "/graphengine/session"
+    ]
+    said = [nanoseconds(messages.decode(m.data, kind).clock) for c, m, kind in found if c.topic == "/clock"]
+    assert [int(one["wall_time"] * 1e9) for one in outside] == said
+    assert len(said) == 3
+
+
+def test_after_a_stop_the_recording_goes_on_and_the_time_of_play_begins_anew(tmp_path: Path) -> None:
+    def stop_before_four(tick: int, run: Run) -> None:
+        if tick == 4:
+            run.session.stop()
+            run.recorder.command("stop")
+
+    record(tmp_path / "out.mcap", 5, small(tmp_path), before=stop_before_four)
+    clocks = [message for channel, message, _ in read(tmp_path / "out.mcap") if channel.topic == "/clock"]
+    assert [message.log_time for message in clocks] == [tick * 10**9 // 60 for tick in (1, 2, 3, 4, 5)]
+    assert [message.publish_time for message in clocks[3:]] == [message.publish_time for message in clocks[:2]]
+
+
+def test_messages_to_several_nodes_name_them_all(tmp_path: Path) -> None:
+    text = """graph: two
+nodes:
+  Tick: OnPlaybackTick
+  One: {type: ROS2SubscribeTwist, inputs: {topicName: /dd100_0000/cmd_vel}}
+  Other: {type: ROS2SubscribeTwist, inputs: {topicName: /dd100_0000/cmd_vel}}
+connections:
+  - Tick.tick -> One.execIn
+  - Tick.tick -> Other.execIn
+"""
+    record(tmp_path / "out.mcap", 10, small(tmp_path, text), commands={3: [(1.0, 0.0)]})
+    ((channel, message, _),) = read(tmp_path / "out.mcap")
+    assert json.loads(channel.metadata["nodes"]) == ["/World/two/One", "/World/two/Other"]
+    assert message.log_time == 3 * 10**9 // 60
+
+
+def test_bytes_that_are_no_message_are_kept_as_they_came(tmp_path: Path) -> None:
+    def speak(tick: int, run: Run) -> None:
+        if tick == 2:
+            run.transport.inject(CMD_VEL, b"rubbish")
+
+    record(tmp_path / "out.mcap", 3, "dd100_flat", before=speak)
+    assert [m.data for c, m, _ in read(tmp_path / "out.mcap", topics=[CMD_VEL])] == [b"rubbish"]
+
+
+def test_while_recorded_a_paced_run_waits_for_its_pictures(tmp_path: Path) -> None:
+    paces: list[bool] = []
+
+    def look(tick: int, run: Run) -> None:
+        run.session.run(run.session.clock.delta, pace=100.0)
+        paces.append(run.session.services.world.realtime)
+        run.session.inbox = LiveInbox()
+        run.session.run(run.session.clock.delta, pace=100.0)
+        paces.append(run.session.services.world.realtime)
+
+    record(tmp_path / "out.mcap", 1, small(tmp_path), before=look)
+    assert paces == [False, True]
+
+
+def test_a_recording_begins_with_its_session(tmp_path: Path) -> None:
+    assembly = build.assemble(small(tmp_path))
+    network = LiveNetwork(lambda _: MemoryTransport(), 0, print)
+    with build.start(assembly, network) as session:
+        session.step()
+        with pytest.raises(UsageError, match="before the first tick"):
+            Recorder(session, network, assembly, tmp_path / "out.mcap")
+    assert not (tmp_path / "out.mcap").exists()
+
+
+# Files that cannot be written
+
+
+def test_a_file_that_is_there_is_not_written_over(tmp_path: Path) -> None:
+    path = tmp_path / "out.mcap"
+    path.write_bytes(b"mine")
+    with pytest.raises(RecordingError, match="already there; --force writes over it"):
+        record(path, 1, small(tmp_path))
+    assert path.read_bytes() == b"mine"
+    record(path, 1, small(tmp_path), force=True)
+    assert len(read(path)) == 1
+
+
+@pytest.mark.parametrize("place", ["nowhere/out.mcap", "."])
+def test_a_place_that_cannot_be_written_is_told(tmp_path: Path, place: str) -> None:
+    with pytest.raises(RecordingError, match=r"it cannot be recorded there|already there"):
+        record(tmp_path / place, 1, small(tmp_path))
+
+
+def test_a_disk_that_fills_up_ends_the_run(tmp_path: Path) -> None:
+    path = tmp_path / "out.mcap"
+    path.symlink_to("/dev/full")
+    with pytest.raises(RecordingError, match="it cannot be recorded there: No space left on device"):
+        record(path, 1000, small(tmp_path), force=True)
+
+
+def test_a_chunk_of_many_bytes_is_written_before_its_second_is_over(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("graphengine.recording.recorder.CHUNK_BYTES", 100)
+    record(tmp_path / "out.mcap", 50, small(tmp_path))
+    with (tmp_path / "out.mcap").open("rb") as file:
+        chunks = [r for r in StreamReader(file, emit_chunks=True).records if isinstance(r, Chunk)]
+    size = len(messages.encode(messages.Clock(messages.Time(0, 0))))
+    assert len(chunks) == -(-50 // -(-100 // size))

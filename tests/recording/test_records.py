@@ -1,0 +1,72 @@
+"""Chunks that say other sizes than they have, and records that say other lengths."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from pathlib import Path
+
+import lz4.frame
+import pytest
+from mcap.data_stream import RecordBuilder
+from mcap.records import Chunk, Header, Message
+from mcap.writer import MCAP0_MAGIC
+
+from graphengine.diagnostics import RecordingError
+from graphengine.recording import records
+from graphengine.recording.records import read_records
+
+
+def messages_of(count: int) -> bytes:
+    builder = RecordBuilder()
+    for number in range(count):
+        Message(channel_id=1, log_time=number, data=bytes(100), publish_time=0, sequence=0).write(builder)
+    return builder.end()  # type: ignore[no-any-return, no-untyped-call]
+
+
+def file_of(folder: Path, chunk: Chunk) -> Path:
+    builder = RecordBuilder()
+    Header("ros2", "test").write(builder)
+    chunk.write(builder)
+    path = folder / "out.mcap"
+    path.write_bytes(MCAP0_MAGIC + builder.end())  # type: ignore[no-untyped-call]
+    return path
+
+
+def chunk_of(data: bytes, *, size: int | None = None, compression: str = "lz4", crc: int | None = None) -> Chunk:
+    packed = lz4.frame.compress(data) if compression == "lz4" else data
+    size = len(data) if size is None else size
+    return Chunk(compression, packed, 0, 0, zlib.crc32(data) if crc is None else crc, size)
+
+
+@pytest.mark.parametrize("compression", ["lz4", ""])
+def test_the_messages_of_a_chunk_are_read_in_order(tmp_path: Path, compression: str) -> None:
+    found = list(read_records(file_of(tmp_path, chunk_of(messages_of(5), compression=compression))))
+    assert [record.log_time for record in found if isinstance(record, Message)] == [0, 1, 2, 3, 4]
+
+
+@pytest.mark.parametrize("size", [0, 1, 10_000_000])
+def test_a_chunk_of_another_size_than_it_says_is_damaged(tmp_path: Path, size: int) -> None:
+    path = file_of(tmp_path, chunk_of(messages_of(50), size=size))
+    with pytest.raises(RecordingError, match=r"damaged: .* a chunk has not the size that it says"):
+        list(read_records(path))
+
+
+def test_a_chunk_that_unpacks_to_more_than_any_may_is_not_unpacked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(records, "MAX_CHUNK_BYTES", 1000)
+    with pytest.raises(RecordingError, match="a chunk has 13100 bytes"):
+        list(read_records(file_of(tmp_path, chunk_of(messages_of(100)))))
+
+
+def test_a_chunk_whose_checksum_is_wrong_is_damaged(tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match="damaged: the checksum of the chunk at byte 33 is wrong"):
+        list(read_records(file_of(tmp_path, chunk_of(messages_of(3), crc=7))))
+
+
+def test_a_length_beyond_the_end_of_the_file_asks_for_no_memory(tmp_path: Path) -> None:
+    path = tmp_path / "out.mcap"
+    attachment = struct.pack("<QQIIQ", 0, 0, 0, 0, 2**62)
+    path.write_bytes(MCAP0_MAGIC + struct.pack("<BQ", 9, len(attachment)) + attachment)
+    assert list(read_records(path)) == []

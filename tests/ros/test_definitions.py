@@ -1,0 +1,429 @@
+"""Message types: what files define, what folders add, and hashes that are those of ROS 2."""
+
+from __future__ import annotations
+
+import json
+import os
+import textwrap
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rosbags.typesys.msg import get_types_from_msg
+
+from graphengine.diagnostics import GraphError
+from graphengine.ros import messages
+from graphengine.ros.definitions import DEFINITIONS, MAX_NESTING, MAX_VALUES, Definitions
+from graphengine.ros.idl import idl_type
+from graphengine.ros.interfaces import MAX_BYTES, MessageTypeError
+
+# From the files that rosidl of ROS 2 Jazzy generates, <package>/<kind>/<name>.json; those of simulation_interfaces 1.5.1,
+# vision_msgs 4.1.1 and of TAG and its like were generated for this test.
+HASHES = {
+    "ackermann_msgs/msg/AckermannDrive": "acf287a224a947dd1b0b87d6d76cdb73f497b0237b8fc73be2173b2ebbb82c99",
+    "ackermann_msgs/msg/AckermannDriveStamped": "48ca7612a08d3bb72744fd98b71b7cf2ea24c6ad50fa4e1aa0bbad963c90d8cf",
+    "nav_msgs/msg/Goals": "02305a51633b5c04d8979b878a7577cafd422f8a07465c878b17a920af3759e9",
+    "std_srvs/srv/Trigger": "eeff2cd6fa5ad9d27cdf4dec64818317839b62f212a91e6b5304b634b2062c5f",
+    "std_srvs/srv/Trigger_Event": "ec4a1d26b0575e61906890342aba9523a2360e9845857c5590fa6e23bc39e1c2",
+    "std_srvs/srv/Trigger_Request": "d010825374ce8918e72bfd826c82603e60f45419e932ea976f807b74a863a199",
+    "std_srvs/srv/Empty": "5888399dedec5ccc85ea6451949fd2c9f97bfdf963f9a588821639fcd31b5d19",
+    "rcl_interfaces/srv/SetParameters": "56eed9a67e169f9cb6c1f987bc88f868c14a8fc9f743a263bc734c154015d7e0",
+    "tf2_msgs/action/LookupTransform": "0b8adf6bc0b5958879e3265b41a457e03558fe523890a81252c70eba97a82c5d",
+    "tf2_msgs/action/LookupTransform_FeedbackMessage": "10cb89922dcb103e95c185d43e8a5efa3d38db996f733151a2f3e2ac133f4839",
+    "tf2_msgs/action/LookupTransform_SendGoal_Event": "5ab93d3d6c35b56390325099cb088c73bae176a39123f2f6dfe119582436acc5",
+    "vision_msgs/msg/Detection2DArray": "214274120007f4a683866481336b70310268cfa107aebe9d594a6acf75bda968",
+    "vision_msgs/msg/Detection3DArray": "793f5eab9595ac1c0da07873cc859db42eae51f0ee76056db8562515d830e018",
+    "simulation_interfaces/msg/SimulatorFeatures": "8b101c8529bc0ea3dcf056078254768f39832b9ef0adaf93bd5cea96c0de3305",
+    "simulation_interfaces/srv/SpawnEntity": "d4c086345d4194a5fc4c9ae45095736ca4062b5cdac4d06a42dec93d683e03cf",
+    "simulation_interfaces/srv/StepSimulation_Request": "cda33f6887815f3dce0f90e61fd8efd39bda13ae264ddede15c33fbad890630e",
+    "simulation_interfaces/action/SimulateSteps": "f0837c898e1219cd73bf4c041feab41e8c533e8e1057e982744dba7b093467eb",
+}
+OF_MY_MSGS = {
+    "my_msgs/msg/Tag": "bd73570bdc3b40439b4bab1337c25629c792a69a9cfbe380917901de00113887",
+    "my_msgs/srv/Ask": "bfd075f14f707f9d939ca452bacaeb0b5e6738e1528a0b2bc245bac764aff602",
+    "my_msgs/action/Dock": "62973f3e7fbee83a5bb947b2bcedfec6e557e158ee236c5b969a17bafd504f23",
+    "my_msgs/action/Dock_FeedbackMessage": "98b776cfdc23246db7e900b775bcd1fa77663a882e2a14afb75794662bd5d7a7",
+}
+MY_MSGS = {
+    "msg/Part.msg": "geometry_msgs/Pose pose\nstring<=5[] words\n",
+    "msg/Tag.msg": """\
+        # a tag
+        uint8 KIND_A=1
+        string name "none"
+        float32 lambda  # a keyword of Python
+        byte[4] raw
+        int16[<=3] few
+        Part[] parts
+        Part[2] two
+        char letter
+        string<=7 short
+        string[2] pair
+        string<=3[<=2] tiny
+        Part[<=2] some
+        bool[] flags
+        """,
+    "srv/Ask.srv": "---\nTag[] tags\n",
+    "action/Dock.action": "Part goal_part\n---\nbool docked\n---\nfloat32 distance\n",
+}
+
+
+def package(folder: Path, files: dict[str, str], name: str = "my_msgs") -> Path:
+    """Files of a package below a folder of its name."""
+    for path, text in files.items():
+        (folder / name / path).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name / path).write_text(textwrap.dedent(text), "utf-8")
+    return folder / name
+
+
+def given(folder: Path, text: str, name: str = "my_msgs/msg/Thing") -> Definitions:
+    """One message, from a file."""
+    parts = name.split("/")
+    return DEFINITIONS.extended([package(folder, {f"{parts[1]}/{parts[2]}.{parts[1]}": text}, parts[0])])
+
+
+def refusal(definitions: Definitions, message_type: str = "my_msgs/msg/Thing") -> str:
+    with pytest.raises(MessageTypeError) as caught:
+        definitions.definition(message_type)
+    with pytest.raises(MessageTypeError) as again:  # a failure leaves nothing behind
+        definitions.message_class(message_type)
+    assert str(again.value) == str(caught.value)
+    return str(caught.value)
+
+
+# Hashes
+
+
+@pytest.mark.parametrize(("name", "value"), HASHES.items())
+def test_hashes_of_what_ships_are_those_of_ros_2(name: str, value: str) -> None:
+    assert DEFINITIONS.type_hash(name) == f"RIHS01_{value}"
+
+
+def test_hashes_of_a_users_types_are_those_of_ros_2(tmp_path: Path) -> None:
+    definitions = DEFINITIONS.extended([package(tmp_path, MY_MSGS)])
+    assert {name: definitions.type_hash(name) for name in OF_MY_MSGS} == {
+        k: f"RIHS01_{v}" for k, v in OF_MY_MSGS.items()
+    }
+
+
+INSTALLED = [Path(prefix, "share") for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if prefix]
+
+
+@pytest.mark.ros
+@pytest.mark.skipif(not INSTALLED, reason="no ROS 2 is sourced")
+def test_hashes_of_everything_that_is_installed_are_those_that_rosidl_generated() -> None:
+    definitions, compared = DEFINITIONS.extended(installed=INSTALLED), 0
+    for path in (
+        file for share in INSTALLED for kind in ("msg", "srv", "action") for file in share.glob(f"*/{kind}/*.json")
+    ):
+        for entry in json.loads(path.read_text("utf-8"))["type_hashes"]:
+            assert definitions.type_hash(entry["type_name"]) == entry["hash_string"], entry["type_name"]
+            compared += 1
+    assert compared > 100
+
+
+# What a file defines
+
+
+def test_a_users_message_is_a_class_whose_fields_are_those_of_the_file(tmp_path: Path) -> None:
+    definitions = DEFINITIONS.extended([package(tmp_path, MY_MSGS)])
+    tag = definitions.initial("my_msgs/msg/Tag")
+    assert (tag.KIND_A, tag.name, tag.lambda_, tag.letter, tag.short) == (1, "none", 0.0, 0, "")
+    assert (tag.parts, tag.pair, tag.tiny) == ([], ["", ""], [])
+    assert [part.pose.orientation.w for part in tag.two] == [1.0, 1.0]
+    assert (tag.raw.dtype, tag.raw.tolist(), tag.few.dtype, tag.flags.dtype) == (np.int8, [0] * 4, np.int16, np.bool_)
+    messages.check(tag, definitions)
+
+
+def test_a_users_message_is_encoded_and_decoded(tmp_path: Path) -> None:
+    definitions = DEFINITIONS.extended([package(tmp_path, MY_MSGS)])
+    part = definitions.initial("my_msgs/msg/Part")
+    part.words = ["one", "two"]
+    # A pose of 7 doubles; then the number of words, and each with its length and a zero behind it, on words of 4 bytes.
+    words = b"\x02\0\0\0" + b"\x04\0\0\0one\0" + b"\x04\0\0\0two\0"
+    pose = np.array([0, 0, 0, 0, 0, 0, 1], "<f8").tobytes()
+    data = messages.encode(part, definitions)
+    assert data == b"\0\1\0\0" + pose + words
+    assert messages.decode(data, "my_msgs/msg/Part", definitions) == part
+
+
+def test_a_users_message_can_be_described_to_dds(tmp_path: Path) -> None:
+    definitions = DEFINITIONS.extended([package(tmp_path, MY_MSGS)])
+    for name in ("my_msgs/msg/Tag", "my_msgs/srv/Ask_Request", "my_msgs/action/Dock_FeedbackMessage"):
+        package_name, kind, last = name.split("/")
+        described = idl_type(name, definitions)
+        assert described.__idl_typename__ == f"{package_name}.{kind}.dds_.{last}_"
+        assert idl_type(name, definitions) is described
+
+
+def test_services_and_actions_have_the_messages_that_ros_2_makes_of_them(tmp_path: Path) -> None:
+    definitions = DEFINITIONS.extended([package(tmp_path, MY_MSGS)])
+    response = definitions.initial("my_msgs/srv/Ask_Response")
+    assert response.tags == []
+    assert definitions.fields("my_msgs/srv/Ask_Request") == []
+    goal = definitions.initial("my_msgs/action/Dock_SendGoal_Request")
+    assert (goal.goal_id.uuid.tolist(), goal.goal.goal_part.words) == ([0] * 16, [])
+    assert definitions.initial("my_msgs/action/Dock_FeedbackMessage").feedback.distance == 0.0
+    assert not definitions.definition("my_msgs/srv/Ask").is_message
+    with pytest.raises(MessageTypeError, match=r"Ask is no message\nit has: my_msgs/srv/Ask_Request, "):
+        definitions.message_class("my_msgs/srv/Ask")
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("int32 x 5", 5),
+        ("int32 x -0x10", -16),
+        ("float64 x 1", 1.0),
+        ("bool x true", True),
+        ("string x 'a # b'", "a # b"),
+        ("int32[] x [1, 2]", [1, 2]),
+        ("float32[2] x [0.5, 1.5]", [0.5, 1.5]),
+        ('string[] x ["a", "b"]', ["a", "b"]),
+    ],
+)
+def test_a_field_begins_with_the_value_that_its_definition_gives_it(tmp_path: Path, text: str, expected: Any) -> None:
+    definitions = given(tmp_path, text)
+    value = definitions.initial("my_msgs/msg/Thing").x
+    assert (value.tolist() if isinstance(value, np.ndarray) else value) == expected
+    messages.check(definitions.initial("my_msgs/msg/Thing"), definitions)
+
+
+def test_quaternions_begin_upright_as_in_ros_2() -> None:
+    # geometry_msgs/msg/Quaternion.msg and sensor_msgs/msg/NavSatStatus.msg are the messages of Jazzy with such values
+    assert DEFINITIONS.initial("geometry_msgs/msg/PoseStamped").pose.orientation == messages.Quaternion(
+        0.0, 0.0, 0.0, 1.0
+    )
+    assert DEFINITIONS.initial("sensor_msgs/msg/NavSatFix").status.status == -2
+
+
+def test_every_message_that_is_known_begins_with_legal_values() -> None:
+    names = [name for name in DEFINITIONS.names() if DEFINITIONS.definition(name).is_message]
+    assert len(names) > 200
+    for name in names:
+        messages.check(DEFINITIONS.initial(name))
+
+
+def test_lines_may_end_as_on_windows(tmp_path: Path) -> None:
+    definitions = given(tmp_path, "int32 a\r\nint32 b\r\n")
+    assert [name for name, _ in definitions.fields("my_msgs/msg/Thing")] == ["a", "b"]
+
+
+def test_a_file_without_fields_is_a_message_without_fields(tmp_path: Path) -> None:
+    definitions = given(tmp_path, "# nothing\n")
+    assert messages.encode(definitions.initial("my_msgs/msg/Thing"), definitions) == b"\0\1\0\0" + bytes(4)
+
+
+def test_the_text_for_recordings_defines_the_same_again(tmp_path: Path) -> None:
+    definitions = DEFINITIONS.extended([package(tmp_path, MY_MSGS)])
+    found = get_types_from_msg(definitions.text("my_msgs/msg/Tag"), "my_msgs/msg/Tag")
+    assert set(found) == {
+        "my_msgs/msg/Tag",
+        "my_msgs/msg/Part",
+        "geometry_msgs/msg/Pose",
+        "geometry_msgs/msg/Point",
+        "geometry_msgs/msg/Quaternion",
+    }
+    for name, (constants, fields) in found.items():
+        assert (constants, fields) == definitions.definition(name)[:2]
+
+
+# Where files lie
+
+
+@pytest.mark.parametrize("path", ["src/my_msgs", "src", "", "src/my_msgs/msg"])
+def test_a_package_is_found_by_itself_or_in_a_folder(tmp_path: Path, path: str) -> None:
+    package(tmp_path / "src", MY_MSGS)
+    assert DEFINITIONS.extended([tmp_path / path]).initial("my_msgs/msg/Part").words == []
+
+
+def test_a_file_alone_will_do(tmp_path: Path) -> None:
+    folder = package(tmp_path, MY_MSGS)
+    definitions = DEFINITIONS.extended([folder / "msg" / "Part.msg"])
+    assert definitions.initial("my_msgs/msg/Part").words == []
+    assert refusal(definitions, "my_msgs/msg/Tag") == "no message type 'my_msgs/msg/Tag'\nmy_msgs/msg: Part"
+
+
+def test_a_packages_name_is_that_of_its_manifest(tmp_path: Path) -> None:
+    folder = package(tmp_path, {**MY_MSGS, "package.xml": "<package><name>other_msgs</name></package>"})
+    definitions = DEFINITIONS.extended([folder])
+    assert definitions.initial("other_msgs/msg/Part").words == []
+    assert "no message type" in refusal(definitions, "my_msgs/msg/Part")
+
+
+def test_what_colcon_ignores_is_not_looked_into(tmp_path: Path) -> None:
+    package(tmp_path / "build", {"msg/Part.msg": "int32 stale"})
+    (tmp_path / "build" / "COLCON_IGNORE").touch()
+    package(tmp_path / "src", MY_MSGS)
+    assert DEFINITIONS.extended([tmp_path]).initial("my_msgs/msg/Part").words == []
+
+
+def test_the_first_folder_wins_and_installed_packages_come_last(tmp_path: Path) -> None:
+    one, other, share = (
+        package(tmp_path / place, {"msg/Thing.msg": f"int32 {place}"}).parent for place in ("one", "other", "share")
+    )
+    assert DEFINITIONS.extended([one, other], [share]).fields("my_msgs/msg/Thing")[0][0] == "one"
+    assert DEFINITIONS.extended([other], [share]).fields("my_msgs/msg/Thing")[0][0] == "other"
+    assert DEFINITIONS.extended([], [share]).fields("my_msgs/msg/Thing")[0][0] == "share"
+
+
+def test_installed_packages_may_have_idl_alone(tmp_path: Path) -> None:
+    text = """
+        module my_msgs { module msg {
+          @verbatim (language="comment", text="a thing")
+          struct Thing { int32 number; sequence<double, 3> few; };
+        }; };
+        """
+    package(tmp_path, {"msg/Thing.idl": text})
+    thing = DEFINITIONS.extended(installed=[tmp_path]).initial("my_msgs/msg/Thing")
+    assert (thing.number, thing.few.dtype) == (0, np.float64)
+
+
+def test_folders_add_types_to_those_that_are_there_and_to_nobody_elses(tmp_path: Path) -> None:
+    before = DEFINITIONS.names()
+    mine = DEFINITIONS.extended([package(tmp_path, MY_MSGS)])
+    mine.message_class("my_msgs/msg/Tag")
+    assert mine.message_class("nav_msgs/msg/Odometry") is messages.Odometry
+    assert set(mine.names()) == {
+        *before,
+        "my_msgs/msg/Tag",
+        "my_msgs/msg/Part",
+        "my_msgs/srv/Ask",
+        "my_msgs/action/Dock",
+    }
+    assert DEFINITIONS.names() == before
+    assert "no message type" in refusal(DEFINITIONS, "my_msgs/msg/Tag")
+
+
+def test_two_users_may_have_two_types_of_one_name(tmp_path: Path) -> None:
+    one, other = given(tmp_path / "one", "int32 a"), given(tmp_path / "other", "float64 b")
+    first, second = (definitions.initial("my_msgs/msg/Thing") for definitions in (one, other))
+    assert len(messages.encode(first, one)) == 8
+    assert len(messages.encode(second, other)) == 12
+    assert (first.a, second.b) == (0, 0.0)
+    assert (hasattr(first, "b"), hasattr(second, "a")) == (False, False)
+
+
+def test_no_folders_no_other_definitions() -> None:
+    assert DEFINITIONS.extended() is DEFINITIONS
+
+
+# What is refused
+
+
+def test_another_definition_of_a_type_of_jazzy_is_refused_when_it_is_asked_for(tmp_path: Path) -> None:
+    files = {
+        "msg/Twist.msg": "Vector3 linear\nVector3 rotation\n",
+        "msg/Vector3.msg": "float64 x\nfloat64 y\nfloat64 z\n",
+    }
+    definitions = DEFINITIONS.extended([package(tmp_path, files, "geometry_msgs")])
+    message = refusal(definitions, "geometry_msgs/msg/Twist")
+    assert (
+        "Twist.msg is not the definition of geometry_msgs/msg/Twist that peers of ROS 2 Jazzy have: 'rotation'"
+        in message
+    )
+    assert definitions.message_class("geometry_msgs/msg/Vector3") is messages.Vector3
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["", "/", "Thing", "my_msgs/Thing", "my_msgs/msg/../Thing", "../my_msgs/msg/Thing", "my_msgs/msg/thing", "a/b/C"],
+)
+def test_a_name_that_is_none_is_no_type_and_leads_out_of_no_folder(tmp_path: Path, name: str) -> None:
+    package(tmp_path, MY_MSGS)
+    (tmp_path / "Thing.msg").write_text("int32 a")
+    assert "no message type" in refusal(DEFINITIONS.extended(installed=[tmp_path / "my_msgs" / "msg"]), name)
+
+
+def test_a_very_long_name_is_refused_at_once_and_told_in_short() -> None:
+    assert len(refusal(DEFINITIONS, "a" * 100_000 + "!/msg/Thing")) < 300
+    assert len(refusal(DEFINITIONS, "a/msg/" + "A" * 100_000 + "!")) < 300
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [
+        ("sensor_msgs/msg/Rang", "did you mean 'Range'?"),
+        ("sensor_msg/msg/Range", "did you mean 'sensor_msgs/msg/Range'?"),
+        ("sensor_msgs/Range", "did you mean 'sensor_msgs/msg/Range'?"),
+        ("rosgraph_msgs/msg/Xyzzy", "rosgraph_msgs/msg: Clock"),
+        ("xyzzy/msg/Xyzzy", "name the folder of its package with --msg-path, or source the workspace"),
+    ],
+)
+def test_an_unknown_type_is_told_with_what_is_near(name: str, hint: str) -> None:
+    assert hint in refusal(DEFINITIONS, name)
+
+
+def test_a_part_that_nobody_knows_is_told_with_the_whole(tmp_path: Path) -> None:
+    message = refusal(given(tmp_path, "other_msgs/Part part"))
+    assert "no message type 'other_msgs/msg/Part', of which my_msgs/msg/Thing consists" in message
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("int32 a\nint32 1b\nfloat64", ":2: 'int32 1b' is no definition of a field or constant"),
+        ("float a", "'a' has no type 'float'\ndid you mean 'float32' or 'float64'?"),
+        ("int32 a b", "a cannot be 'b'"),
+        ("int32", ":1: 'int32' is no definition"),
+        ("int32 Upper", "ROS 2 refuses the field name 'Upper'"),
+        ("int32 two__underscores", "ROS 2 refuses the field name 'two__underscores'"),
+        ("int32 last_", "ROS 2 refuses the field name 'last_'"),
+        ("int32 a\nfloat64 a", "defines 'a' twice"),
+        ("wstring a", "'a' is a wide string, which is not supported"),
+        ("Thing[] things", "lie within each other without end: my_msgs/msg/Thing"),
+        ("int8 a 300", "a is 300, not a int8, and so it is by default"),
+        ("int8[2] a [1, 2, 3]", "a has 3 elements, not 2, and so it is by default"),
+        ("int8[] a [1, 300]", "cannot be [1, 300]"),
+        (f"float64[{MAX_VALUES + 1}] a", f"has more than {MAX_VALUES} values"),
+        ("geometry_msgs/Pose[200000] a", f"has more than {MAX_VALUES} values"),
+        ("int32 a\n---\nint32 b", "has 2 parts, a .msg file has 1"),
+        (f"int32 a\n{'=' * 80}\nMSG: my_msgs/Other\nint32 b", "is no definition of a field or constant"),
+    ],
+)
+def test_a_file_that_cannot_be_used_is_told_with_the_place(tmp_path: Path, text: str, fault: str) -> None:
+    message = refusal(given(tmp_path, text))
+    assert str(tmp_path / "my_msgs" / "msg" / "Thing.msg") in message
+    assert fault in message
+
+
+def test_a_service_without_its_line_is_told(tmp_path: Path) -> None:
+    message = refusal(given(tmp_path, "int32 a", "my_msgs/srv/Ask"), "my_msgs/srv/Ask_Request")
+    assert "has 1 parts, a .srv file has 2\na line of three dashes stands between two parts" in message
+
+
+def test_the_line_of_a_fault_is_that_of_the_whole_file(tmp_path: Path) -> None:
+    definitions = given(tmp_path, "int32 a\n---\nint32 b\nint32\n", "my_msgs/srv/Ask")
+    assert "Ask.srv:4: 'int32'" in refusal(definitions, "my_msgs/srv/Ask_Response")
+
+
+def test_types_that_consist_of_each_other_are_refused(tmp_path: Path) -> None:
+    folder = package(tmp_path, {"msg/One.msg": "Other other", "msg/Other.msg": "One one"})
+    assert "without end: my_msgs/msg/One in my_msgs/msg/Other" in refusal(
+        DEFINITIONS.extended([folder]), "my_msgs/msg/One"
+    )
+
+
+def test_types_that_lie_too_deep_are_refused(tmp_path: Path) -> None:
+    files = {f"msg/Level{number}.msg": f"Level{number + 1} next" for number in range(MAX_NESTING + 5)}
+    assert "without end" in refusal(DEFINITIONS.extended([package(tmp_path, files)]), "my_msgs/msg/Level0")
+
+
+def test_a_few_lines_cannot_make_a_message_without_bounds(tmp_path: Path) -> None:
+    files = {f"msg/Level{number}.msg": f"Level{number + 1} one\nLevel{number + 1} other" for number in range(25)}
+    definitions = DEFINITIONS.extended([package(tmp_path, {**files, "msg/Level25.msg": "int32 a"})])
+    assert f"more than {MAX_VALUES} values" in refusal(definitions, "my_msgs/msg/Level0")
+
+
+@pytest.mark.parametrize(
+    ("data", "fault"), [(b"\xff\xfe", "cannot be read"), (b"#" * (MAX_BYTES + 1), "more than 256 kB")]
+)
+def test_a_file_that_is_no_text_or_too_long_is_refused(tmp_path: Path, data: bytes, fault: str) -> None:
+    folder = package(tmp_path, {"msg/Thing.msg": ""})
+    (folder / "msg" / "Thing.msg").write_bytes(data)
+    assert fault in refusal(DEFINITIONS.extended([folder]))
+
+
+def test_errors_are_of_the_one_root() -> None:
+    assert issubclass(MessageTypeError, GraphError)
+    assert MessageTypeError.code == "G308"

@@ -1,0 +1,51 @@
+"""Queues and clocks of those who listen."""
+
+from __future__ import annotations
+
+import threading
+
+from graphengine.context import QoS
+from graphengine.ros import messages
+from graphengine.ros.listening import CLOCK, Inbox, SimulationClock
+from graphengine.ros.memory import MemoryTransport
+
+
+def test_messages_are_taken_oldest_first_with_the_time_of_their_arrival() -> None:
+    times = iter((5, 7))
+    inbox = Inbox(10, lambda: next(times))
+    inbox.deliver(b"a")
+    inbox.deliver(b"b")
+    taken = [inbox.take(0.0), inbox.take(0.0)]
+    assert [(arrival.data, arrival.time) for arrival in taken if arrival] == [(b"a", 5), (b"b", 7)]
+    assert inbox.take(0.0) is None
+
+
+def test_where_too_many_wait_the_oldest_are_dropped_and_counted() -> None:
+    inbox = Inbox(2)
+    for data in (b"a", b"b", b"c", b"d"):
+        inbox.deliver(data)
+    taken = [inbox.take(0.0), inbox.take(0.0)]
+    assert [arrival.data for arrival in taken if arrival] == [b"c", b"d"]
+    assert inbox.dropped == 2
+
+
+def test_who_waits_is_woken_by_a_message() -> None:
+    inbox = Inbox(2)
+    thread = threading.Timer(0.01, inbox.deliver, [b"a"])
+    thread.start()
+    arrival = inbox.take(20.0)
+    thread.join()
+    assert arrival is not None
+
+
+def test_the_time_of_a_simulation_is_zero_until_it_is_told() -> None:
+    transport = MemoryTransport()
+    clock = SimulationClock(transport)
+    assert clock() == 0
+    assert not clock.wait(0.0)
+    transport.inject(CLOCK, b"rubbish")
+    assert not clock.wait(0.0)
+    writer = transport.writer(CLOCK, "rosgraph_msgs/msg/Clock", QoS())
+    writer.write(messages.encode(messages.Clock(messages.Time(3, 5))))
+    assert clock.wait(0.0)
+    assert clock() == 3_000_000_005

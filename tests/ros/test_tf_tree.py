@@ -1,0 +1,108 @@
+"""The tree of frames: how it is drawn, how it is counted, what is wrong with it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from graphengine.ros import messages
+from graphengine.ros.tf_tree import FrameTree, to_dot
+
+A, B = b"a" * 16, b"b" * 16
+NAMES = {A: "/alice", B: "/bob"}
+
+
+def transform(parent: str, child: str, seconds: float = 0.0) -> Any:
+    zero, unit = messages.Vector3(0.0, 0.0, 0.0), messages.Quaternion(0.0, 0.0, 0.0, 1.0)
+    return messages.TransformStamped(messages.header(seconds, parent), child, messages.Transform(zero, unit))
+
+
+def tree(*edges: tuple[str, str], source: bytes = A) -> FrameTree:
+    made = FrameTree()
+    made.add(messages.TFMessage([transform(*edge) for edge in edges]), True, source)
+    return made
+
+
+def drawn(made: FrameTree) -> list[str]:
+    return [str(row) for row in made.rows()]
+
+
+def test_each_frame_stands_below_its_parent() -> None:
+    made = tree(("odom", "base"), ("base", "chassis"), ("chassis", "laser"), ("base", "wheel"), ("chassis", "camera"))
+    assert drawn(made) == [
+        "odom",
+        "└─ base",
+        "   ├─ chassis",
+        "   │  ├─ camera",
+        "   │  └─ laser",
+        "   └─ wheel",
+    ]
+    assert made.faults(NAMES) == []
+
+
+def test_names_with_a_slash_in_front_are_the_same_frames() -> None:
+    made = tree(("/odom", "/base"), ("base", "laser"))
+    assert drawn(made) == ["odom", "└─ base", "   └─ laser"]
+
+
+def test_the_rate_is_that_of_the_stamps() -> None:
+    made = FrameTree()
+    for tick in range(31):
+        made.add(messages.TFMessage([transform("odom", "base", 5.0 + tick / 30)]), False, A)
+    (edge,) = made.edges
+    assert edge.rate == pytest.approx(30.0, rel=1e-6)
+    assert (edge.number, edge.oldest, edge.newest) == (31, 5_000_000_000, 6_000_000_000)
+
+
+def test_one_transform_has_no_rate() -> None:
+    (edge,) = tree(("odom", "base")).edges
+    assert edge.rate is None
+
+
+def test_pieces_are_told_with_their_roots() -> None:
+    made = tree(("odom", "base"), ("chassis", "laser"))
+    assert drawn(made) == ["chassis", "└─ laser", "odom", "└─ base"]
+    assert made.faults(NAMES) == ["the tree is in 2 pieces, with the roots chassis, odom"]
+
+
+def test_two_parents_are_told_with_who_says_so() -> None:
+    made = tree(("odom", "base"), ("base", "laser"))
+    made.add(messages.TFMessage([transform("map", "base")]), False, B)
+    assert drawn(made) == ["map", "└─ base", "   └─ laser", "odom", "└─ base (above)"]
+    assert made.faults(NAMES) == [
+        "the tree is in 2 pieces, with the roots map, odom",
+        "base has 2 parents: map (by /bob), odom (by /alice)",
+    ]
+
+
+def test_a_circle_is_told_and_drawn_once() -> None:
+    made = tree(("a", "b"), ("b", "c"), ("c", "a"), ("c", "d"))
+    assert drawn(made) == ["a", "└─ b", "   └─ c", "      ├─ a (above)", "      └─ d"]
+    assert made.faults(NAMES) == ["frames in a circle: a in c in b in a"]
+
+
+def test_a_frame_within_itself_is_a_circle() -> None:
+    assert tree(("a", "a")).faults(NAMES) == ["frames in a circle: a in a"]
+
+
+def test_two_who_broadcast_the_same_are_told() -> None:
+    made = tree(("odom", "base"))
+    made.add(messages.TFMessage([transform("odom", "base")]), False, B)
+    assert made.faults(NAMES) == ["base in odom is broadcast by several: /alice, /bob"]
+
+
+def test_a_long_chain_of_frames_is_drawn() -> None:
+    made = tree(*((f"f{number}", f"f{number + 1}") for number in range(3000)))
+    assert len(drawn(made)) == 3001
+    assert made.faults(NAMES) == []
+
+
+def test_dot_has_an_arrow_from_each_parent_with_its_facts() -> None:
+    lines = to_dot(tree(("odom", 'ba"se\\')), NAMES).splitlines()
+    assert lines[0] == "digraph frames {"
+    assert lines[2] == (
+        r'  "odom" -> "ba\"se\\" [label="Broadcaster: /alice\nAverage rate: static\n'
+        r'Most recent transform: 0.000\nOldest transform: 0.000"];'
+    )
+    assert lines[-1] == "}"
