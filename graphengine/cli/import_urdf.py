@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import re
 import sys
@@ -20,6 +21,8 @@ WAIT = 10.0
 TOPIC = "/robot_description"
 LONGEST = 10
 """Lines of one kind that the report tells; the robot file has all."""
+WIDEST = 160
+"""Characters of such a line."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -55,6 +58,7 @@ def execute(arguments: argparse.Namespace) -> int:
     """0 when the robot file is written, 1 when the description has errors, which are told."""
     from graphengine.cli.common import print_findings
     from graphengine.diagnostics import Findings
+    from graphengine.output import write_together
     from graphengine.world.description.importing import import_robot
 
     _check_usage(arguments)
@@ -66,7 +70,7 @@ def execute(arguments: argparse.Namespace) -> int:
         print(f"{arguments.output} is not written", file=sys.stderr)
         return 1
     _refuse_to_overwrite(imported.files, force=arguments.force)
-    _write(imported.files)
+    write_together({path: text.encode() for path, text in imported.files.items()})
     _report(imported, findings)
     return 0
 
@@ -184,19 +188,6 @@ def _remote(arguments: argparse.Namespace) -> tuple[str, str]:
         transport.close()
 
 
-def _write(files: Mapping[Path, str]) -> None:
-    """Write files whole, the robot file last, or none of them."""
-    parts = {path: path.with_name(f".{path.name}.part") for path in files}
-    try:
-        for path, text in files.items():
-            parts[path].write_text(text, encoding="utf-8")
-        for path, part in parts.items():
-            os.replace(part, path)
-    finally:
-        for part in parts.values():
-            part.unlink(missing_ok=True)
-
-
 def _report(imported: Imported, findings: Findings) -> None:
     """What was found, for people."""
     from collections import Counter
@@ -205,27 +196,40 @@ def _report(imported: Imported, findings: Findings) -> None:
     from graphengine.world.description.robot_file import left_behind, track, wheels
 
     robot, urdf = imported.robot, imported.robot.urdf
-    outcomes = Counter(imported.library.outcomes.values())
-    meshes = ", ".join(f"{number} {what}" for what, number in sorted(outcomes.items()))
     rolling = wheels(urdf)
-    base = "free" if imported.model.njnt and imported.model.joint(0).name == "root" else "fixed to the world"
+    base = "free" if imported.free else "fixed to the world"
+    if imported.free and not rolling:
+        base += "; --fixed-base bolts it to the world"
     links, joints = counted(len(urdf.links), "link"), counted(len(urdf.joints), "joint")
     lines = [f"wrote {', '.join(near(str(path)) for path in imported.files)}"]
-    lines += [f"{links}, {joints} of which {len(robot.moving)} move, {imported.model.body_subtreemass[0]:.4g} kg"]
-    lines += [f"base link {urdf.root}, {base}", f"meshes: {meshes or 'none'}"]
+    lines += [f"{links}, {joints} of which {len(robot.moving)} move, {urdf.mass:.4g} kg"]
+    lines += [f"base link {urdf.root}, {base}"]
+    if imported.lowest is not None:
+        lines.append(f"lowest collider at z = {imported.lowest:.4f} m, all joints at zero")
+    outcomes = Counter(imported.library.outcomes.values())
+    lines.append(f"meshes: {', '.join(f'{number} {what}' for what, number in sorted(outcomes.items())) or 'none'}")
     lines += [f"wheel on {wheel.joint}: radius {wheel.radius:g} m" for wheel in rolling]
     if (distance := track(rolling)) is not None:
         lines.append(f"track {distance:g} m")
     lines += _some("follows another joint", [j.name for j in robot.moving if j.mimic is not None])
+    notes = [finding for finding in findings.items if finding.severity == "note"]
+    lines += _some("note", [": ".join([note.message, *note.help]) for note in notes])
     lines += _some("not carried over", left_behind(urdf))
-    notes = [" ".join([finding.message, *finding.help]) for finding in findings.items if finding.severity == "note"]
-    lines += _some("note", notes)
     if imported.outside:
         allowed = " ".join(f"--allow {near(str(folder))}" for folder in imported.outside)
         lines.append(f"scenes with this robot read files outside of their folder: run them with {allowed}")
+    lines.append(f"in a scene: {_example(imported)}")
     print(clean("\n".join(line.replace("\n", " ") for line in lines)))
 
 
+def _example(imported: Imported) -> str:
+    """The robot in a scene, on the floor."""
+    lift = math.ceil(round(-(imported.lowest or 0.0), 4) * 1000) / 1000
+    place = f", position: [0, 0, {lift:g}]" if imported.free and lift else ""
+    return f"robots: {{{imported.robot.name}: {{use: {imported.use}{place}}}}}"
+
+
 def _some(what: str, items: Sequence[str]) -> list[str]:
-    more = [f"{what}: … ({len(items) - LONGEST} more)"] if len(items) > LONGEST else []
-    return [*(f"{what}: {item}" for item in items[:LONGEST]), *more]
+    """So many lines, and each of them so long."""
+    shown = [f"{what}: {item if len(item) <= WIDEST else f'{item[: WIDEST - 1]}…'}" for item in items[:LONGEST]]
+    return [*shown, *([f"{what}: … ({len(items) - LONGEST} more)"] if len(items) > LONGEST else [])]

@@ -99,11 +99,11 @@ class Live:
         self.transport.close()
         return kind is KeyboardInterrupt
 
-    def graph(self, enough: Callable[[Graph], object] = lambda graph: False) -> Graph:
-        """Who else is there, after the time for peers to turn up, or when it is enough."""
+    def graph(self, enough: Callable[[Graph], object] = lambda graph: False, *, names: bool = False) -> Graph:
+        """Who else is there, after the time for peers to turn up, or when it is enough; with the `names` of their nodes."""
         from graphengine.ros.graph import discover
 
-        found = discover(self.transport, self._spin_time, lambda graph: enough(graph.without(self._node)))
+        found = discover(self.transport, self._spin_time, lambda graph: enough(graph.without(self._node)), names=names)
         return found.without(self._node)
 
     def graph_now(self) -> Graph:

@@ -56,7 +56,7 @@ class Discovery:
         self._subscriptions = BuiltinDataReader(participant, BuiltinTopicDcpsSubscription)
         self._told = nodes
         self._silent: set[bytes] = set()
-        """ROS 2 participants, by the prefix of their GID, that have not told of nodes."""
+        """ROS 2 participants, by the prefix of their GIDs, that have not told of nodes."""
         self._nodes: dict[bytes, dict[bytes, _Node]] = {}
         """By participant, then by endpoint."""
         self._endpoints: dict[bytes, Endpoint | None] = {}
@@ -70,7 +70,9 @@ class Discovery:
         self._hear_nodes()
         owners = {gid: node for nodes in self._nodes.values() for gid, node in nodes.items()}
         found = [_owned(end, owners.get(end.gid)) for end in self._endpoints.values() if end is not None]
-        return Graph(found, complete=not self._silent and owners.keys() <= self._endpoints.keys())
+        heard = {gid[:_PREFIX] for gid in self._endpoints}
+        complete = self._silent <= heard and owners.keys() <= self._endpoints.keys()
+        return Graph(found, complete, named=not self._silent)
 
     def _hear_participants(self) -> None:
         for sample in _samples(self._participants):

@@ -60,16 +60,18 @@ class Graph:
 
     Args:
         endpoints: in any order.
-        complete: false while a peer is known that has not told all.
+        complete: false while a peer is known that has not told what it writes and reads.
+        named: false while one is known that has not told of its nodes.
     """
 
-    def __init__(self, endpoints: Iterable[Endpoint], complete: bool) -> None:
+    def __init__(self, endpoints: Iterable[Endpoint], complete: bool = True, named: bool = True) -> None:
         self.endpoints = sorted(endpoints, key=lambda end: (end.topic, end.direction, end.full_node, end.gid))
         self.complete = complete
+        self.named = named
 
     def without(self, node: str) -> Graph:
         """The same as if a node were not there."""
-        return Graph((end for end in self.endpoints if end.full_node != node), self.complete)
+        return Graph((end for end in self.endpoints if end.full_node != node), self.complete, self.named)
 
     def types(self) -> dict[str, list[str]]:
         """Types of each topic, of which there should be one."""
@@ -88,20 +90,25 @@ class Graph:
 
 
 def discover(
-    transport: Transport, seconds: float | None = None, enough: Callable[[Graph], object] = lambda graph: False
+    transport: Transport,
+    seconds: float | None = None,
+    enough: Callable[[Graph], object] = lambda graph: False,
+    *,
+    names: bool = False,
 ) -> Graph:
     """The graph when it is enough, or else after some time.
 
     Args:
         transport: open.
         seconds: time for peers to turn up; None for the transport's own. Those that did have `PATIENCE` more to tell all.
-        enough: ends the wait early, once all that turned up have told all.
+        enough: ends the wait at once.
+        names: whether all includes the names of nodes.
     """
     begun = time.monotonic()
     seconds = transport.spin_time if seconds is None else seconds
     while True:
         graph = transport.graph()
-        waited = time.monotonic() - begun
-        if waited >= (seconds if graph.complete else seconds + PATIENCE) or (graph.complete and enough(graph)):
+        told = graph.complete and (graph.named or not names)
+        if enough(graph) or time.monotonic() - begun >= (seconds if told else seconds + PATIENCE):
             return graph
         time.sleep(_POLL)

@@ -174,7 +174,7 @@ class MemoryTransport:
         ends: list[MemoryWriter | MemoryReader] = []
         for topic in self._topics.values():
             ends += [*topic.writers, *topic.readers]
-        return Graph(map(self._described, ends), complete=True)
+        return Graph(map(self._described, ends))
 
     def new_gid(self) -> bytes:
         """A GID that no other endpoint has."""

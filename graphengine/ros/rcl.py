@@ -186,7 +186,7 @@ class RclTransport:
             topics = [topic for topic, _ in self._node.get_topic_names_and_types()]
             asked = (self._node.get_publishers_info_by_topic, self._node.get_subscriptions_info_by_topic)
             found = [_endpoint(topic, info) for topic in topics for ask in asked for info in ask(topic)]
-        return Graph(found, complete=all(end.node for end in found))
+        return Graph(found, named=all(end.node for end in found))
 
     def log(self, severity: str, text: str) -> None:
         """Tell people who watch /rosout; severities are info, warning and error."""

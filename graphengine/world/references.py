@@ -25,7 +25,7 @@ _FOLDERS = {"mesh": "meshdir", "skin": "meshdir", "flexcomp": "meshdir", "hfield
 """Which of the compiler's folders an element's files lie in; `assetdir` sets both."""
 _NAMED_BY_FILE = ("mesh", "hfield", "texture")
 
-Outcome = Literal["as it is", "converted", "unreadable", "missing"]
+Outcome = Literal["unchanged", "converted", "unreadable", "missing"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +118,7 @@ class Library:
                 continue
             if kind.path not in self._keys:
                 self._keys[kind.path] = self._keep(f"{kind.path.stem}{kind.suffix}", data)
-            self._meshes[kind] = _Mesh("as it is", [MeshFile(self._keys[kind.path])])
+            self._meshes[kind] = _Mesh("unchanged", [MeshFile(self._keys[kind.path])])
         for kind, became in zip(foreign, convert_all(list(foreign.values())), strict=True):
             if isinstance(became, meshes.MeshError):
                 self._meshes[kind] = _Mesh("unreadable", [], str(became))

@@ -13,6 +13,7 @@ from graphengine.diagnostics import ContextError, listing
 from graphengine.node import In, State
 from graphengine.ros import messages
 from graphengine.types import Float2, String, Token
+from nodes.ros2.boxes import DETECTIONS, detections, tight_boxes
 from nodes.ros2.helper import SensorHelper
 from nodes.ros2.image import image
 from nodes.ros2.point_cloud import point_cloud
@@ -28,17 +29,27 @@ _TYPES = (
     "bbox_2d_loose",
     "bbox_3d",
 )
-_SEGMENTATIONS = ("instance_segmentation", "semantic_segmentation")
-_MESSAGES = {"rgb": "Image", "depth": "Image", "depth_pcl": "PointCloud2", **dict.fromkeys(_SEGMENTATIONS, "Image")}
+_SEGMENTED = ("instance_segmentation", "semantic_segmentation", "bbox_2d_tight")
+"""The types that are made from a segmentation."""
+_IMAGE = "sensor_msgs/msg/Image"
+_MESSAGES = {
+    "rgb": _IMAGE,
+    "depth": _IMAGE,
+    "depth_pcl": "sensor_msgs/msg/PointCloud2",
+    "instance_segmentation": _IMAGE,
+    "semantic_segmentation": _IMAGE,
+    "bbox_2d_tight": DETECTIONS,
+}
 """The message of each type that is available."""
 
 
 class ROS2CameraHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper"):
-    """Publishes what a camera sees as Image or PointCloud2, from its first execution until stop.
+    """Publishes what a camera sees as Image, PointCloud2 or Detection2DArray, from its first execution until stop.
 
     `rgb` is rgb8; `depth` is the distance along the optical axis in m, 32FC1, inf where nothing was seen; `depth_pcl` is the
-    same as points in the optical frame; both segmentations are the number of the prim seen, 32SC1, 0 for none. A picture is
-    delivered some ticks after it was captured and bears the time of the capture. One that nobody wants is not drawn.
+    same as points in the optical frame; both segmentations are the number of the prim seen, 32SC1, 0 for none; `bbox_2d_tight`
+    is a box around the visible pixels of each prim, by its number. A picture is delivered some ticks after it was captured and
+    bears the time of the capture. One that nobody wants is not drawn.
     """
 
     frame_id: String = In(default="sim_camera", setup=True, doc="the camera's optical frame")
@@ -64,10 +75,10 @@ class ROS2CameraHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper
             raise ContextError(f"pictures of type {self.type_in!r} are not available", self.type_in, available)
         super().setup(context)
         self.camera = context.camera(self.render_product_path)
-        kind = f"sensor_msgs/msg/{_MESSAGES[self.type_in]}"
+        kind = _MESSAGES[self.type_in]
         self.publisher = self.open_for(context, self.camera, kind, self.topic_name, frame_id=self.frame_id)
         self.labels = None
-        if self.enable_semantic_labels and self.type_in in _SEGMENTATIONS:
+        if self.enable_semantic_labels and self.type_in in _SEGMENTED:
             topic = self.semantic_labels_topic_name
             self.labels = self.open_for(context, self.camera, "std_msgs/msg/String", topic)
         elif self.enable_semantic_labels:
@@ -79,7 +90,7 @@ class ROS2CameraHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper
         if not self.publisher.wanted and labels is None:
             return
         if self.camera.due and not self.left_out(self.camera.index):
-            self.camera.request(segmentation=self.type_in in _SEGMENTATIONS)
+            self.camera.request(segmentation=self.type_in in _SEGMENTED)
         picture = self.camera.delivered()
         if picture is None or self.left_out(picture.index):
             return
@@ -91,7 +102,7 @@ class ROS2CameraHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper
         if labels is not None:
             labels.publish(messages.String(self.labels_text(header.stamp)))
 
-    def message(self, header: messages.Header, picture: Picture) -> messages.Image | messages.PointCloud2 | None:
+    def message(self, header: messages.Header, picture: Picture) -> Any:
         """The message of the helper's type; None where the picture was asked for without a segmentation."""
         height, width = picture.depth.shape
         if self.type_in == "rgb":
@@ -102,6 +113,8 @@ class ROS2CameraHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper
             return point_cloud(header, points_of(picture.depth, self.camera.intrinsics))
         if picture.segmentation is None:
             return None
+        if self.type_in == "bbox_2d_tight":
+            return detections(header, tight_boxes(picture.segmentation))
         return image(header, "32SC1", (width, height), np.ascontiguousarray(picture.segmentation, "<i4"))
 
     def labels_text(self, stamp: messages.Time) -> str:

@@ -104,18 +104,63 @@ def test_the_report_tells_what_was_found_and_what_was_not_carried_over(graphrun:
         "wrote scenes/robots/cart.yaml",
         "5 links, 4 joints of which 4 move, 9 kg",
         "base link base_link, free",
-        "meshes: 2 as it is",
+        "lowest collider at z = -0.2000 m, all joints at zero",
+        "meshes: 2 unchanged",
         "wheel on left_joint: radius 0.2 m",
         "wheel on right_joint: radius 0.2 m",
         "track 0.6 m",
         "follows another joint: finger_joint",
-        "not carried over: transmission grip_transmission",
-        "not carried over: ros2_control hardware",
-        "not carried over: gazebo of grip: mu1 0.2, sensor eye camera",
-        "not carried over: gazebo: plugin drive",
+        "not carried over: transmission: grip_transmission",
+        "not carried over: ros2_control: hardware",
+        "not carried over: gazebo mu1 0.2, sensor eye camera: grip",
+        "not carried over: gazebo plugin drive",
         "not carried over: velocity limits of joints: a drive's max_acceleration and what commands it bound their speed",
         "scenes with this robot read files outside of their folder: run them with --allow ws/cart",
+        "in a scene: robots: {cart: {use: robots/cart.yaml, position: [0, 0, 0.2]}}",
     ]
+
+
+def test_what_is_alike_is_told_once_and_a_long_line_is_cut_in_the_report_only(graphrun: Graphrun, cart: Path) -> None:
+    names = [f"a_long_name_of_a_link_{number}" for number in range(40)]
+    tags = "".join(f'<gazebo reference="{name}"><material>Gazebo/Black</material></gazebo>' for name in names)
+    (cart / "ws/cart/urdf/cart.urdf").write_text(URDF.replace("</robot>", f"{tags}</robot>"), encoding="utf-8")
+    (told,) = [line for line in imported(graphrun, "ws/cart/urdf/cart.urdf").lines if "Gazebo/Black" in line]
+    assert told.startswith(
+        "not carried over: gazebo material Gazebo/Black: a_long_name_of_a_link_0, a_long_name_of_a_link_1,"
+    )
+    assert told.endswith("…")
+    lines = (cart / "scenes/robots/cart.yaml").read_text(encoding="utf-8").splitlines()
+    assert max(map(len, lines)) <= 130
+    assert all(name in "\n".join(lines) for name in names)
+
+
+@pytest.mark.parametrize(
+    ("collider", "lowest"),
+    [
+        ('<origin xyz="0 0 -1" rpy="0.3 0 0"/><geometry><sphere radius="0.5"/></geometry>', -1.5),
+        (
+            '<origin xyz="0 0 -1" rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.3" length="4"/></geometry>',
+            -1.3,
+        ),
+        ('<origin xyz="0 0 -1" rpy="0 0.7853981633974483 0"/><geometry><box size="2 2 2"/></geometry>', -1 - 2**0.5),
+        ('<origin rpy="3.141592653589793 0 0"/><geometry><mesh filename="../meshes/body.obj"/></geometry>', -1.0),
+    ],
+)
+def test_the_report_tells_how_high_a_robot_stands(graphrun: Graphrun, cart: Path, collider: str, lowest: float) -> None:
+    """The mesh reaches from 0 to 1 along its z axis, which is upside down here; corners of the box point down."""
+    text = URDF.replace("<visual>", f"<collision>{collider}</collision><visual>", 1)
+    (cart / "ws/cart/urdf/cart.urdf").write_text(text, encoding="utf-8")
+    assert (
+        f"lowest collider at z = {lowest:.4f} m, all joints at zero"
+        in imported(graphrun, "ws/cart/urdf/cart.urdf").lines
+    )
+
+
+def test_a_robot_without_wheels_is_told_that_it_can_be_bolted_down(graphrun: Graphrun, cart: Path) -> None:
+    (cart / "ws/cart/urdf/cart.urdf").write_text(URDF.replace(WHEELS, ""), encoding="utf-8")
+    lines = imported(graphrun, "ws/cart/urdf/cart.urdf").lines
+    assert "base link base_link, free; --fixed-base bolts it to the world" in lines
+    assert lines[-1] == "in a scene: robots: {cart: {use: robots/cart.yaml}}"
 
 
 def test_a_robot_of_xacro_gets_its_urdf_beside_its_file(graphrun: Graphrun, cart: Path) -> None:

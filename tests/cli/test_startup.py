@@ -10,7 +10,19 @@ import pytest
 
 from tests.cli.harness import ROOT, Graphrun, environment
 
-HEAVY = ["collada", "cyclonedds", "mcap", "mujoco", "networkx", "numpy", "pydantic", "rosbags", "trimesh", "xacro", "yaml"]
+HEAVY = [
+    "collada",
+    "cyclonedds",
+    "mcap",
+    "mujoco",
+    "networkx",
+    "numpy",
+    "pydantic",
+    "rosbags",
+    "trimesh",
+    "xacro",
+    "yaml",
+]
 VERBS = ["run", "replay", "check", "show", "snapshot", "map", "import-urdf", "topics"]
 VERBS += ["topic", "tf", "teleop", "nodes", "schema"]
 

@@ -187,11 +187,11 @@ def reader(topic: str, message_type: str) -> Endpoint:
 
 def test_the_only_topic_that_takes_velocities_is_meant() -> None:
     others = [reader("/chatter", "std_msgs/msg/String"), Endpoint(b"", "publish", "/b/cmd_vel", TWIST, QoS())]
-    assert only_topic(Graph([reader("/a/cmd_vel", TWIST), *others], complete=True)) == "/a/cmd_vel"
-    assert only_topic(Graph(others, complete=True)) == "/cmd_vel"
+    assert only_topic(Graph([reader("/a/cmd_vel", TWIST), *others])) == "/a/cmd_vel"
+    assert only_topic(Graph(others)) == "/cmd_vel"
     two = [reader("/a/cmd_vel", TWIST), reader("/b/cmd_vel", STAMPED)]
     with pytest.raises(UsageError, match="write one of: /a/cmd_vel, /b/cmd_vel"):
-        only_topic(Graph(two, complete=True))
+        only_topic(Graph(two))
 
 
 @pytest.mark.parametrize(
@@ -199,7 +199,7 @@ def test_the_only_topic_that_takes_velocities_is_meant() -> None:
 )
 def test_the_type_is_that_which_is_read(read: list[str], expected: str) -> None:
     ends = [reader("/cmd_vel", message_type) for message_type in read]
-    assert type_of("/cmd_vel", Graph([*ends, reader("/other", STAMPED)], complete=True)) == expected
+    assert type_of("/cmd_vel", Graph([*ends, reader("/other", STAMPED)])) == expected
 
 
 def test_without_a_terminal_it_says_so(graphrun: Graphrun) -> None:

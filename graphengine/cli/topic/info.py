@@ -26,7 +26,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
     topic = absolute(arguments.topic)
     with Live(arguments) as live:
-        graph = live.graph()
+        graph = live.graph(names=arguments.verbose)
         types = graph.types().get(topic)
         if types is None:
             raise live.unknown(topic, graph)

@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from graphengine import document
 from graphengine.diagnostics import Findings
 from graphengine.files import shipped
@@ -57,17 +59,21 @@ class Imported:
 
     Attributes:
         robot: as a scene has it.
-        model: the robot alone.
+        free: whether its root link moves.
+        lowest: height (m) of the lowest point of its colliders above its root link, all joints at zero; None without any.
         library: which knows what became of its meshes.
         files: texts by path, the robot file last.
         outside: folders that lie outside of the robot file's project, which scenes need `--allow` for.
+        use: the robot file as a scene of its project names it.
     """
 
     robot: Robot
-    model: mujoco.MjModel
+    free: bool
+    lowest: float | None
     library: Library
     files: dict[Path, str]
     outside: list[Path]
+    use: str
 
 
 def import_robot(origin: Origin, findings: Findings) -> Imported | None:
@@ -94,7 +100,15 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     if len(findings.errors) > before:
         return None
     written = {} if origin.path is not None else {path: _portable(urdf)}
-    return Imported(robot, model, library, {**written, origin.target: text}, _outside([*packages, path], origin))
+    return Imported(
+        robot=robot,
+        free=robot.disabled.free_link is not None,
+        lowest=_lowest(model),
+        library=library,
+        files={**written, origin.target: text},
+        outside=_outside([*packages, path], origin),
+        use=os.path.relpath(origin.target.resolve(), _project(origin.target)),
+    )
 
 
 def _parsed(text: str, target: Path, findings: Findings) -> RobotFile | None:
@@ -112,6 +126,24 @@ def _compiled(spec: mujoco.MjSpec, urdf: Urdf, findings: Findings) -> mujoco.MjM
         start = urdf.element.span
         findings.add("S106", f"MuJoCo: {message}: {name!r}", next(places, start))
         return None
+
+
+def _lowest(model: mujoco.MjModel) -> float | None:
+    """Height of the lowest point that collides above the root link, which stands upright in the world's origin."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    heights: list[float] = []
+    for geom in np.flatnonzero(model.geom_contype | model.geom_conaffinity):
+        up = data.geom_xmat[geom].reshape(3, 3)[2]  # the world's, in the geom's frame
+        middle, half = model.geom_aabb[geom].reshape(2, 3)
+        below = middle @ up - half @ np.abs(up)  # exact for boxes, and for cylinders that stand or lie
+        if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_SPHERE:
+            below = -half[0]
+        elif model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
+            first, count = model.mesh_vertadr[model.geom_dataid[geom]], model.mesh_vertnum[model.geom_dataid[geom]]
+            below = (model.mesh_vert[first : first + count] @ up).min()
+        heights.append(float(data.geom_xpos[geom, 2] + below))
+    return min(heights, default=None)
 
 
 def _used_packages(urdf: Urdf) -> Iterator[Path]:

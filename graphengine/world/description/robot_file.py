@@ -60,7 +60,7 @@ def left_behind(urdf: Urdf) -> list[str]:
         alike.setdefault(", ".join(map(_told, gazebo.children)) or "nothing", []).append(gazebo.get("reference"))
     for what, about in alike.items():
         owners = _names([name for name in about if name])
-        lines.append(f"gazebo of {owners}: {what}" if owners else f"gazebo: {what}")
+        lines.append(f"gazebo {what}: {owners}" if owners else f"gazebo {what}")
     parts = [part for joint in urdf.joints.values() for part in joint.element.children]
     lines += [f"{tag} of joints" for tag in ("safety_controller", "calibration") if any(p.tag == tag for p in parts)]
     if any(element.tag == "texture" for element in root.walk()):

@@ -307,4 +307,4 @@ def test_what_became_of_each_mesh_is_known(project: Project) -> None:
     visual = f"<visual><geometry>{MESH.format('box.ply')}</geometry></visual></link>"
     description = CART.replace('<box size=".4 .3 .1"/>', MESH.format("t.obj")).replace("</link>", visual, 1)
     project.write("bot.urdf", description).write("t.obj", TETRAHEDRON)
-    assert project.load().scenery.library.outcomes == {"t.obj": "as it is", "box.ply": "converted"}
+    assert project.load().scenery.library.outcomes == {"t.obj": "unchanged", "box.ply": "converted"}
