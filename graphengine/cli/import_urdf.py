@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 WAIT = 10.0
 """Seconds that a description from the network is waited for."""
+LONGEST_WAIT = 1e6
 TOPIC = "/robot_description"
 LONGEST = 10
 """Lines of one kind that the report tells; the robot file has all."""
@@ -52,6 +53,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--allow", metavar="FOLDER", type=Path, action="append", default=[], help="folder that may also be read"
     )
+    parse = parser.parse_known_args
+
+    def parse_in_any_order(given: Sequence[str], namespace: argparse.Namespace) -> tuple[argparse.Namespace, list[str]]:
+        """Parse; argparse takes a list in one place only, and people give arguments of xacro behind options too."""
+        parsed, unknown = parse([text for text in given if ":=" not in text], namespace)
+        parsed.arguments = [*parsed.arguments, *(text for text in given if ":=" in text)]
+        return parsed, unknown
+
+    parser.parse_known_args = parse_in_any_order  # type: ignore[method-assign, assignment]
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -84,9 +94,6 @@ def _check_usage(arguments: argparse.Namespace) -> None:
     from graphengine.diagnostics import UsageError
 
     remote = arguments.topic or arguments.node
-    if arguments.file and ":=" in arguments.file:
-        arguments.arguments.insert(0, arguments.file)
-        arguments.file = None
     if bool(arguments.file) == bool(remote):
         raise UsageError("give one of a file, --topic and --node")
     if remote and arguments.arguments:
@@ -103,8 +110,8 @@ def _check_usage(arguments: argparse.Namespace) -> None:
     for folder in (*arguments.allow, *arguments.package_path):
         if not folder.is_dir():
             raise UsageError(f"no folder {str(folder)!r}")
-    if not arguments.timeout > 0:
-        raise UsageError("--timeout: write seconds, more than 0")
+    if not 0 < arguments.timeout <= LONGEST_WAIT:
+        raise UsageError(f"--timeout: write seconds, more than 0 and at most {LONGEST_WAIT:g}")
     _refuse_to_overwrite((arguments.output,), force=arguments.force)
 
 
@@ -152,6 +159,8 @@ def _from_file(arguments: argparse.Namespace, findings: Findings) -> Origin | No
         if arguments.arguments:
             raise UsageError(f"{arguments.arguments[0]}: there is no xacro in {path}")
         return Origin(element, packages, path, str(path), arguments.output, arguments.fixed_base)
+    if path.resolve() == arguments.output.with_suffix(".urdf").resolve():
+        raise UsageError(f"-o {arguments.output}: what {path} expands to would take its place; choose another name")
     given = dict(text.split(":=", 1) for text in arguments.arguments)
     expanded = xacro.expand(path, given, packages, findings)
     if expanded is None:

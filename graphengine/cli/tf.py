@@ -50,12 +50,13 @@ def execute(arguments: argparse.Namespace) -> int:
     _check_output(arguments.output)
     tree = FrameTree()
     with Live(arguments) as live:
-        topics = [f"{_namespace(arguments.namespace, live.graph())}/{name}" for name in ("tf", "tf_static")]
+        namespace = _only_namespace(live.graph()) if arguments.namespace is None else _namespace(arguments.namespace)
+        topics = [f"{namespace}/tf", f"{namespace}/tf_static"]
         print(f"listening to {' and '.join(topics)} for {arguments.wait_time:g} s", file=sys.stderr)
         _listen(live, topics, tree)
         with contextlib.suppress(KeyboardInterrupt):  # which ends the listening, and what was heard counts
             time.sleep(arguments.wait_time)
-        graph = live.graph_now()
+        graph = live.graph(lambda graph: graph.named)
         live.transport.close()  # so that the tree grows no more
         if not tree.edges:
             silence = f"no transforms on {' and '.join(topics)} within {arguments.wait_time:g} s"
@@ -106,19 +107,23 @@ def _namespaces(graph: Graph) -> list[str]:
     return sorted({topic.rpartition("/")[0] for topic in topics if topic.endswith(("/tf", "/tf_static"))})
 
 
-def _namespace(given: str | None, graph: Graph) -> str:
-    """The namespace that is meant; empty for none.
+def _namespace(given: str) -> str:
+    """Its full name; empty for none."""
+    from graphengine.ros.names import check_namespace, full_namespace
+
+    namespace = full_namespace(given)
+    check_namespace(namespace or "/", given)
+    return namespace
+
+
+def _only_namespace(graph: Graph) -> str:
+    """The namespace that is meant where none is given; empty for none.
 
     Raises:
         TransportError: it could be one of several.
     """
     from graphengine.diagnostics import TransportError, listing
-    from graphengine.ros.names import check_namespace, full_namespace
 
-    if given is not None:
-        namespace = full_namespace(given)
-        check_namespace(namespace or "/", given)
-        return namespace
     there = _namespaces(graph)
     if len(there) < 2 or "" in there:
         return "" if "" in there else "".join(there)

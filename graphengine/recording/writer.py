@@ -65,7 +65,7 @@ class RecordingWriter:
         self._waiting: deque[tuple[Future[None], int]] = deque()
         self._waiting_bytes = 0
         self._failed = False
-        self._hand_over(partial(self._mcap.start, PROFILE, f"graphengine {__version__}"))
+        self._waiting.append((self._thread.submit(self._do, self._begin), 0))
 
     def note(self, name: str, values: Mapping[str, str]) -> None:
         """Add metadata."""
@@ -131,6 +131,9 @@ class RecordingWriter:
         except BaseException:
             self._failed = True
             raise
+
+    def _begin(self) -> None:
+        self._mcap.start(PROFILE, f"graphengine {__version__}")
 
     def _add(self, entries: Sequence[Entry]) -> None:
         for entry in entries:

@@ -120,14 +120,14 @@ def _endpoint(gid: bytes, direction: Direction, sample: Any) -> Endpoint | None:
     if not gid.startswith(_CYCLONE):
         qos = replace(qos, history="systemDefault", depth=0)
     found = _TYPE_HASH.search(_user_data(sample.qos))
-    return Endpoint(gid, direction, f"/{topic}", _ros_type(sample.type_name), qos, found[1].decode() if found else "")
+    return Endpoint(gid, direction, f"/{topic}", ros_type(sample.type_name), qos, found[1].decode() if found else "")
 
 
 def _owned(end: Endpoint, owner: _Node | None) -> Endpoint:
     return replace(end, node=owner.name, namespace=owner.namespace) if owner else end
 
 
-def _ros_type(name: str) -> str:
+def ros_type(name: str) -> str:
     """`nav_msgs/msg/Odometry` for `nav_msgs::msg::dds_::Odometry_`; another name stays as it is."""
     namespace, separator, last = name.rpartition("dds_::")
     return f"{namespace}{last.removesuffix('_')}".replace("::", "/") if separator else name

@@ -53,6 +53,10 @@ class _Kind(NamedTuple):
     visual: bool
 
 
+class _UnreadableError(Exception):
+    """A file that is not read; says why."""
+
+
 class Library:
     """The files of one scene, by the keys that MuJoCo knows them by."""
 
@@ -110,7 +114,7 @@ class Library:
         for kind in sorted(kinds):  # a file that is looked at and collided with follows itself
             try:
                 data = self._mesh_data(kind)
-            except meshes.MeshError as error:
+            except _UnreadableError as error:
                 self._meshes[kind] = _Mesh("unreadable", [], str(error))
                 continue
             if meshes.needs_conversion(data, kind.suffix):
@@ -130,7 +134,7 @@ class Library:
         if kind.path in self._keys:
             return self.assets[self._keys[kind.path]]
         if kind.suffix not in meshes.READABLE:
-            raise meshes.MeshError(f"meshes of the format {kind.suffix!r} are not read; {listing(meshes.READABLE)}")
+            raise _UnreadableError(f"meshes of the format {kind.suffix!r} are not read; {listing(meshes.READABLE)}")
         return _content(kind.path)
 
     def _model(self, path: Path, nested: list[Path]) -> Element | None:
@@ -152,7 +156,7 @@ class Library:
                 self._asset(element, attribute, path.parent, folders, [*nested, path.resolve()])
         cells, culprit = weigh(root, self._heaviest)
         if culprit is not None:
-            what = f"with this <{culprit.tag}> the world unfolds to more than {MAX_CELLS // 1_000_000} million cells"
+            what = f"with this <{culprit.tag}> the world unfolds to more than {MAX_CELLS // 10**6} million cells"
             self.findings.add("S102", what, culprit.span, HOW_CELLS_COUNT)
         self._heaviest = max(self._heaviest, cells)
         return root
@@ -221,14 +225,12 @@ class Library:
         if resolved not in self._keys:
             try:
                 data = _content(resolved)
-            except meshes.MeshError as error:
+            except _UnreadableError as error:
                 self.findings.add(code, f"{reference!r}: {error}", element.place(attribute))
                 return
             self._unfolded += cells_of_file(element.tag, data)
             if self._unfolded > MAX_CELLS:
-                what = (
-                    f"with {reference!r} the world's files unfold to more than {MAX_CELLS // 1_000_000} million cells"
-                )
+                what = f"with {reference!r} the world's files unfold to more than {MAX_CELLS // 10**6} million cells"
                 self.findings.add(code, what, element.place(attribute), HOW_CELLS_COUNT)
                 return
             self._keys[resolved] = self._keep(path.name, data)
@@ -269,17 +271,12 @@ class Library:
 
 
 def _content(path: Path) -> bytes:
-    """What is in a file.
-
-    Raises:
-        meshes.MeshError: there is too much of it, or the system refuses it.
-    """
     try:
         if path.stat().st_size > MAX_FILE_BYTES:
-            raise meshes.MeshError(f"it is larger than {MAX_FILE_BYTES // 1_000_000} MB")
+            raise _UnreadableError(f"it is larger than {MAX_FILE_BYTES // 1_000_000} MB")
         return path.read_bytes()
     except OSError as error:
-        raise meshes.MeshError(f"it cannot be read: {error.strerror or error}") from None
+        raise _UnreadableError(f"it cannot be read: {error.strerror or error}") from None
 
 
 def _whereabouts(reference: str, places: Sequence[Path], packages: Packages | None) -> list[str]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import os
 import sys
 from pathlib import Path
 
@@ -9,6 +11,8 @@ import pytest
 
 from graphengine.cli import main
 from tests.cli.harness import Graphrun, Result
+
+_domains = itertools.count()
 
 CLOCK = """format: 1
 graph: mine
@@ -38,6 +42,16 @@ def graphrun(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
         return Result(code, *capsys.readouterr())
 
     return run
+
+
+@pytest.fixture
+def domain_id(monkeypatch: pytest.MonkeyPatch) -> int:
+    """A ROS 2 domain that no other test of this process uses, and hardly one of another; the environment names it."""
+    number = 101 + (os.getpid() * 11 + next(_domains)) % 99
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(number))
+    for name in ("CYCLONEDDS_URI", "ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS"):
+        monkeypatch.delenv(name, raising=False)
+    return number
 
 
 @pytest.fixture

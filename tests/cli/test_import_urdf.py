@@ -174,6 +174,59 @@ def test_a_robot_of_xacro_gets_its_urdf_beside_its_file(graphrun: Graphrun, cart
     assert graphrun("check", "scenes/cart.yaml", "--allow", "ws").code == 0
 
 
+def test_what_mujoco_warns_of_is_told(graphrun: Graphrun, cart: Path) -> None:
+    textured = TETRAHEDRON.replace("f 1 3 2", "vt 0 0\nf 1/9 3/1 2/1").replace("f 1 2 4", "f 1/1 2/1 4/1")
+    textured = textured.replace("f 1 4 3", "f 1/1 4/1 3/1").replace("f 2 3 4", "f 2/1 3/1 4/1")
+    (cart / "ws/cart/meshes/body.obj").write_text(textured, encoding="utf-8")
+    result = imported(graphrun, "ws/cart/urdf/cart.urdf")
+    assert result.code == 0
+    assert "ws/cart/urdf/cart.urdf:1:1: warning W205: MuJoCo: obj_decoder: invalid" in result.err
+
+
+def test_arguments_of_xacro_stand_wherever_one_puts_them(graphrun: Graphrun, cart: Path) -> None:
+    target = ("-o", "scenes/robots/cart.yaml")
+    assert graphrun("import-urdf", *target, "prefix:=a_", "ws/cart/urdf/cart.urdf.xacro").code == 0
+    assert "a_left_joint" in robot(cart)["joints"]  # type: ignore[operator]
+    assert graphrun("import-urdf", "ws/cart/urdf/cart.urdf.xacro", *target, "--force", "prefix:=b_").code == 0
+    assert "b_left_joint" in robot(cart)["joints"]  # type: ignore[operator]
+
+
+def test_a_description_is_not_written_over_by_what_it_expands_to(graphrun: Graphrun, cart: Path) -> None:
+    source = cart / "ws/cart/urdf/robot.urdf"
+    source.write_text(XACRO, encoding="utf-8")
+    result = graphrun("import-urdf", "ws/cart/urdf/robot.urdf", "-o", "ws/cart/urdf/robot.yaml", "--force")
+    assert result.code == 2
+    assert "what ws/cart/urdf/robot.urdf expands to would take its place; choose another name" in result.err
+    assert source.read_text(encoding="utf-8") == XACRO
+
+
+def test_a_robot_file_takes_the_place_of_a_link_and_names_files_from_there(graphrun: Graphrun, cart: Path) -> None:
+    (cart / "elsewhere").mkdir()
+    (cart / "elsewhere/old.yaml").write_text("mine", encoding="utf-8")
+    (cart / "scenes/robots/cart.yaml").symlink_to(cart / "elsewhere/old.yaml")
+    text = URDF.replace("../meshes", "package://cart/meshes").replace("package://cart", "../ws/cart")
+    (cart / "scenes/plain.urdf").write_text(text, encoding="utf-8")
+    assert imported(graphrun, "scenes/plain.urdf", "--force", "--allow", "ws").code == 0
+    assert robot(cart)["urdf"] == "../plain.urdf"
+    assert (cart / "elsewhere/old.yaml").read_text(encoding="utf-8") == "mine"
+
+
+@pytest.mark.parametrize("name", ["true", "null", "nan"])
+def test_a_name_that_is_a_word_of_yaml_stays_a_name(graphrun: Graphrun, cart: Path, name: str) -> None:
+    assert graphrun("import-urdf", "ws/cart/urdf/cart.urdf", "-o", f"scenes/robots/{name}.yaml").code == 0
+    scene = SCENE.replace("robots/cart.yaml", f"robots/{name}.yaml")
+    (cart / "scenes/cart.yaml").write_text(scene, encoding="utf-8")
+    assert graphrun("check", "scenes/cart.yaml", "--allow", "ws").code == 0
+
+
+def test_a_target_that_cannot_be_written_is_told(graphrun: Graphrun, cart: Path) -> None:
+    (cart / "scenes/robots/cart.yaml").mkdir()
+    result = imported(graphrun, "ws/cart/urdf/cart.urdf.xacro", "--force")
+    assert (result.code, result.out) == (1, "")
+    assert "error: scenes/robots/cart.yaml: Is a directory" in result.err
+    assert [path.name for path in (cart / "scenes/robots").iterdir()] == ["cart.yaml"]
+
+
 def test_a_fixed_base_and_packages_elsewhere(graphrun: Graphrun, cart: Path) -> None:
     alone = cart / "elsewhere.urdf"
     alone.write_text(URDF.replace("../meshes", "ws/cart/meshes"), encoding="utf-8")
@@ -262,7 +315,8 @@ def test_names_of_a_stranger_stay_names(graphrun: Graphrun, cart: Path) -> None:
         (("ws/cart/urdf/cart.urdf.xacro", "prefix=1"), "prefix=1: write NAME:=VALUE, as for xacro"),
         (("a:=1", "--topic", "/x"), "a:=1: what comes from the network takes no arguments"),
         (("ws/cart/urdf/cart.urdf", "--allow", "nowhere"), "no folder 'nowhere'"),
-        (("--topic", "/x", "--timeout", "nan"), "--timeout: write seconds, more than 0"),
+        (("--topic", "/x", "--timeout", "nan"), "--timeout: write seconds, more than 0 and at most 1e+06"),
+        (("--topic", "/x", "--timeout", "inf"), "--timeout: write seconds, more than 0 and at most 1e+06"),
     ],
 )
 def test_a_command_line_that_makes_no_sense(

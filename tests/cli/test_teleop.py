@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import itertools
 import os
 import pty
 import select
@@ -26,8 +25,6 @@ from graphengine.ros.graph import Endpoint, Graph
 from tests.cli.harness import PATIENCE, ROOT, Graphrun, command, environment
 
 TWIST, STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
-
-_numbers = itertools.count()
 
 
 class Robot:
@@ -89,8 +86,8 @@ class Driver:
 
 
 @pytest.fixture
-def domain() -> Domain:
-    return Domain(101 + (os.getpid() * 17 + next(_numbers)) % 99, "LOCALHOST")
+def domain(domain_id: int) -> Domain:
+    return Domain(domain_id, "LOCALHOST")
 
 
 @pytest.fixture

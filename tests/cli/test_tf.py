@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import os
 import shutil
 from collections.abc import Iterator
@@ -20,17 +19,10 @@ from tests.cli.harness import Graphrun
 
 TF = "tf2_msgs/msg/TFMessage"
 
-_numbers = itertools.count()
-
 
 @pytest.fixture
-def domain(monkeypatch: pytest.MonkeyPatch) -> Domain:
-    """A domain of one's own, within this process."""
-    number = 101 + (os.getpid() * 13 + next(_numbers)) % 99
-    monkeypatch.setenv("ROS_DOMAIN_ID", str(number))
-    for name in ("CYCLONEDDS_URI", "ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS"):
-        monkeypatch.delenv(name, raising=False)
-    return Domain(number, "OFF")
+def domain(domain_id: int) -> Domain:
+    return Domain(domain_id, "OFF")
 
 
 @pytest.fixture

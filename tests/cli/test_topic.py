@@ -6,7 +6,6 @@ Where it can be, the peer lives in this process, in a domain that nobody else is
 from __future__ import annotations
 
 import io
-import itertools
 import os
 import re
 import signal
@@ -16,6 +15,7 @@ import threading
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,18 +30,6 @@ from tests.cli.harness import PATIENCE, Graphrun, command, environment, live
 
 STRING, TWIST, SCAN = "std_msgs/msg/String", "geometry_msgs/msg/Twist", "sensor_msgs/msg/LaserScan"
 SENSOR = QoS(depth=5, reliability="bestEffort")
-
-_numbers = itertools.count()
-
-
-@pytest.fixture
-def domain_id(monkeypatch: pytest.MonkeyPatch) -> int:
-    """A domain of one's own, in which every program that is started is too."""
-    number = 101 + (os.getpid() * 11 + next(_numbers)) % 99
-    monkeypatch.setenv("ROS_DOMAIN_ID", str(number))
-    for name in ("CYCLONEDDS_URI", "ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS"):
-        monkeypatch.delenv(name, raising=False)
-    return number
 
 
 @pytest.fixture
@@ -318,6 +306,15 @@ def test_pub_tells_why_nobody_matches(
     assert reason in result.err
 
 
+def test_messages_of_ones_own_are_found_where_the_command_line_says(
+    topic: Graphrun, peer: DdsTransport, tmp_path: Path
+) -> None:
+    (tmp_path / "my_msgs" / "msg").mkdir(parents=True)
+    (tmp_path / "my_msgs" / "msg" / "Speed.msg").write_text("float32 v 0.5\n", encoding="utf-8")
+    result = topic("pub", "--once", "-w", "0", "/speed", "my_msgs/Speed", "--msg-path", str(tmp_path))
+    assert "publishing #1: my_msgs.msg.Speed(v=0.5)\n" in result.out
+
+
 # Mistakes
 
 
@@ -359,7 +356,7 @@ def test_mistakes_are_told_in_words(
 
 
 def test_without_ros_rclpy_is_refused_with_the_reason(graphrun: Graphrun, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "rclpy", None)
+    monkeypatch.setitem(sys.modules, "rclpy.executors", None)
     result = graphrun("topic", "list", "--transport", "rclpy")
     assert (result.code, result.out) == (1, "")
     assert result.err.startswith("error: rclpy cannot be used: ")

@@ -88,14 +88,14 @@ def test_one_twist_moves_the_robot(tool: Tool) -> None:
     assert any(abs(place() - before) > 0.05 for _ in range(ATTEMPTS))
 
 
-def test_data_comes_at_the_rate_of_the_scene(tool: Tool) -> None:
+def test_echo_shows_the_scan_of_the_lidar(tool: Tool) -> None:
     result = tool("topic", "echo", "/dd100_0000/sim_lidar/scan", "--once", "--no-arr", "--spin-time", "20")
     assert "frame_id: sim_lidar\n" in result.out
     assert "ranges: '<sequence type: float, length: 2751>'\n" in result.out
 
 
 def test_the_tf_tree_is_whole_with_the_robots_own_links(tool: Tool) -> None:
-    result = tool("tf", "tree", "--wait-time", "1", "--strict", "--spin-time", "5")
+    result = tool("tf", "tree", "--wait-time", "1", "--strict", "--namespace", "dd100_0000")
     assert (result.code, result.err.splitlines()[1:]) == (0, [])
     rows = [re.match(r"([│├└─ ]*)(\w+) ", f"{line} ") for line in result.lines[1:]]
     frames = [row[2] for row in rows if row]

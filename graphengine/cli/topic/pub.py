@@ -12,7 +12,7 @@ from graphengine.cli.live import POLL, Live, absolute, add_live_arguments, count
 from graphengine.cli.topic.quality import add_quality_arguments, quality
 
 if TYPE_CHECKING:
-    from graphengine.ros.graph import Endpoint
+    from graphengine.ros.graph import Endpoint, Graph
 
 PATIENCE = 1.0
 """Seconds between two lines that tell what is waited for."""
@@ -65,11 +65,11 @@ def execute(arguments: argparse.Namespace) -> int:
         draft = parse(sys.stdin.read() if arguments.stdin else arguments.values, message_type, live.definitions)
         clock = live.clock(arguments)
         writer = live.transport.writer(topic, message_type, qos)
-        _wait_for_readers(
-            live, Endpoint(b"", "publish", topic, message_type, qos), wanted, arguments.max_wait_time_secs
-        )
+        if wanted:
+            offer = Endpoint(b"", "publish", topic, message_type, qos)
+            _wait_for_readers(live, offer, wanted, arguments.max_wait_time_secs)
         show("publisher: beginning loop")
-        begun = time.monotonic()
+        due = time.monotonic()
         for number in itertools.count(1):
             message = draft.stamp(clock())
             if arguments.print and number % arguments.print == 0:
@@ -77,7 +77,8 @@ def execute(arguments: argparse.Namespace) -> int:
             writer.write(encode(message, live.definitions))
             if number == times:
                 break
-            time.sleep(max(0.0, begun + number / arguments.rate - time.monotonic()))
+            due = max(due + 1.0 / arguments.rate, time.monotonic())
+            time.sleep(max(0.0, due - time.monotonic()))
         time.sleep(arguments.keep_alive)
     return 0
 
@@ -90,28 +91,27 @@ def _wait_for_readers(live: Live, offer: Endpoint, wanted: int, limit: float | N
     """
     from graphengine.diagnostics import TransportError
 
-    def found() -> int:
-        return sum(map(offer.serves, live.graph_now().subscribers(offer.topic)))
+    def found(graph: Graph) -> int:
+        return sum(map(offer.serves, graph.subscribers(offer.topic)))
 
     begun = told = time.monotonic()
-    if wanted:
-        live.graph(lambda graph: found() >= wanted)
-    while found() < wanted:
+    graph = live.graph(lambda graph: found(graph) >= wanted)
+    while found(graph) < wanted:
         now = time.monotonic()
         if limit is not None and now - begun >= limit:
-            what = f"Expected {wanted} subscribers but only got {found()} subscribers"
-            raise TransportError(f"Timed out waiting for subscribers: {what}{_mismatches(live, offer)}")
+            what = f"Expected {wanted} subscribers but only got {found(graph)} subscribers"
+            raise TransportError(f"Timed out waiting for subscribers: {what}{_mismatches(graph, offer)}")
         if now >= told:
-            show(f"Waiting for at least {wanted} matching subscription(s)...{_mismatches(live, offer)}")
+            show(f"Waiting for at least {wanted} matching subscription(s)...{_mismatches(graph, offer)}")
             told = now + PATIENCE
         time.sleep(POLL)
+        graph = live.graph_now()
 
 
-def _mismatches(live: Live, offer: Endpoint) -> str:
+def _mismatches(graph: Graph, offer: Endpoint) -> str:
     """Why readers of the topic do not match, a line for each; or which topic may be meant."""
     from graphengine.ros.qos import mismatch
 
-    graph = live.graph_now()
     lines = []
     for end in graph.subscribers(offer.topic):
         if end.message_type != offer.message_type:

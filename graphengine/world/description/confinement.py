@@ -72,7 +72,7 @@ def bound() -> None:
 
 
 def confine(files: Files) -> None:
-    """Bound this process: from here on it also reads only what `files` lets it, and nothing else leaves it but pipes.
+    """Bound this process: from here on it also reads only what `files` lets it, which notes it, and only pipes leave it.
 
     An audit hook is told of everything that Python does to the outside. It is a second wall: what is evaluated here should
     not get that far.
@@ -88,6 +88,8 @@ def confine(files: Files) -> None:
         if event == "open" and arguments[2] & _WRITING:
             raise RefusedError(f"{str(arguments[0])!r} cannot be written from here")
         check_readable(Path(arguments[0]), files)
+        if event == "open":
+            files.note(Path(arguments[0]))
 
     sys.addaudithook(judge)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -107,7 +108,7 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
         library=library,
         files={**written, origin.target: text},
         outside=_outside([*packages, path], origin),
-        use=os.path.relpath(origin.target.resolve(), _project(origin.target)),
+        use=os.path.relpath(origin.target.parent.resolve() / origin.target.name, _project(origin.target)),
     )
 
 
@@ -119,13 +120,18 @@ def _parsed(text: str, target: Path, findings: Findings) -> RobotFile | None:
 
 def _compiled(spec: mujoco.MjSpec, urdf: Urdf, findings: Findings) -> mujoco.MjModel | None:
     try:
-        return spec.compile()
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            model = spec.compile()
     except (ValueError, mujoco.FatalError) as error:
         message, name, _ = mujoco_says(error)
-        places = (element.span for element in urdf.element.walk() if element.get("name") == name.partition(".")[0])
-        start = urdf.element.span
-        findings.add("S106", f"MuJoCo: {message}: {name!r}", next(places, start))
+        owners = (name, name.rsplit(".", 2)[0])  # a geom is named by its link and two numbers
+        places = (element.span for element in urdf.element.walk() if element.get("name") in owners)
+        findings.add("S106", f"MuJoCo: {message}: {name!r}", next(places, urdf.element.span))
         return None
+    for warning in caught:
+        findings.add("W205", f"MuJoCo: {str(warning.message).partition(' Time =')[0]}", urdf.element.span)
+    return model
 
 
 def _lowest(model: mujoco.MjModel) -> float | None:
@@ -167,13 +173,13 @@ def _portable(urdf: Urdf) -> str:
 
 def _near(path: Path, target: Path) -> str:
     """A path as a robot file names it: relative within its project, else absolute."""
-    resolved, folder = path.resolve(), target.resolve().parent
+    resolved, folder = path.resolve(), target.parent.resolve()
     return os.path.relpath(resolved, folder) if resolved.is_relative_to(_project(target)) else str(resolved)
 
 
 def _project(target: Path) -> Path:
     """The folder of the scenes that a robot file is meant for, which robots lie in a folder of."""
-    folder = target.resolve().parent
+    folder = target.parent.resolve()
     return folder.parent if folder.name == "robots" else folder
 
 

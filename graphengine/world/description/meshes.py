@@ -138,7 +138,7 @@ def _collada(data: bytes) -> Iterator[Part]:
         raise MeshError("the COLLADA file has no scene")
     unit = document.assetInfo.unitmeter or 1.0
     total = 0
-    for geometry in _geometries(document.scene.nodes):
+    for geometry, mirrored in _geometries(document.scene.nodes):
         for bound in geometry.primitives():
             primitive = bound.triangleset() if isinstance(bound, BoundPolylist) else bound
             if (
@@ -151,8 +151,8 @@ def _collada(data: bytes) -> Iterator[Part]:
             if total > MAX_TRIANGLES:
                 raise MeshError(f"there are more than {MAX_TRIANGLES} triangles in it")
             used, faces = np.unique(primitive.vertex_index, return_inverse=True)  # primitives share their vertices
-            vertices = np.asarray(primitive.vertex[used], np.float64) * unit
-            yield Part(vertices, faces.reshape(-1, 3), _diffuse(primitive.material))
+            vertices, faces = np.asarray(primitive.vertex[used], np.float64) * unit, faces.reshape(-1, 3)
+            yield Part(vertices, faces[:, ::-1] if mirrored else faces, _diffuse(primitive.material))
 
 
 def _document(data: bytes) -> Any:
@@ -169,8 +169,11 @@ def _document(data: bytes) -> Any:
     return collada.Collada(io.BytesIO(ElementTree.tostring(root)), ignore=[collada.DaeError])
 
 
-def _geometries(nodes: list[Any]) -> Iterator[Any]:
-    """Geometries of a scene in its frame, depth first; nodes may stand in several places, but not in too many."""
+def _geometries(nodes: list[Any]) -> Iterator[tuple[Any, bool]]:
+    """Geometries of a scene in its frame, and whether they are mirrored there, which turns their triangles inside out.
+
+    They come depth first; nodes may stand in several places, but not in too many.
+    """
     from collada.scene import GeometryNode, Node
 
     pending = [(node, np.eye(4)) for node in reversed(nodes)]
@@ -179,7 +182,8 @@ def _geometries(nodes: list[Any]) -> Iterator[Any]:
             return
         node, above = pending.pop()
         if isinstance(node, GeometryNode):
-            yield from node.objects("geometry", above)
+            mirrored = bool(np.linalg.det(above[:3, :3]) < 0)
+            yield from ((geometry, mirrored) for geometry in node.objects("geometry", above))
         elif isinstance(node, Node):
             pose = above @ node.matrix
             pending.extend((child, pose) for child in reversed(node.children))

@@ -114,7 +114,6 @@ class Expansion:
             xacro.filestack.pop()
             missing = FileNotFoundError()  # by which an optional include knows that there is none
             raise XacroException(f"no file {filename!r}", exc=missing)
-        self.packages.files.note(path)
         root = read(path, self.findings, "S103")
         if root is None:
             raise RefusedError(f"{filename!r} cannot be read")
@@ -194,11 +193,12 @@ def main() -> None:
     expansion = Expansion(Path(request["path"]), request["arguments"], packages)
     answer, complaint = sys.stdout, sys.stderr
     confine(files)
-    root = expansion.run()
-    used = [str(path) for path in files.used]
-    told = {"root": root, "known": sorted(expansion.known), "findings": _told(expansion.findings), "used": used}
-    text = json.dumps(told)
-    if len(text) > MAX_ANSWER:
+    try:
+        told = {"root": expansion.run(), "known": sorted(expansion.known), "findings": _told(expansion.findings)}
+        text = json.dumps({**told, "used": [str(path) for path in files.used]})
+    except MemoryError:
+        text = ""
+    if not text or len(text) > MAX_ANSWER:
         complaint.write(f"it expands to more than {MAX_ANSWER // 1_000_000} MB")
         complaint.flush()
         os._exit(1)

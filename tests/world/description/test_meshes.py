@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from graphengine.world import references
 from graphengine.world.description import meshes
 from graphengine.world.description.meshes import MeshError, convert
 from graphengine.world.engine import mujoco
@@ -92,6 +93,12 @@ def test_nodes_and_units_of_a_collada_file_place_its_points() -> None:
     low, high = bounds(data)
     assert low == pytest.approx([7 * 0.0254, 0, 0], abs=1e-6)
     assert high == pytest.approx([10 * 0.0254, 0.0254, 2 * 0.0254])
+
+
+@pytest.mark.parametrize(("scale", "corners"), [("1 3 1", [0, 1, 2]), ("-1 3 1", [2, 1, 0]), ("-1 -3 1", [0, 1, 2])])
+def test_a_node_that_mirrors_does_not_turn_its_triangles_inside_out(scale: str, corners: list[int]) -> None:
+    for part in convert(collada(f"<node><scale>{scale}</scale>{instance()}</node>"), ".dae"):
+        assert part.faces.reshape(-1, 3).tolist() == [corners, [3 + corner for corner in corners]]
 
 
 def test_the_up_axis_of_a_collada_file_does_not_count() -> None:
@@ -252,6 +259,13 @@ def test_a_collider_that_cannot_be_read_is_an_error(project: Project) -> None:
     project.write("odd.dae", "<COLLADA/>")
     project.write("bot.urdf", CART.replace('<box size=".4 .3 .1"/>', MESH.format("odd.dae")))
     assert "bot.urdf:4:42: error S103: 'odd.dae': the COLLADA file has no scene" in project.error()
+
+
+def test_a_mesh_that_is_too_large_is_told(project: Project, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(references, "MAX_FILE_BYTES", 1_000_000)
+    (project.folder / "big.obj").write_bytes(bytes(1_000_001))
+    project.write("bot.urdf", CART.replace('<box size=".4 .3 .1"/>', MESH.format("big.obj")))
+    assert "bot.urdf:4:42: error S103: 'big.obj': it is larger than 1 MB" in project.error()
 
 
 def test_a_flat_mesh_can_be_seen(project: Project) -> None:

@@ -6,7 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from graphengine.diagnostics import Findings
+from graphengine.files import Files
 from graphengine.world.description import xacro
+from graphengine.world.description.packages import Packages
 from tests.world.harness import ROBOT, Project
 
 HEAD = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="cart">\n'
@@ -63,6 +66,12 @@ def test_arguments_includes_macros_conditions_and_yaml(cart: Project) -> None:
     robot = cart.load().robots["bot"]
     assert list(robot.urdf.links)[-1] == "camera"
     assert robot.wheel_radii["left_wheel_joint"] == 0.2
+
+
+def test_the_files_that_were_read_are_noted(cart: Project) -> None:
+    packages = Packages(cart.folder, (), Files((cart.folder.resolve(),)))
+    assert xacro.expand(cart.folder / "bot.urdf.xacro", {}, packages, Findings()) is not None
+    assert [path.name for path in packages.files.used] == ["bot.urdf.xacro", "wheel.xacro", "size.yaml"]
 
 
 def test_a_mistake_in_what_a_macro_made_is_told_in_the_line_that_was_written(cart: Project) -> None:

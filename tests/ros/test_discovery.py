@@ -1,0 +1,118 @@
+"""What a participant learns of peers that are unlike itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any, TypeAlias
+
+import pytest
+from cyclonedds.pub import DataWriter
+from cyclonedds.topic import Topic
+
+from graphengine.context import QoS
+from graphengine.ros import cyclone, discovery
+from graphengine.ros.dds import DdsTransport
+from graphengine.ros.discovery import ros_type
+from graphengine.ros.domain import Domain
+from graphengine.ros.graph import discover
+from graphengine.ros.idl import idl_type
+from graphengine.ros.messages import String, encode
+
+Eventually: TypeAlias = Callable[[Callable[[], object]], bool]
+Join: TypeAlias = "Callable[[str], Stranger]"
+
+STRING = "std_msgs/msg/String"
+
+
+@pytest.fixture
+def domain(domain_id: int) -> Domain:
+    return Domain(domain_id, "OFF")
+
+
+@pytest.fixture
+def alice(domain: Domain) -> Iterator[DdsTransport]:
+    transport = DdsTransport(domain, "alice")
+    yield transport
+    transport.close()
+
+
+class Stranger:
+    """A participant that tells of no nodes."""
+
+    def __init__(self, domain: Domain, user_data: str) -> None:
+        self.participant = cyclone.join(domain, user_data)
+        self.writers: list[Any] = []
+
+    def write(self, topic: str) -> Any:
+        """A writer of texts on a DDS topic."""
+        described = Topic(self.participant, topic, idl_type(STRING))
+        policies = cyclone.endpoint_qos(discovery.TELLING, "")
+        self.writers.append(DataWriter(self.participant, described, qos=policies))
+        return self.writers[-1]
+
+
+@pytest.fixture
+def join(domain: Domain) -> Iterator[Join]:
+    """A stranger with that user data."""
+    joined: list[Stranger] = []
+
+    def join(user_data: str) -> Stranger:
+        joined.append(Stranger(domain, user_data))
+        return joined[-1]
+
+    yield join
+    for stranger in joined:
+        cyclone.leave(domain, stranger.participant)
+
+
+def test_a_program_that_is_no_ros_node_is_seen_and_not_waited_for(
+    alice: DdsTransport, join: Join, eventually: Eventually
+) -> None:
+    join("").write("rt/chatter")
+    assert eventually(lambda: alice.graph().publishers("/chatter"))
+    graph = discover(alice, 0.0, names=True)
+    (writer,) = graph.publishers("/chatter")
+    assert (writer.full_node, writer.type_hash) == ("", "")
+    assert (graph.complete, graph.named) == (True, True)
+
+
+def test_a_ros_process_that_has_told_nothing_is_waited_for(alice: DdsTransport, join: Join) -> None:
+    assert alice.graph().complete
+    silent = join("enclave=/;")
+    graph = alice.graph()
+    assert (graph.complete, graph.named) == (False, False)
+    silent.write("rt/chatter")
+    graph = alice.graph()
+    assert (graph.complete, graph.named) == (True, False)
+
+
+def test_rubbish_about_nodes_is_passed_over(
+    alice: DdsTransport, domain: Domain, join: Join, eventually: Eventually
+) -> None:
+    liar = join("").write(discovery.TOPIC)
+    assert cyclone.write(liar, encode(String("rubbish"))) == 0
+    bob = DdsTransport(domain, "bob")
+    bob.writer("/chatter", STRING, QoS())
+    assert eventually(lambda: [end.node for end in alice.graph().publishers("/chatter")] == ["bob"])
+    bob.close()
+
+
+def test_services_and_topics_of_others_are_no_topics_of_ros(alice: DdsTransport, join: Join) -> None:
+    stranger = join("")
+    for name in ("rq/addRequest", "rr/addReply", "rt", "plain", "other/rt/x"):
+        stranger.write(name)
+    stranger.write("rt/marker")
+    assert {end.topic for end in alice.graph().endpoints if not end.node} == {"/marker"}
+
+
+@pytest.mark.parametrize(
+    ("dds", "ros"),
+    [
+        ("nav_msgs::msg::dds_::Odometry_", "nav_msgs/msg/Odometry"),
+        ("my_msgs::msg::dds_::Odd__", "my_msgs/msg/Odd_"),
+        ("Shapes::ShapeType", "Shapes::ShapeType"),
+        ("", ""),
+    ],
+)
+def test_types_of_ros_have_their_own_names(dds: str, ros: str) -> None:
+    assert ros_type(dds) == ros
