@@ -45,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--transport", choices=("auto", "dds", "rclpy", "memory"), default="auto")
     parser.add_argument("--keep-going", action="store_true", help="a node that raises ends its branch, not the run")
-    record = "write what is read, heard and said to an MCAP file, for `graphrun replay`, `ros2 bag play` and Foxglove"
+    record = "MCAP file of all that is read, heard and said, for replay, ros2 bag and Foxglove; pictures are waited for"
     parser.add_argument("--record", metavar="FILE", type=Path, help=record)
     parser.add_argument("--force", action="store_true", help="let --record write over a file that is there")
 

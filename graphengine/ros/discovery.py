@@ -13,6 +13,7 @@ from cyclonedds.builtin import (
     BuiltinTopicDcpsPublication,
     BuiltinTopicDcpsSubscription,
 )
+from cyclonedds.core import InstanceState
 from cyclonedds.qos import Policy
 
 from graphengine.diagnostics import TransportError
@@ -64,10 +65,10 @@ class Discovery:
 
     def graph(self) -> Graph:
         """What is known by now."""
+        self._hear_nodes()  # first: a participant that is gone takes with it what it told before
         self._hear_participants()
         self._hear_endpoints(self._publications, "publish")
         self._hear_endpoints(self._subscriptions, "subscribe")
-        self._hear_nodes()
         owners = {gid: node for nodes in self._nodes.values() for gid, node in nodes.items()}
         found = [_owned(end, owners.get(end.gid)) for end in self._endpoints.values() if end is not None]
         heard = {gid[:_PREFIX] for gid in self._endpoints}
@@ -77,7 +78,7 @@ class Discovery:
     def _hear_participants(self) -> None:
         for sample in _samples(self._participants):
             prefix = sample.key.bytes[:_PREFIX]
-            if not sample.sample_info.valid_data:
+            if not _is_there(sample):
                 self._silent.discard(prefix)
                 self._nodes.pop(prefix, None)
             elif prefix not in self._nodes and _user_data(sample.qos).startswith(_ENCLAVE):
@@ -86,7 +87,7 @@ class Discovery:
     def _hear_endpoints(self, reader: Any, direction: Direction) -> None:
         for sample in _samples(reader):
             gid: bytes = sample.key.bytes
-            if sample.sample_info.valid_data:
+            if _is_there(sample):
                 self._endpoints[gid] = _endpoint(gid, direction, sample)
             else:
                 self._endpoints.pop(gid, None)
@@ -110,6 +111,11 @@ class Discovery:
 def _samples(reader: Any) -> Iterator[Any]:
     while samples := reader.take(_BATCH):
         yield from samples
+
+
+def _is_there(sample: Any) -> bool:
+    """Whether a sample tells of what is there; one of what came and went since has its data all the same."""
+    return bool(sample.sample_info.instance_state == InstanceState.Alive)
 
 
 def _endpoint(gid: bytes, direction: Direction, sample: Any) -> Endpoint | None:

@@ -8,6 +8,9 @@ from typing import Any
 
 from graphengine.ros.rates import SECOND
 
+MAX_EDGES = 5000
+"""Frames within others that are taken in; drawing a chain of so many takes 100 MB."""
+
 
 @dataclass(slots=True)
 class Edge:
@@ -72,14 +75,20 @@ class FrameTree:
 
     def __init__(self) -> None:
         self._edges: dict[tuple[str, str], Edge] = {}
+        self._full = False
 
     def add(self, message: Any, static: bool, source: bytes) -> None:
-        """Take a `tf2_msgs/msg/TFMessage`, and the GID of who sent it."""
+        """Take a `tf2_msgs/msg/TFMessage`, and the GID of who sent it; edges beyond `MAX_EDGES` are left out."""
         for transform in message.transforms:
             # tf2 takes names with and without a slash in front for the same frame.
             parent = transform.header.frame_id.removeprefix("/")
             child = transform.child_frame_id.removeprefix("/")
-            edge = self._edges.setdefault((child, parent), Edge(parent, child, static))
+            edge = self._edges.get((child, parent))
+            if edge is None:
+                if len(self._edges) == MAX_EDGES:
+                    self._full = True
+                    continue
+                edge = self._edges[child, parent] = Edge(parent, child, static)
             stamp = transform.header.stamp
             edge.add(stamp.sec * SECOND + stamp.nanosec, source)
 
@@ -111,7 +120,8 @@ class FrameTree:
         Args:
             names: who has which GID.
         """
-        return [*self._islands(), *self._parents(names), *self._loops(), *self._rivals(names)]
+        full = [f"there are more than {MAX_EDGES} transforms; the others are left out"] if self._full else []
+        return [*full, *self._islands(), *self._parents(names), *self._loops(), *self._rivals(names)]
 
     def _islands(self) -> Iterator[str]:
         roots = self.roots()

@@ -17,6 +17,7 @@ from graphengine.ros.domain import Domain
 from graphengine.ros.graph import discover
 from graphengine.ros.idl import idl_type
 from graphengine.ros.messages import String, encode
+from graphengine.ros.qos import LATCHED
 
 Eventually: TypeAlias = Callable[[Callable[[], object]], bool]
 Join: TypeAlias = "Callable[[str], Stranger]"
@@ -95,6 +96,20 @@ def test_rubbish_about_nodes_is_passed_over(
     bob.writer("/chatter", STRING, QoS())
     assert eventually(lambda: [end.node for end in alice.graph().publishers("/chatter")] == ["bob"])
     bob.close()
+
+
+def test_a_node_that_came_and_went_between_two_looks_leaves_nothing(
+    alice: DdsTransport, domain: Domain, eventually: Eventually
+) -> None:
+    ready: list[bytes] = []
+    alice.reader("/chatter", STRING, LATCHED, ready.append)
+    alice.graph()
+    bob = DdsTransport(domain, "bob")
+    bob.writer("/chatter", STRING, LATCHED).write(encode(String("told")))
+    assert eventually(lambda: ready)
+    bob.close()
+    assert eventually(lambda: alice.graph().complete and alice.graph().named)
+    assert {end.node for end in alice.graph().endpoints} == {"alice"}
 
 
 def test_services_and_topics_of_others_are_no_topics_of_ros(alice: DdsTransport, join: Join) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from graphengine.ros import messages
-from graphengine.ros.tf_tree import FrameTree, to_dot
+from graphengine.ros.tf_tree import MAX_EDGES, FrameTree, to_dot
 
 A, B = b"a" * 16, b"b" * 16
 NAMES = {A: "/alice", B: "/bob"}
@@ -96,6 +96,14 @@ def test_a_long_chain_of_frames_is_drawn() -> None:
     made = tree(*((f"f{number}", f"f{number + 1}") for number in range(3000)))
     assert len(drawn(made)) == 3001
     assert made.faults(NAMES) == []
+
+
+def test_what_is_too_much_is_left_out_and_told() -> None:
+    made = tree(*(("map", f"f{number}") for number in range(MAX_EDGES + 1)))
+    made.add(messages.TFMessage([transform("map", "f0")]), True, A)
+    assert len(made.edges) == MAX_EDGES
+    assert made.edges[0].number == 2
+    assert made.faults(NAMES) == [f"there are more than {MAX_EDGES} transforms; the others are left out"]
 
 
 def test_dot_has_an_arrow_from_each_parent_with_its_facts() -> None:
