@@ -202,6 +202,7 @@ def _report(imported: Imported, findings: Findings) -> None:
     from collections import Counter
 
     from graphengine.cli.common import clean, counted, near
+    from graphengine.diagnostics import listing
     from graphengine.world.description.robot_file import left_behind, track, wheels
 
     robot, urdf = imported.robot, imported.robot.urdf
@@ -220,7 +221,8 @@ def _report(imported: Imported, findings: Findings) -> None:
     lines += [f"wheel on {wheel.joint}: radius {wheel.radius:g} m" for wheel in rolling]
     if (distance := track(rolling)) is not None:
         lines.append(f"track {distance:g} m")
-    lines += _some("follows another joint", [j.name for j in robot.moving if j.mimic is not None])
+    if followers := [joint.name for joint in robot.moving if joint.mimic is not None]:
+        lines.append(listing(followers, "joints that follow another"))
     notes = [finding for finding in findings.items if finding.severity == "note"]
     lines += _some("note", [": ".join([note.message, *note.help]) for note in notes])
     lines += _some("not carried over", left_behind(urdf))

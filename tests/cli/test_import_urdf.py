@@ -109,7 +109,7 @@ def test_the_report_tells_what_was_found_and_what_was_not_carried_over(graphrun:
         "wheel on left_joint: radius 0.2 m",
         "wheel on right_joint: radius 0.2 m",
         "track 0.6 m",
-        "follows another joint: finger_joint",
+        "joints that follow another: finger_joint",
         "not carried over: transmission: grip_transmission",
         "not carried over: ros2_control: hardware",
         "not carried over: gazebo mu1 0.2, sensor eye camera: grip",

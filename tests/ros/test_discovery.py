@@ -108,8 +108,8 @@ def test_a_node_that_came_and_went_between_two_looks_leaves_nothing(
     bob.writer("/chatter", STRING, LATCHED).write(encode(String("told")))
     assert eventually(lambda: ready)
     bob.close()
+    assert eventually(lambda: {end.node for end in alice.graph().endpoints} == {"alice"})
     assert eventually(lambda: alice.graph().complete and alice.graph().named)
-    assert {end.node for end in alice.graph().endpoints} == {"alice"}
 
 
 def test_services_and_topics_of_others_are_no_topics_of_ros(alice: DdsTransport, join: Join) -> None:
