@@ -69,7 +69,7 @@ class Definitions:
         self.store: Typestore = _Store(below.store) if below else Typestore(ros2_jazzy)
         """Encodes and decodes the types that were asked for."""
         self.files: dict[str, Path] = {}
-        """Files of the folders that were read, by what they define, as in `std_srvs/srv/Trigger`."""
+        """Files of the users' folders that were read, by what they define, as in `std_srvs/srv/Trigger`."""
         self._folders = folders
         self._below = below
         self._known: dict[str, Definition] = {}
@@ -171,7 +171,7 @@ class Definitions:
             if part not in found:
                 self._load(part, (*within, message_type))
         self._add(found, file)
-        if name and file:
+        if name and file and not file.is_relative_to(SHARE):
             self.files[name.source] = file
         return found[message_type]
 

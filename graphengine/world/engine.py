@@ -53,3 +53,13 @@ def round_weights(model: mujoco.MjModel) -> None:
     """
     for weights in (model.body_invweight0, model.dof_invweight0, model.tendon_invweight0):
         weights[:] = weights.astype(np.float32)
+
+
+def data_at_start(model: mujoco.MjModel) -> mujoco.MjData:
+    """The state in which a model begins: as it is built, but a joint whose limits leave out its zero is at the nearer limit."""
+    data = mujoco.MjData(model)
+    scalar = (model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE) | (model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE)
+    limited = np.flatnonzero(scalar & (model.jnt_limited != 0))
+    places, (lowest, highest) = model.jnt_qposadr[limited], model.jnt_range[limited].T
+    data.qpos[places] = np.clip(data.qpos[places], lowest, highest)
+    return data

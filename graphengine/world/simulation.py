@@ -12,7 +12,7 @@ from graphengine.diagnostics import PrimError, listing
 from graphengine.stage import Prim, PrimKind, Stage
 from graphengine.world.common import Common
 from graphengine.world.drives import Drive
-from graphengine.world.engine import mujoco, round_weights, sort_geoms
+from graphengine.world.engine import data_at_start, mujoco, round_weights, sort_geoms
 from graphengine.world.force_limits import ForceLimits
 from graphengine.world.forces import Forces
 from graphengine.world.handle_table import HandleTable
@@ -81,7 +81,7 @@ class Simulation:
         self._rays_choice = rays
         self._rays: Rays | None = None
         self._handles = HandleTable()
-        self.rebind(model, mujoco.MjData(model))
+        self.rebind(model, data_at_start(model))
         if settle:
             self.settled_after = settle_bodies(self.model, self.data, self.step)
             self.steps = 0
@@ -122,7 +122,7 @@ class Simulation:
         """Go on with a model that has a robot more or less; what is in both keeps its state, its commands and its start."""
         before, origin, points, limits = self.data, mujoco.MjData(self.model), self.set_points, self.limits
         mujoco.mj_setState(self.model, origin, self._start, _STATE)
-        common, data, start = Common(self.model, model), mujoco.MjData(model), mujoco.MjData(model)
+        common, data, start = Common(self.model, model), data_at_start(model), data_at_start(model)
         common.carry_over(before, data)
         common.carry_over(origin, start)
         self.rebind(model, data)

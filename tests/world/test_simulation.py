@@ -132,6 +132,16 @@ def test_handles_outlive_a_model_that_is_compiled_anew(project: Project) -> None
     assert simulation.articulation(world.stage.find("/other")).velocities() == pytest.approx([0.0], abs=0.05)
 
 
+def test_a_joint_whose_limits_leave_out_zero_begins_at_the_nearer_one(project: Project) -> None:
+    cart = (project.folder / "bot.urdf").read_text()
+    project.write("bot.urdf", cart.replace('lower="-1" upper="1"', 'lower="0.4" upper="1"'))
+    world = project.load()
+    arm = world.simulation.articulation(world.stage.find("/bot"))
+    assert arm.positions().tolist() == [0.4]
+    Population(world).add("other", RobotUse(use="bot.yaml", position=(2.0, 0.0, 0.1)), Findings())
+    assert world.simulation.articulation(world.stage.find("/other")).positions().tolist() == [0.4]
+
+
 def test_settling_gives_up_on_what_never_rests(project: Project) -> None:
     project.write("scene.yaml", SCENE + "settle: true\n").write(
         "world.xml",
