@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Literal, Protocol
 
-from graphengine.diagnostics import GraphError, NodeError, TransportError, UsageError
+from graphengine.diagnostics import GraphError, TransportError, UsageError
 from graphengine.graph_run import GraphRun
 from graphengine.node_context import Services, SimulationClock
 from graphengine.spec import RobotUse
@@ -284,6 +284,3 @@ class Pacer:
             if -remaining > self.PATIENCE * self.period:
                 self._deadline = now
         self._deadline += self.period
-
-
-FaultListener = Callable[[NodeError], None]

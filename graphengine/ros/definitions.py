@@ -74,6 +74,7 @@ class Definitions:
         self._below = below
         self._known: dict[str, Definition] = {}
         self._sizes: dict[str, int] = {}
+        self._hashes: dict[str, str] = {}
         if below is None:
             for name, (constants, fields) in ros2_jazzy.FIELDDEFS.items():
                 own = [field for field in fields if field[0] != PLACEHOLDER[0]]
@@ -127,11 +128,13 @@ class Definitions:
         Raises:
             MessageTypeError: there is no such type.
         """
-        store = Typestore()
-        for name in self._closure(message_type):
-            fields = [(field, _without_char(kind)) for field, kind in self.definition(name).fields]
-            store.fielddefs[name] = ([], fields)
-        return store.hash_rihs01(message_type)
+        if message_type not in self._hashes:
+            store = Typestore()
+            for name in self._closure(message_type):
+                fields = [(field, _without_char(kind)) for field, kind in self.definition(name).fields]
+                store.fielddefs[name] = ([], fields)
+            self._hashes[message_type] = store.hash_rihs01(message_type)
+        return self._hashes[message_type]
 
     def text(self, message_type: str) -> str:
         """The definition of a message and of its parts as recordings keep it; MCAP calls the form `ros2msg`.

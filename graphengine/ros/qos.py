@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import math
 from collections.abc import Mapping
@@ -85,6 +86,7 @@ def settled(qos: QoS) -> QoS:
     )
 
 
+@functools.lru_cache(maxsize=1024)  # a network has few pairs of them, and asks for each message
 def mismatch(offered: QoS, requested: QoS) -> str:
     """Why a writer that offers this does not serve a reader that requests that; empty when it does."""
     offered, requested = settled(offered), settled(requested)

@@ -114,9 +114,9 @@ class Joints(Handle):
     def bind(self) -> None:
         """Find the joints and the servos that drive them."""
         model, data = self._simulation.model, self._simulation.data
-        robot, stage = self._prim, self._simulation.stage
+        robot = self._prim
         drives: dict[str, Drive | None] = {
-            prim.facts["joint"]: prim.facts["drive"] for prim in stage.prims("joint") if stage.robot_of(prim) is robot
+            prim.facts["joint"]: prim.facts["drive"] for prim in robot.descendants() if prim.kind == "joint"
         }
         own = [drives[name] or Drive() for name in self.joint_names]
         joints = [f"{robot.name}/{name}" for name in self.joint_names]

@@ -80,8 +80,9 @@ def load_world(
         return None
     stage = Stage()
     add_world(stage, model, robots)
+    bodies = body_names(model)
     for robot in robots.values():
-        add_robot(stage, robot, body_names(model), findings)
+        add_robot(stage, robot, bodies, findings)
     if len(findings.errors) > before:
         return None
     physics, settle = scene.spec.physics, scene.spec.settle

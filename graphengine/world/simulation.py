@@ -110,8 +110,9 @@ class Simulation:
         self._rays = select_rays(self._rays_choice, model, data) if self._rays is not None else None
         self.model, self.data = model, data
         self.forces = Forces(model, data)
-        self.set_points = SetPoints(model, data, self._drives())
-        self.limits = ForceLimits(model, data, self._drives())
+        drives = list(self._drives())
+        self.set_points = SetPoints(model, data, drives)
+        self.limits = ForceLimits(model, data, drives)
         # A model that is close to singular from the start was told to be, when it was built; most of them do move.
         singular = bool(data.warning[mujoco.mjtWarning.mjWARN_INERTIA].number)
         self._warnings = data.warning.number[mujoco.mjtWarning.mjWARN_INERTIA + singular :]
