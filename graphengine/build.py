@@ -18,12 +18,13 @@ from graphengine.files import Files, NotFoundError
 from graphengine.graph_run import make_graph_run
 from graphengine.literals import Override
 from graphengine.namespaces import write_namespaces
-from graphengine.node_context import Services, SimulationClock
+from graphengine.node_context import Services
 from graphengine.plan import Plan
 from graphengine.registry import Registry, default_registry
 from graphengine.ros.definitions import Definitions
 from graphengine.roster import SceneRoster
 from graphengine.session import Session
+from graphengine.simulation_clock import SimulationClock
 from graphengine.spec import SceneSpec
 from graphengine.stage import Stage
 from graphengine.uses import GraphFile, find_use, plan_uses, robot_uses, use_place

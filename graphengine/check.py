@@ -13,9 +13,10 @@ from graphengine.diagnostics import ContextError, Finding, Findings, GraphError,
 from graphengine.dry import DryNetwork, DryWorld
 from graphengine.graph import Instance
 from graphengine.graph_run import make_graph_run
-from graphengine.node_context import Services, SimulationClock
+from graphengine.node_context import Services
 from graphengine.plan import Plan
 from graphengine.registry import LINTS
+from graphengine.simulation_clock import SimulationClock
 from graphengine.stage import Stage
 from graphengine.template import WireEntry
 

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 
 from graphengine.diagnostics import NodeError
 from graphengine.executor import Executor
-from graphengine.node_context import GraphVariable, NodeContext, Services, SimulationClock
+from graphengine.graph_variable import GraphVariable
+from graphengine.node_context import NodeContext, Services
 from graphengine.plan import Plan
+from graphengine.simulation_clock import SimulationClock
 from graphengine.stage import at_or_below
 
 

@@ -5,7 +5,6 @@ The same class serves a dry setup, over stand-ins, and a running session; so wha
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -13,7 +12,6 @@ from typing import Any, Literal
 
 import numpy as np
 
-from graphengine import types
 from graphengine.backend import Closable, Network, TopicClaim, World
 from graphengine.context import (
     Articulation,
@@ -30,8 +28,11 @@ from graphengine.context import (
     Subscription,
 )
 from graphengine.diagnostics import ContextError, PrimError, TopicError, listing
+from graphengine.graph_variable import GraphVariable
+from graphengine.mailbox import NodeMailbox, QueueMailbox
 from graphengine.render_product import ProductCamera, RenderProduct
 from graphengine.ros import names, qos
+from graphengine.seeds import key_of
 from graphengine.sensor import LARGEST_PICTURE
 from graphengine.stage import Prim, PrimKind, Stage, at_or_below
 from graphengine.transform_tree import expand
@@ -62,134 +63,13 @@ class Services:
 
     def reseed(self, path: str) -> None:
         """Begin a node's random numbers at their beginning."""
-        digest = hashlib.blake2b(f"{self.seed} {path}".encode(), digest_size=16).digest()
         generator = self.generators.setdefault(path, np.random.Generator(np.random.Philox()))
-        generator.bit_generator.state = np.random.Philox(key=int.from_bytes(digest, "little")).state
+        generator.bit_generator.state = np.random.Philox(key=key_of(self.seed, path)).state
 
     def forget(self, prim: str) -> None:
         """Let go of the render products of sensors at and below a prim."""
         for path in [path for path, product in self.render_products.items() if at_or_below(product.prim, prim)]:
             del self.render_products[path]
-
-
-class SimulationClock:
-    """Time counted in ticks: `tick * numerator / denominator`, so that nothing adds up."""
-
-    __slots__ = (
-        "_denominator",
-        "_numerator",
-        "_past",
-        "_wall_time",
-        "delta",
-        "frame",
-        "monotonic_time",
-        "time",
-        "wall_time_was_read",
-    )
-
-    def __init__(self, period: tuple[int, int]) -> None:
-        self._numerator, self._denominator = period
-        self.delta: float = period[0] / period[1]
-        self.wall_time = 0.0
-        self._past = 0
-        self.set_frame(0)
-
-    @property
-    def wall_time(self) -> float:
-        """Seconds since 1970 when the tick began."""
-        self.wall_time_was_read = True
-        return self._wall_time
-
-    @wall_time.setter
-    def wall_time(self, seconds: float) -> None:
-        self._wall_time = seconds
-        self.wall_time_was_read = False
-
-    def set_frame(self, frame: int) -> None:
-        """Go to a tick since play."""
-        self.frame = frame
-        self.time: float = frame * self._numerator / self._denominator
-        self.monotonic_time: float = (self._past + frame) * self._numerator / self._denominator
-
-    def stop(self) -> None:
-        """Back to 0; monotonic time stays where it is."""
-        self._past += self.frame
-        self.set_frame(0)
-
-
-class QueueMailbox:
-    """Items by tick: posted in one, visible in the next; more than 1000 in a tick are an error."""
-
-    LIMIT = 1000
-
-    def __init__(self, name: str) -> None:
-        self.name = name
-        self.visible: Sequence[Any] = ()
-        """What was posted in the tick before; whoever did not take it by the end of this one has missed it."""
-        self.ticks = 0
-        self._posted: list[Any] = []
-
-    def post(self, item: Any = None) -> None:
-        """Queue an item for the next tick.
-
-        Raises:
-            ContextError: the queue is full.
-        """
-        if len(self._posted) >= self.LIMIT:
-            raise ContextError(
-                f"more than {self.LIMIT} events {self.name!r} in one tick", self.name, "an event may raise itself"
-            )
-        self._posted.append(item)
-
-    def freeze(self) -> None:
-        """Begin a tick."""
-        self.visible, self._posted = self._posted, []
-        self.ticks += 1
-
-    def clear(self) -> None:
-        """Forget everything."""
-        self.visible, self._posted = (), []
-
-
-class NodeMailbox:
-    """A queue as one node sees it: each item reaches every node that takes, once."""
-
-    def __init__(self, queue: QueueMailbox) -> None:
-        self._queue = queue
-        self._taken = 0
-
-    def post(self, item: Any = None) -> None:
-        """Queue an item for the next tick."""
-        self._queue.post(item)
-
-    def take(self) -> Sequence[Any]:
-        """Items posted before this tick."""
-        if self._taken == self._queue.ticks:
-            return ()
-        self._taken = self._queue.ticks
-        return self._queue.visible
-
-
-class GraphVariable:
-    """A graph's variable and what it was when the last two ticks began."""
-
-    __slots__ = ("_before", "_now", "default", "value")
-
-    def __init__(self, default: Any) -> None:
-        self.default = self.value = self._before = self._now = default
-
-    @property
-    def changed(self) -> bool:
-        """Whether it changed during the last tick."""
-        return not types.equal(self._before, self._now)
-
-    def freeze(self) -> None:
-        """Begin a tick."""
-        self._before, self._now = self._now, self.value
-
-    def clear(self) -> None:
-        """Back to the default."""
-        self.value = self._before = self._now = self.default
 
 
 def _named(kind: PrimKind) -> str:

@@ -11,9 +11,10 @@ from graphengine.diagnostics import Findings, NodeError, UsageError, did_you_mea
 from graphengine.graph_run import GraphRun, make_graph_run
 from graphengine.literals import Override
 from graphengine.namespaces import write_namespaces
-from graphengine.node_context import Services, SimulationClock
+from graphengine.node_context import Services
 from graphengine.plan import Plan
 from graphengine.registry import default_registry
+from graphengine.simulation_clock import SimulationClock
 from graphengine.spec import RobotUse
 from graphengine.uses import plan_uses, robot_uses
 

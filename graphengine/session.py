@@ -9,7 +9,8 @@ from typing import Literal, Protocol
 
 from graphengine.diagnostics import GraphError, TransportError, UsageError
 from graphengine.graph_run import GraphRun
-from graphengine.node_context import Services, SimulationClock
+from graphengine.node_context import Services
+from graphengine.simulation_clock import SimulationClock
 from graphengine.spec import RobotUse
 
 SessionState = Literal["stopped", "playing", "paused"]

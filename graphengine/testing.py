@@ -29,12 +29,14 @@ from numpy.typing import ArrayLike, NDArray
 from graphengine import backend, dry, rotation
 from graphengine.context import ContactReading, ImuSample, Picture, Quaternion, Scan, Vector3
 from graphengine.diagnostics import GraphError
+from graphengine.graph_variable import GraphVariable
 from graphengine.node import Node, NodeClassError
-from graphengine.node_context import GraphVariable, NodeContext, Services, SimulationClock
+from graphengine.node_context import NodeContext, Services
 from graphengine.registry import Registry, default_registry
 from graphengine.ros.memory import MemoryTransport
 from graphengine.ros.network import LiveNetwork
 from graphengine.schema import make_schema
+from graphengine.simulation_clock import SimulationClock
 from graphengine.stage import IDENTITY, ORIGIN, Prim, Stage
 from graphengine.types import UnionType
 

@@ -14,12 +14,13 @@ from graphengine.files import Files
 from graphengine.graph import Graph
 from graphengine.graph_run import GraphRun, make_graph_run
 from graphengine.literals import Override
-from graphengine.node_context import NodeContext, Services, SimulationClock
+from graphengine.node_context import NodeContext, Services
 from graphengine.plan import Plan
 from graphengine.planning import make_plan
 from graphengine.registry import Registry
 from graphengine.resolve import resolve
 from graphengine.session import Session
+from graphengine.simulation_clock import SimulationClock
 from graphengine.stage import Stage
 from graphengine.template import load_graph
 from tests.engine import nodes_for_tests

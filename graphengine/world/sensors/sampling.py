@@ -7,10 +7,11 @@ sample, so it does not depend on who asked for which samples before.
 
 from __future__ import annotations
 
-import hashlib
 from fractions import Fraction
 
 import numpy as np
+
+from graphengine.seeds import key_of
 
 
 class Sampling:
@@ -26,8 +27,7 @@ class Sampling:
     def __init__(self, rate: float, tick_period: tuple[int, int], seed: int, prim_path: str) -> None:
         period = Fraction(*tick_period) * Fraction(repr(rate))
         self._samples, self._ticks = period.numerator, period.denominator
-        digest = hashlib.blake2b(f"{seed} {prim_path}".encode(), digest_size=16).digest()
-        self._key = int.from_bytes(digest, "little")
+        self._key = key_of(seed, prim_path)
 
     def newest(self, tick: int) -> int:
         """Number of the newest sample whose time has come at a tick."""

@@ -1,0 +1,61 @@
+"""Impulses and custom events on their way from one tick to the next."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from graphengine.diagnostics import ContextError
+
+
+class QueueMailbox:
+    """Items by tick: posted in one, visible in the next; more than 1000 in a tick are an error."""
+
+    LIMIT = 1000
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.visible: Sequence[Any] = ()
+        """What was posted in the tick before; whoever did not take it by the end of this one has missed it."""
+        self.ticks = 0
+        self._posted: list[Any] = []
+
+    def post(self, item: Any = None) -> None:
+        """Queue an item for the next tick.
+
+        Raises:
+            ContextError: the queue is full.
+        """
+        if len(self._posted) >= self.LIMIT:
+            raise ContextError(
+                f"more than {self.LIMIT} events {self.name!r} in one tick", self.name, "an event may raise itself"
+            )
+        self._posted.append(item)
+
+    def freeze(self) -> None:
+        """Begin a tick."""
+        self.visible, self._posted = self._posted, []
+        self.ticks += 1
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self.visible, self._posted = (), []
+
+
+class NodeMailbox:
+    """A queue as one node sees it: each item reaches every node that takes, once."""
+
+    def __init__(self, queue: QueueMailbox) -> None:
+        self._queue = queue
+        self._taken = 0
+
+    def post(self, item: Any = None) -> None:
+        """Queue an item for the next tick."""
+        self._queue.post(item)
+
+    def take(self) -> Sequence[Any]:
+        """Items posted before this tick."""
+        if self._taken == self._queue.ticks:
+            return ()
+        self._taken = self._queue.ticks
+        return self._queue.visible
