@@ -39,21 +39,24 @@ class Assembly:
     """Everything that was read and checked: graphs with their plans, the stage, and the world if there is one."""
 
     path: Path
-    findings: Findings
+    options: Options
+    files: Files
+    findings: Findings = field(default_factory=Findings)
     plans: list[Plan] = field(default_factory=list)
     claims: list[TopicClaim] = field(default_factory=list)
     world: World = field(default_factory=lambda: DryWorld(Stage()))
-    has_scene: bool = False
-    seed: int = 0
     loaded: LoadedWorld | None = None
     """The scene's robots and what they were made from."""
-    files: Files | None = None
-    options: Options | None = None
+
+    @property
+    def registry(self) -> Registry:
+        """The node types that its files can name."""
+        return self.options.registry or default_registry()
 
     @property
     def definitions(self) -> Definitions:
         """The message types that its files can name."""
-        return ((self.options and self.options.registry) or default_registry()).definitions
+        return self.registry.definitions
 
     @property
     def runnable(self) -> bool:
@@ -95,24 +98,23 @@ class Options:
 def assemble(path: Path, options: Options | None = None) -> Assembly:
     """Read, resolve, plan and check a scene or a graph file; every mistake is among the findings."""
     options = _with_message_types(options or Options())
-    assembly = Assembly(path, Findings(), seed=options.seed)
-    files = assembly.files = Files.of(path, options.allowed, options.near, options.installed, options.shipped)
-    assembly.options = options
+    files = Files.of(path, options.allowed, options.near, options.installed, options.shipped)
+    assembly = Assembly(path, options, files)
     found = document.load(path, assembly.findings)
     if found is None:
         return assembly
     kind = spec.kind_of(found)
     if kind == "scene":
-        uses = _scene_uses(assembly, path, files, options)
+        uses = _scene_uses(assembly, path, files)
     elif kind == "graph":
-        uses = _graph_uses(assembly, path, found, files, options)
+        uses = _graph_uses(assembly, path, found)
     else:
         what, advice = "a file is a graph or a scene", ("begin with `graph: NAME`", "see `graphrun schema graph`")
         if kind == "robot":
             what, advice = "this is a robot file", ("run a scene that uses it", "see `graphrun schema scene`")
         assembly.findings.add("G107", f"no key `graph` or `scene`: {what}", found.span().part(0, 1), *advice)
         return assembly
-    _plan(assembly, uses, files, options)
+    _plan(assembly, uses)
     return assembly
 
 
@@ -123,10 +125,11 @@ def _with_message_types(options: Options) -> Options:
     return options if definitions is registry.definitions else replace(options, registry=registry.copy(definitions))
 
 
-def _scene_uses(assembly: Assembly, path: Path, files: Files, options: Options) -> list[GraphFile]:
+def _scene_uses(assembly: Assembly, path: Path, files: Files) -> list[GraphFile]:
     """Load a scene's world; the graphs it uses, the scene's own first, then each robot's."""
     from graphengine.world.model import load_world  # MuJoCo takes a quarter of a second to import
 
+    options = assembly.options
     scene = spec.read(SceneSpec, path, assembly.findings)
     if scene is None:
         return []
@@ -137,8 +140,7 @@ def _scene_uses(assembly: Assembly, path: Path, files: Files, options: Options) 
     loaded = load_world(scene, files, assembly.findings, seed=options.seed, rays=options.rays)
     if loaded is None:
         return uses
-    assembly.world, assembly.has_scene = loaded.simulation, True
-    assembly.loaded, assembly.files = loaded, files
+    assembly.world, assembly.loaded, assembly.files = loaded.simulation, loaded, files
     for robot in loaded.robots.values():
         stage = assembly.world.stage
         uses += robot_uses(robot, stage, files, assembly.findings, robot_state=options.robot_state)
@@ -154,10 +156,9 @@ def load_scene(path: Path, options: Options, findings: Findings) -> LoadedWorld 
     return load_world(scene, files, findings, seed=options.seed, rays=options.rays) if scene is not None else None
 
 
-def _graph_uses(
-    assembly: Assembly, path: Path, found: document.Document, files: Files, options: Options
-) -> list[GraphFile]:
+def _graph_uses(assembly: Assembly, path: Path, found: document.Document) -> list[GraphFile]:
     """A single graph, in the scene that it or the caller names."""
+    files, options = assembly.files, assembly.options
     data = found.data if isinstance(found.data, dict) else {}
     name = str(data.get("graph", "graph"))
     scene_path = options.scene
@@ -171,25 +172,26 @@ def _graph_uses(
     if given is not None and spec.kind_of(given) in ("graph", "robot"):
         raise UsageError(f"--scene {options.scene}: this is a {spec.kind_of(given)} file, not a scene")
     if scene_path is not None:
-        of_scene = _scene_uses(assembly, scene_path, files.beside(scene_path), options)
+        of_scene = _scene_uses(assembly, scene_path, files.beside(scene_path))
         uses += [use for use in of_scene if use.asked_for]
     elif options.robot_state:
         raise UsageError("--robot-state is for the robots of a scene; give one with --scene")
     return uses
 
 
-def _plan(assembly: Assembly, uses: Sequence[GraphFile], files: Files, options: Options) -> None:
+def _plan(assembly: Assembly, uses: Sequence[GraphFile]) -> None:
     """Resolve and plan every graph, then set all nodes up dry."""
-    registry = options.registry or default_registry()
-    overrides = Override.parse_all(options.overrides)
+    overrides = Override.parse_all(assembly.options.overrides)
     findings = assembly.findings
-    assembly.plans = plan_uses(uses, files, registry, findings, overrides)
+    assembly.plans = plan_uses(uses, assembly.files, assembly.registry, findings, overrides)
     if assembly.loaded is not None:
         write_namespaces(assembly.loaded.scenery.scene, assembly.loaded.stage, assembly.plans, findings)
     unused = [override for override in overrides if not override.used]
     if unused and not findings.errors:
         raise UsageError(_unmatched(unused[0], assembly.plans))
-    assembly.claims = check.check_plans(assembly.plans, assembly.world, findings, prims_known=assembly.has_scene)
+    assembly.claims = check.check_plans(
+        assembly.plans, assembly.world, findings, prims_known=assembly.loaded is not None
+    )
 
 
 def _unmatched(override: Override, plans: Sequence[Plan]) -> str:
@@ -233,7 +235,7 @@ def start(
     """
     assembly.findings.raise_errors()
     world = assembly.world
-    services = Services(world, network, assembly.seed, domain_id, domain_from_environment)
+    services = Services(world, network, assembly.options.seed, domain_id, domain_from_environment)
     if log is not None:
         services.log = log
     clock = SimulationClock(world.tick_period)

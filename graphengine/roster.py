@@ -13,7 +13,6 @@ from graphengine.literals import Override
 from graphengine.namespaces import write_namespaces
 from graphengine.node_context import Services
 from graphengine.plan import Plan
-from graphengine.registry import default_registry
 from graphengine.simulation_clock import SimulationClock
 from graphengine.spec import RobotUse
 from graphengine.uses import plan_uses, robot_uses
@@ -73,12 +72,9 @@ class SceneRoster:
     def _plans(self, name: str) -> tuple[list[Plan], list[TopicClaim]]:
         """The plans of a robot's graphs, checked beside all others, and the topics that they claim."""
         assembly, findings = self._assembly, Findings()
-        assert assembly.files is not None
-        assert assembly.options is not None
         robot, stage, files, options = self._robots[name], assembly.world.stage, assembly.files, assembly.options
         uses = robot_uses(robot, stage, files, findings, robot_state=options.robot_state)
-        registry = options.registry or default_registry()
-        plans = plan_uses(uses, files, registry, findings, Override.parse_all(options.overrides))
+        plans = plan_uses(uses, files, assembly.registry, findings, Override.parse_all(options.overrides))
         findings.raise_errors()
         write_namespaces(self._scene, stage, plans, findings, within=robot.prim_path)
         beside, claimed = assembly.plans, assembly.claims

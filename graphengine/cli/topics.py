@@ -40,7 +40,7 @@ def execute(arguments: argparse.Namespace) -> int:
     rows: list[tuple[str, ...]] = [("TOPIC", "", "TYPE", "RATE", "QOS", "FRAME", "NODE")]
     rows += [_row(claim) for claim in claims]
     print(clean(table([tuple(cell.replace("\n", " ") for cell in row) for row in rows])))
-    if not assembly.has_scene:
+    if assembly.loaded is None:
         print("without a scene, namespaces are not known; give one with --scene", file=sys.stderr)
     return 0
 

@@ -22,7 +22,7 @@ def rays_in_use(assembly: Assembly) -> str:
 def describe(assembly: Assembly) -> dict[str, str]:
     """This machine, as far as the run of an assembly depends on it, whose nodes are set up."""
     packages, rays = ["numpy"], rays_in_use(assembly)
-    if assembly.has_scene:
+    if assembly.loaded is not None:
         packages.append("mujoco-core")
     if rays == "fast":
         packages += ["numba", "llvmlite"]

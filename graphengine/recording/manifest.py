@@ -77,7 +77,6 @@ def describe_run(
         keep_going: whether the session goes on when a node raises.
         modules: Python modules that the node types came from, beside those installed.
     """
-    assert assembly.options is not None
     options = assembly.options
     return Manifest(
         given=names.name(assembly.path.absolute()),

@@ -58,7 +58,6 @@ class Recorder:
         keep_going: bool = False,
         modules: Sequence[str] = (),
     ) -> None:
-        assert assembly.files is not None
         if session.clock.frame:
             raise UsageError("a recording begins with the session that it is of, before the first tick")
         self._session = session
