@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from graphengine import check, document, spec
+from graphengine import check, document, spec_reader
 from graphengine.backend import Network, TopicClaim, World
 from graphengine.diagnostics import Findings, NodeError, UsageError, did_you_mean, listing
 from graphengine.dry import DryWorld
@@ -103,7 +103,7 @@ def assemble(path: Path, options: Options | None = None) -> Assembly:
     found = document.load(path, assembly.findings)
     if found is None:
         return assembly
-    kind = spec.kind_of(found)
+    kind = spec_reader.kind_of(found)
     if kind == "scene":
         uses = _scene_uses(assembly, path, files)
     elif kind == "graph":
@@ -130,7 +130,7 @@ def _scene_uses(assembly: Assembly, path: Path, files: Files) -> list[GraphFile]
     from graphengine.world.model import load_world  # MuJoCo takes a quarter of a second to import
 
     options = assembly.options
-    scene = spec.read(SceneSpec, path, assembly.findings)
+    scene = spec_reader.read(SceneSpec, path, assembly.findings)
     if scene is None:
         return []
     uses: list[GraphFile] = []
@@ -152,7 +152,7 @@ def load_scene(path: Path, options: Options, findings: Findings) -> LoadedWorld 
     from graphengine.world.model import load_world
 
     files = Files.of(path, options.allowed, options.near, options.installed, options.shipped)
-    scene = spec.read(SceneSpec, path, findings)
+    scene = spec_reader.read(SceneSpec, path, findings)
     return load_world(scene, files, findings, seed=options.seed, rays=options.rays) if scene is not None else None
 
 
@@ -169,8 +169,8 @@ def _graph_uses(assembly: Assembly, path: Path, found: document.Document) -> lis
             assembly.findings.add("S101", f"scene: {error.message}", found.span("scene"), *error.help)
     uses = [GraphFile(path, name, {}, "")]
     given = document.load(options.scene, Findings()) if options.scene is not None else None
-    if given is not None and spec.kind_of(given) in ("graph", "robot"):
-        raise UsageError(f"--scene {options.scene}: this is a {spec.kind_of(given)} file, not a scene")
+    if given is not None and spec_reader.kind_of(given) in ("graph", "robot"):
+        raise UsageError(f"--scene {options.scene}: this is a {spec_reader.kind_of(given)} file, not a scene")
     if scene_path is not None:
         of_scene = _scene_uses(assembly, scene_path, files.beside(scene_path))
         uses += [use for use in of_scene if use.asked_for]

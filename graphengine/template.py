@@ -13,7 +13,8 @@ from graphengine import types
 from graphengine.diagnostics import MAX_ERRORS, Findings, Span, did_you_mean, listing, shown
 from graphengine.document import MAX_BYTES, Document, Location, Value
 from graphengine.files import Files, NotFoundError
-from graphengine.spec import FORMAT, GraphSpec, Loaded, NodeSpec, validate
+from graphengine.spec import FORMAT, GraphSpec, NodeSpec
+from graphengine.spec_reader import Loaded, validate
 
 MAX_NODES = 20_000
 MAX_SUBGRAPH_DEPTH = 16

@@ -116,13 +116,13 @@ def _request(arguments: argparse.Namespace) -> MapRequest:
 
 def _load(path: Path, arguments: argparse.Namespace) -> LoadedWorld | None:
     """The scene's physics, without its graphs; what is wrong with it is printed."""
-    from graphengine import build, document, spec
+    from graphengine import build, document, spec_reader
     from graphengine.cli.common import print_findings, reading_options
     from graphengine.diagnostics import Findings, UsageError
 
     options, findings = reading_options(arguments), Findings()
     found = document.load(path, Findings())
-    kind = spec.kind_of(found) if found is not None else None
+    kind = spec_reader.kind_of(found) if found is not None else None
     if kind in ("graph", "robot"):
         raise UsageError(f"{path}: this is a {kind} file; a map is made of a scene")
     world = build.load_scene(path, options, findings)

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from graphengine.diagnostics import Findings
 from graphengine.rotation import Pose, compose
-from graphengine.spec import NAMESPACE_FIELD, Loaded, RobotUse, SceneSpec
+from graphengine.spec import NAMESPACE_FIELD, RobotUse, SceneSpec
+from graphengine.spec_reader import Loaded
 from graphengine.world.poses import from_orientation
 
 

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from graphengine.diagnostics import Findings, PhysicsError, Span
 from graphengine.files import Files, NotFoundError
-from graphengine.spec import Loaded, SceneSpec
+from graphengine.spec import SceneSpec
+from graphengine.spec_reader import Loaded
 from graphengine.stage import Stage
 from graphengine.world.engine import mujoco
 from graphengine.world.fleet import placements

@@ -8,7 +8,8 @@ from typing import Any
 from graphengine.diagnostics import Findings, Span
 from graphengine.document import Document
 from graphengine.files import Files, NotFoundError
-from graphengine.spec import Loaded, RobotSpec, read, validate
+from graphengine.spec import RobotSpec
+from graphengine.spec_reader import Loaded, read, validate
 
 MAX_CHAIN = 10
 _ALTERNATIVES = (("drive", "usd_drive"), ("rpy_deg", "quaternion_xyzw"))

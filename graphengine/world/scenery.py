@@ -10,7 +10,8 @@ from pathlib import Path
 
 from graphengine.diagnostics import Findings, Span
 from graphengine.files import NotFoundError
-from graphengine.spec import Loaded, SceneSpec
+from graphengine.spec import SceneSpec
+from graphengine.spec_reader import Loaded
 from graphengine.world.engine import mujoco
 from graphengine.world.fleet import Placement
 from graphengine.world.housings import add_housings

@@ -13,7 +13,8 @@ from PIL import Image
 
 from graphengine.diagnostics import Findings
 from graphengine.files import Files, find_given
-from graphengine.spec import SceneSpec, read
+from graphengine.spec import SceneSpec
+from graphengine.spec_reader import read
 from graphengine.world.model import LoadedWorld, load_world
 from tests.cli.harness import Graphrun
 from tests.world.map_server import ReadMap, read_map

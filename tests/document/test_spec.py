@@ -10,7 +10,7 @@ from typing import Any
 import jsonschema
 import pytest
 
-from graphengine import document, spec
+from graphengine import document, spec, spec_reader
 from graphengine.diagnostics import Findings
 from graphengine.files import shipped
 from graphengine.registry import default_registry
@@ -25,7 +25,7 @@ def read(path: Path) -> tuple[str, Any]:
     """Kind and data of a file."""
     loaded = document.load(path, Findings())
     assert loaded is not None
-    kind = spec.kind_of(loaded)
+    kind = spec_reader.kind_of(loaded)
     assert kind is not None
     return kind, loaded.data
 
@@ -39,7 +39,7 @@ def told(model: type[Spec], text: str) -> list[str]:
     findings = Findings()
     parsed = document.parse(text, "a.yaml", findings)
     assert parsed is not None
-    spec.validate(model, parsed, parsed.data, findings)
+    spec_reader.validate(model, parsed, parsed.data, findings)
     return [
         f"{item.span.line}:{item.span.column} {'; '.join([item.message, *item.help])}"
         for item in findings.sorted()
@@ -84,7 +84,7 @@ def test_the_schema_refuses_what_check_refuses(kind: str, data: dict[str, Any]) 
 def test_specs_survive_pickling(path: Path) -> None:
     kind, _ = read(path)
     findings = Findings()
-    loaded = spec.read(spec.KINDS[kind], path, findings)
+    loaded = spec_reader.read(spec.KINDS[kind], path, findings)
     assert not findings.items
     assert loaded is not None
     again = pickle.loads(pickle.dumps(loaded.spec))

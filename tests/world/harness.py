@@ -8,7 +8,8 @@ from pathlib import Path
 from graphengine.context import Quaternion
 from graphengine.diagnostics import Findings
 from graphengine.files import Files
-from graphengine.spec import SceneSpec, read
+from graphengine.spec import SceneSpec
+from graphengine.spec_reader import read
 from graphengine.world.model import LoadedWorld, load_world
 
 SHIPPED = Path(__file__).resolve().parents[2] / "scenes"

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from graphengine.diagnostics import Findings
-from graphengine.spec import read
+from graphengine.spec_reader import read
 from graphengine.world.sensors.profiles import MAX_BEAMS, LidarProfile, SensorProfile
 from tests.world.harness import SHIPPED, Project
 

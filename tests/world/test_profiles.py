@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from graphengine.diagnostics import Findings
-from graphengine.spec import read
+from graphengine.spec_reader import read
 from graphengine.world.sensors.profiles import SensorProfile
 from tests.world.harness import ROBOT, SHIPPED, Project
 

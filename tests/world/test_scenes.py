@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from graphengine.diagnostics import Findings
-from graphengine.spec import read
+from graphengine.spec_reader import read
 from graphengine.stage import Prim
 from graphengine.world.model import LoadedWorld
 from graphengine.world.occupancy.chart import FREE, OCCUPIED, MapRequest, OccupancyMap, Point, make_map

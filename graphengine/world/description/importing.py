@@ -13,7 +13,8 @@ import numpy as np
 from graphengine import document
 from graphengine.diagnostics import Findings
 from graphengine.files import shipped
-from graphengine.spec import Loaded, RobotSpec, RobotUse, validate
+from graphengine.spec import RobotSpec, RobotUse
+from graphengine.spec_reader import Loaded, validate
 from graphengine.stage import Stage
 from graphengine.world.description.packages import Packages, package_of
 from graphengine.world.description.reader import read_urdf

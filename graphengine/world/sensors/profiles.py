@@ -11,7 +11,8 @@ from pydantic import Field, field_validator, model_validator
 from graphengine.diagnostics import Findings
 from graphengine.files import Files, NotFoundError, shipped
 from graphengine.sensor import LARGEST_PICTURE
-from graphengine.spec import UPRIGHT, Format, Loaded, Name, NotNegative, Orientation, Positive, Spec, Vector, read
+from graphengine.spec import UPRIGHT, Format, Name, NotNegative, Orientation, Positive, Spec, Vector
+from graphengine.spec_reader import Loaded, read
 from graphengine.world.robotfile import RobotFile
 
 Pair = Annotated[tuple[float, float], Field(strict=False)]

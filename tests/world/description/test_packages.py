@@ -9,7 +9,8 @@ import pytest
 
 from graphengine.diagnostics import Findings
 from graphengine.files import Files
-from graphengine.spec import SceneSpec, read
+from graphengine.spec import SceneSpec
+from graphengine.spec_reader import read
 from graphengine.world.description.packages import Packages
 from graphengine.world.model import load_world
 from tests.world.harness import CART, Project
