@@ -25,163 +25,30 @@ from __future__ import annotations
 
 import builtins
 import inspect
-import math
 import re
 import typing
 import weakref
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeVar, dataclass_transform, overload
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, dataclass_transform
 
 from graphengine.diagnostics import GraphError, did_you_mean, listing
-from graphengine.types import ANY, EXECUTION, PortType, UnionType, coerce, parse
+from graphengine.port import MISSING, Field, Side, camel_case, value_port
+from graphengine.port import ExecIn as ExecIn
+from graphengine.port import ExecOut as ExecOut
+from graphengine.port import In as In
+from graphengine.port import Out as Out
+from graphengine.port import Port as Port
+from graphengine.port import State as State
+from graphengine.types import EXECUTION
 
 if TYPE_CHECKING:
     from graphengine.context import Context
     from graphengine.ros.definitions import Definitions
 
-T = TypeVar("T")
-Side = Literal["inputs", "outputs", "state"]
 Kind = Literal["data", "action", "event", "pusher", "latent"]
 Fire = int | None
 """What `compute` of a gated node returns: ExecOut ports joined by `|`, or None for nothing."""
-
-_MISSING: Any = object()
-
-
-@dataclass(frozen=True, slots=True)
-class Port:
-    """One port of a node type, as OmniGraph names it and as Python does."""
-
-    field: str
-    name: str
-    side: Side
-    type: PortType | UnionType
-    default: Any = None
-    doc: str = ""
-    unit: str = ""
-    ge: float | None = None
-    gt: float | None = None
-    le: float | None = None
-    lt: float | None = None
-    tokens: tuple[str, ...] = ()
-    required: bool | str = False
-    """Whether a literal or a wire must be there; ports that share a word need one among them."""
-    setup: bool = False
-    control: bool = False
-    extension: bool = False
-    couple: str = ""
-    component: bool = False
-    bound_in_setup: bool = False
-    mask: int = 0
-
-    @property
-    def is_exec(self) -> bool:
-        """Whether it carries execution rather than a value."""
-        return self.type == EXECUTION
-
-    @property
-    def constraint(self) -> str:
-        """Legal values in words, or the empty string."""
-        if self.tokens:
-            return "one of " + ", ".join(self.tokens)
-        signs = (("≥", self.ge), (">", self.gt), ("≤", self.le), ("<", self.lt))
-        return " and ".join(f"{sign} {bound:g}" for sign, bound in signs if bound is not None)
-
-    def check(self, value: Any) -> Any:
-        """A literal in the port's representation.
-
-        Raises:
-            TypeError: it is of another type.
-            ValueError: it is out of range.
-        """
-        if isinstance(self.type, UnionType):
-            return value
-        value = coerce(value, self.type)
-        if self.tokens and value not in self.tokens:
-            raise ValueError(f"expected {self.constraint}")
-        if isinstance(value, int | float) and not isinstance(value, bool):
-            low_enough = (self.le is None or value <= self.le) and (self.lt is None or value < self.lt)
-            high_enough = (self.ge is None or value >= self.ge) and (self.gt is None or value > self.gt)
-            if math.isnan(value) or not (low_enough and high_enough):
-                raise ValueError(f"expected a value {self.constraint}" if self.constraint else "expected a number")
-        return value
-
-
-class _Field:
-    """What stands behind a port's name in the class body until the class is made."""
-
-    def __init__(
-        self, side: Side, default: Any = _MISSING, factory: Callable[[], Any] | None = None, **facts: Any
-    ) -> None:
-        self.side = side
-        self.default = default
-        self.factory = factory
-        self.facts = facts
-
-
-class ExecIn:
-    """An execution input. On an instance it says how often it fired in the running activation."""
-
-    def __init__(self, *, name: str = "", doc: str = "", control: bool = False) -> None:
-        self.name, self.doc, self.control = name, doc, control
-
-    if TYPE_CHECKING:
-
-        def __get__(self, instance: object, owner: type) -> int: ...
-
-        def __set__(self, instance: object, value: int) -> None: ...
-
-
-class ExecOut:
-    """An execution output. On an instance it is what `compute` returns or yields to fire it."""
-
-    def __init__(self, *, name: str = "", doc: str = "") -> None:
-        self.name, self.doc, self.control = name, doc, False
-
-    if TYPE_CHECKING:
-
-        def __get__(self, instance: object, owner: type) -> int: ...
-
-
-@overload
-def In(*, default: T, **facts: Any) -> T: ...
-@overload
-def In(**facts: Any) -> Any: ...
-def In(*, default: Any = _MISSING, **facts: Any) -> Any:
-    """An input: a literal or a wire.
-
-    Args:
-        default: value when neither is given; without it the type's zero is used and the constructor demands the argument.
-        facts: `doc`, `unit`, `ge`, `gt`, `le`, `lt`, `tokens` (the legal texts), `name` (OmniGraph's name where it is not
-            the field's), `type` (OmniGraph's type where the annotation does not say it, such as a union), `required` (a
-            literal or a wire must be there; a word where one of several ports will do), `setup` (read in `setup`; when it
-            changes the node is set up again),
-            `extension` (not a port of the reference), `couple` and `component` (ports of union type with the same couple
-            resolve together; a component is one number of the tuple).
-    """
-    return _Field("inputs", default, **facts)
-
-
-def Out(*, default: Any = _MISSING, init: Literal[False] = False, **facts: Any) -> Any:
-    """An output; goes back to its default on stop. `facts` as for `In`."""
-    return _Field("outputs", default, **facts)
-
-
-def State(*, default: Any = _MISSING, factory: Callable[[], Any] | None = None, init: Literal[False] = False) -> Any:
-    """A value kept between computes; goes back to its default on stop. Without a default it holds what `setup` binds."""
-    return _Field("state", default, factory)
-
-
-_ANNOTATIONS: dict[Any, PortType] = {bool: PortType("bool"), int: PortType("int64"), float: PortType("double")}
-_ANNOTATIONS |= {str: PortType("string"), Any: ANY}
-
-
-def camel_case(field: str) -> str:
-    """OmniGraph's spelling of a Python field: `linear_velocity` is `linearVelocity`."""
-    head, *tail = field.split("_")
-    return head + "".join(word[:1].upper() + word[1:] for word in tail)
-
 
 _RESERVED = re.compile(r"_|(type|tuple|input|id|hash|min|max|range|object|close|update|active)\Z")
 """Names that a class body or the engine uses itself."""
@@ -204,7 +71,7 @@ class NodeMeta(type):
         aliases: Sequence[str] = (),
     ) -> NodeMeta:
         """See `Node` for the keywords."""
-        fields = {k: v for k, v in namespace.items() if isinstance(v, _Field | ExecIn | ExecOut)}
+        fields = {k: v for k, v in namespace.items() if isinstance(v, Field | ExecIn | ExecOut)}
         inherited = [base for base in bases if isinstance(base, NodeMeta)]
         taken = {member for base in inherited for member in dir(base)}
         for field_name in fields:
@@ -362,45 +229,13 @@ class Node(metaclass=NodeMeta):
                     setattr(cls, name, mask)
                     mask <<= 1
             else:
-                port = _value_port(cls.__name__, name, field, hints.get(name))
+                port = value_port(cls.__name__, name, field, hints.get(name))
                 if field.factory:
                     factories[name] = field.factory
             inherited[name] = port
         cls.fields = inherited
         cls.ports = {f"{port.side}:{port.name}": port for port in inherited.values()}
         cls._factories = factories
-
-
-def _value_port(owner: str, name: str, field: _Field, hint: Any) -> Port:
-    facts = dict(field.facts)
-    explicit = facts.pop("type", None)
-    port_type: PortType | UnionType | None = ANY if field.side == "state" else None
-    if explicit:
-        port_type = parse(explicit)
-    elif port_type is None:
-        extras = getattr(hint, "__metadata__", ())
-        port_type = next((extra for extra in extras if isinstance(extra, PortType | UnionType)), None)
-        if port_type is None:
-            port_type = _ANNOTATIONS.get(hint)
-    if port_type is None:
-        raise TypeError(
-            f"{owner}.{name}: no port type is known for {hint!r}; annotate it with one of graphengine.types"
-        )
-    ogn_name = facts.pop("name", "") or camel_case(name)
-    facts["tokens"] = tuple(facts.get("tokens", ()))
-    port = Port(name, ogn_name, field.side, port_type, **facts)
-    if field.default is _MISSING:
-        zero = None if isinstance(port_type, UnionType) else port_type.zero
-        return replace(port, default=zero, bound_in_setup=field.side == "state" and field.factory is None)
-    if field.side == "state":
-        if getattr(field.default, "__hash__", None) is None:
-            kind = type(field.default).__name__
-            raise TypeError(f"{owner}.{name}: default {field.default!r} can be changed; give factory={kind}")
-        return replace(port, default=field.default)
-    try:
-        return replace(port, default=port.check(field.default))
-    except (TypeError, ValueError) as error:
-        raise TypeError(f"{owner}.{name}: default {field.default!r}: {error}") from None
 
 
 _grown: weakref.WeakValueDictionary[tuple[Any, ...], type[Node]] = weakref.WeakValueDictionary()
@@ -421,7 +256,7 @@ def grown(cls: type[Node], literals: Mapping[str, Any], definitions: Definitions
 
 
 def _identity(member: Any) -> Any:
-    is_field = isinstance(member, _Field | ExecIn | ExecOut)
+    is_field = isinstance(member, Field | ExecIn | ExecOut)
     return f"{type(member).__name__} {vars(member)}" if is_field else member
 
 
@@ -442,11 +277,11 @@ def node(
         annotations = dict(typing.get_type_hints(function, include_extras=True))
         namespace: dict[str, Any] = {"__module__": function.__module__, "__doc__": function.__doc__}
         for name, parameter in signature.parameters.items():
-            default = _MISSING if parameter.default is parameter.empty else parameter.default
-            namespace[name] = _Field("inputs", default)
+            default = MISSING if parameter.default is parameter.empty else parameter.default
+            namespace[name] = Field("inputs", default)
         if "value" in namespace:
             raise TypeError(f"{function.__name__}.value: the name is taken by the output; call the argument otherwise")
-        namespace["value"] = _Field("outputs")
+        namespace["value"] = Field("outputs")
         annotations["value"] = annotations.pop("return", None)
 
         def compute(self: Any) -> None:
