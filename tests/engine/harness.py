@@ -170,8 +170,11 @@ class Physics(DryWorld):
     def zero_commands(self) -> None:
         self.journal.lines.append("zero commands")
 
-    def reset(self) -> None:
-        self.journal.lines.append("reset")
+    def reset_state(self) -> None:
+        self.journal.lines.append("reset state")
+
+    def reset_time(self) -> None:
+        self.journal.lines.append("reset time")
 
     def close(self) -> None:
         self.closed += 1

@@ -346,7 +346,7 @@ def test_stop_puts_outputs_and_state_back_to_their_defaults(play: MakePlay) -> N
     assert (run.node("Tick").number, run.node("Tick").time) == (0.0, 0.0)
     assert run.session.graphs[0].variables["speed"].value == 1.0
     assert run.session.time == 0.0
-    assert run.lines()[-2:] == ["zero commands", "reset"]
+    assert run.lines()[-3:] == ["zero commands", "reset state", "reset time"]
 
 
 def test_what_a_node_puts_out_in_setup_it_puts_out_again_after_stop(play: MakePlay) -> None:
