@@ -28,7 +28,7 @@ import inspect
 import re
 import typing
 import weakref
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Generator, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, dataclass_transform
 
@@ -47,6 +47,8 @@ if TYPE_CHECKING:
     from graphengine.ros.definitions import Definitions
 
 Kind = Literal["data", "action", "event", "pusher", "latent"]
+Numbered = Mapping[str, Callable[[], Any]]
+"""Makers of numbered ports, by the stem of their names."""
 Fire = int | None
 """What `compute` of a gated node returns: ExecOut ports joined by `|`, or None for nothing."""
 
@@ -90,6 +92,7 @@ class NodeMeta(type):
         cls.counts = counts or any(getattr(base, "counts", False) for base in inherited)  # type: ignore[attr-defined]
         cls.volatile = volatile or any(getattr(base, "volatile", False) for base in inherited)  # type: ignore[attr-defined]
         cls.aliases = tuple(aliases)  # type: ignore[attr-defined]
+        cls.series = {stem: _series(cls.fields, stem) for stem in cls.numbered}  # type: ignore[attr-defined]
         return cls
 
     def __init__(cls, name: str, bases: tuple[type, ...], namespace: dict[str, Any], **_: Any) -> None:
@@ -115,6 +118,10 @@ class Node(metaclass=NodeMeta):
     gated: ClassVar[bool]
     counts: ClassVar[bool]
     volatile: ClassVar[bool]
+    numbered: ClassVar[Numbered] = {}
+    """Ports of which a file has as many as it names, by the stem of their names: with `output`, output0, output1 and so on."""
+    series: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    """Python names of the ports of each stem, in the order of their numbers."""
     max_pushes: ClassVar[int] = 100_000
     """Of a pusher: how often one activation may yield, lest a loop without end stops the simulation."""
     fields: ClassVar[dict[str, Port]] = {}
@@ -196,7 +203,7 @@ class Node(metaclass=NodeMeta):
     @classmethod
     def grows(cls) -> bool:
         """Whether it has `dynamic_ports` of its own."""
-        return cls.dynamic_ports.__func__ is not Node.dynamic_ports.__func__  # type: ignore[attr-defined]
+        return bool(cls.numbered) or cls.dynamic_ports.__func__ is not Node.dynamic_ports.__func__  # type: ignore[attr-defined]
 
     def clear(self) -> None:
         """Set Out and State back to their defaults."""
@@ -241,9 +248,23 @@ class Node(metaclass=NodeMeta):
 _grown: weakref.WeakValueDictionary[tuple[Any, ...], type[Node]] = weakref.WeakValueDictionary()
 
 
-def grown(cls: type[Node], literals: Mapping[str, Any], definitions: Definitions) -> type[Node]:
-    """The class with its dynamic ports as slots; the same literals and definitions give the same class."""
-    ports = cls.dynamic_ports({name.removeprefix("inputs:"): value for name, value in literals.items()}, definitions)
+def grown(
+    cls: type[Node], literals: Mapping[str, Any], definitions: Definitions, wired: Iterable[str] = ()
+) -> type[Node]:
+    """The class with its dynamic ports as slots; the same arguments give the same class.
+
+    Args:
+        cls: node type.
+        literals: values in the file, by OmniGraph's name of the input.
+        definitions: message types.
+        wired: OmniGraph's names of the ports that wires begin or end at.
+
+    Raises:
+        ContextError: the literals name a message that there is not.
+        ValueError: they make no sense.
+    """
+    values = {name.removeprefix("inputs:"): value for name, value in literals.items()}
+    ports = _numbered_ports(cls, [*values, *wired]) | dict(cls.dynamic_ports(values, definitions))
     if not ports:
         return cls
     key = (cls, *((name, _identity(member)) for name, member in ports.items()))
@@ -253,6 +274,30 @@ def grown(cls: type[Node], literals: Mapping[str, Any], definitions: Definitions
         meta = NodeMeta(cls.__name__, (cls,), namespace, type=cls.type_name, gated=cls.gated, counts=cls.counts)
         made = _grown[key] = typing.cast("type[Node]", meta)
     return made
+
+
+def _number(name: str, stem: str) -> int | None:
+    """The number of a port's name after a stem; None where it has another."""
+    digits = name.removeprefix(stem)
+    return (
+        int(digits) if name.startswith(stem) and digits.isdecimal() and digits.isascii() and len(digits) < 5 else None
+    )
+
+
+def _numbered_ports(cls: type[Node], names: Collection[str]) -> dict[str, Any]:
+    """Fields of the numbered ports among some names, which the class does not have already."""
+    known = {port.name for port in cls.fields.values()}
+    return {
+        name: make()
+        for stem, make in cls.numbered.items()
+        for name in sorted(set(names) - known, key=lambda name: (len(name), name))
+        if _number(name, stem) is not None
+    }
+
+
+def _series(fields: Mapping[str, Port], stem: str) -> tuple[str, ...]:
+    numbers = {port.field: number for port in fields.values() if (number := _number(port.name, stem)) is not None}
+    return tuple(sorted(numbers, key=numbers.__getitem__))
 
 
 def _identity(member: Any) -> Any:

@@ -39,6 +39,7 @@ class Port:
     extension: bool = False
     couple: str = ""
     component: bool = False
+    element: bool = False
     bound_in_setup: bool = False
     mask: int = 0
 
@@ -125,7 +126,7 @@ def In(*, default: Any = MISSING, **facts: Any) -> Any:
             literal or a wire must be there; a word where one of several ports will do), `setup` (read in `setup`; when it
             changes the node is set up again),
             `extension` (not a port of the reference), `couple` and `component` (ports of union type with the same couple
-            resolve together; a component is one number of the tuple).
+            resolve together; a component is one number of the tuple, an `element` one element of the array).
     """
     return Field("inputs", default, **facts)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from dataclasses import replace
 
 from graphengine import types
 from graphengine.diagnostics import Findings
@@ -106,6 +106,16 @@ def _settle(instance: Instance, port: Port, other: PortType | None, *, widening:
     return False
 
 
+def _counterpart(settled: PortType, port: Port, other: Port) -> PortType | None:
+    """The alternative of a port that belongs to what another one of its couple was settled to."""
+    assert isinstance(other.type, UnionType)
+    if port.component != other.component:
+        return next((a for a in other.type.alternatives if a.base == settled.base), None)
+    if port.element != other.element:
+        settled = replace(settled, array=port.element)
+    return settled if settled in other.type.alternatives else None
+
+
 def _settle_couples(instance: Instance) -> bool:
     """Carry a settled type over to the ports that are coupled with it."""
     ports, changed = instance.cls.fields.values(), False
@@ -115,11 +125,7 @@ def _settle_couples(instance: Instance) -> bool:
         for other in ports:
             if other.couple != port.couple or other.field in instance.settled or not isinstance(other.type, UnionType):
                 continue
-            if other.component == port.component:
-                wanted: Iterable[PortType] = [settled]
-            else:
-                wanted = [a for a in other.type.alternatives if a.base == settled.base]
-            match = next((a for a in wanted if a in other.type.alternatives), None)
+            match = _counterpart(settled, port, other)
             if match is not None:
                 instance.settled[other.field] = match
                 changed = True

@@ -46,6 +46,10 @@ def resolve(
 def _instantiate(graph: Graph, registry: Registry, findings: Findings) -> dict[str, Instance | None]:
     """An instance for each entry; None for one of which a mistake was told, so that its wires raise no second finding."""
     known: dict[str, Instance | None] = dict.fromkeys(graph.flat.unopened)
+    wired: dict[str, list[str]] = {}
+    for wire in graph.flat.wires:
+        for end in (wire.source, wire.target):
+            wired.setdefault(end.node, []).append(end.port)
     for entry in graph.flat.nodes:
         found = registry.find(entry.spec.type)
         known[entry.id] = None
@@ -69,7 +73,7 @@ def _instantiate(graph: Graph, registry: Registry, findings: Findings) -> dict[s
         ):  # a mistake that was told; who knows which ports
             continue
         try:
-            cls = grown(found.cls, entry.spec.inputs, registry.definitions)
+            cls = grown(found.cls, entry.spec.inputs, registry.definitions, wired.get(entry.id, ()))
         except ContextError as error:
             culprit = next((key for key, value in entry.spec.inputs.items() if value == error.value), None)
             place = entry.span("inputs", culprit) if culprit is not None else entry.span("inputs")

@@ -257,12 +257,31 @@ CONVERTERS: dict[str, Any] = {
 """Functions by the names that `conversion` gives."""
 
 
+def plain(element: Any) -> Any:
+    """One element of an array as a port of its own carries it: a scalar, or a tuple of scalars."""
+    value = element.tolist() if isinstance(element, np.generic | np.ndarray) else element
+    return tuple(value) if isinstance(value, list) else value
+
+
 def equal(one: Any, other: Any) -> bool:
     """Whether two port values are the same, arrays included."""
     if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
         return isinstance(one, np.ndarray) and isinstance(other, np.ndarray) and np.array_equal(one, other)
     return bool(one == other)
 
+
+_VALUES = "bool|uchar|int|uint|int64|uint64|half|float|double|timecode|token|int[2]|int[3]|int[4]"
+ELEMENTS = "|".join(
+    (
+        _VALUES,
+        *(f"{real}[{count}]" for real in ("half", "float", "double") for count in (2, 3, 4)),
+        *(f"{role}{bits}[3]" for role in ("color", "normal", "point", "vector") for bits in "dfh"),
+        *(f"color{bits}[4]|quat{bits}[4]|texcoord{bits}[2]|texcoord{bits}[3]" for bits in "dfh"),
+        "matrixd[2]|matrixd[3]|matrixd[4]|frame[4]|transform[4]",
+    )
+)
+"""What an array may hold, as nodes that take every array list it."""
+ARRAYS = "|".join(f"{element}[]" for element in ELEMENTS.split("|"))
 
 Double = Annotated[float, parse("double")]
 Float = Annotated[float, parse("float")]

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 
-from graphengine.node import ExecIn, ExecOut, Fire, In, Node, NodeMeta, Out, Pushes, State, grown, node
+from graphengine.node import ExecIn, ExecOut, Fire, In, Node, NodeMeta, Numbered, Out, Pushes, State, grown, node
 from graphengine.ros.definitions import DEFINITIONS, Definitions
 from graphengine.types import Doubles, Token, Vector3d
 from tests.engine import nodes_for_tests as nodes
@@ -276,3 +276,26 @@ def test_grown_execution_ports_are_told_apart_by_their_names() -> None:
 
 def test_a_class_without_dynamic_ports_is_itself() -> None:
     assert grown(nodes.Do, {"a": 1.0}, DEFINITIONS) is nodes.Do
+
+
+class Ways(Node, type="test.Ways"):
+    """Has as many outputs as its file names."""
+
+    numbered: ClassVar[Numbered] = {"way": ExecOut, "weight": lambda: In(type="double", default=1.0)}
+
+    exec_in = ExecIn()
+    way0 = ExecOut()
+
+
+def test_numbered_ports_are_those_that_wires_and_values_name() -> None:
+    made = grown(Ways, {"weight3": 2.0}, DEFINITIONS, ["way1", "way10", "way2", "execIn"])
+    assert made.series == {"way": ("way0", "way1", "way2", "way10"), "weight": ("weight3",)}
+    assert grown(Ways, {"weight3": 5.0}, DEFINITIONS, ["way2", "way10", "way1"]).series == made.series
+
+
+def test_numbered_ports_come_of_numbers_only() -> None:
+    assert grown(Ways, {}, DEFINITIONS, ["way", "way-1", "wayx", "way0", "way10000", "way\u0661"]) is Ways
+
+
+def test_numbered_ports_that_are_not_named_are_not_there() -> None:
+    assert Ways.series == {"way": ("way0",), "weight": ()}

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from graphengine.diagnostics import CheckError
 from graphengine.simulation_clock import SimulationClock
 from graphengine.testing import RecordingContext, RecordingWorld
-from nodes.action import OnPlaybackTick
+from nodes.action.events import OnPlaybackTick
 from tests.nodes.harness import Player
 
 

@@ -1,0 +1,1 @@
+"""Events and flow control (`omni.graph.action`)."""

@@ -1,0 +1,102 @@
+"""What lets execution through, and when (`omni.graph.action`).
+
+Each computes once for every activation. A toggle or reset that fires together with an execution acts before it.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Numbered, Out, State
+from graphengine.types import Int
+
+
+class Gate(Node, type="omni.graph.action.Gate", gated=True, counts=True):
+    """Lets what enters through while it is open."""
+
+    enter = ExecIn()
+    toggle = ExecIn(control=True, doc="opens a closed gate, closes an open one")
+    start_closed: bool = In(default=False, doc="how the gate is before it is first toggled")
+    exit_out = ExecOut(name="exit")
+
+    toggled: bool = State(default=False)
+
+    def compute(self) -> Fire:
+        """Toggle, then let through."""
+        if self.toggle % 2:
+            self.toggled = not self.toggled
+        return self.exit_out if self.enter and self.toggled == self.start_closed else None
+
+
+class Multigate(Node, type="omni.graph.action.Multigate", gated=True, counts=True):
+    """Fires one of its outputs at each execution, the next one each time, and after the last the first again."""
+
+    numbered: ClassVar[Numbered] = {"output": ExecOut}
+
+    exec_in = ExecIn()
+    reset_in = ExecIn(name="reset", control=True, doc="the next execution fires output0; fires nothing itself")
+    output0 = ExecOut(doc="the first; output1 and so on are there when a wire begins at them")
+
+    next: int = State(default=0)
+
+    def compute(self) -> Fire:
+        """Reset, then fire the next."""
+        if self.reset_in:
+            self.next = 0
+        if not self.exec_in:
+            return None
+        outputs = self.series["output"]
+        fired: Fire = getattr(self, outputs[self.next % len(outputs)])
+        self.next = (self.next + 1) % len(outputs)
+        return fired
+
+
+class FlipFlop(Node, type="omni.graph.action.FlipFlop", counts=True):
+    """Fires a at the first execution since play and at every other one, b at those between."""
+
+    exec_in = ExecIn()
+    a = ExecOut()
+    b = ExecOut()
+    is_a: bool = Out(doc="whether a fired last")
+
+    def compute(self) -> Fire:
+        """Take turns."""
+        self.is_a = not self.is_a
+        return self.a if self.is_a else self.b
+
+
+class Once(Node, type="omni.graph.action.Once", counts=True):
+    """Fires once at its first execution since play, and after at all others."""
+
+    exec_in = ExecIn()
+    reset_in = ExecIn(name="reset", control=True, doc="the next execution is a first one; fires nothing itself")
+    once = ExecOut()
+    after = ExecOut()
+
+    done: bool = State(default=False)
+
+    def compute(self) -> Fire:
+        """Reset, then tell the first from the others."""
+        if self.reset_in:
+            self.done = False
+        if not self.exec_in:
+            return None
+        fired = self.after if self.done else self.once
+        self.done = True
+        return fired
+
+
+class Counter(Node, type="omni.graph.action.Counter", counts=True):
+    """Counts its executions since play, or since it was reset; a reset fires as well."""
+
+    exec_in = ExecIn()
+    reset_in = ExecIn(name="reset", control=True, doc="counts from 0 again")
+    count: Int = Out()
+    exec_out = ExecOut()
+
+    def compute(self) -> None:
+        """Reset, then count."""
+        if self.reset_in:
+            self.count = 0
+        if self.exec_in:
+            self.count += 1

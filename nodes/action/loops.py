@@ -1,0 +1,78 @@
+"""What runs several times in one tick (`omni.graph.action`).
+
+The body of a loop runs to its end for each element. A break acts when the body that asked for it has ended; `finished` fires
+after a break too. Outputs keep what they were in the last round.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from graphengine.node import ExecIn, ExecOut, In, Node, Out, Pushes
+from graphengine.types import ARRAYS, ELEMENTS, Int, Target, plain
+
+
+class ForLoop(Node, type="omni.graph.action.ForLoop"):
+    """Fires its body for start, start + step and so on, as long as that is below stop, or above it where step is negative."""
+
+    exec_in = ExecIn()
+    break_loop = ExecIn(control=True, doc="to be fired by the body: this round is the last one")
+    start: Int = In(default=0, doc="the first number")
+    stop: Int = In(default=0, doc="the first number that is not reached")
+    step: Int = In(default=1, doc="0 is an error")
+    loop_body = ExecOut()
+    index: Int = Out(doc="number of the round, from 0")
+    value: Int = Out(doc="start + step * index")
+    finished = ExecOut()
+
+    def compute(self) -> Pushes:
+        """Round by round.
+
+        Raises:
+            ValueError: the step is 0.
+        """
+        if not self.step:
+            raise ValueError("step is 0, so the loop has no end; give a positive or a negative number")
+        for index, value in enumerate(range(self.start, self.stop, self.step)):
+            self.index, self.value = index, value
+            yield self.loop_body
+            if self.break_loop:
+                break
+        yield self.finished
+
+
+class ForEach(Node, type="omni.graph.action.ForEach"):
+    """Fires its body for each element of an array."""
+
+    exec_in = ExecIn()
+    array_in: Any = In(type=ARRAYS, couple="array", required=True)
+    loop_body = ExecOut()
+    element: Any = Out(type=ELEMENTS, couple="array", element=True, doc="what the array has there")
+    array_index: Int = Out(doc="number of the element, from 0")
+    finished = ExecOut()
+
+    def compute(self) -> Pushes:
+        """Element by element."""
+        for index, element in enumerate(self.array_in):
+            self.array_index = index
+            self.element = plain(element)
+            yield self.loop_body
+        yield self.finished
+
+
+class ForEachTarget(Node, type="omni.graph.action.ForEachTarget"):
+    """Fires its body for each of some prims."""
+
+    exec_in = ExecIn()
+    targets: Target = In(default=(), doc="prims to go through")
+    loop_body = ExecOut()
+    target: Target = Out(doc="the prim of the round, alone")
+    array_index: Int = Out(doc="number of the prim, from 0")
+    finished = ExecOut()
+
+    def compute(self) -> Pushes:
+        """Prim by prim."""
+        for index, path in enumerate(self.targets):
+            self.array_index, self.target = index, (path,)
+            yield self.loop_body
+        yield self.finished
