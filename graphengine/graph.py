@@ -70,6 +70,8 @@ class Graph:
     data_wires: list[Wire] = field(default_factory=list)
     exec_wires: list[Wire] = field(default_factory=list)
     variables: dict[str, Any] = field(default_factory=dict)
+    """Defaults of its variables."""
+    variable_types: dict[str, PortType] = field(default_factory=dict)
 
     @property
     def runs(self) -> Literal["tick", "physics_step"]:

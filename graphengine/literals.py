@@ -172,6 +172,7 @@ def set_variables(graph: Graph, findings: Findings) -> None:
             port_type = types.parse(spec.type)
             if isinstance(port_type, UnionType):
                 raise ValueError(f"{spec.type!r} is not the type of a variable")
+            graph.variable_types[name] = port_type
             graph.variables[name] = port_type.zero if spec.default is None else types.coerce(spec.default, port_type)
         except ValueError as error:
             span = document.span("variables", name, "type")

@@ -40,7 +40,7 @@ from graphengine.port import In as In
 from graphengine.port import Out as Out
 from graphengine.port import Port as Port
 from graphengine.port import State as State
-from graphengine.types import EXECUTION
+from graphengine.types import EXECUTION, PortType
 
 if TYPE_CHECKING:
     from graphengine.context import Context
@@ -187,6 +187,20 @@ class Node(metaclass=NodeMeta):
     def writes(self) -> Iterable[str]:
         """Keys of what the node changes beside its outputs."""
         return ()
+
+    def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
+        """Types of ports that follow from those of others, where `couple` does not say it; asked until nothing more follows.
+
+        Literals are set. A type that a port does not take, or that contradicts what is known, is told as a mistake.
+
+        Args:
+            known: types of ports as far as they are settled, by Python name.
+            variables: types of the graph's variables.
+
+        Raises:
+            ValueError: what is known does not go together; the message says why.
+        """
+        return {}
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 from graphengine import types
@@ -13,17 +14,13 @@ from graphengine.types import PortType, UnionType
 
 def settle_types(graph: Graph, findings: Findings) -> None:
     """Resolve ports of several types along the wires until nothing changes, then check every wire."""
-    pending = True
-    while pending:
-        pending = False
-        for instance in graph.instances:
-            pending |= _settle_couples(instance)
-        for wire in graph.data_wires:
-            source, target = graph.instances[wire.source], graph.instances[wire.target]
-            out, into = source.cls.fields[wire.source_field], target.cls.fields[wire.target_field]
-            pending |= _settle(target, into, known_type(source, out), widening=True)
-            pending |= _settle(source, out, known_type(target, into), widening=False)
-    unknown = _tell_unsettled(graph, findings)
+    contradicted: dict[int, str] = {}
+    while _settle_forwards(graph, contradicted) or _settle_backwards(graph):
+        pass
+    for index, message in contradicted.items():
+        instance = graph.instances[index]
+        findings.add("G206", f"{instance.id}: {message}", instance.span, related=instance.entry.via)
+    unknown = _tell_unsettled(graph, findings) | set(contradicted)
     checked: list[Wire] = []
     for wire in graph.data_wires:
         source, target = graph.instances[wire.source], graph.instances[wire.target]
@@ -60,6 +57,33 @@ def settle_types(graph: Graph, findings: Findings) -> None:
                 Wire(wire.source, wire.source_field, wire.target, wire.target_field, converter, wire.entry, wire.order)
             )
     graph.data_wires = checked
+
+
+def _settle_forwards(graph: Graph, contradicted: dict[int, str]) -> bool:
+    """Carry types along the wires and through the nodes, once; whether that settled anything."""
+    changed = False
+    for instance in graph.instances:
+        changed |= _settle_couples(instance)
+        if instance.index not in contradicted:
+            try:
+                changed |= _settle_what_follows(instance, graph.variable_types)
+            except ValueError as error:
+                contradicted[instance.index] = str(error)
+    for wire in graph.data_wires:
+        source, target = graph.instances[wire.source], graph.instances[wire.target]
+        out, into = source.cls.fields[wire.source_field], target.cls.fields[wire.target_field]
+        changed |= _settle(target, into, known_type(source, out), widening=True)
+    return changed
+
+
+def _settle_backwards(graph: Graph) -> bool:
+    """Where nothing else tells what a port gives, it is what the other end of its wire takes."""
+    for wire in graph.data_wires:
+        source, target = graph.instances[wire.source], graph.instances[wire.target]
+        out, into = source.cls.fields[wire.source_field], target.cls.fields[wire.target_field]
+        if _settle(source, out, known_type(target, into), widening=False):
+            return True
+    return False
 
 
 def _tell_unsettled(graph: Graph, findings: Findings) -> set[int]:
@@ -104,6 +128,29 @@ def _settle(instance: Instance, port: Port, other: PortType | None, *, widening:
         instance.settled[port.field] = chosen
         return True
     return False
+
+
+def _settle_what_follows(instance: Instance, variables: Mapping[str, PortType]) -> bool:
+    """Settle what the node itself concludes from the types that are known.
+
+    Raises:
+        ValueError: they do not go together.
+    """
+    fields, changed = instance.cls.fields, False
+    known = {
+        name: found for name, port in fields.items() if (found := known_type(instance, port)) not in (None, types.ANY)
+    }
+    for name, found in instance.node.resolve_types(known, variables).items():
+        port = fields[name]
+        legal = port.type.alternatives if isinstance(port.type, UnionType) else (port.type,)
+        if found not in legal or known.get(name, found) != found:
+            raise ValueError(
+                f"{port.name} would be {with_article(found)}, and is {with_article(known.get(name, port.type))}"
+            )
+        if name not in instance.settled and isinstance(port.type, UnionType):
+            instance.settled[name] = found
+            changed = True
+    return changed
 
 
 def _counterpart(settled: PortType, port: Port, other: Port) -> PortType | None:

@@ -37,9 +37,9 @@ def resolve(
     set_literals(graph, known, findings)
     set_overrides(graph, overrides, findings)
     _connect(graph, known, findings)
+    set_variables(graph, findings)
     settle_types(graph, findings)
     check_required(graph, findings)
-    set_variables(graph, findings)
     return graph
 
 
