@@ -111,6 +111,10 @@ def _set_literal(instance: Instance, port: Port, value: Any, span: Span, finding
         instance.refused.discard(port.field)
 
 
+_PLAIN_TYPES = tuple(PortType(name) for name in ("bool", "int", "int64", "double", "token"))
+"""What a value is on a port that takes everything, where the file does not say it."""
+
+
 def _explicit(value: Any, port_type: PortType | UnionType) -> tuple[PortType, Any]:
     """The type and value of a literal for a port of several types: `{type: double, value: 1}`, or the first that takes it."""
     alternatives = port_type.alternatives if isinstance(port_type, UnionType) else ()
@@ -119,7 +123,7 @@ def _explicit(value: Any, port_type: PortType | UnionType) -> tuple[PortType, An
         if isinstance(named, UnionType) or (alternatives and named not in alternatives):
             raise ValueError(f"expected one of {port_type}")
         return named, types.coerce(value["value"], named)
-    for alternative in alternatives:
+    for alternative in alternatives or _PLAIN_TYPES:
         try:
             return alternative, types.coerce(value, alternative)
         except (TypeError, ValueError):

@@ -140,17 +140,28 @@ def _settle_what_follows(instance: Instance, variables: Mapping[str, PortType]) 
     known = {
         name: found for name, port in fields.items() if (found := known_type(instance, port)) not in (None, types.ANY)
     }
-    for name, found in instance.node.resolve_types(known, variables).items():
+    for name, wanted in instance.node.resolve_types(known, variables).items():
         port = fields[name]
-        legal = port.type.alternatives if isinstance(port.type, UnionType) else (port.type,)
-        if found not in legal or known.get(name, found) != found:
-            raise ValueError(
-                f"{port.name} would be {with_article(found)}, and is {with_article(known.get(name, port.type))}"
-            )
-        if name not in instance.settled and isinstance(port.type, UnionType):
-            instance.settled[name] = found
-            changed = True
+        if known.get(name) == wanted:
+            continue
+        open_type = port.type == types.ANY or (isinstance(port.type, UnionType) and wanted in port.type.alternatives)
+        if not open_type or (name in known and not _restate(instance, port, wanted)):
+            is_one = known.get(name, port.type)
+            raise ValueError(f"{port.name} would be {with_article(wanted)}, and is {with_article(is_one)}")
+        instance.settled[name] = wanted
+        changed = True
     return changed
+
+
+def _restate(instance: Instance, port: Port, wanted: PortType) -> bool:
+    """Take a literal whose type was a guess for one of another type; whether that can be."""
+    if port.field not in instance.literals:
+        return False
+    try:
+        setattr(instance.node, port.field, types.coerce(getattr(instance.node, port.field), wanted))
+    except (TypeError, ValueError):
+        return False
+    return True
 
 
 def _counterpart(settled: PortType, port: Port, other: Port) -> PortType | None:

@@ -1,10 +1,11 @@
-"""Events of the timeline (`omni.graph.action`)."""
+"""Events at the beginning of a tick (`omni.graph.action`)."""
 
 from __future__ import annotations
 
-from graphengine.context import Clock, Context
+from graphengine.context import Clock, Context, Variable
 from graphengine.diagnostics import ContextError
-from graphengine.node import ExecOut, Node, Out, State
+from graphengine.node import ExecOut, Fire, In, Node, Out, State
+from graphengine.types import Token, UInt
 
 
 class OnPlaybackTick(Node, type="omni.graph.action.OnPlaybackTick"):
@@ -23,13 +24,7 @@ class OnPlaybackTick(Node, type="omni.graph.action.OnPlaybackTick"):
         Raises:
             ContextError: the graph runs at every physics step.
         """
-        if context.runs != "tick":
-            raise ContextError(
-                "it fires in graphs that run once a tick, and this one runs at every physics step",
-                None,
-                "use OnPhysicsStep, or write `runs: tick` into the graph file",
-            )
-        self.clock = context.clock
+        self.clock = tick_clock(context)
 
     def compute(self) -> None:
         """Read the clock."""
@@ -37,3 +32,79 @@ class OnPlaybackTick(Node, type="omni.graph.action.OnPlaybackTick"):
         self.delta_seconds = clock.delta
         self.frame = float(clock.frame)
         self.time = clock.time
+
+
+class OnTick(Node, type="omni.graph.action.OnTick", gated=True):
+    """Fires at every tick, or with a frame period of n at every (n + 1)-th, in a graph with `runs: tick`."""
+
+    frame_period: UInt = In(default=0, doc="ticks to leave out between two that fire")
+    only_playback: bool = In(default=True, doc="graphs run while the simulation plays, and at no other time")
+    tick = ExecOut()
+    time: float = Out(unit="s", doc="simulation time")
+    delta_seconds: float = Out(unit="s", doc="time since it fired last, or since play")
+    frame: float = Out(doc="number of the tick since play; the first is 1")
+    is_playing: bool = Out()
+    absolute_sim_time: float = Out(unit="s", doc="simulation time since the session began, over all plays")
+    time_since_start: float = Out(unit="s", doc="the same")
+
+    clock: Clock = State()
+    accumulated_seconds: float = State(default=0.0)
+    frame_count: UInt = State(default=0)
+
+    def setup(self, context: Context) -> None:
+        """Bind the clock, which counts ticks.
+
+        Raises:
+            ContextError: the graph runs at every physics step.
+        """
+        self.clock = tick_clock(context)
+
+    def compute(self) -> Fire:
+        """Count, and read the clock."""
+        clock = self.clock
+        self.accumulated_seconds += clock.delta
+        self.frame_count += 1
+        if self.frame_count <= self.frame_period:
+            return None
+        self.time, self.frame, self.is_playing = clock.time, float(clock.frame), True
+        self.absolute_sim_time = self.time_since_start = clock.monotonic_time
+        self.delta_seconds = self.accumulated_seconds
+        self.accumulated_seconds, self.frame_count = 0.0, 0
+        return self.tick
+
+
+class OnVariableChange(Node, type="omni.graph.action.OnVariableChange", gated=True):
+    """Fires in the tick after one that left a variable of the graph with another value."""
+
+    variable_name: Token = In(default="", setup=True, required=True, doc="one of the graph's `variables:`")
+    only_playback: bool = In(default=True, doc="graphs run while the simulation plays, and at no other time")
+    changed = ExecOut()
+
+    variable: Variable = State()
+
+    def setup(self, context: Context) -> None:
+        """Bind the variable.
+
+        Raises:
+            ContextError: the graph has none of that name.
+        """
+        self.variable = context.variable(self.variable_name)
+
+    def compute(self) -> Fire:
+        """Compare."""
+        return self.changed if self.variable.changed else None
+
+
+def tick_clock(context: Context) -> Clock:
+    """The clock of a graph that runs once a tick.
+
+    Raises:
+        ContextError: it runs at every physics step.
+    """
+    if context.runs != "tick":
+        raise ContextError(
+            "it fires in graphs that run once a tick, and this one runs at every physics step",
+            None,
+            "use OnPhysicsStep, or write `runs: tick` into the graph file",
+        )
+    return context.clock

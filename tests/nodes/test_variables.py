@@ -1,0 +1,106 @@
+"""ReadVariable, WriteVariable and OnVariableChange: alone, and in graphs."""
+
+from __future__ import annotations
+
+import pytest
+
+from graphengine.diagnostics import CheckError
+from graphengine.graph_variable import GraphVariable
+from graphengine.testing import RecordingContext
+from nodes.action.events import OnVariableChange
+from nodes.variables import ReadVariable, WriteVariable
+from tests.nodes.harness import Player, ready
+
+
+def context() -> RecordingContext:
+    made = RecordingContext()
+    made.variables["speed"] = GraphVariable(1.5)
+    return made
+
+
+def test_what_one_node_writes_another_reads() -> None:
+    shared = context()
+    reader = ready(ReadVariable, shared, variable_name="speed")
+    reader.compute()
+    assert reader.value == 1.5
+    writer = ready(WriteVariable, shared, variable_name="speed", value_in=2.5)
+    writer.compute()
+    reader.compute()
+    assert (reader.value, writer.value_out) == (2.5, 2.5)
+
+
+def test_a_change_is_an_event_of_the_next_tick_only() -> None:
+    shared = context()
+    watcher = ready(OnVariableChange, shared, variable_name="speed")
+    seen = []
+    for value in (1.5, 2.0, 2.0, 1.5):
+        shared.variables["speed"].value = value
+        shared.variables["speed"].freeze()
+        seen.append(watcher.compute() == watcher.changed)
+    assert seen == [False, True, False, True]
+
+
+COUNTING = """
+variables: {{total: {{type: {type}, default: {default}}}}}
+nodes:
+  Tick: OnPlaybackTick
+  Write: {{type: WriteVariable, inputs: {{variableName: total, value: {value}}}}}
+  Read: {{type: ReadVariable, inputs: {{variableName: total}}}}
+  Changed: {{type: OnVariableChange, inputs: {{variableName: total}}}}
+  Count: Counter
+connections:
+  - Tick.tick -> Write.execIn
+  - Changed.changed -> Count.execIn
+"""
+
+
+@pytest.mark.parametrize(
+    ("type_name", "default", "value", "expected"),
+    [
+        ("double", "1", "2", 2.0),
+        ("token", "a", "b", "b"),
+        ("int64", "1", "-5", -5),
+        ("double[3]", "[1, 2, 3]", "[4, 5, 6]", None),
+    ],
+)
+def test_a_literal_is_of_the_type_of_the_variable(
+    play: Player, type_name: str, default: str, value: str, expected: object
+) -> None:
+    playing = play.graph(COUNTING.format(type=f"'{type_name}'", default=default, value=value))
+    playing.tick(3)
+    written = playing.node("Write").value_out
+    assert (written, type(written)) == (expected, type(expected))
+    assert playing.node("Count").count == 1
+
+
+def test_a_literal_that_is_not_of_the_type_of_the_variable_is_refused(play: Player) -> None:
+    with pytest.raises(CheckError, match="Write: value would be an int, and is a token"):
+        play.graph(COUNTING.format(type="int", default="1", value="fast"))
+
+
+def test_a_wire_from_a_variable_has_its_type(play: Player) -> None:
+    text = """
+        variables: {where: {type: 'vectord[3]', default: [1, 2, 3]}}
+        nodes:
+          Tick: OnPlaybackTick
+          Read: {type: ReadVariable, inputs: {variableName: where}}
+          Odometry: PublishOdometry
+        connections:
+          - Tick.tick -> Odometry.execIn
+          - Read.value -> Odometry.position
+        """
+    playing = play.graph(text)
+    playing.tick()
+    position = playing.published(playing.topics["Odometry"])[0].pose.pose.position
+    assert (position.x, position.y, position.z) == (1.0, 2.0, 3.0)
+    with pytest.raises(CheckError, match=r"is a vectord\[3\], Odometry.timeStamp takes a double"):
+        play.graph(text.replace("Odometry.position", "Odometry.timeStamp"))
+
+
+def test_an_unknown_variable_is_told_with_those_there_are(play: Player) -> None:
+    with pytest.raises(CheckError, match="the graph has no variable 'totl'"):
+        play.graph(
+            COUNTING.format(type="double", default="1", value="2").replace(
+                "variableName: total}}", "variableName: totl}}", 1
+            )
+        )
