@@ -60,7 +60,7 @@ connections:
         ("double", "1", "2", 2.0),
         ("token", "a", "b", "b"),
         ("int64", "1", "-5", -5),
-        ("double[3]", "[1, 2, 3]", "[4, 5, 6]", None),
+        ("double[3]", "[1, 2, 3]", "{type: 'double[3]', value: [4, 5, 6]}", (4.0, 5.0, 6.0)),
     ],
 )
 def test_a_literal_is_of_the_type_of_the_variable(
@@ -98,9 +98,6 @@ def test_a_wire_from_a_variable_has_its_type(play: Player) -> None:
 
 
 def test_an_unknown_variable_is_told_with_those_there_are(play: Player) -> None:
+    text = COUNTING.format(type="int", default="1", value="2").replace("variableName: total", "variableName: totl", 1)
     with pytest.raises(CheckError, match="the graph has no variable 'totl'"):
-        play.graph(
-            COUNTING.format(type="double", default="1", value="2").replace(
-                "variableName: total}}", "variableName: totl}}", 1
-            )
-        )
+        play.graph(text)
