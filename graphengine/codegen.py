@@ -118,7 +118,7 @@ def _write_call(call: Call, source: Source, indent: int, keep_going: bool) -> No
 def _nodes_of(call: Call) -> Iterator[int]:
     """Nodes whose names a call's text uses."""
     yield call.node
-    for refresh in call.refreshes:
+    for refresh in (*call.refreshes, *(call.rereads or ())):
         yield refresh.node
         yield from (copy.source for copy in refresh.copies)
     yield from (copy.source for copy in call.copies)
@@ -127,7 +127,7 @@ def _nodes_of(call: Call) -> Iterator[int]:
 
 def _stale_of(call: Call) -> Iterator[int]:
     yield from call.marks
-    yield from (refresh.node for refresh in call.refreshes if refresh.flagged)
+    yield from (refresh.node for refresh in (*call.refreshes, *(call.rereads or ())) if refresh.flagged)
 
 
 # One function a step kind
@@ -189,6 +189,8 @@ def _compute(call: Call, fired: dict[str, str], keep_going: bool) -> list[str]:
     after = [*marks, *(f"n{node}.{pin.field} = 0" for pin in call.pins if pin.pending)]
     if call.kind == "pusher":
         body = [*marks, *(line for branch in call.branches for line in _branch(branch, many=True))]
+        if call.rereads is not None:
+            body += [line for refresh in call.rereads for line in _refresh(refresh, keep_going)] + _copies(call.copies)
         loop = [f"for p in c{node}():", *_indented(body or ["pass"])]
         return [*_attempt([*before, *loop], node, keep_going), *after]
     if call.kind == "latent":

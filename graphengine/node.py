@@ -124,6 +124,8 @@ class Node(metaclass=NodeMeta):
     """Python names of the ports of each stem, in the order of their numbers."""
     max_pushes: ClassVar[int] = 100_000
     """Of a pusher: how often one activation may yield, lest a loop without end stops the simulation."""
+    rereads: ClassVar[bool] = False
+    """Of a pusher: after each yield its inputs are brought up to date; those of others keep what they had when it began."""
     fields: ClassVar[dict[str, Port]] = {}
     """Ports by Python name, base classes first."""
     ports: ClassVar[dict[str, Port]] = {}

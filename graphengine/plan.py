@@ -92,6 +92,8 @@ class Call:
     pins: tuple[Pin, ...]
     """Empty for a node with one incoming wire: there is nothing to tell."""
     activations: tuple[Activation, ...] = ()
+    rereads: tuple[Refresh, ...] | None = None
+    """Of a pusher that reads its inputs again after each yield: the data nodes among what it reads."""
 
 
 @dataclass(frozen=True, slots=True)

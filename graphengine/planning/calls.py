@@ -122,8 +122,14 @@ class RegionWriter:
             wires = sorted(self._in_wires(index), key=lambda w: (not self._is_control(w), w.order))
             activations = tuple(Activation(self._flag(f"w{w.order}"), w.target_field) for w in wires)
         gated = graph.node(index).cls.gated
-        copies, marks = graph.changing_copies(index), graph.marks(index)
-        return Call(index, kind, guard, refreshes, copies, gated, branches, marks, self._pins(index), activations)
+        copies, marks, rereads = graph.changing_copies(index), graph.marks(index), None
+        if kind == "pusher" and graph.node(index).cls.rereads:
+            needs = graph.data_needs(index)
+            graph.flagged.update(needs)
+            rereads = tuple(Refresh(data, graph.changing_copies(data), if_stale=True, flagged=True) for data in needs)
+        return Call(
+            index, kind, guard, refreshes, copies, gated, branches, marks, self._pins(index), activations, rereads
+        )
 
     def _is_control(self, wire: Wire) -> bool:
         return self.graph.node(wire.target).cls.fields[wire.target_field].control

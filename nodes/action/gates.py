@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+from graphengine.context import Context
 from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Numbered, Out, State
-from graphengine.types import Int
+from graphengine.types import Int, Int64, UInt64
 
 
 class Gate(Node, type="omni.graph.action.Gate", gated=True, counts=True):
@@ -100,3 +101,59 @@ class Counter(Node, type="omni.graph.action.Counter", counts=True):
             self.count = 0
         if self.exec_in:
             self.count += 1
+
+
+class SyncGate(Node, type="omni.graph.action.SyncGate", gated=True, counts=True):
+    """Fires when it was executed with one value as often as wires lead to it; another value begins anew."""
+
+    exec_in = ExecIn()
+    sync_value_in: UInt64 = In(default=0, name="syncValue")
+    exec_out = ExecOut()
+    sync_value_out: UInt64 = Out(name="syncValue", doc="the value that is being waited for")
+
+    wires: int = State(default=1)
+    arrived: int = State(default=0)
+
+    def setup(self, context: Context) -> None:
+        """Count the wires."""
+        self.wires = context.wires_into("exec_in")
+
+    def compute(self) -> Fire:
+        """Count what arrives."""
+        if self.sync_value_in != self.sync_value_out:
+            self.arrived = 0
+        self.sync_value_out = self.sync_value_in
+        self.arrived += 1
+        if self.arrived < self.wires:
+            return None
+        self.arrived = 0
+        return self.exec_out
+
+
+class RationalTimeSyncGate(Node, type="omni.graph.action.RationalTimeSyncGate", gated=True, counts=True):
+    """Fires when it was executed with one time as often as wires lead to it; another time begins anew."""
+
+    exec_in = ExecIn()
+    numerator_in: Int64 = In(default=0, name="rationalTimeNumerator", doc="of the time in seconds")
+    denominator_in: UInt64 = In(default=0, name="rationalTimeDenominator", doc="of the time in seconds")
+    exec_out = ExecOut()
+    numerator_out: Int64 = Out(name="rationalTimeNumerator", doc="of the time that is being waited for")
+    denominator_out: UInt64 = Out(name="rationalTimeDenominator", doc="of the time that is being waited for")
+
+    wires: int = State(default=1)
+    arrived: int = State(default=0)
+
+    def setup(self, context: Context) -> None:
+        """Count the wires."""
+        self.wires = context.wires_into("exec_in")
+
+    def compute(self) -> Fire:
+        """Count what arrives; 1/2 and 2/4 are one time."""
+        if self.numerator_in * self.denominator_out != self.numerator_out * self.denominator_in:
+            self.arrived = 0
+        self.numerator_out, self.denominator_out = self.numerator_in, self.denominator_in
+        self.arrived += 1
+        if self.arrived < self.wires:
+            return None
+        self.arrived = 0
+        return self.exec_out

@@ -76,3 +76,26 @@ class ForEachTarget(Node, type="omni.graph.action.ForEachTarget"):
             self.array_index, self.target = index, (path,)
             yield self.loop_body
         yield self.finished
+
+
+class WhileLoop(Node, type="graphengine.action.WhileLoop"):
+    """Fires its body as long as a condition holds, which is looked at before each round."""
+
+    rereads = True
+
+    exec_in = ExecIn()
+    break_loop = ExecIn(control=True, doc="to be fired by the body: this round is the last one")
+    condition: bool = In(default=False, doc="whether there is another round")
+    loop_body = ExecOut()
+    index: Int = Out(doc="number of the round, from 0")
+    finished = ExecOut()
+
+    def compute(self) -> Pushes:
+        """Round by round."""
+        self.index = 0
+        while self.condition:
+            yield self.loop_body
+            if self.break_loop:
+                break
+            self.index += 1
+        yield self.finished

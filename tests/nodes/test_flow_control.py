@@ -14,8 +14,8 @@ from graphengine.ros.definitions import DEFINITIONS
 from graphengine.testing import RecordingContext
 from nodes.action.branching import Branch, Multisequence, Sequence, SwitchToken
 from nodes.action.custom import OnCustomEvent, SendCustomEvent
-from nodes.action.gates import Counter, FlipFlop, Gate, Multigate, Once
-from nodes.action.loops import ForEach, ForEachTarget, ForLoop
+from nodes.action.gates import Counter, FlipFlop, Gate, Multigate, Once, RationalTimeSyncGate, SyncGate
+from nodes.action.loops import ForEach, ForEachTarget, ForLoop, WhileLoop
 from nodes.action.waiting import Countdown, Delay
 from tests.nodes.harness import Player, Playing, ready
 
@@ -151,6 +151,54 @@ def test_a_counter_counts_until_it_is_reset() -> None:
     assert counts == [1, 2, 0, 1]
 
 
+SYNC = """
+nodes:
+  Tick: OnPlaybackTick
+  Order: Multisequence
+  Left: Counter
+  Right: Counter
+  Sync: SyncGate
+  Passed: Counter
+connections:
+  - Tick.tick -> Order.execIn
+  - Order.output0 -> Left.execIn
+  - Order.output1 -> Right.execIn
+  - Left.execOut -> Sync.execIn
+  - Right.execOut -> Sync.execIn
+  - Sync.execOut -> Passed.execIn
+"""
+
+
+def test_a_sync_gate_waits_for_all_of_its_wires(play: Player) -> None:
+    playing = play.graph(SYNC)
+    playing.tick(3)
+    assert playing.node("Passed").count == 3
+    playing = play.graph(SYNC.replace("  - Tick.tick -> Order.execIn", "  - Tick.tick -> Left.execIn"))
+    counts = []
+    for _ in range(4):
+        playing.tick()
+        counts.append(playing.node("Passed").count)
+    assert counts == [0, 1, 1, 2]
+
+
+def test_a_sync_gate_begins_anew_with_another_value() -> None:
+    node = SyncGate(sync_value_in=7)
+    node.wires = 2
+    assert [fired(node), fired(node), fired(node)] == ["", "exec_out", ""]
+    node.sync_value_in = 8
+    assert [fired(node), node.sync_value_out, fired(node)] == ["", 8, "exec_out"]
+
+
+def test_a_rational_sync_gate_takes_times_for_what_they_are() -> None:
+    node = RationalTimeSyncGate(numerator_in=1, denominator_in=2)
+    node.wires = 2
+    assert fired(node) == ""
+    node.numerator_in, node.denominator_in = 2, 4
+    assert fired(node) == "exec_out"
+    node.numerator_in = 3
+    assert [fired(node), fired(node)] == ["", "exec_out"]
+
+
 # Loops
 
 
@@ -261,6 +309,68 @@ def test_a_loop_without_end_is_told_with_its_node(play: Player) -> None:
     )
     with pytest.raises(NodeError, match=r"node Loop .*ran on after 100000 iterations"):
         playing.tick()
+
+
+WHILE = """
+variables: {go: {type: bool, default: true}}
+nodes:
+  Tick: OnPlaybackTick
+  Open: {type: WriteVariable, inputs: {variableName: go, value: true}}
+  Order: Multisequence
+  While: WhileLoop
+  Body: Counter
+  Every: {type: SimulationGate, inputs: {step: 3}}
+  Close: {type: WriteVariable, inputs: {variableName: go, value: false}}
+  Go: {type: ReadVariable, inputs: {variableName: go}}
+  Done: Counter
+connections:
+  - Tick.tick -> Order.execIn
+  - Order.output0 -> Open.execIn
+  - Order.output1 -> While.execIn
+  - Go.value -> While.condition
+  - While.loopBody -> Body.execIn
+  - Body.execOut -> Every.execIn
+  - Every.execOut -> Close.execIn
+  - While.finished -> Done.execIn
+"""
+
+
+def test_while_goes_on_until_its_body_makes_the_condition_false(play: Player) -> None:
+    playing = play.graph(WHILE)
+    playing.tick(2)
+    assert [playing.node(name).count for name in ("Body", "Done")] == [6, 2]
+    assert playing.node("While").index == 3
+
+
+def test_while_ends_after_a_break(play: Player) -> None:
+    playing = play.graph(WHILE.replace("Every.execOut -> Close.execIn", "Every.execOut -> While.breakLoop"))
+    playing.tick()
+    assert [playing.node(name).count for name in ("Body", "Done")] == [3, 1]
+
+
+def test_while_that_never_holds_finishes_at_once() -> None:
+    node = WhileLoop()
+    assert list(node.compute()) == [node.finished]
+
+
+def test_a_condition_straight_from_a_node_of_the_body_is_read_in_each_round(play: Player) -> None:
+    playing = play.graph(
+        """
+        nodes:
+          Tick: OnPlaybackTick
+          Flip: FlipFlop
+          While: WhileLoop
+          Done: Counter
+        connections:
+          - Tick.tick -> While.execIn
+          - While.loopBody -> Flip.execIn
+          - Flip.isA -> While.condition
+          - While.finished -> Done.execIn
+        """
+    )
+    playing.node("Flip").is_a = True
+    playing.tick()
+    assert (playing.node("While").index, playing.node("Flip").is_a, playing.node("Done").count) == (1, False, 1)
 
 
 # Later
