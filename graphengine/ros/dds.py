@@ -8,12 +8,13 @@ hold locks that a write needs, and a write holds the interpreter's lock.
 from __future__ import annotations
 
 import atexit
-import logging
+import itertools
 import threading
-from collections.abc import Callable
-from typing import Any
+from collections import Counter
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
 
-import numpy as np
 from cyclonedds.core import DDSException, DDSStatus, GuardCondition, WaitSet
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
@@ -22,95 +23,32 @@ from cyclonedds.util import duration
 
 from graphengine.context import QoS
 from graphengine.diagnostics import TransportError
-from graphengine.ros import cyclone, discovery, messages, names, rosout
+from graphengine.ros import cyclone, dds_services, discovery, names, rosout
+from graphengine.ros.cyclone_log import LOG
+from graphengine.ros.dds_endpoints import DdsReader, DdsWriter, gid_of
+from graphengine.ros.dds_services import DdsClient, DdsServer
 from graphengine.ros.definitions import DEFINITIONS, Definitions
 from graphengine.ros.discovery import Discovery
 from graphengine.ros.domain import Domain
-from graphengine.ros.graph import Graph
+from graphengine.ros.graph import Direction, Graph, full_name
 from graphengine.ros.idl import idl_type
-from graphengine.ros.qos import PARAMETER_EVENTS
-
-_log = logging.getLogger(__name__)
+from graphengine.ros.qos import PARAMETER_EVENTS, settled
 
 _FOREVER = duration(infinite=True)
 
+_BACKLOG = 1000
+"""Messages that Cyclone DDS keeps of a topic while this process is too busy to take them."""
 
-class DdsWriter:
-    """A DDS writer."""
-
-    def __init__(self, topic: str, entity: Any, remove: Callable[[DdsWriter], None]) -> None:
-        self.topic = topic
-        self.entity = entity
-        self.matched = False
-        self.dropped = 0
-        """Messages given up because a reader did not keep up."""
-        self._remove = remove
-        self._lock = threading.Lock()
-
-    def write(self, data: bytes) -> None:
-        """Send one message; one that a reader blocks for longer than 100 ms is dropped and counted.
-
-        Raises:
-            TransportError: it is no message of the topic's type, or the writer is closed.
-        """
-        if len(data) & 3:
-            data += bytes(-len(data) & 3)
-        code = cyclone.write(self.entity, data)
-        if code == cyclone.TIMEOUT:
-            self.dropped += 1
-        elif code < 0:
-            raise TransportError(f"{self.topic}: {len(data)} bytes were not sent: {cyclone.reason(code)}")
-
-    def refresh(self) -> None:
-        """Look whether readers are there."""
-        # Two threads that look must not note down what they saw in the wrong order.
-        with self._lock:
-            try:
-                self.matched = self.entity.get_publication_matched_status().current_count > 0
-            except DDSException:
-                self.matched = False
-
-    def close(self) -> None:
-        """Leave the topic; a second time does nothing."""
-        self._remove(self)
+_Service = TypeVar("_Service", DdsServer, DdsClient)
 
 
-class DdsReader:
-    """A DDS reader."""
+@dataclass(slots=True)
+class _Topic:
+    """A DDS topic, for all endpoints that are open on it."""
 
-    def __init__(
-        self, topic: str, entity: Any, deliver: Callable[[bytes], None], remove: Callable[[DdsReader], None]
-    ) -> None:
-        self.topic = topic
-        self.entity = entity
-        self._deliver = deliver
-        self._remove = remove
-        self._failed = False
-        self._writer = 0
-        self._gids: dict[int, bytes] = {}
-
-    @property
-    def source(self) -> bytes:
-        """GID of the writer of the message that is being delivered; empty when it is gone already."""
-        if self._writer not in self._gids:
-            self._gids[self._writer] = cyclone.writer_gid(self.entity, self._writer)
-        return self._gids[self._writer]
-
-    def drain(self) -> bool:
-        """Deliver some of what has arrived; false when there was nothing."""
-        arrived = cyclone.take(self.entity)
-        for data, self._writer in arrived:
-            try:
-                self._deliver(data)
-            except Exception:
-                if not self._failed:
-                    _log.exception("%s: a message could not be delivered; told once", self.topic)
-                self._failed = True
-        return bool(arrived)
-
-    def close(self) -> None:
-        """Leave the topic; a second time does nothing."""
-        self._remove(self)
+    message_type: str
+    entity: Any
+    endpoints: int = 0
 
 
 class DdsTransport:
@@ -122,6 +60,8 @@ class DdsTransport:
         node_namespace: absolute; `/` for none.
         because: why this transport was chosen, for the description.
         definitions: message types.
+        patient: a writer waits for reliable readers that do not keep up, up to 100 ms a message, in place of overwriting what
+            they did not get; for runs that have the time.
 
     Raises:
         TopicError: ROS 2 would refuse the node's name or namespace.
@@ -135,6 +75,8 @@ class DdsTransport:
         node_namespace: str = "/",
         because: str = "",
         definitions: Definitions = DEFINITIONS,
+        *,
+        patient: bool = False,
     ) -> None:
         names.check_node_name(node_name)
         names.check_namespace(node_namespace)
@@ -142,18 +84,23 @@ class DdsTransport:
         self.spin_time = 0.0 if domain.discovery_range == "OFF" else 0.5
         self._domain = domain
         self._definitions = definitions
+        self._patient = patient
         self._name = node_name
         self._namespace = node_namespace
+        self.node = full_name(node_namespace, node_name)
         self._lock = threading.RLock()
         self._closed = False
-        self._topics: dict[str, tuple[str, Any]] = {}
+        self._topics: dict[str, _Topic] = {}
         self._writers: list[DdsWriter] = []
         self._readers: list[DdsReader] = []
-        self._delivering: DdsReader | None = None
+        self._services: list[DdsServer | DdsClient] = []
+        self._service_numbers = itertools.count(1)
+        self._delivering: DdsReader | DdsServer | DdsClient | None = None
         self._discovery: Discovery | None = None
         self._thread = threading.Thread(target=self._receive, name=f"dds domain {domain.id}", daemon=True)
         # An enclave is what makes ROS 2 take a participant for one of its own.
         self._participant = cyclone.join(domain, "enclave=/;")
+        self._gid = gid_of(self._participant)
         try:
             self._wake = GuardCondition(self._participant)
             self._waitset = WaitSet(self._participant)
@@ -175,7 +122,8 @@ class DdsTransport:
             TransportError: the topic has another type here, or the transport is closed.
         """
         with self._lock:
-            writer = DdsWriter(topic, self._endpoint(DataWriter, f"rt{topic}", message_type, qos), self._remove)
+            policies = _lossless(qos) if self._patient else qos
+            writer = DdsWriter(topic, self._endpoint(DataWriter, f"rt{topic}", message_type, policies), self._remove)
             self._writers.append(writer)
             self._watch(writer.entity, DDSStatus.PublicationMatched)
         writer.refresh()
@@ -188,18 +136,52 @@ class DdsTransport:
             TransportError: as for `writer`.
         """
         with self._lock:
-            entity = self._endpoint(DataReader, f"rt{topic}", message_type, qos)
+            entity = self._endpoint(DataReader, f"rt{topic}", message_type, _deep(qos))
             reader = DdsReader(topic, entity, deliver, self._remove)
             self._readers.append(reader)
             self._watch(reader.entity, DDSStatus.DataAvailable)
         return reader
 
+    def server(self, service: str, service_type: str, qos: QoS, deliver: Callable[[bytes, bytes], None]) -> DdsServer:
+        """A server of a service; `deliver` runs in the transport's thread, and should do little.
+
+        Raises:
+            TransportError: as for `writer`.
+        """
+        with self._lock:
+            reader, writer = self._pair("service", service, service_type, qos)
+            return self._watch_pair(DdsServer(service, reader, writer, deliver, self._remove_pair))
+
+    def client(self, service: str, service_type: str, qos: QoS, deliver: Callable[[int, bytes], None]) -> DdsClient:
+        """A client of a service; `deliver` runs in the transport's thread, and should do little.
+
+        Raises:
+            TransportError: as for `writer`.
+        """
+        with self._lock:
+            reader, writer = self._pair("client", service, service_type, qos)
+            return self._watch_pair(DdsClient(service, reader, writer, deliver, self._remove_pair))
+
+    @property
+    def foreign_services(self) -> Mapping[str, str]:
+        """Services with a peer on another DDS, and what to tell people about each."""
+        told = ((service.service, service.warning()) for service in tuple(self._services))
+        return {service: warning for service, warning in told if warning}
+
     @property
     def source(self) -> bytes:
         """GID of the writer of the message that is being delivered; empty when it is gone already."""
-        return self._delivering.source if self._delivering else b""
+        return self._delivering.source if isinstance(self._delivering, DdsReader) else b""
 
-    def graph(self) -> Graph:
+    @property
+    def malformed(self) -> Mapping[str, int]:
+        """By topic or service, how many messages were dropped; participants of this process in one domain share the count."""
+        counts = Counter(LOG.malformed(self._domain.id))
+        for service in tuple(self._services):
+            counts[service.service] += service.malformed
+        return +counts
+
+    def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> Graph:
         """Who writes and reads which topic, as far as it is known.
 
         Raises:
@@ -225,33 +207,56 @@ class DdsTransport:
             if self._closed:
                 return
             self._closed = True
-            self._announce(())
+            self._announce()
         self._wake.set(True)
         self._thread.join()
         cyclone.leave(self._domain, self._participant)
         for writer in self._writers:
             writer.matched = False
+        for service in self._services:
+            service.end()
         atexit.unregister(self.close)
 
-    def _endpoint(self, make: Callable[..., Any], topic: str, message_type: str, qos: QoS) -> Any:
-        shown = topic.removeprefix("rt")
+    def _endpoint(self, make: Callable[..., Any], topic: str, message_type: str, qos: QoS, identity: str = "") -> Any:
+        """A writer or reader of a DDS topic; those of services have an identity."""
+        shown = names.ros_name(topic)
         if self._closed:
             raise TransportError(f"{shown}: the transport is closed")
-        known, described = self._topics.get(topic, (message_type, None))
-        if known != message_type:
-            raise TransportError(f"{shown} has the type {known} here, it cannot have {message_type} besides")
-        policies = cyclone.endpoint_qos(qos, f"typehash={self._definitions.type_hash(message_type)};")
+        known = self._topics.get(topic)
+        if known and known.message_type != message_type:
+            raise TransportError(
+                f"{shown} has the type {known.message_type} here, it cannot have {message_type} besides"
+            )
+        policies = cyclone.endpoint_qos(qos, f"{identity}typehash={self._definitions.type_hash(message_type)};")
         try:
-            described = described or Topic(self._participant, topic, idl_type(message_type, self._definitions))
-            self._topics[topic] = (message_type, described)
-            return make(self._participant, described, qos=policies)
+            if not known:
+                described = idl_type(message_type, self._definitions, is_call=bool(identity))
+                known = self._topics[topic] = _Topic(message_type, Topic(self._participant, topic, described))
+            made = make(self._participant, known.entity, qos=policies)
         except DDSException as error:
             raise TransportError(f"{shown} cannot be opened: {error}") from error
+        known.endpoints += 1
+        return made
+
+    def _pair(self, role: str, service: str, service_type: str, qos: QoS) -> tuple[Any, Any]:
+        """A reader and a writer, whose user data tells that they belong together."""
+        asked, answered = zip(names.service_topics(service), self._definitions.service_parts(service_type), strict=True)
+        heard, told = (asked, answered) if role == "service" else (answered, asked)
+        identity = f"{role}id={dds_services.identity(self._gid, next(self._service_numbers))};"
+        reader = self._endpoint(DataReader, *heard, qos, identity)
+        return reader, self._endpoint(DataWriter, *told, qos, identity)
 
     def _watch(self, entity: Any, status: int) -> None:
         entity.set_status_mask(status)
         self._waitset.attach(entity)
-        self._announce((self._node(),))
+        self._announce(self._node())
+
+    def _watch_pair(self, service: _Service) -> _Service:
+        self._services.append(service)
+        self._watch(service.reader, DDSStatus.DataAvailable | DDSStatus.SubscriptionMatched)
+        self._watch(service.writer, DDSStatus.PublicationMatched)
+        service.refresh()
+        return service
 
     def _remove(self, endpoint: DdsWriter | DdsReader) -> None:
         with self._lock:
@@ -259,40 +264,62 @@ class DdsTransport:
             if self._closed or endpoint not in endpoints:
                 return
             endpoints.remove(endpoint)
-            self._waitset.detach(endpoint.entity)
-            cyclone.delete(endpoint.entity)
-            others: list[DdsWriter | DdsReader] = [*self._writers, *self._readers]
-            if all(other.topic != endpoint.topic for other in others):
-                cyclone.delete(self._topics.pop(f"rt{endpoint.topic}")[1])
-            self._announce((self._node(),))
+            self._leave(f"rt{endpoint.topic}", endpoint.entity)
+            self._announce(self._node())
         if isinstance(endpoint, DdsWriter):
             endpoint.refresh()
 
-    def _node(self) -> messages.NodeEntitiesInfo:
-        readers = [_gid(reader.entity) for reader in self._readers]
-        writers = [_gid(writer.entity) for writer in self._writers]
-        return messages.NodeEntitiesInfo(self._namespace, self._name, readers, writers)
+    def _remove_pair(self, service: DdsServer | DdsClient) -> None:
+        with self._lock:
+            if self._closed or service not in self._services:
+                return
+            self._services.remove(service)
+            for entity in (service.reader, service.writer):
+                self._leave(entity.topic.name, entity)
+            self._announce(self._node())
 
-    def _announce(self, nodes: tuple[messages.NodeEntitiesInfo, ...]) -> None:
-        info = messages.ParticipantEntitiesInfo(_gid(self._participant), list(nodes))
-        cyclone.write(self._told, messages.encode(info))
+    def _leave(self, topic: str, entity: Any) -> None:
+        self._waitset.detach(entity)
+        cyclone.delete(entity)
+        self._topics[topic].endpoints -= 1
+        if not self._topics[topic].endpoints:
+            cyclone.delete(self._topics.pop(topic).entity)
+
+    def _node(self) -> discovery.Node:
+        readers = [reader.gid for reader in self._readers] + [service.gids[0] for service in self._services]
+        writers = [writer.gid for writer in self._writers] + [service.gids[1] for service in self._services]
+        return discovery.Node(self._namespace, self._name, readers, writers)
+
+    def _announce(self, *nodes: discovery.Node) -> None:
+        cyclone.write(self._told, discovery.announcement(self._gid, nodes))
 
     def _receive(self) -> None:
         while not self._closed:
             triggered = self._waitset.wait(_FOREVER)
-            arrived = busy = [reader for reader in tuple(self._readers) if self._drain(reader)]
+            readers = (*self._readers, *self._services)
+            arrived = busy = [reader for reader in readers if self._drain(reader)]
             while busy and not self._closed:
                 busy = [reader for reader in busy if self._drain(reader)]
-            # More entities triggered than readers had messages: some are writers, whose readers came or went.
+            # More entities triggered than readers had messages: of some, peers came or went.
             if triggered > len(arrived):
-                for writer in tuple(self._writers):
-                    writer.refresh()
+                for endpoint in (*self._writers, *self._services):
+                    endpoint.refresh()
 
-    def _drain(self, reader: DdsReader) -> bool:
+    def _drain(self, reader: DdsReader | DdsServer | DdsClient) -> bool:
         self._delivering = reader
         return reader.drain()
 
 
-def _gid(entity: Any) -> Any:
-    """How ROS 2 calls an entity: the 16 bytes of its RTPS GUID, as a Gid."""
-    return messages.Gid(np.frombuffer(entity.guid.bytes, np.uint8))
+def _lossless(qos: QoS) -> QoS:
+    """What to write with where readers are waited for; what is latched keeps its depth, which late joiners get."""
+    qos = settled(qos)
+    return replace(qos, history="keepAll") if (qos.reliability, qos.durability) == ("reliable", "volatile") else qos
+
+
+def _deep(qos: QoS) -> QoS:
+    """What to read with: Cyclone DDS does not tell what it overwrites, and whoever keeps only so many here does.
+
+    The depth of latched topics stays, as it says how much of the past is wanted.
+    """
+    qos = settled(qos)
+    return replace(qos, depth=max(qos.depth, _BACKLOG)) if qos.durability == "volatile" else qos

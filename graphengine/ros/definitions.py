@@ -4,8 +4,9 @@ Known are the types of ROS 2 Jazzy (from rosbags), those below `share/` beside t
 names; files are read when a type is first asked for. Folders add types. They never give another meaning to one that is there
 without them, so what a node publishes does not depend on them.
 
-Below `share/` are the bare fields and constants of ackermann_msgs 2.0.2, vision_msgs 4.1.1, simulation_interfaces 1.5.1, and of
-what rosbags leaves out of Jazzy's common interfaces: nav_msgs/Goals and services.
+Below `share/` are the bare fields and constants of ackermann_msgs 2.0.2, vision_msgs 4.1.1, simulation_interfaces 1.5.1, of the
+services of Isaac Sim's isaac_ros2_messages (github.com/isaac-sim/IsaacSim-ros_workspaces, jazzy_ws), and of what rosbags leaves
+out of Jazzy's common interfaces: nav_msgs/Goals and services.
 """
 
 from __future__ import annotations
@@ -112,6 +113,18 @@ class Definitions:
             hint = listing(_parts(definition.fields), "it has")
             raise MessageTypeError(f"{message_type} is no message", message_type.rpartition("/")[2], hint)
         return self.store.types[message_type]
+
+    def service_parts(self, service_type: str) -> tuple[str, str]:
+        """Names of the messages that ask and answer, as in `std_srvs/srv/Trigger_Request`.
+
+        Raises:
+            MessageTypeError: as for `definition`, or it is no service.
+        """
+        request, response = f"{service_type}_Request", f"{service_type}_Response"
+        named = [part for part in _parts(self.definition(service_type).fields) if part in (request, response)]
+        if self.definition(service_type).is_message or len(named) != 2:
+            raise MessageTypeError(f"{service_type} is no service", service_type.rpartition("/")[2])
+        return request, response
 
     def fields(self, message_type: str) -> list[tuple[str, Description]]:
         """Attributes of a message, and their types; where ROS's name is a keyword of Python, a `_` follows it."""

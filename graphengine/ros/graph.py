@@ -20,6 +20,11 @@ PATIENCE = 5.0
 _POLL = 0.01
 
 
+def full_name(namespace: str, node: str) -> str:
+    """Name of a node with its namespace, as `ros2 node list` shows it."""
+    return f"{namespace.rstrip('/')}/{node}"
+
+
 @dataclass(frozen=True, slots=True)
 class Endpoint:
     """A writer or reader of a topic.
@@ -47,7 +52,7 @@ class Endpoint:
     @property
     def full_node(self) -> str:
         """Name of its node with the namespace; empty where it is not known."""
-        return f"{self.namespace.rstrip('/')}/{self.node}" if self.node else ""
+        return full_name(self.namespace, self.node) if self.node else ""
 
     def serves(self, other: Endpoint) -> bool:
         """Whether what this one writes reaches another one that reads."""
@@ -62,16 +67,27 @@ class Graph:
         endpoints: in any order.
         complete: false while a peer is known that has not told what it writes and reads.
         named: false while one is known that has not told of its nodes.
+        services: names and types of those that are offered or called.
     """
 
-    def __init__(self, endpoints: Iterable[Endpoint], complete: bool = True, named: bool = True) -> None:
+    def __init__(
+        self,
+        endpoints: Iterable[Endpoint],
+        complete: bool = True,
+        named: bool = True,
+        services: Iterable[tuple[str, str]] = (),
+    ) -> None:
         self.endpoints = sorted(endpoints, key=lambda end: (end.topic, end.direction, end.full_node, end.gid))
         self.complete = complete
         self.named = named
+        self.services = sorted(set(services))
+        self._ends: dict[tuple[str, Direction], list[Endpoint]] = {}
+        for end in self.endpoints:
+            self._ends.setdefault((end.topic, end.direction), []).append(end)
 
     def without(self, node: str) -> Graph:
         """The same as if a node were not there."""
-        return Graph((end for end in self.endpoints if end.full_node != node), self.complete, self.named)
+        return Graph((end for end in self.endpoints if end.full_node != node), self.complete, self.named, self.services)
 
     def types(self) -> dict[str, list[str]]:
         """Types of each topic, of which there should be one."""
@@ -82,11 +98,15 @@ class Graph:
 
     def publishers(self, topic: str) -> list[Endpoint]:
         """Who writes a topic."""
-        return [end for end in self.endpoints if (end.topic, end.direction) == (topic, "publish")]
+        return self.ends(topic, "publish")
 
     def subscribers(self, topic: str) -> list[Endpoint]:
         """Who reads a topic."""
-        return [end for end in self.endpoints if (end.topic, end.direction) == (topic, "subscribe")]
+        return self.ends(topic, "subscribe")
+
+    def ends(self, topic: str, direction: Direction) -> list[Endpoint]:
+        """Who does either."""
+        return list(self._ends.get((topic, direction), ()))
 
 
 def discover(

@@ -38,24 +38,31 @@ def dds_name(message_type: str) -> str:
     return f"{package}::{kind}::dds_::{name}_"
 
 
-def idl_type(message_type: str, definitions: Definitions = DEFINITIONS) -> type[Any]:
+def idl_type(message_type: str, definitions: Definitions = DEFINITIONS, *, is_call: bool = False) -> type[Any]:
     """A class that describes the message to Cyclone DDS; it is never instantiated.
+
+    Args:
+        message_type: ROS name.
+        definitions: where it is known.
+        is_call: whether it goes to or from a service: then a header is before it, as `cdds_request_header` of
+            rmw_cyclonedds_cpp.
 
     Raises:
         MessageTypeError: there is no such type.
     """
     made = _made.setdefault(definitions, {})
-    if message_type not in made:
-        made[message_type] = _make(message_type, definitions)
-    return made[message_type]
+    if (message_type, is_call) not in made:
+        made[message_type, is_call] = _make(message_type, definitions, _HEADER if is_call else {})
+    return made[message_type, is_call]
 
 
-_made: weakref.WeakKeyDictionary[Definitions, dict[str, type[Any]]] = weakref.WeakKeyDictionary()
+_made: weakref.WeakKeyDictionary[Definitions, dict[tuple[str, bool], type[Any]]] = weakref.WeakKeyDictionary()
+_HEADER: dict[str, Any] = {"_client": idl.uint64, "_number": idl.int64}
 
 
-def _make(message_type: str, definitions: Definitions) -> type[Any]:
+def _make(message_type: str, definitions: Definitions, header: dict[str, Any]) -> type[Any]:
     fields = definitions.fields(message_type) or [PLACEHOLDER]
-    annotations = {name: _idl(field, definitions) for name, field in fields}
+    annotations = header | {name: _idl(field, definitions) for name, field in fields}
     namespace = {"__annotations__": annotations, "__module__": __name__}
     name = dds_name(message_type)
     made = types.new_class(

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import itertools
 from collections import defaultdict, deque
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any
 
 from graphengine.context import QoS
@@ -13,11 +14,14 @@ from graphengine.diagnostics import TransportError, listing
 from graphengine.ros import messages
 from graphengine.ros.definitions import DEFINITIONS, Definitions
 from graphengine.ros.graph import Direction, Endpoint, Graph
+from graphengine.ros.memory_services import MemoryClient, MemoryServer, MemoryServices
 from graphengine.ros.qos import mismatch, settled
 
 
 class MemoryWriter:
     """One topic of a `MemoryTransport` to write to."""
+
+    dropped = 0
 
     def __init__(self, transport: MemoryTransport, topic: str, message_type: str, qos: QoS) -> None:
         self.topic = topic
@@ -86,7 +90,7 @@ class _Topic:
 
 
 class MemoryTransport:
-    """Topics within one process, with the rules of DDS on who matches whom and what late joiners get.
+    """Topics and services within one process, with the rules of DDS on who matches whom and what late joiners get.
 
     Args:
         wants_all: every writer counts as matched, so that everything is built.
@@ -96,6 +100,9 @@ class MemoryTransport:
 
     description = "memory: nothing leaves this process"
     spin_time = 0.0
+    node = ""
+    malformed: Mapping[str, int] = MappingProxyType({})
+    foreign_services: Mapping[str, str] = MappingProxyType({})
 
     def __init__(self, *, wants_all: bool = False, keeps: bool = True, definitions: Definitions = DEFINITIONS) -> None:
         self._definitions = definitions
@@ -106,6 +113,7 @@ class MemoryTransport:
         self._closed = False
         self._numbers = itertools.count()
         self._topics: defaultdict[str, _Topic] = defaultdict(_Topic)
+        self._services = MemoryServices()
 
     def writer(self, topic: str, message_type: str, qos: QoS) -> MemoryWriter:
         """A writer on a topic.
@@ -135,6 +143,30 @@ class MemoryTransport:
                 deliver(data)
         return reader
 
+    def server(
+        self, service: str, service_type: str, qos: QoS, deliver: Callable[[bytes, bytes], None]
+    ) -> MemoryServer:
+        """A server of a service; `deliver` runs in the thread that calls.
+
+        Raises:
+            TransportError: as for `writer`.
+        """
+        self._admit(service, *self._definitions.service_parts(service_type))
+        server = MemoryServer(self._services, service, service_type, qos, deliver)
+        self._services.servers.append(server)
+        return server
+
+    def client(self, service: str, service_type: str, qos: QoS, deliver: Callable[[int, bytes], None]) -> MemoryClient:
+        """A client of a service; `deliver` runs in the thread that answers.
+
+        Raises:
+            TransportError: as for `writer`.
+        """
+        self._admit(service, *self._definitions.service_parts(service_type))
+        client = MemoryClient(self._services, service, service_type, qos, deliver, self.new_gid())
+        self._services.clients.append(client)
+        return client
+
     def raw(self, topic: str) -> list[bytes]:
         """Every message that was written to a topic, encoded, oldest first."""
         return [data for _, data in self._topics[topic].sent]
@@ -163,7 +195,7 @@ class MemoryTransport:
         for reader in readers:
             reader.deliver(message)
 
-    def graph(self) -> Graph:
+    def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> Graph:
         """Who writes and reads which topic; there are no nodes.
 
         Raises:
@@ -174,7 +206,7 @@ class MemoryTransport:
         ends: list[MemoryWriter | MemoryReader] = []
         for topic in self._topics.values():
             ends += [*topic.writers, *topic.readers]
-        return Graph(map(self._described, ends))
+        return Graph(map(self._described, ends), services=self._services.known())
 
     def new_gid(self) -> bytes:
         """A GID that no other endpoint has."""
@@ -186,6 +218,7 @@ class MemoryTransport:
         for topic in self._topics.values():
             topic.writers.clear()
             topic.readers.clear()
+        self._services.clear()
 
     def serves(self, writer: MemoryWriter) -> bool:
         """Whether what a writer would write is wanted."""
@@ -221,7 +254,8 @@ class MemoryTransport:
         direction: Direction = "publish" if isinstance(endpoint, MemoryWriter) else "subscribe"
         return Endpoint(endpoint.gid, direction, endpoint.topic, endpoint.message_type, endpoint.qos, type_hash)
 
-    def _admit(self, topic: str, message_type: str) -> None:
+    def _admit(self, name: str, *message_types: str) -> None:
         if self._closed:
-            raise TransportError(f"{topic}: the transport is closed")
-        self._definitions.message_class(message_type)
+            raise TransportError(f"{name}: the transport is closed")
+        for message_type in message_types:
+            self._definitions.message_class(message_type)

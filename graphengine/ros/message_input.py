@@ -15,9 +15,10 @@ from rosbags.interfaces import Nodetype
 from graphengine import document
 from graphengine.diagnostics import Findings, did_you_mean, listing, shown
 from graphengine.document import Value
-from graphengine.ros.definitions import DEFINITIONS, Definitions
+from graphengine.ros.definitions import DEFINITIONS, Definitions, dtype_of
 from graphengine.ros.faults import find_fault
 from graphengine.ros.interfaces import Description, named
+from graphengine.ros.plain import signed_byte
 
 HEADER = "std_msgs/msg/Header"
 TIME = "builtin_interfaces/msg/Time"
@@ -113,7 +114,7 @@ class _Reader:
         element = kind[1][0]
         values = [self.read(value, element, f"{place}[{index}]") for index, value in enumerate(given.data)]
         if element[0] == Nodetype.BASE and element[1][0] != "string":
-            return np.array(values, _DTYPES.get(element[1][0], element[1][0]))
+            return np.array(values, dtype_of(element[1][0]))
         return values
 
     def _scalar(self, given: Value, kind: Description, place: str) -> Any:
@@ -127,7 +128,7 @@ class _Reader:
         elif isinstance(data, float) and data.is_integer():
             data = int(data)
         elif name == "byte" and isinstance(data, int) and 127 < data < 256:
-            data -= 256  # rosbags takes a byte for signed
+            data = signed_byte(data)
         wanted = {"string": str, "bool": bool, "float32": float, "float64": float}.get(name, int)
         if not isinstance(data, wanted) or (isinstance(data, bool) and wanted is not bool):
             raise self._refused("G108", f"{place} is of type {name}; got {shown(given.data)}", given)
@@ -136,9 +137,6 @@ class _Reader:
     def _refused(self, code: str, message: str, given: Value) -> _RefusedError:
         self._findings.add(code, message, given.span)
         return _RefusedError()
-
-
-_DTYPES = {"byte": "int8", "char": "uint8"}
 
 
 def _as_written(given: Value) -> str:

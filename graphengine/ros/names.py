@@ -20,6 +20,8 @@ __all__ = [
     "join_namespaces",
     "node_name",
     "parse_qos",
+    "ros_name",
+    "service_topics",
     "strip",
 ]
 
@@ -48,22 +50,20 @@ def full_namespace(namespace: str) -> str:
     return f"/{stripped}" if stripped else ""
 
 
-def full_topic(namespace: str, topic: str) -> str:
-    """The absolute name of a topic below a namespace; a leading slash does not escape the namespace.
+def full_topic(namespace: str, topic: str, what: str = "topic name") -> str:
+    """The absolute name of a topic or service below a namespace; a leading slash does not escape the namespace.
 
     Raises:
-        TopicError: the namespace or the topic would be refused by ROS 2.
+        TopicError: the namespace or the name would be refused by ROS 2; it says what the name is of.
     """
     above = full_namespace(namespace)
     if above:
         check_namespace(above, given=namespace)
     below = strip(topic)
     if not below:
-        raise TopicError(
-            f"topic name {topic!r} has no letter and no digit, so nothing is left of it", topic, _PARTS_HELP
-        )
+        raise TopicError(f"{what} {topic!r} has no letter and no digit, so nothing is left of it", topic, _PARTS_HELP)
     full = f"{above}/{below}"
-    check_topic(full, given=topic)
+    check_topic(full, given=topic, what=what)
     return full
 
 
@@ -83,17 +83,30 @@ def node_name(prim_path: str) -> str:
     return _ILLEGAL_IN_NODE.sub("_", prim_path)
 
 
-def check_topic(name: str, given: str | None = None) -> None:
-    """Refuse what rcl refuses as an absolute topic name.
+def service_topics(service: str) -> tuple[str, str]:
+    """DDS topics of a service's requests and answers."""
+    return f"rq{service}Request", f"rr{service}Reply"
+
+
+def ros_name(dds_topic: str) -> str:
+    """Name of a DDS topic in ROS 2, or of the service that it is for."""
+    prefix, slash, rest = dds_topic.partition("/")
+    suffix = {"rt": "", "rq": "Request", "rr": "Reply"}.get(prefix)
+    return f"/{rest.removesuffix(suffix)}" if slash and suffix is not None else dds_topic
+
+
+def check_topic(name: str, given: str | None = None, what: str = "topic name") -> None:
+    """Refuse what rcl refuses as an absolute name of a topic or service.
 
     Args:
         name: the absolute name.
         given: what the user wrote, when that differs.
+        what: the name is of.
 
     Raises:
         TopicError: with what is wrong, where, and what is legal.
     """
-    _refuse("topic name", name, given, _fault_in_parts(name, MAX_TOPIC), _PARTS_HELP)
+    _refuse(what, name, given, _fault_in_parts(name, MAX_TOPIC), _PARTS_HELP)
 
 
 def check_namespace(name: str, given: str | None = None) -> None:

@@ -86,23 +86,44 @@ def settled(qos: QoS) -> QoS:
     )
 
 
-@functools.lru_cache(maxsize=1024)  # a network has few pairs of them, and asks for each message
-def mismatch(offered: QoS, requested: QoS) -> str:
-    """Why a writer that offers this does not serve a reader that requests that; empty when it does."""
+def short_of(offered: QoS, requested: QoS) -> tuple[str, ...]:
+    """Policies of which a writer offers less than a reader asks for: either one keeps them apart."""
     offered, requested = settled(offered), settled(requested)
-    if (offered.reliability, requested.reliability) == ("bestEffort", "reliable"):
-        return "the reader wants reliable, the writer is bestEffort"
-    if (offered.durability, requested.durability) == ("volatile", "transientLocal"):
-        return "the reader wants transientLocal, the writer is volatile"
-    if _seconds(offered.deadline) > _seconds(requested.deadline):
-        return (
-            f"the reader wants a deadline of {requested.deadline} s, the writer promises {_seconds(offered.deadline)} s"
-        )
-    if (offered.liveliness, requested.liveliness) == ("automatic", "manualByTopic"):
-        return "the reader wants liveliness manualByTopic, the writer is automatic"
-    if _seconds(offered.lease_duration) > _seconds(requested.lease_duration):
-        return f"the reader wants a lease of {requested.lease_duration} s, the writer's is {_seconds(offered.lease_duration)} s"
-    return ""
+    less = {
+        "reliability": (offered.reliability, requested.reliability) == ("bestEffort", "reliable"),
+        "durability": (offered.durability, requested.durability) == ("volatile", "transientLocal"),
+        "deadline": _seconds(offered.deadline) > _seconds(requested.deadline),
+        "liveliness": (offered.liveliness, requested.liveliness) == ("automatic", "manualByTopic"),
+        "leaseDuration": _seconds(offered.lease_duration) > _seconds(requested.lease_duration),
+    }
+    return tuple(policy for policy, is_less in less.items() if is_less)
+
+
+@functools.lru_cache(maxsize=1024)  # a network has few pairs of them, and asks for each message
+def mismatch(offered: QoS, requested: QoS, writer: str = "the writer", reader: str = "the reader") -> str:
+    """Why a writer that offers this does not serve a reader that requests that; empty when it does."""
+    policies = short_of(offered, requested)
+    if not policies:
+        return ""
+    asked, given = (" and ".join(_words(qos, policy) for policy in policies) for qos in (requested, offered))
+    return f"{reader} asks for {asked}, {writer} offers {given}"
+
+
+def policy_json(qos: QoS, policy: str) -> str:
+    """One policy as it is written in a profile: `"reliability": "reliable"`."""
+    return f"{json.dumps(policy)}: {json.dumps(getattr(settled(qos), _FIELDS[policy]))}"
+
+
+def _words(qos: QoS, policy: str) -> str:
+    value = getattr(settled(qos), _FIELDS[policy])
+    match policy:
+        case "reliability" | "durability":
+            return str(value)
+        case "liveliness":
+            return f"liveliness {value}"
+        case _:
+            what = "deadline" if policy == "deadline" else "lease"
+            return f"a {what} of {value:g} s" if value else f"no {what}"
 
 
 def _seconds(time: float) -> float:

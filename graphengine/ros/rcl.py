@@ -9,23 +9,22 @@ import logging
 import os
 import threading
 import warnings
-from collections.abc import Callable, Iterator, Mapping
-from typing import Any
+from collections.abc import Callable, Collection, Iterator, Mapping
+from typing import Any, get_args
 
 from graphengine.context import QoS
 from graphengine.diagnostics import TransportError
 from graphengine.ros import names, rosout
 from graphengine.ros.domain import Domain
-from graphengine.ros.graph import Endpoint, Graph
+from graphengine.ros.graph import Direction, Graph, full_name
 from graphengine.ros.interfaces import MessageTypeError
-from graphengine.ros.qos import settled
+from graphengine.ros.rcl_profiles import to_endpoint, to_profile
+from graphengine.ros.rcl_services import RclClient, RclServer
 
 _log = logging.getLogger(__name__)
 _environment_lock = threading.Lock()
 _PATIENCE = 0.1
 """Seconds that closing a reader may take."""
-_UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"
-"""What rclpy calls the node of an endpoint before the node's process told of it."""
 
 
 def import_error() -> str | None:
@@ -41,6 +40,9 @@ def import_error() -> str | None:
 class RclWriter:
     """A publisher of rclpy."""
 
+    dropped = 0
+    """rclpy does not tell."""
+
     def __init__(self, topic: str, remove: Callable[[RclWriter], None]) -> None:
         self.topic = topic
         self.matched = False
@@ -53,6 +55,8 @@ class RclWriter:
 
     def write(self, data: bytes) -> None:
         """Send one message.
+
+        With rmw_cyclonedds_cpp and a history of keepAll this lasts until a reader that hangs is given up, which takes 10 s.
 
         Raises:
             TransportError: rclpy refuses it, or the writer is closed.
@@ -107,6 +111,7 @@ class RclTransport:
 
     source = b""
     """GID of a message's writer, which rclpy does not tell."""
+    malformed: Mapping[str, int] = {}  # rclpy delivers what comes
 
     def __init__(self, domain: Domain, node_name: str, node_namespace: str = "/", because: str = "") -> None:
         names.check_node_name(node_name)
@@ -120,14 +125,18 @@ class RclTransport:
 
         self._name = node_name
         self._namespace = node_namespace
+        self.node = full_name(node_namespace, node_name)
         self._lock = threading.RLock()
         self._closed = False
         self._endpoints: list[RclWriter | RclReader] = []
+        self._services: list[RclServer | RclClient] = []
         self._context = rclpy.Context()
         try:
             with discovery(domain):
                 self._context.init(args=[], domain_id=domain.id)
-            self._node = Node(node_name, namespace=node_namespace, context=self._context)
+            self._node = Node(
+                node_name, namespace=node_namespace, context=self._context, start_parameter_services=False
+            )
             self._executor = SingleThreadedExecutor(context=self._context)
             self._executor.add_node(self._node)
             self._rosout = self.writer(rosout.TOPIC, rosout.TYPE, rosout.QOS)
@@ -151,11 +160,14 @@ class RclTransport:
         from rclpy.event_handler import PublisherEventCallbacks
 
         writer = RclWriter(topic, self._remove)
-        with self._opening(topic, message_type) as message, warnings.catch_warnings():
+        with self._opening(topic, message_type, "get_message") as message, warnings.catch_warnings():
             # Jazzy's rclpy warns of a class of its own that it uses for this event.
             warnings.simplefilter("ignore", DeprecationWarning)
             writer.publisher = self._node.create_publisher(
-                message, topic, _profile(qos), event_callbacks=PublisherEventCallbacks(matched=writer.count)
+                message,
+                topic,
+                to_profile(qos),
+                event_callbacks=PublisherEventCallbacks(matched=writer.count, use_default_callbacks=False),
             )
             self._endpoints.append(writer)
         return writer
@@ -166,16 +178,56 @@ class RclTransport:
         Raises:
             TransportError: as for `writer`.
         """
+        from rclpy.event_handler import SubscriptionEventCallbacks
+
         reader = RclReader(topic, deliver, self._remove)
-        with self._opening(topic, message_type) as message:
+        with self._opening(topic, message_type, "get_message") as message:
             reader.subscription = self._node.create_subscription(
-                message, topic, reader.receive, _profile(qos), raw=True
+                message,
+                topic,
+                reader.receive,
+                to_profile(qos),
+                event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
+                raw=True,
             )
             self._endpoints.append(reader)
         return reader
 
-    def graph(self) -> Graph:
-        """Who writes and reads which topic, as far as it is known.
+    def server(self, service: str, service_type: str, qos: QoS, deliver: Callable[[bytes, bytes], None]) -> RclServer:
+        """A server of a service; `deliver` runs in the transport's thread.
+
+        Raises:
+            TransportError: as for `writer`.
+        """
+        server = RclServer(service, deliver, self._remove_service)
+        with self._opening(service, service_type, "get_service") as kind:
+            server.open(
+                lambda callback: self._node.create_service(kind, service, callback, qos_profile=to_profile(qos))
+            )
+            self._services.append(server)
+        return server
+
+    def client(self, service: str, service_type: str, qos: QoS, deliver: Callable[[int, bytes], None]) -> RclClient:
+        """A client of a service; `deliver` runs in the transport's thread.
+
+        Raises:
+            TransportError: as for `writer`.
+        """
+        client = RclClient(service, deliver, self._remove_service)
+        with self._opening(service, service_type, "get_service") as kind:
+            client.entity = self._node.create_client(kind, service, qos_profile=to_profile(qos))
+            self._services.append(client)
+        return client
+
+    @property
+    def foreign_services(self) -> Mapping[str, str]:
+        """Services with a peer on another RMW, and what to tell people about each."""
+        with self._lock:
+            told = [] if self._closed else [(end.service, end.warning(self._node)) for end in self._services]
+        return {service: warning for service, warning in told if warning}
+
+    def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> Graph:
+        """Who writes and reads which topic, as far as it is known; it is the faster the less is asked for.
 
         Raises:
             TransportError: the transport is closed.
@@ -183,10 +235,18 @@ class RclTransport:
         with self._lock:
             if self._closed:
                 raise TransportError("the transport is closed")
-            topics = [topic for topic, _ in self._node.get_topic_names_and_types()]
-            asked = (self._node.get_publishers_info_by_topic, self._node.get_subscriptions_info_by_topic)
-            found = [_endpoint(topic, info) for topic in topics for ask in asked for info in ask(topic)]
-        return Graph(found, named=all(end.node for end in found))
+            services: list[tuple[str, list[str]]] = []
+            if asked is None:
+                services = self._node.get_service_names_and_types()
+                topics = [topic for topic, _ in self._node.get_topic_names_and_types()]
+                asked = [(topic, direction) for topic in topics for direction in get_args(Direction)]
+            ask = {
+                "publish": self._node.get_publishers_info_by_topic,
+                "subscribe": self._node.get_subscriptions_info_by_topic,
+            }
+            found = [to_endpoint(topic, info) for topic, direction in asked for info in ask[direction](topic)]
+        known = [(name, kind) for name, kinds in services for kind in kinds]
+        return Graph(found, named=all(end.node for end in found), services=known)
 
     def log(self, severity: str, text: str) -> None:
         """Tell people who watch /rosout; severities are info, warning and error."""
@@ -206,21 +266,24 @@ class RclTransport:
         self._executor.shutdown()
         self._node.destroy_node()
         self._context.try_shutdown()
+        for service in self._services:
+            service.entity = None
         atexit.unregister(self.close)
         for endpoint in self._endpoints:
             if isinstance(endpoint, RclWriter):
                 endpoint.matched = False
 
     @contextlib.contextmanager
-    def _opening(self, topic: str, message_type: str) -> Iterator[Any]:
-        from rosidl_runtime_py.utilities import get_message
+    def _opening(self, topic: str, message_type: str, find: str) -> Iterator[Any]:
+        """The class of a type, which a function of rosidl_runtime_py finds."""
+        from rosidl_runtime_py import utilities
 
         with self._lock:
             if self._closed:
                 raise TransportError(f"{topic}: the transport is closed")
             try:
-                message = get_message(message_type)
-            except (AttributeError, ImportError, ValueError) as error:
+                message = _part_of_action(message_type) or getattr(utilities, find)(message_type)
+            except (AttributeError, ImportError, RuntimeError, ValueError) as error:
                 remedy = "build its package and source the workspace, or use --transport dds"
                 what = f"{topic} cannot be opened with {message_type}: {error}"
                 raise MessageTypeError(what, message_type.rpartition("/")[2], remedy) from error
@@ -239,90 +302,37 @@ class RclTransport:
                 self._node.destroy_publisher(endpoint.publisher)
             else:
                 self._node.destroy_subscription(endpoint.subscription)
-                # It is gone when the executor has come round; until then the topic can have no other type.
-                gone = threading.Event()
-                self._executor.create_task(gone.set)
-                gone.wait(_PATIENCE)
+                self._wait_for_executor()
+
+    def _remove_service(self, service: RclServer | RclClient) -> None:
+        with self._lock:
+            if self._closed or service not in self._services:
+                return
+            self._services.remove(service)
+            entity, service.entity = service.entity, None
+            destroy = self._node.destroy_service if isinstance(service, RclServer) else self._node.destroy_client
+            destroy(entity)
+            self._wait_for_executor()
+
+    def _wait_for_executor(self) -> None:
+        """What was destroyed is gone when the executor has come round; until then its name can have no other type."""
+        gone = threading.Event()
+        self._executor.create_task(gone.set)
+        gone.wait(_PATIENCE)
 
     def _spin(self) -> None:
+        from rclpy.exceptions import InvalidHandle
+
         failed = False
         while not self._closed:
             try:
                 self._executor.spin_once()
+            except InvalidHandle:
+                continue  # of a writer or reader that was closed just then
             except Exception:
                 if not failed:
                     _log.exception("rclpy could not take a message; told once")
                 failed = True
-
-
-def _profile(qos: QoS) -> Any:
-    from rclpy.duration import Duration
-    from rclpy.qos import DurabilityPolicy, HistoryPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
-
-    qos = settled(qos)
-    return QoSProfile(
-        history=HistoryPolicy.KEEP_ALL if qos.history == "keepAll" else HistoryPolicy.KEEP_LAST,
-        depth=qos.depth,
-        reliability=ReliabilityPolicy.RELIABLE if qos.reliability == "reliable" else ReliabilityPolicy.BEST_EFFORT,
-        durability=DurabilityPolicy.TRANSIENT_LOCAL
-        if qos.durability == "transientLocal"
-        else DurabilityPolicy.VOLATILE,
-        deadline=Duration(seconds=qos.deadline),
-        lifespan=Duration(seconds=qos.lifespan),
-        liveliness=LivelinessPolicy.MANUAL_BY_TOPIC
-        if qos.liveliness == "manualByTopic"
-        else LivelinessPolicy.AUTOMATIC,
-        liveliness_lease_duration=Duration(seconds=qos.lease_duration),
-    )
-
-
-def _endpoint(topic: str, info: Any) -> Endpoint:
-    owned = info.node_name != _UNKNOWN_NODE
-    return Endpoint(
-        gid=bytes(info.endpoint_gid),
-        direction="publish" if info.endpoint_type.name == "PUBLISHER" else "subscribe",
-        topic=topic,
-        message_type=info.topic_type,
-        qos=_qos(info.qos_profile),
-        type_hash=str(info.topic_type_hash),
-        node=info.node_name if owned else "",
-        namespace=info.node_namespace if owned else "",
-    )
-
-
-def _qos(profile: Any) -> QoS:
-    kinds = (profile.history, profile.reliability, profile.durability, profile.liveliness)
-    history, reliability, durability, liveliness = (_WORDS.get(kind.name, "systemDefault") for kind in kinds)
-    return QoS(
-        history=history,
-        depth=profile.depth,
-        reliability=reliability,
-        durability=durability,
-        deadline=_seconds(profile.deadline),
-        lifespan=_seconds(profile.lifespan),
-        liveliness=liveliness,
-        lease_duration=_seconds(profile.liveliness_lease_duration),
-    )
-
-
-_WORDS: Mapping[str, Any] = {
-    "KEEP_LAST": "keepLast",
-    "KEEP_ALL": "keepAll",
-    "RELIABLE": "reliable",
-    "BEST_EFFORT": "bestEffort",
-    "VOLATILE": "volatile",
-    "TRANSIENT_LOCAL": "transientLocal",
-    "AUTOMATIC": "automatic",
-    "MANUAL_BY_TOPIC": "manualByTopic",
-}
-"""Kinds that rclpy names, and how a profile is written; others, such as UNKNOWN, are `systemDefault`."""
-
-
-def _seconds(time: Any) -> float:
-    """A duration of rclpy; 0 for an infinite one."""
-    from rclpy.duration import Infinite
-
-    return 0.0 if time == Infinite else time.nanoseconds / 1e9
 
 
 @contextlib.contextmanager
@@ -344,3 +354,21 @@ def discovery(domain: Domain) -> Iterator[None]:
                     del os.environ[name]
                 else:
                     os.environ[name] = value
+
+
+_PARTS_OF_ACTIONS = {
+    "SendGoal": "SendGoalService",
+    "GetResult": "GetResultService",
+    "FeedbackMessage": "FeedbackMessage",
+}
+"""Where the class of an action keeps the services and the message that it consists of."""
+
+
+def _part_of_action(message_type: str) -> Any | None:
+    """The class of a service or message that an action consists of; None for what is no such part."""
+    from rosidl_runtime_py import utilities
+
+    action, _, part = message_type.rpartition("_")
+    if "/action/" not in message_type or part not in _PARTS_OF_ACTIONS:
+        return None
+    return getattr(utilities.get_action(action).Impl, _PARTS_OF_ACTIONS[part])

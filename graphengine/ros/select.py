@@ -22,6 +22,8 @@ def open_transport(
     node_namespace: str = "/",
     environ: Mapping[str, str] = MappingProxyType({}),
     definitions: Definitions | None = None,
+    *,
+    patient: bool = False,
 ) -> Transport:
     """Join a domain as one ROS 2 node; the transport's description says what was chosen, and why.
 
@@ -32,6 +34,7 @@ def open_transport(
         node_namespace: absolute; `/` for none.
         environ: where RMW_IMPLEMENTATION may tell that peers cannot be reached.
         definitions: message types, those that ship when None; rclpy knows those that are installed, and no others.
+        patient: let dds wait for readers that do not keep up, as `DdsTransport` says.
 
     Raises:
         TopicError: ROS 2 would refuse the node's name or namespace.
@@ -58,4 +61,5 @@ def open_transport(
     rmw = environ.get("RMW_IMPLEMENTATION", "")
     if "zenoh" in rmw:
         reasons.append(f"RMW_IMPLEMENTATION is {rmw}, whose peers do not speak DDS and cannot be reached")
-    return DdsTransport(domain, node_name, node_namespace, "; ".join(reasons), definitions or DEFINITIONS)
+    because = "; ".join(reasons)
+    return DdsTransport(domain, node_name, node_namespace, because, definitions or DEFINITIONS, patient=patient)

@@ -1,12 +1,14 @@
 """Messages of one size by patching: the bytes of one message, in which only numbers are written anew.
 
-A topic's messages mostly differ in their numbers alone: frame ids stay, covariances stay, a tree has as many transforms as
-before. Then a few packs into kept bytes take the place of the encoder.
+A topic's messages mostly differ in their numbers alone: frame ids stay, a tree has as many transforms as before, a picture as
+many pixels. Then a few packs into kept bytes take the place of the encoder, and large arrays, which lie between pieces of these
+bytes, are copied once: into the message.
 """
 
 from __future__ import annotations
 
 import struct
+from bisect import bisect
 from collections.abc import Callable
 from typing import Any
 
@@ -19,8 +21,8 @@ from graphengine.ros.interfaces import SCALARS
 
 _CODES = {kind: code.removeprefix("<") for kind, code in SCALARS.items()}
 
-MAX_ARRAY = 1024
-"""Bytes of an array from which on copying it once more than the encoder does would cost more than the encoder."""
+MAX_PATCHED = 1024
+"""Bytes of an array up to which patching it, and so copying it twice, costs less than joining pieces around it."""
 
 _HEADER = 4
 """Bytes of CDR encapsulation in front of the body, from which alignment counts."""
@@ -34,7 +36,7 @@ class Template:
     """The bytes of a message, to be patched with the numbers of others like it.
 
     Args:
-        message: whose texts, lengths and constant arrays the others must share.
+        message: whose texts and lengths the others must share.
         definitions: where its type is known.
     """
 
@@ -47,8 +49,8 @@ class Template:
         self._arrays: list[tuple[int, int, str]] = []
         """Begin, end and expression of each array."""
         self._walk(message, messages.message_type(message), "m")
-        self._bytes = bytearray(messages.encode(message, definitions))
-        self._patch = self._compile()
+        self.encode = self._compile(messages.encode(message, definitions))
+        """The bytes of a message; None for one that differs in more than numbers. Raises what wrong types in fields raise."""
 
     @staticmethod
     def of(message: Any, definitions: Definitions = DEFINITIONS) -> Template | None:
@@ -58,10 +60,6 @@ class Template:
         except _NoTemplateError:
             return None
         return template if template.encode(message) == messages.encode(message, definitions) else None
-
-    def encode(self, message: Any) -> bytes | None:
-        """The message's bytes; None for one that differs in more than numbers."""
-        return bytes(self._bytes) if self._patch(message, self._bytes) else None
 
     def _align(self, size: int) -> None:
         self._offset += -(self._offset - _HEADER) % size
@@ -100,17 +98,8 @@ class Template:
         self._numbers.append((self._offset, code, place))
         self._offset += size
 
-    def _array(self, value: Any, kind: str, place: str) -> None:
-        """An array counts as constant when nobody can write to it."""
-        if not isinstance(value, np.ndarray) or value.flags.writeable or kind not in _CODES:
-            raise _NoTemplateError(place)
-        size = struct.calcsize(_CODES[kind])
-        self._align(size)
-        self._offset += size * len(value)
-        self._constants.append((place, value))
-
     def _sequence(self, value: Any, kind: str, place: str) -> None:
-        """Texts that stay, or a short array whose length stays."""
+        """Texts that stay, or numbers."""
         self._align(4)
         self._offset += 4
         if kind == "string":
@@ -118,32 +107,57 @@ class Template:
                 self._align(4)
                 self._offset += 4 + len(text.encode()) + 1
             self._constants.append((place, list(value)))  # a copy: the list itself may be changed
-            return
-        if not isinstance(value, np.ndarray) or kind not in _CODES or value.nbytes > MAX_ARRAY:
+        else:
+            self._array(value, kind, place)
+
+    def _array(self, value: Any, kind: str, place: str) -> None:
+        """Numbers whose type and count stay."""
+        if not isinstance(value, np.ndarray) or kind not in _CODES:
             raise _NoTemplateError(place)
-        self._constants += [(f"len({place})", len(value)), (f"{place}.dtype", value.dtype)]
-        if len(value):
+        self._constants += [(f"{place}.shape", value.shape), (f"{place}.dtype", value.dtype)]
+        if value.nbytes:
             self._align(value.itemsize)
             self._arrays.append((self._offset, self._offset + value.nbytes, place))
             self._offset += value.nbytes
 
-    def _compile(self) -> Callable[[Any, bytearray], bool]:
-        """One comparison a constant, one pack a run of numbers without a gap."""
-        names: dict[str, Any] = {}
-        tests = []
-        for index, (place, value) in enumerate(self._constants):
-            names[f"c{index}"] = value
-            tests.append(f"{place} {'is not' if isinstance(value, np.ndarray) else '!='} c{index}")
-        lines = [f"    if {' or '.join(tests)}: return False"] if tests else []
-        for index, (offset, code, places) in enumerate(self._runs()):
-            names[f"p{index}"] = struct.Struct(code).pack_into
-            lines.append(f"    p{index}(b, {offset}, {', '.join(places)})")
-        lines += [f"    b[{begin}:{end}] = {place}.data.cast('B')" for begin, end, place in self._arrays]
-        arguments = "".join(f", {name}={name}" for name in names)
-        text = "\n".join([f"def patch(m, b{arguments}):", *lines, "    return True"])
-        exec(text, names)  # our own text: names in it are fields of ROS's definitions
-        patch: Callable[[Any, bytearray], bool] = names["patch"]
-        return patch
+    def _compile(self, data: bytes) -> Callable[[Any], bytes | None]:
+        """One comparison a constant, one pack a run of numbers without a gap, one copy an array.
+
+        Args:
+            data: the message's bytes, of which those around large arrays are kept.
+        """
+        runs = self._runs()
+        large = [(begin, end) for begin, end, _ in self._arrays if end - begin > MAX_PATCHED]
+        starts, ends = [0, *(end for _, end in large)], [*(begin for begin, _ in large), len(data)]
+        names: dict[str, Any] = {f"c{i}": value for i, (_, value) in enumerate(self._constants)}
+        names |= {f"p{i}": struct.Struct(code).pack_into for i, (_, code, _) in enumerate(runs)}
+        names |= {f"b{i}": bytearray(data[start:end]) for i, (start, end) in enumerate(zip(starts, ends, strict=True))}
+
+        def place_of(offset: int) -> tuple[str, int]:
+            piece = bisect(starts, offset) - 1
+            return f"b{piece}", offset - starts[piece]
+
+        lines, parts = [self._comparison()], ["b0"]
+        for index, (offset, _, values) in enumerate(runs):
+            piece, begin = place_of(offset)
+            lines.append(f"p{index}({piece}, {begin}, {', '.join(values)})")
+        for start, end, value in self._arrays:
+            if (start, end) in large:
+                parts += [value, place_of(end)[0]]
+            else:
+                piece, begin = place_of(start)
+                lines.append(f"{piece}[{begin}:{begin + end - start}] = {value}.data.cast('B')")
+        lines.append(f"return b''.join(({', '.join(parts)}))" if large else "return bytes(b0)")
+        head = f"def encode({', '.join(['m', *(f'{name}={name}' for name in names)])}):"
+        exec("\n    ".join([head, *lines]), names)  # our own text: names in it are fields of ROS's definitions
+        encode: Callable[[Any], bytes | None] = names["encode"]
+        return encode
+
+    def _comparison(self) -> str:
+        """Leave the function for a message that does not share the constants; types of arrays are the same object."""
+        operators = ["is not" if isinstance(value, np.dtype) else "!=" for _, value in self._constants]
+        different = [f"{place} {operators[i]} c{i}" for i, (place, _) in enumerate(self._constants)]
+        return f"if {' or '.join(different)}: return None" if different else ""
 
     def _runs(self) -> list[tuple[int, str, list[str]]]:
         """Numbers that lie next to each other, to be packed together."""
@@ -179,7 +193,7 @@ class Encoder:
         if self._template is not None:
             try:
                 data = self._template.encode(message)
-            except (AttributeError, IndexError, TypeError, struct.error):
+            except (AttributeError, IndexError, TypeError, ValueError, struct.error):
                 data = None  # the general way tells what is wrong
             if data is not None:
                 return data

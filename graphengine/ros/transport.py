@@ -1,12 +1,12 @@
-"""The contract of a transport: bytes of one CDR message in, bytes out, topics by full name."""
+"""The contract of a transport: bytes of one CDR message in, bytes out, topics and services by full name."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
 from typing import Protocol
 
 from graphengine.context import QoS
-from graphengine.ros.graph import Graph
+from graphengine.ros.graph import Direction, Graph
 
 
 class Writer(Protocol):
@@ -16,8 +16,15 @@ class Writer(Protocol):
     def matched(self) -> bool:
         """Whether a reader is there now."""
 
+    @property
+    def dropped(self) -> int:
+        """Messages given up because a reader did not keep up."""
+
     def write(self, data: bytes) -> None:
-        """Send one CDR message, encapsulation header included; never blocks for longer than the reliability's 100 ms."""
+        """Send one CDR message, encapsulation header included; never blocks for longer than the reliability's 100 ms.
+
+        An installed ROS 2 may: it goes by its RMW.
+        """
 
     def close(self) -> None:
         """Leave the topic; safe to call twice."""
@@ -30,8 +37,44 @@ class Reader(Protocol):
         """Leave the topic; safe to call twice."""
 
 
+class ServiceServer(Protocol):
+    """One service that is offered; it delivers requests until it or the transport is closed."""
+
+    def answer(self, request_id: bytes, response: bytes) -> None:
+        """Send one CDR message to the client that asked, at any time after its request was delivered.
+
+        Nothing happens where that client is gone, or the request is none of this server's.
+
+        Raises:
+            TransportError: the server is closed, or it is no message of the service's type.
+        """
+
+    def close(self) -> None:
+        """Withdraw the service; safe to call twice."""
+
+
+class ServiceClient(Protocol):
+    """One service that is called; answers are delivered until it or the transport is closed."""
+
+    @property
+    def ready(self) -> bool:
+        """Whether a server is there that hears this client, and is heard; a call without one is lost."""
+
+    def call(self, request: bytes) -> int:
+        """Send one CDR message and return at once; the number of the call, from 1 up.
+
+        Each call is answered once at most, and its answer may be delivered before this returns.
+
+        Raises:
+            TransportError: the client is closed, or it is no message of the service's type.
+        """
+
+    def close(self) -> None:
+        """Leave the service; safe to call twice."""
+
+
 class Transport(Protocol):
-    """A way to the network, or to a test. Every writer and reader is owned, and closed, by it."""
+    """A way to the network, or to a test. Every writer, reader, server and client is owned, and closed, by it."""
 
     @property
     def description(self) -> str:
@@ -51,8 +94,39 @@ class Transport(Protocol):
     def reader(self, topic: str, message_type: str, qos: QoS, deliver: Callable[[bytes], None]) -> Reader:
         """A reader that calls `deliver` with each CDR message, from a thread of the transport or from its caller's."""
 
-    def graph(self) -> Graph:
+    def server(
+        self, service: str, service_type: str, qos: QoS, deliver: Callable[[bytes, bytes], None]
+    ) -> ServiceServer:
+        """A server of a service such as `/get_map`; `service_type` as in `nav_msgs/srv/GetMap`.
+
+        Args:
+            service: absolute.
+            service_type: what is asked and answered.
+            qos: of requests and answers alike.
+            deliver: called with each request's identity, which `answer` takes, and its CDR message, from a thread of the
+                transport or from a client's.
+        """
+
+    def client(self, service: str, service_type: str, qos: QoS, deliver: Callable[[int, bytes], None]) -> ServiceClient:
+        """A client of a service; `deliver` is called with the number of a call and the CDR message that answers it."""
+
+    @property
+    def foreign_services(self) -> Mapping[str, str]:
+        """Services of this transport with a peer that it cannot talk to, and what to tell people about each."""
+
+    @property
+    def malformed(self) -> Mapping[str, int]:
+        """By topic or service, how many messages were dropped, and not delivered, because they are none of its type."""
+
+    @property
+    def node(self) -> str:
+        """Full name of the node that this process is on the network; empty where there are no nodes."""
+
+    def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> Graph:
         """Who writes and reads which topic, this transport's own endpoints among them; listening begins with the first call.
+
+        Args:
+            asked: what is looked for, where that is not everything; there may be more in the answer.
 
         Raises:
             TransportError: the transport is closed.

@@ -4,10 +4,28 @@ from __future__ import annotations
 
 import itertools
 import os
+import signal
+import subprocess
+import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import TypeAlias
 
 import pytest
+from hypothesis import settings
+
+import graphengine
+from graphengine.ros.dds import DdsTransport
+from graphengine.ros.domain import Domain
+from graphengine.ros.memory import MemoryTransport
+from graphengine.ros.rcl import RclTransport
+from tests.ros.contract import AnyTransport
+
+StartPeer: TypeAlias = "Callable[..., subprocess.Popen[bytes]]"
+
+settings.register_profile("untimed", deadline=None)  # the first message of a type has its code made
+settings.load_profile("untimed")
 
 PATIENCE = 20.0  # s; what is waited for comes within a second on an idle machine
 
@@ -18,6 +36,63 @@ _offsets = itertools.count()
 def domain_id() -> int:
     """A domain that no other test of this process uses, and hardly one of another."""
     return 101 + (os.getpid() * 7 + next(_offsets)) % 99
+
+
+@pytest.fixture
+def join(kind: str) -> Iterator[Callable[[int, str], AnyTransport]]:
+    """Joins a domain as a node; in memory, all that join one domain are one transport.
+
+    A kind such as `dds to rclpy` means that the node called alice is of the first, and all others are of the second.
+    """
+    joined: list[AnyTransport] = []
+    in_memory: dict[int, MemoryTransport] = {}
+
+    def join(domain_id: int, name: str) -> AnyTransport:
+        domain = Domain(domain_id, "LOCALHOST")
+        transport: AnyTransport
+        if kind == "memory":
+            transport = in_memory.setdefault(domain_id, MemoryTransport())
+        else:
+            side = kind.partition(" to ")[0] if name == "alice" else kind.rpartition(" to ")[2]
+            transport = DdsTransport(domain, name) if side == "dds" else RclTransport(domain, name)
+        joined.append(transport)
+        return transport
+
+    yield join
+    for transport in joined:
+        transport.close()
+
+
+@pytest.fixture
+def start_peer() -> Iterator[StartPeer]:
+    """Starts a process that plays a part of `peer.py` in a domain, with other variables of the environment if need be."""
+    started: list[subprocess.Popen[bytes]] = []
+
+    def start(part: str, domain_id: int, changes: Mapping[str, str] | None = None) -> subprocess.Popen[bytes]:
+        environment = {
+            **os.environ,
+            "ROS_DOMAIN_ID": str(domain_id),
+            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+            "PYTHONPATH": os.pathsep.join(
+                [str(Path(graphengine.__file__).parents[1]), os.environ.get("PYTHONPATH", "")]
+            ),
+            **(changes or {}),
+        }
+        program = [sys.executable, "-W", "error", str(Path(__file__).with_name("peer.py")), part]
+        started.append(subprocess.Popen(program, env=environment, stdin=subprocess.PIPE))
+        return started[-1]
+
+    yield start
+    for process in started:
+        end_peer(process)
+    assert {process.returncode for process in started} <= {0, -signal.SIGKILL}
+
+
+def end_peer(process: subprocess.Popen[bytes]) -> None:
+    """Let a peer end by itself, which it does when its input ends."""
+    assert process.stdin
+    process.stdin.close()
+    process.wait(timeout=60)
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ import time
 from graphengine.context import QoS
 from graphengine.ros.dds import DdsTransport
 from graphengine.ros.domain import Domain
-from graphengine.ros.messages import String, encode
+from graphengine.ros.messages import DEFINITIONS, String, encode
 
 STRING = "std_msgs/msg/String"
 
@@ -19,6 +19,18 @@ def echo(transport: DdsTransport) -> None:
     """Send back what comes, until the input ends."""
     pong = transport.writer("/pong", STRING, QoS())
     transport.reader("/ping", STRING, QoS(), pong.write)
+    sys.stdin.read()
+
+
+def ask(transport: DdsTransport) -> None:
+    """Call a service for each message that comes, until the input ends."""
+    client = transport.client("/trigger", "std_srvs/srv/Trigger", QoS(), lambda number, data: None)
+    request = encode(DEFINITIONS.initial("std_srvs/srv/Trigger_Request"))
+
+    def call(data: bytes) -> None:
+        client.call(request)
+
+    transport.reader("/ping", STRING, QoS(), call)
     sys.stdin.read()
 
 
@@ -49,7 +61,7 @@ def crowd(transport: DdsTransport) -> None:
 
 
 if __name__ == "__main__":
-    part = {"echo": echo, "flood": flood, "crowd": crowd}[sys.argv[1]]
+    part = {"echo": echo, "ask": ask, "flood": flood, "crowd": crowd}[sys.argv[1]]
     joined = DdsTransport(Domain.from_environment(os.environ), f"peer_{sys.argv[1]}")
     part(joined)
     joined.close()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 import threading
@@ -23,11 +24,13 @@ from graphengine.ros.domain import Domain
 from graphengine.ros.idl import dds_name, idl_type
 from graphengine.ros.messages import DEFINITIONS, String, decode, encode, type_hash
 from graphengine.ros.qos import LATCHED
+from tests.cli.harness import process
+from tests.ros.conftest import PATIENCE, StartPeer, end_peer
 
 Eventually: TypeAlias = Callable[[Callable[[], object]], bool]
-Start: TypeAlias = Callable[[str, int], "subprocess.Popen[bytes]"]
 
 STRING = "std_msgs/msg/String"
+NO_SUCH = '<NetworkInterface name="none9"/>'
 MESSAGES = [name for name in DEFINITIONS.names() if DEFINITIONS.definition(name).is_message]
 
 
@@ -43,41 +46,13 @@ def alice(domain: Domain) -> Iterator[DdsTransport]:
     transport.close()
 
 
-def end(process: subprocess.Popen[bytes]) -> None:
-    assert process.stdin
-    process.stdin.close()
-    process.wait(timeout=60)
-
-
-@pytest.fixture
-def start() -> Iterator[Start]:
-    """Starts a process that plays a part of `peer.py` in a domain."""
-    started: list[subprocess.Popen[bytes]] = []
-
-    def start(part: str, domain_id: int) -> subprocess.Popen[bytes]:
-        environment = {
-            **os.environ,
-            "ROS_DOMAIN_ID": str(domain_id),
-            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-            "PYTHONPATH": str(Path(graphengine.__file__).parents[1]),
-        }
-        program = [sys.executable, "-W", "error", str(Path(__file__).with_name("peer.py")), part]
-        started.append(subprocess.Popen(program, env=environment, stdin=subprocess.PIPE))
-        return started[-1]
-
-    yield start
-    for process in started:
-        end(process)
-    assert [process.returncode for process in started] == [0] * len(started)
-
-
 def test_two_processes_hear_each_other(
-    alice: DdsTransport, domain: Domain, start: Start, eventually: Eventually
+    alice: DdsTransport, domain: Domain, start_peer: StartPeer, eventually: Eventually
 ) -> None:
     heard: list[bytes] = []
     alice.reader("/pong", STRING, QoS(), heard.append)
     ping = alice.writer("/ping", STRING, QoS())
-    process = start("echo", domain.id)
+    process = start_peer("echo", domain.id)
     assert eventually(lambda: ping.matched)
 
     def answered() -> bool:
@@ -86,13 +61,61 @@ def test_two_processes_hear_each_other(
 
     assert eventually(answered)
     assert decode(heard[0], STRING) == String("hello")
-    end(process)
+    end_peer(process)
     assert eventually(lambda: not ping.matched)
 
 
-def test_writing_to_a_topic_that_a_peer_writes_to_as_well_does_not_lock_up(domain: Domain, start: Start) -> None:
-    start("flood", domain.id)
-    assert start("crowd", domain.id).wait(timeout=60) == 0
+def test_what_comes_while_the_process_is_busy_is_all_delivered(alice: DdsTransport, eventually: Eventually) -> None:
+    heard: list[bytes] = []
+    busy, free = threading.Event(), threading.Event()
+
+    def dawdle(data: bytes) -> None:
+        heard.append(data)
+        busy.set()
+        free.wait()
+
+    alice.reader("/chatter", STRING, QoS(depth=2), dawdle)
+    writer = alice.writer("/chatter", STRING, QoS(depth=2))
+    assert eventually(lambda: writer.matched)
+    writer.write(encode(String("first")))
+    assert busy.wait(PATIENCE)
+    for number in range(500):
+        writer.write(encode(String(str(number))))
+    free.set()
+    assert eventually(lambda: len(heard) == 501)
+
+
+def test_a_patient_writer_loses_what_it_counts_as_given_up_and_nothing_else(
+    domain: Domain, start_peer: StartPeer, eventually: Eventually
+) -> None:
+    patient, heard, number = DdsTransport(domain, "patient", patient=True), set(), 0
+    patient.reader("/pong", STRING, QoS(), lambda data: heard.add(data[8:10]))
+    ping = patient.writer("/ping", STRING, QoS(depth=2))
+    process = start_peer("echo", domain.id)
+
+    def answered() -> bool:
+        ping.write(encode(String("first")))
+        return bool(heard)
+
+    assert eventually(lambda: ping.matched)
+    assert eventually(answered)
+    heard.clear()
+    process.send_signal(signal.SIGSTOP)
+    while ping.dropped < 3 and number < 99:
+        ping.write(encode(String(f"{number:02}" + "x" * 60_000)))
+        number += 1
+    process.send_signal(signal.SIGCONT)
+    assert ping.dropped == 3
+    assert eventually(lambda: len(heard - {b"fi"}) == number - ping.dropped)
+    end_peer(process)
+    patient.close()
+
+
+def test_writing_to_a_topic_that_a_peer_writes_to_as_well_does_not_lock_up(
+    domain: Domain, start_peer: StartPeer
+) -> None:
+    start_peer("flood", domain.id)
+    assert start_peer("crowd", domain.id).wait(timeout=60) == 0
 
 
 class Graph:
@@ -142,11 +165,11 @@ def test_the_node_and_its_endpoints_are_in_the_ros_graph_until_it_closes(
 
 
 def test_nodes_of_other_processes_are_in_the_ros_graph(
-    graph: Graph, domain: Domain, start: Start, eventually: Eventually
+    graph: Graph, domain: Domain, start_peer: StartPeer, eventually: Eventually
 ) -> None:
-    process = start("echo", domain.id)
+    process = start_peer("echo", domain.id)
     assert eventually(lambda: "//peer_echo" in graph.nodes())
-    end(process)
+    end_peer(process)
     assert eventually(lambda: graph.nodes() == {})
 
 
@@ -249,3 +272,22 @@ def test_a_transport_that_could_not_be_made_leaves_nothing_behind(
     with pytest.raises(TransportError, match="on purpose"):
         DdsTransport(domain, "alice")
     assert len(os.listdir("/proc/self/task")) == before
+
+
+@pytest.mark.parametrize(
+    ("configuration", "reason"),
+    [
+        ("<CycloneDDS><Domain", "parser error"),
+        ("<CycloneDDS><Domain><Bad/></Domain></CycloneDDS>", "Bad: unknown element"),
+        (
+            f"<CycloneDDS><Domain><General><Interfaces>{NO_SUCH}</Interfaces></General></Domain></CycloneDDS>",
+            "none9: does not match an available interface",
+        ),
+    ],
+)
+def test_a_configuration_that_cyclone_refuses_is_told_with_its_reason(configuration: str, reason: str) -> None:
+    result = process("topic", "list", "--transport", "dds", env={"CYCLONEDDS_URI": configuration})
+    (said,) = result.err.splitlines()
+    assert result.code == 1
+    assert said.startswith("error: cannot join domain 0, discovery range OFF, with CYCLONEDDS_URI: ")
+    assert reason in said

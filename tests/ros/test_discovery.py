@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any, TypeAlias
 
+import numpy as np
 import pytest
 from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
+from hypothesis import given
+from hypothesis import strategies as st
 
 from graphengine.context import QoS
 from graphengine.ros import cyclone, discovery
@@ -16,12 +19,14 @@ from graphengine.ros.discovery import ros_type
 from graphengine.ros.domain import Domain
 from graphengine.ros.graph import discover
 from graphengine.ros.idl import idl_type
-from graphengine.ros.messages import String, encode
+from graphengine.ros.messages import Gid, NodeEntitiesInfo, ParticipantEntitiesInfo, String, encode
 from graphengine.ros.qos import LATCHED
 
 Eventually: TypeAlias = Callable[[Callable[[], object]], bool]
 Join: TypeAlias = "Callable[[str], Stranger]"
 
+GIDS = st.binary(min_size=16, max_size=16)
+NAMES = st.text("/abc_1", max_size=9)
 STRING = "std_msgs/msg/String"
 
 
@@ -118,6 +123,22 @@ def test_services_and_topics_of_others_are_no_topics_of_ros(alice: DdsTransport,
         stranger.write(name)
     stranger.write("rt/marker")
     assert {end.topic for end in alice.graph().endpoints if not end.node} == {"/marker"}
+
+
+@given(
+    st.binary(min_size=16, max_size=16),
+    st.lists(st.tuples(NAMES, NAMES, st.lists(GIDS, max_size=3), st.lists(GIDS, max_size=3)), max_size=3),
+)
+def test_what_a_process_tells_of_itself_is_what_the_definition_says(
+    participant: bytes, nodes: list[tuple[str, str, list[bytes], list[bytes]]]
+) -> None:
+    data = discovery.announcement(participant, [discovery.Node(*node) for node in nodes])
+
+    def gids(listed: list[bytes]) -> list[Any]:
+        return [Gid(np.frombuffer(gid, np.uint8)) for gid in listed]
+
+    infos = [NodeEntitiesInfo(space, name, gids(readers), gids(writers)) for space, name, readers, writers in nodes]
+    assert data == encode(ParticipantEntitiesInfo(gids([participant])[0], infos))
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from graphengine.diagnostics import TransportError
 from graphengine.ros import messages
-from graphengine.ros.messages import DEFINITIONS, MessageError, MessageTypeError, decode, encode, stamp
+from graphengine.ros.messages import DEFINITIONS, Definitions, MessageError, MessageTypeError, decode, encode, stamp
 
 JAZZY = get_typestore(Stores.ROS2_JAZZY)
 TYPES = [name for name in DEFINITIONS.names() if DEFINITIONS.definition(name).is_message]
@@ -96,19 +96,20 @@ def test_an_unknown_type_is_an_error_with_a_suggestion() -> None:
             ask("nav_msgs/msg/Odometri")
 
 
-def random_message(message_type: str, draw: np.random.Generator) -> Any:
-    """A message with something in every field."""
+def random_message(message_type: str, draw: np.random.Generator, definitions: Definitions = DEFINITIONS) -> Any:
+    """A message with something in every field, from all that it can hold."""
 
     def value(description: Any) -> Any:
         kind, detail = description
         if kind == Nodetype.NAME:
-            return random_message(detail, draw)
+            return random_message(detail, draw, definitions)
         if kind == Nodetype.BASE:
             if detail[0] == "string":
-                return "".join(draw.choice(list("aé/_ "), size=draw.integers(0, min(7, detail[1] or 7))))
+                letters, most = ("aé/_ ", 7) if not detail[1] else ("ab/_ ", min(7, detail[1]))  # a bound is of bytes
+                return "".join(draw.choice(list(letters), size=draw.integers(0, most, endpoint=True)))
             return array(detail[0], 1)[0].item()
         element, count = detail
-        length = count if kind == Nodetype.ARRAY else int(draw.integers(0, min(4, count or 4)))
+        length = count if kind == Nodetype.ARRAY else int(draw.integers(0, min(4, count or 4), endpoint=True))
         if element[0] == Nodetype.BASE and element[1][0] != "string":
             return array(element[1][0], length)
         return [value(element) for _ in range(length)]
@@ -117,9 +118,12 @@ def random_message(message_type: str, draw: np.random.Generator) -> Any:
         dtype = np.dtype({"byte": "int8", "char": "uint8"}.get(name, name))
         if dtype.kind == "b":
             return draw.integers(0, 2, length).astype(bool)
-        return draw.integers(0, 127, length).astype(dtype)
+        if dtype.kind == "f":
+            return (draw.normal(size=length) * 10.0 ** draw.integers(-30, 30, length)).astype(dtype)
+        whole = np.iinfo(dtype)
+        return draw.integers(whole.min, whole.max, length, dtype, endpoint=True)
 
-    return messages.message_class(message_type)(*(value(field) for _, field in DEFINITIONS.fields(message_type)))
+    return definitions.message_class(message_type)(*(value(field) for _, field in definitions.fields(message_type)))
 
 
 def same(a: Any, b: Any) -> bool:

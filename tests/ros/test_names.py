@@ -172,6 +172,17 @@ def test_a_full_topic_is_always_legal(namespace: str, topic: str) -> None:
     assert reference_rule(full)
 
 
+@pytest.mark.parametrize("topic", ["rt/a/bRequest", "rq/a/bRequestRequest", "rr/a/bRequestReply"])
+def test_topics_of_dds_and_names_of_ros_stand_for_each_other(topic: str) -> None:
+    assert names.ros_name(topic) == "/a/bRequest"
+    assert topic in ("rt/a/bRequest", *names.service_topics("/a/bRequest"))
+
+
+@pytest.mark.parametrize("topic", ["ros_discovery_info", "DCPSParticipant", "rt", "rx/a", "a/rt/b", ""])
+def test_what_is_no_topic_of_ros_keeps_its_name(topic: str) -> None:
+    assert names.ros_name(topic) == topic
+
+
 def test_names_are_checked_without_loading_a_middleware() -> None:
     heavy = {"cyclonedds", "rosbags", "rclpy"}
     modules = "graphengine.ros.names, graphengine.ros.domain, graphengine.ros.select"

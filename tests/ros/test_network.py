@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from graphengine import build
 from graphengine.backend import TopicClaim
@@ -14,6 +17,7 @@ from graphengine.ros.memory import MemoryTransport
 from graphengine.ros.network import LOOK_EVERY, LiveNetwork
 from graphengine.session import Session
 
+IMAGE = "sensor_msgs/msg/Image"
 TWIST, STAMPED, CLOCK = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped", "rosgraph_msgs/msg/Clock"
 GRAPH = """
 graph: clock
@@ -65,6 +69,43 @@ def test_what_arrives_in_a_tick_is_seen_in_the_next() -> None:
     assert message is not None
     assert message.linear.x == 1.0
     assert subscription.newest() is None
+
+
+def test_a_picture_is_copied_once_on_its_way_from_the_camera_to_the_transport() -> None:
+    transport = MemoryTransport(keeps=False)
+    received: list[bytes] = []
+    network = LiveNetwork(lambda domain: transport, 0, print)
+    transport.reader("/rgb", IMAGE, QoS(), received.append)
+    publisher = network.publisher(TopicClaim("/node", "graph", "/rgb", IMAGE, "publish", QoS()))
+    pixels = np.arange(640 * 480 * 3).astype(np.uint8)
+    for time in (1.0, 2.0):
+        received.clear()
+        message = messages.Image(messages.header(time, "camera"), 480, 640, "rgb8", 0, 1920, pixels)
+        tracemalloc.start()
+        publisher.publish(message)
+        network.flush()
+        _, peak = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+    assert received == [messages.encode(message)]
+    assert pixels.nbytes <= peak < pixels.nbytes + 10_000
+
+
+def test_messages_that_came_faster_than_ticks_took_them_are_counted() -> None:
+    transport = MemoryTransport()
+    network = LiveNetwork(lambda domain: transport, 0, print)
+    subscription = network.subscription(claim("subscribe", depth=3))
+    for speed in range(5):
+        transport.inject("/cmd_vel", twist(float(speed)))
+    assert (subscription.heard, subscription.overwritten) == (5, 2)
+    network.freeze()
+    transport.inject("/cmd_vel", twist(5.0))
+    network.freeze()
+    assert [message.linear.x for message in subscription.take()] == [3.0, 4.0, 5.0]
+    transport.inject("/cmd_vel", twist(6.0))
+    network.freeze()
+    subscription.close()
+    assert (subscription.heard, subscription.overwritten) == (7, 3)
+    assert network.overwritten == {"/cmd_vel": 3}
 
 
 def test_the_newest_message_counts_those_it_skips() -> None:

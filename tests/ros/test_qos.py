@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -11,7 +10,7 @@ from hypothesis import strategies as st
 
 from graphengine.context import QoS
 from graphengine.diagnostics import TopicError
-from graphengine.ros.qos import LATCHED, PRESETS, mismatch, parse_qos, qos_json, settled
+from graphengine.ros.qos import LATCHED, PRESETS, mismatch, parse_qos, policy_json, qos_json, settled, short_of
 
 DEFAULT = {
     "history": "keepLast",
@@ -135,5 +134,31 @@ def test_who_matches_whom(offered: QoS, requested: QoS, fits: bool) -> None:
     assert (mismatch(offered, requested) == "") == fits
 
 
-def test_a_mismatch_says_which_policy() -> None:
-    assert "reliable" in mismatch(replace(QoS(), reliability="bestEffort"), QoS())
+@pytest.mark.parametrize(
+    ("offered", "requested", "why"),
+    [
+        (QoS(reliability="bestEffort"), QoS(), "R asks for reliable, W offers bestEffort"),
+        (QoS(), QoS(deadline=0.5), "R asks for a deadline of 0.5 s, W offers no deadline"),
+        (QoS(deadline=2.0), QoS(deadline=1.0), "R asks for a deadline of 1 s, W offers a deadline of 2 s"),
+        (QoS(), QoS(lease_duration=1.0), "R asks for a lease of 1 s, W offers no lease"),
+        (
+            QoS(reliability="bestEffort"),
+            QoS(liveliness="manualByTopic"),
+            "R asks for reliable and liveliness manualByTopic, W offers bestEffort and liveliness automatic",
+        ),
+    ],
+)
+def test_a_mismatch_tells_who_asks_for_what_and_who_offers_what(offered: QoS, requested: QoS, why: str) -> None:
+    assert mismatch(offered, requested, "W", "R") == why
+
+
+def test_a_reader_that_asks_for_the_policies_that_fall_short_as_offered_is_served() -> None:
+    offered, requested = QoS(reliability="bestEffort"), QoS(durability="transientLocal", deadline=1.0)
+    policies = short_of(offered, requested)
+    assert policies == ("reliability", "durability", "deadline")
+    asked = {key: value for key, value in json.loads(qos_json(requested)).items() if key not in policies}
+    assert not mismatch(offered, parse_qos(json.dumps(asked | json.loads(profile(offered, policies)))))
+
+
+def profile(qos: QoS, policies: tuple[str, ...]) -> str:
+    return "{" + ", ".join(policy_json(qos, policy) for policy in policies) + "}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from typing import Any
 
 import numpy as np
@@ -33,6 +34,11 @@ def odometry(time: float, frame: str, p: Any, q: Any, v: Any, w: Any) -> message
     return messages.Odometry(messages.header(time, frame), "base_link", pose, twist)
 
 
+def scan(ranges: Any, intensities: Any) -> messages.LaserScan:
+    header = messages.header(0.0, "lidar")
+    return messages.LaserScan(header, 0.0, 1.0, 0.1, 0.0, 0.1, 0.0, 9.0, ranges, intensities)
+
+
 odometries = st.builds(odometry, times, frames, triples, quadruples, triples, triples)
 edges = st.builds(transform, times, frames, frames, triples, quadruples)
 trees = st.builds(messages.TFMessage, st.lists(edges, max_size=4))
@@ -60,25 +66,72 @@ def test_a_template_serves_what_differs_in_numbers_alone() -> None:
     assert template.encode(odometry(2.5, "map", (3, 2, 1), (0, 0, 1, 0), (6, 5, 4), (9, 8, 7))) is None
 
 
-def test_another_array_is_not_taken_for_the_constant_one() -> None:
+@pytest.mark.parametrize("writeable", [False, True])
+def test_arrays_of_fixed_length_are_read_each_time(writeable: bool) -> None:
     message = odometry(1.0, "odom", (1, 2, 3), (0, 0, 0, 1), (4, 5, 6), (7, 8, 9))
+    values = np.zeros(36)
+    message.pose.covariance = values.view()
+    message.pose.covariance.flags.writeable = writeable
     template = Template.of(message)
     assert template is not None
+    values[7] = 0.25
+    assert template.encode(message) == messages.encode(message)
     message.pose.covariance = np.ones(36)
-    assert template.encode(message) is None
+    assert template.encode(message) == messages.encode(message)
 
 
-def test_an_array_that_can_be_written_gets_no_template() -> None:
+def test_an_array_of_another_shape_is_told_as_ever() -> None:
     message = odometry(1.0, "odom", (1, 2, 3), (0, 0, 0, 1), (4, 5, 6), (7, 8, 9))
-    message.pose.covariance = np.zeros(36)
-    assert Template.of(message) is None
+    encoder = Encoder()
+    encoder.encode(message)
+    message.pose.covariance = np.ones((6, 6))
+    with pytest.raises(messages.MessageError):
+        encoder.encode(message)
 
 
-def test_a_large_array_is_left_to_the_encoder() -> None:
+def test_large_arrays_are_copied_into_the_message_alone() -> None:
+    message = scan(np.zeros(2751, np.float32), np.zeros(2751, np.float32))
+    template = Template.of(message)
+    assert template is not None
+    ranges = np.linspace(0.5, 9.0, 2751, dtype=np.float32)
+    other = scan(ranges, ranges * 2)
+    tracemalloc.start()
+    data = template.encode(other)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert data == messages.encode(other)
+    assert peak < ranges.nbytes * 2 + 1000
+
+
+@pytest.mark.parametrize("pixels", [0, 1, 3, 1023, 1024, 1025, 4098])
+def test_what_lies_behind_an_array_of_any_length_is_found(pixels: int) -> None:
+    fields = [messages.PointField("x", 0, messages.PointField.FLOAT32, 1)]
+    data = np.arange(pixels).astype(np.uint8)
+    cloud = messages.PointCloud2(messages.header(0.0, "lidar"), 1, pixels, fields, False, 1, pixels, data, False)
+    template = Template.of(cloud)
+    assert template is not None
+    cloud.data, cloud.is_dense, cloud.height = data[::-1].copy(), True, 2
+    assert template.encode(cloud) == messages.encode(cloud)
+
+
+@pytest.mark.parametrize("other", [np.zeros(2750, np.float32), np.zeros(2752, np.float32), np.zeros(2751, np.int32)])
+def test_a_large_array_of_another_type_or_length_is_left_to_the_encoder(other: Any) -> None:
     ranges = np.zeros(2751, np.float32)
-    scan = messages.LaserScan(messages.header(0.0, "lidar"), 0.0, 1.0, 0.1, 0.0, 0.1, 0.0, 9.0, ranges, ranges)
-    assert Template.of(scan) is None
-    assert Encoder().encode(scan) == messages.encode(scan)
+    encoder, message = Encoder(), scan(ranges, ranges)
+    encoder.encode(message)
+    template = Template.of(message)
+    assert template is not None
+    message.ranges = other
+    assert template.encode(message) is None
+    assert encoder.encode(message) == messages.encode(message)
+
+
+def test_a_large_array_that_is_not_contiguous_is_told_as_ever() -> None:
+    ranges = np.zeros(2751, np.float32)
+    encoder = Encoder()
+    encoder.encode(scan(ranges, ranges))
+    with pytest.raises(messages.MessageError, match="non-contiguous"):
+        encoder.encode(scan(np.zeros(5502, np.float32)[::2], ranges))
 
 
 def test_an_array_of_another_type_is_left_to_the_encoder() -> None:

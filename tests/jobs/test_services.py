@@ -1,0 +1,190 @@
+"""Services between processes: a graph that answers others, and a graph that asks them."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import shutil
+import subprocess
+import time
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from graphengine.context import QoS
+from graphengine.ros import messages, rcl
+from graphengine.ros.dds import DdsTransport
+from graphengine.ros.domain import Domain
+from tests.cli.harness import live
+
+SET_BOOL = "std_srvs/srv/SetBool"
+ASK, ANSWER = messages.message_class(f"{SET_BOOL}_Request"), messages.message_class(f"{SET_BOOL}_Response")
+LIGHT = """
+graph: light
+nodes:
+  Tick: OnPlaybackTick
+  Server:
+    type: ROS2ServiceServerRequest
+    inputs: {serviceName: light, messagePackage: std_srvs, messageName: SetBool}
+  Answer:
+    type: ROS2ServiceServerResponse
+    inputs: {messagePackage: std_srvs, messageName: SetBool, "Response:message": done}
+connections:
+  - Tick.tick -> Server.execIn
+  - Server.onReceived -> Answer.onReceived
+  - Server.serverHandle -> Answer.serverHandle
+  - Server.Request:data -> Answer.Response:success
+"""
+CALLING = """
+graph: calling
+nodes:
+  Tick: OnPlaybackTick
+  Once: OgnIsaacRunOneSimulationFrame
+  Client:
+    type: ROS2ServiceClient
+    inputs: {serviceName: light, messagePackage: std_srvs, messageName: SetBool, "Request:data": true}
+  Say: {type: ROS2Publisher, inputs: {topicName: said, messagePackage: std_msgs, messageName: String}}
+connections:
+  - Tick.tick -> Once.execIn
+  - Once.step -> Client.execIn
+  - Client.execOut -> Say.execIn
+  - Client.Response:message -> Say.data
+"""
+PATIENCE = 30.0  # s; what is waited for comes within a second or two on an idle machine
+CYCLONE = "rmw_cyclonedds_cpp"
+MISSING = rcl.import_error()
+ON_CYCLONE = os.environ.get("RMW_IMPLEMENTATION") == CYCLONE
+
+_numbers = itertools.count()
+
+
+def wait_until(condition: Callable[[], object], meanwhile: Callable[[], object] = lambda: None) -> bool:
+    deadline = time.monotonic() + PATIENCE
+    while not condition():
+        if time.monotonic() > deadline:
+            return False
+        meanwhile()
+        time.sleep(0.02)
+    return True
+
+
+class Surroundings:
+    """A domain of its own, and graphs in files."""
+
+    def __init__(self, folder: Path) -> None:
+        self.number = 101 + (os.getpid() * 23 + next(_numbers)) % 99
+        self.variables = {"ROS_DOMAIN_ID": str(self.number), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+        self.domain = Domain(self.number, "LOCALHOST")
+        self._folder = folder
+
+    def graph(self, text: str) -> str:
+        path = self._folder / "graph.yaml"
+        path.write_text(text, "utf-8")
+        return str(path)
+
+
+@pytest.fixture
+def around(tmp_path: Path) -> Surroundings:
+    return Surroundings(tmp_path)
+
+
+def test_a_graph_answers_another_process(around: Surroundings) -> None:
+    answers: list[tuple[int, bool, str]] = []
+
+    def keep(number: int, data: bytes) -> None:
+        answer = messages.decode(data, f"{SET_BOOL}_Response")
+        answers.append((number, answer.success, answer.message))
+
+    with live("run", around.graph(LIGHT), "--transport", "dds", env=around.variables) as running:
+        transport = DdsTransport(around.domain, "peer")
+        try:
+            client = transport.client("/light", SET_BOOL, QoS(), keep)
+            assert wait_until(lambda: client.ready), running.said
+            for data in (True, False, True):
+                client.call(messages.encode(ASK(data)))
+            assert wait_until(lambda: len(answers) == 3), answers
+        finally:
+            transport.close()
+    assert answers == [(1, True, "done"), (2, False, "done"), (3, True, "done")]
+
+
+def test_a_graph_asks_a_server_that_comes_later(around: Surroundings) -> None:
+    asked: list[bool] = []
+    said: list[str] = []
+    transport = DdsTransport(around.domain, "peer")
+
+    def respond(request_id: bytes, data: bytes) -> None:
+        asked.append(messages.decode(data, f"{SET_BOOL}_Request").data)
+        server.answer(request_id, messages.encode(ANSWER(True, "it is on")))
+
+    def hear(data: bytes) -> None:
+        said.append(messages.decode(data, "std_msgs/msg/String").data)
+
+    try:
+        transport.reader("/said", "std_msgs/msg/String", QoS(), hear)
+        with live("run", around.graph(CALLING), "--transport", "dds", env=around.variables) as running:
+            assert running.hear(lambda text: "discovery range LOCALHOST" in text), running.said
+            server = transport.server("/light", SET_BOOL, QoS(), respond)
+            assert wait_until(lambda: said), running.said
+    finally:
+        transport.close()
+    assert (asked, said) == ([True], ["it is on"])
+
+
+@pytest.mark.ros
+@pytest.mark.skipif(MISSING is not None, reason=str(MISSING))
+@pytest.mark.skipif(not ON_CYCLONE, reason=f"services cross to {CYCLONE} only")
+@pytest.mark.skipif(shutil.which("ros2") is None, reason="ros2cli is not there")
+def test_ros2_service_call_is_answered(around: Surroundings) -> None:
+    command = ["ros2", "service", "call", "/light", SET_BOOL, "{data: true}"]
+    with live("run", around.graph(LIGHT), "--transport", "dds", env=around.variables) as running:
+        assert running.hear(lambda text: "discovery range LOCALHOST" in text), running.said
+        variables = {**os.environ, **around.variables}
+        called = subprocess.run(
+            command, env=variables, capture_output=True, text=True, timeout=PATIENCE * 2, check=False
+        )
+    assert called.returncode == 0, called.stderr
+    assert "SetBool_Response(success=True, message='done')" in called.stdout
+
+
+@pytest.mark.ros
+@pytest.mark.skipif(MISSING is not None, reason=str(MISSING))
+@pytest.mark.parametrize(
+    "transport",
+    [
+        "rclpy",
+        pytest.param("dds", marks=pytest.mark.skipif(not ON_CYCLONE, reason=f"services cross to {CYCLONE} only")),
+    ],
+)
+def test_a_graph_asks_a_server_of_rclpy(around: Surroundings, transport: str) -> None:
+    import rclpy
+    from rclpy.executors import SingleThreadedExecutor
+
+    string, set_bool = import_module("std_msgs.msg").String, import_module("std_srvs.srv").SetBool
+    asked: list[bool] = []
+    said: list[str] = []
+
+    def respond(request: Any, response: Any) -> Any:
+        asked.append(request.data)
+        response.success, response.message = True, "it is on"
+        return response
+
+    context = rclpy.Context()
+    rclpy.init(context=context, domain_id=around.number)
+    executor = SingleThreadedExecutor(context=context)
+    node = rclpy.create_node("peer", context=context)
+    try:
+        node.create_service(set_bool, "light", respond)
+        node.create_subscription(string, "said", lambda message: said.append(message.data), 10)
+        executor.add_node(node)
+        ros = {name: os.environ[name] for name in ("PYTHONPATH", "RMW_IMPLEMENTATION") if name in os.environ}
+        with live("run", around.graph(CALLING), "--transport", transport, env=around.variables | ros) as running:
+            assert running.hear(lambda text: "discovery range LOCALHOST" in text), running.said
+            assert wait_until(lambda: said, lambda: executor.spin_once(0.05)), running.said
+    finally:
+        node.destroy_node()
+        rclpy.shutdown(context=context)
+    assert (asked, said) == ([True], ["it is on"])

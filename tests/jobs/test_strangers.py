@@ -1,0 +1,59 @@
+"""A running scene and peers that do not fit: told on the terminal, once each, and the run goes on."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import signal
+from collections.abc import Iterator
+
+import pytest
+
+from graphengine.context import QoS
+from graphengine.ros.dds import DdsTransport
+from graphengine.ros.domain import Domain
+from tests.cli.harness import live
+
+_numbers = itertools.count()
+
+
+@pytest.fixture
+def environment() -> dict[str, str]:
+    number = 101 + (os.getpid() * 23 + next(_numbers)) % 99
+    return {"ROS_DOMAIN_ID": str(number), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+
+
+@pytest.fixture
+def rviz(environment: dict[str, str]) -> Iterator[DdsTransport]:
+    transport = DdsTransport(Domain.from_environment(environment), "rviz")
+    yield transport
+    transport.close()
+
+
+def test_a_run_tells_who_asks_for_what_it_does_not_offer(environment: dict[str, str], rviz: DdsTransport) -> None:
+    with live("run", "dd100_flat", "--transport", "dds", env=environment) as run:
+        assert run.hear(lambda said: "discovery range LOCALHOST" in said), run.said
+        for _ in range(2):
+            rviz.reader(
+                "/dd100_0000/odom", "nav_msgs/msg/Odometry", QoS(durability="transientLocal"), lambda data: None
+            )
+        rviz.writer("/dd100_0000/cmd_vel", "geometry_msgs/msg/Twist", QoS(reliability="bestEffort"))
+        publisher = "/dd100/Geometry/base_link/chassis_link/joint_states/PublishOdom"
+        told = f"/dd100_0000/odom: /rviz asks for transientLocal, {publisher} offers volatile: nothing arrives"
+        assert run.hear(lambda said: told in said), run.said
+        subscriber = "/dd100/Geometry/base_link/chassis_link/cmd_vel/SubscribeTwist"
+        assert run.hear(lambda said: f"{subscriber} asks for reliable, /rviz offers bestEffort" in said), run.said
+        assert run.stop(signal.SIGINT) == 0
+        assert run.said.count(told) == 1
+
+
+def test_two_runs_in_one_domain_tell_of_each_others_clock(environment: dict[str, str]) -> None:
+    told = "/clock: another process named /dd100_flat publishes it too"
+    with live("run", "dd100_flat", "--transport", "dds", env=environment) as one:
+        assert one.hear(lambda said: "discovery range LOCALHOST" in said), one.said
+        with live("run", "dd100_flat", "--transport", "dds", env=environment) as other:
+            assert one.hear(lambda said: told in said), one.said
+            assert other.hear(lambda said: told in said), other.said
+            assert other.stop(signal.SIGINT) == 0
+        assert one.stop(signal.SIGINT) == 0
+        assert one.said.count(told) == 1

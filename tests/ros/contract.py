@@ -1,0 +1,61 @@
+"""What the contract tests share: kinds of transports, a reader that keeps texts, and a second process."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+import pytest
+
+from graphengine.ros import rcl
+from graphengine.ros.dds import DdsTransport
+from graphengine.ros.memory import MemoryTransport
+from graphengine.ros.messages import String, decode, encode
+from graphengine.ros.rcl import RclTransport
+from graphengine.ros.transport import Writer
+
+AnyTransport: TypeAlias = MemoryTransport | DdsTransport | RclTransport
+Join: TypeAlias = Callable[[int, str], AnyTransport]
+Eventually: TypeAlias = Callable[[Callable[[], object]], bool]
+
+STRING = "std_msgs/msg/String"
+
+RCLPY_MISSING = rcl.import_error()
+needs_rclpy = [pytest.mark.ros, pytest.mark.skipif(RCLPY_MISSING is not None, reason=str(RCLPY_MISSING))]
+RCLPY = pytest.param("rclpy", marks=needs_rclpy)
+# The node called alice is of the first kind, all others are of the second.
+MIXED = [pytest.param(kind, marks=needs_rclpy) for kind in ("dds to rclpy", "rclpy to dds")]
+ALL = ["memory", "dds", RCLPY, *MIXED]
+NETWORKED = ["dds", RCLPY, *MIXED]
+# A writer of Fast DDS may lose the first large message to a reader of Cyclone DDS, and does not notice when that one goes:
+# so it is between nodes of ROS 2 itself too.
+FAITHFUL = ["dds", RCLPY, MIXED[0]]
+
+
+class Inbox:
+    """What a reader was given, as text."""
+
+    def __init__(self) -> None:
+        self.texts: list[str] = []
+
+    def __call__(self, data: bytes) -> None:
+        assert type(data) is bytes
+        self.texts.append(decode(data, STRING).data)
+
+
+def text(value: str) -> bytes:
+    return encode(String(value))
+
+
+def connect(writer: Writer, inbox: Inbox, eventually: Eventually) -> None:
+    """Wait until both ends know of each other: that one is matched does not tell that the other is."""
+    assert eventually(lambda: writer.matched)
+
+    def probed() -> bool:
+        writer.write(text("probe"))
+        return bool(inbox.texts)
+
+    assert eventually(probed)
+    writer.write(text("ready"))
+    assert eventually(lambda: inbox.texts[-1] == "ready")
+    inbox.texts.clear()

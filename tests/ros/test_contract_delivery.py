@@ -1,0 +1,294 @@
+"""One contract for every transport: what is written arrives, once, in order and whole, or not at all."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from dataclasses import replace
+
+import pytest
+
+from graphengine.context import QoS
+from graphengine.diagnostics import TransportError
+from graphengine.ros.dds import DdsTransport
+from graphengine.ros.graph import discover
+from graphengine.ros.memory import MemoryTransport
+from graphengine.ros.messages import decode
+from graphengine.ros.qos import LATCHED
+from graphengine.ros.transport import Writer
+from tests.ros.contract import ALL, FAITHFUL, NETWORKED, RCLPY, STRING, Eventually, Inbox, Join, connect, text
+
+
+@pytest.fixture(params=ALL)
+def kind(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+def test_messages_arrive_in_the_order_they_were_written(join: Join, domain_id: int, eventually: Eventually) -> None:
+    inbox = Inbox()
+    join(domain_id, "bob").reader("/chatter", STRING, QoS(depth=200), inbox)
+    writer = join(domain_id, "alice").writer("/chatter", STRING, QoS(depth=200))
+    connect(writer, inbox, eventually)
+    written = [str(number) for number in range(100)]
+    for value in written:
+        writer.write(text(value))
+    assert eventually(lambda: len(inbox.texts) >= 100)
+    assert inbox.texts == written
+
+
+def test_a_node_hears_itself(join: Join, domain_id: int, eventually: Eventually) -> None:
+    inbox = Inbox()
+    alice = join(domain_id, "alice")
+    writer = alice.writer("/chatter", STRING, QoS())
+    alice.reader("/chatter", STRING, QoS(), inbox)
+    connect(writer, inbox, eventually)
+    writer.write(text("self"))
+    assert eventually(lambda: inbox.texts == ["self"])
+
+
+@pytest.mark.parametrize("kind", ["memory", *FAITHFUL], indirect=True)
+def test_large_messages_arrive_whole(join: Join, domain_id: int, eventually: Eventually) -> None:
+    inbox = Inbox()
+    join(domain_id, "bob").reader("/chatter", STRING, QoS(), inbox)
+    writer = join(domain_id, "alice").writer("/chatter", STRING, QoS())
+    connect(writer, inbox, eventually)
+    writer.write(text("x" * 200_000))
+    assert eventually(lambda: inbox.texts == ["x" * 200_000])
+
+
+@pytest.mark.parametrize("kind", ["memory", "dds", RCLPY], indirect=True)
+def test_ten_megabytes_arrive_whole(join: Join, domain_id: int, eventually: Eventually) -> None:
+    inbox = Inbox()
+    join(domain_id, "bob").reader("/chatter", STRING, QoS(), inbox)
+    writer = join(domain_id, "alice").writer("/chatter", STRING, QoS())
+    connect(writer, inbox, eventually)
+    large = "0123456789" * 1_000_000
+    writer.write(text(large))
+    writer.write(text("after"))
+    assert eventually(lambda: len(inbox.texts) == 2)
+    assert inbox.texts == [large, "after"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "number"),
+    [("memory", 1000), ("dds", 1000), pytest.param("rclpy", 300, marks=RCLPY.marks)],
+    indirect=["kind"],
+)
+def test_many_topics_are_opened_matched_served_and_closed(
+    join: Join, domain_id: int, eventually: Eventually, number: int, caplog: pytest.LogCaptureFixture
+) -> None:
+    alice = join(domain_id, "alice")
+    inboxes = [Inbox() for _ in range(number)]
+    readers = [alice.reader(f"/topic{n}", STRING, QoS(), inbox) for n, inbox in enumerate(inboxes)]
+    writers = [alice.writer(f"/topic{n}", STRING, QoS()) for n in range(number)]
+    assert eventually(lambda: all(writer.matched for writer in writers))
+    for n, writer in enumerate(writers):
+        writer.write(text(str(n)))
+    assert eventually(lambda: all(inbox.texts for inbox in inboxes))
+    assert [inbox.texts for inbox in inboxes] == [[str(n)] for n in range(number)]
+    for end in (*readers[::2], *writers[::2]):
+        end.close()
+    writers[1].write(text("still there"))
+    assert eventually(lambda: inboxes[1].texts == ["1", "still there"])
+    assert caplog.records == []
+
+
+def test_a_late_joiner_of_a_latched_topic_gets_the_last_message(
+    join: Join, domain_id: int, eventually: Eventually
+) -> None:
+    writer = join(domain_id, "alice").writer("/map", STRING, LATCHED)
+    for value in ("old", "older", "last"):
+        writer.write(text(value))
+    inbox = Inbox()
+    join(domain_id, "bob").reader("/map", STRING, LATCHED, inbox)
+    assert eventually(lambda: inbox.texts == ["last"])
+    writer.write(text("new"))
+    assert eventually(lambda: inbox.texts == ["last", "new"])
+
+
+@pytest.mark.parametrize(("kept", "wanted", "expected"), [(3, 10, "cde"), (10, 2, "de")])
+def test_a_late_joiner_gets_as_many_as_both_depths_allow(
+    join: Join, domain_id: int, eventually: Eventually, kept: int, wanted: int, expected: str
+) -> None:
+    writer = join(domain_id, "alice").writer("/map", STRING, replace(LATCHED, depth=kept))
+    for value in "abcde":
+        writer.write(text(value))
+    inbox = Inbox()
+    # A reader that keeps fewer may still be given more, where it empties its queue while they come.
+    join(domain_id, "bob").reader("/map", STRING, replace(LATCHED, depth=wanted), inbox)
+    assert eventually(lambda: "".join(inbox.texts).endswith(expected))
+    assert len(inbox.texts) <= kept
+
+
+def test_a_late_joiner_of_a_volatile_topic_gets_nothing_old(join: Join, domain_id: int, eventually: Eventually) -> None:
+    writer = join(domain_id, "alice").writer("/chatter", STRING, QoS())
+    writer.write(text("old"))
+    inbox = Inbox()
+    join(domain_id, "bob").reader("/chatter", STRING, QoS(), inbox)
+
+    def heard() -> bool:
+        writer.write(text("new"))
+        return bool(inbox.texts)
+
+    assert eventually(heard)
+    assert set(inbox.texts) == {"new"}
+
+
+def test_a_reader_that_is_closed_gets_no_more(join: Join, domain_id: int, eventually: Eventually) -> None:
+    gone, stays = Inbox(), Inbox()
+    bob = join(domain_id, "bob")
+    reader = bob.reader("/chatter", STRING, QoS(), gone)
+    bob.reader("/chatter", STRING, QoS(), stays)
+    writer = join(domain_id, "alice").writer("/chatter", STRING, QoS())
+
+    def both_heard() -> bool:
+        writer.write(text("a"))
+        return bool(gone.texts and stays.texts)
+
+    assert eventually(both_heard)
+    reader.close()
+    heard = len(gone.texts)
+    writer.write(text("b"))
+    assert eventually(lambda: stays.texts[-1] == "b")
+    assert len(gone.texts) == heard
+
+
+@pytest.mark.parametrize("kind", NETWORKED, indirect=True)
+def test_an_error_in_a_delivery_does_not_end_deliveries(
+    join: Join, domain_id: int, eventually: Eventually, caplog: pytest.LogCaptureFixture
+) -> None:
+    inbox = Inbox()
+
+    def fail_at_times(data: bytes) -> None:
+        inbox(data)
+        if inbox.texts[-1] in "ab":
+            raise RuntimeError("on purpose")
+
+    join(domain_id, "bob").reader("/chatter", STRING, QoS(), fail_at_times)
+    writer = join(domain_id, "alice").writer("/chatter", STRING, QoS())
+    connect(writer, inbox, eventually)
+    with caplog.at_level(logging.ERROR, "graphengine"):
+        for value in "abc":
+            writer.write(text(value))
+        assert eventually(lambda: inbox.texts == ["a", "b", "c"])
+    assert [record.getMessage() for record in caplog.records] == [
+        "/chatter: a message could not be delivered; told once"
+    ]
+
+
+@pytest.mark.parametrize("kind", NETWORKED, indirect=True)
+def test_people_can_read_the_log_on_rosout(join: Join, domain_id: int, eventually: Eventually) -> None:
+    alice = join(domain_id, "alice")
+    assert not isinstance(alice, MemoryTransport)
+    alice.log("warning", "wheel slips")
+    entries: list[bytes] = []
+    join(domain_id, "bob").reader("/rosout", "rcl_interfaces/msg/Log", replace(LATCHED, depth=100), entries.append)
+    assert eventually(lambda: entries)
+    entry = decode(entries[0], "rcl_interfaces/msg/Log")
+    assert (entry.level, entry.name, entry.msg) == (entry.WARN, "alice", "wheel slips")
+    alice.close()
+    alice.log("error", "nobody hears this")
+
+
+@pytest.mark.parametrize("kind", ["memory", "dds"], indirect=True)
+def test_who_takes_a_message_can_ask_who_sent_it(join: Join, domain_id: int, eventually: Eventually) -> None:
+    alice, bob = join(domain_id, "alice"), join(domain_id, "bob")
+    senders: dict[str, bytes] = {}
+    writers = [transport.writer("/map", STRING, LATCHED) for transport in (alice, bob)]
+    for writer, name in zip(writers, ("alice", "bob"), strict=True):
+        writer.write(text(name))
+    bob.reader(
+        "/map", STRING, replace(LATCHED, depth=10), lambda data: senders.update({decode(data, STRING).data: bob.source})
+    )
+    assert eventually(lambda: len(senders) == 2)
+    ends = discover(bob, 20.0, lambda graph: len(graph.publishers("/map")) == 2).publishers("/map")
+    assert set(senders.values()) == {end.gid for end in ends}
+    if isinstance(bob, DdsTransport):
+        names = {end.gid: end.node for end in ends}
+        assert {name: names[gid] for name, gid in senders.items()} == {"alice": "alice", "bob": "bob"}
+
+
+# Leaving in the middle of it
+
+
+class Flood:
+    """Writes as fast as it goes in a thread of its own, until the writer refuses."""
+
+    def __init__(self, writer: Writer) -> None:
+        self.written = 0
+        self.failure: BaseException | None = None
+        self._writer = writer
+        self.thread = threading.Thread(target=self._write)
+        self.thread.start()
+
+    def _write(self) -> None:
+        try:
+            while True:
+                self._writer.write(text(str(self.written)))
+                self.written += 1
+        except BaseException as error:
+            self.failure = error
+
+
+@pytest.mark.parametrize("leave", ["writer", "transport"])
+def test_a_writer_may_be_closed_while_messages_fly(
+    join: Join, domain_id: int, eventually: Eventually, leave: str
+) -> None:
+    inbox = Inbox()
+    join(domain_id, "bob").reader("/chatter", STRING, QoS(), inbox)
+    alice = join(domain_id, "alice")
+    writer = alice.writer("/chatter", STRING, QoS())
+    flood = Flood(writer)
+    assert eventually(lambda: inbox.texts)
+    (writer if leave == "writer" else alice).close()
+    flood.thread.join()
+    assert isinstance(flood.failure, TransportError)
+
+
+@pytest.mark.parametrize("leave", ["reader", "transport"])
+@pytest.mark.parametrize("kind", NETWORKED, indirect=True)
+def test_a_reader_may_be_closed_while_messages_fly(
+    join: Join, domain_id: int, eventually: Eventually, leave: str
+) -> None:
+    gone, stays = Inbox(), Inbox()
+    bob, carol = join(domain_id, "bob"), join(domain_id, "carol")
+    reader = bob.reader("/chatter", STRING, QoS(), gone)
+    carol.reader("/chatter", STRING, QoS(), stays)
+    writer = join(domain_id, "alice").writer("/chatter", STRING, QoS())
+    flood = Flood(writer)
+    assert eventually(lambda: gone.texts and stays.texts)
+    (reader if leave == "reader" else bob).close()
+    heard, reached = len(gone.texts), len(stays.texts)
+    assert eventually(lambda: len(stays.texts) > reached)
+    assert len(gone.texts) == heard
+    writer.close()
+    flood.thread.join()
+    assert isinstance(flood.failure, TransportError)
+
+
+@pytest.mark.parametrize("kind", NETWORKED, indirect=True)
+def test_who_is_slow_to_take_a_message_holds_up_nobody(join: Join, domain_id: int, eventually: Eventually) -> None:
+    taken, go_on = threading.Event(), threading.Event()
+    inbox = Inbox()
+
+    def dawdle(data: bytes) -> None:
+        taken.set()
+        go_on.wait()
+        inbox(data)
+
+    bob, alice = join(domain_id, "bob"), join(domain_id, "alice")
+    bob.reader("/chatter", STRING, QoS(depth=2), dawdle)
+    writer = alice.writer("/chatter", STRING, QoS(depth=2))
+    assert eventually(lambda: writer.matched)
+
+    def wrote() -> bool:
+        writer.write(text("first"))
+        return taken.is_set()
+
+    assert eventually(wrote)
+    for number in range(100):
+        writer.write(text(str(number)))
+    writer.close()
+    go_on.set()
+    assert eventually(lambda: inbox.texts)
+    assert inbox.texts[0] == "first"

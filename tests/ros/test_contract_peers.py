@@ -1,0 +1,171 @@
+"""One contract for every transport: who is there, who comes and goes, and who dies."""
+
+from __future__ import annotations
+
+import signal
+from functools import partial
+
+import pytest
+
+from graphengine.context import QoS
+from graphengine.diagnostics import TransportError
+from graphengine.ros.graph import discover
+from graphengine.ros.messages import type_hash
+from graphengine.ros.qos import LATCHED
+from graphengine.ros.transport import Transport
+from tests.ros.conftest import StartPeer
+from tests.ros.contract import ALL, FAITHFUL, NETWORKED, RCLPY, STRING, Eventually, Inbox, Join, connect, text
+
+SHORT_LEASE = "<CycloneDDS><Domain><Discovery><LeaseDuration>1s</LeaseDuration></Discovery></Domain></CycloneDDS>"
+"""Configuration of a peer that is given up for dead after a second; by default it takes 10."""
+
+
+@pytest.fixture(params=ALL)
+def kind(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+def known(transport: Transport, topic: str) -> list[tuple[str, str, str]]:
+    """Of each end of a topic: direction, type and node."""
+    return [
+        (end.direction, end.message_type, end.full_node) for end in transport.graph().endpoints if end.topic == topic
+    ]
+
+
+def test_the_graph_tells_who_writes_and_reads_what(
+    join: Join, kind: str, domain_id: int, eventually: Eventually
+) -> None:
+    alice, bob = join(domain_id, "alice"), join(domain_id, "bob")
+    alice.writer("/chatter", STRING, LATCHED)
+    bob.reader("/chatter", STRING, QoS(depth=5, reliability="bestEffort"), Inbox())
+    nodes = ("", "") if kind == "memory" else ("/alice", "/bob")
+
+    def told(asked: Transport) -> bool:
+        return known(asked, "/chatter") == [("publish", STRING, nodes[0]), ("subscribe", STRING, nodes[1])]
+
+    for transport in (alice, bob):
+        assert eventually(partial(told, transport))
+        writer, reader = (end for end in transport.graph().endpoints if end.topic == "/chatter")
+        assert (writer.qos.reliability, writer.qos.durability) == ("reliable", "transientLocal")
+        assert (reader.qos.reliability, reader.qos.durability) == ("bestEffort", "volatile")
+        assert writer.type_hash == reader.type_hash == type_hash(STRING)
+        assert len({writer.gid, reader.gid}) == 2
+        assert {len(writer.gid), len(reader.gid)} == {16}
+        assert writer.serves(reader)
+
+
+@pytest.mark.parametrize("kind", ["memory", *FAITHFUL], indirect=True)
+def test_the_graph_follows_who_comes_and_goes(join: Join, domain_id: int, eventually: Eventually) -> None:
+    alice, bob = join(domain_id, "alice"), join(domain_id, "bob")
+    assert known(alice, "/chatter") == []
+    for _ in range(2):
+        reader = bob.reader("/chatter", STRING, QoS(), Inbox())
+        assert eventually(lambda: alice.graph().subscribers("/chatter"))
+        reader.close()
+        assert eventually(lambda: not alice.graph().subscribers("/chatter"))
+
+
+@pytest.mark.parametrize("kind", NETWORKED, indirect=True)
+def test_a_peer_that_leaves_is_gone_from_the_graph(join: Join, domain_id: int, eventually: Eventually) -> None:
+    alice, bob = join(domain_id, "alice"), join(domain_id, "bob")
+    bob.writer("/chatter", STRING, QoS())
+    assert eventually(lambda: known(alice, "/chatter") == [("publish", STRING, "/bob")])
+    bob.close()
+    assert eventually(lambda: known(alice, "/chatter") == [])
+    assert "/bob" not in {end.full_node for end in alice.graph().endpoints}
+
+
+def test_discovery_ends_when_it_is_enough_or_when_the_time_is_up(join: Join, kind: str, domain_id: int) -> None:
+    alice, bob = join(domain_id, "alice"), join(domain_id, "bob")
+    assert discover(alice, 0.0).publishers("/chatter") == []
+    bob.writer("/chatter", STRING, QoS())
+    found = discover(alice, 60.0, lambda graph: graph.publishers("/chatter"))
+    assert found.types()["/chatter"] == [STRING]
+    named = discover(alice, 0.0, names=True).publishers("/chatter")
+    assert [end.node for end in named] == ["" if kind == "memory" else "bob"]
+
+
+def test_a_transport_that_is_closed_tells_of_nobody(join: Join, domain_id: int) -> None:
+    alice = join(domain_id, "alice")
+    alice.close()
+    with pytest.raises(TransportError, match="the transport is closed"):
+        alice.graph()
+
+
+def test_the_graph_answers_what_is_asked_for(join: Join, domain_id: int, eventually: Eventually) -> None:
+    alice, bob = join(domain_id, "alice"), join(domain_id, "bob")
+    alice.writer("/chatter", STRING, QoS())
+    bob.reader("/chatter", STRING, QoS(), Inbox())
+    assert eventually(lambda: alice.graph([("/chatter", "subscribe")]).subscribers("/chatter"))
+    assert alice.graph([("/nobody", "publish")]).publishers("/nobody") == []
+
+
+# Who goes
+
+
+@pytest.mark.parametrize("kind", FAITHFUL, indirect=True)
+def test_matched_ends_when_the_peer_leaves(join: Join, domain_id: int, eventually: Eventually) -> None:
+    writer = join(domain_id, "alice").writer("/chatter", STRING, QoS())
+    bob = join(domain_id, "bob")
+    bob.reader("/chatter", STRING, QoS(), Inbox())
+    assert eventually(lambda: writer.matched)
+    bob.close()
+    assert eventually(lambda: not writer.matched)
+
+
+@pytest.mark.parametrize("kind", ["memory", *FAITHFUL], indirect=True)
+def test_a_peer_that_left_and_comes_back_is_served_again(join: Join, domain_id: int, eventually: Eventually) -> None:
+    writer = join(domain_id, "alice").writer("/chatter", STRING, QoS())
+    for _ in range(2):
+        inbox = Inbox()
+        bob = join(domain_id, "bob")
+        reader = bob.reader("/chatter", STRING, QoS(), inbox)
+        connect(writer, inbox, eventually)
+        reader.close()
+        if bob.node:
+            bob.close()
+        assert eventually(lambda: not writer.matched)
+
+
+@pytest.mark.parametrize("kind", ["dds", RCLPY], indirect=True)
+def test_a_peer_that_is_killed_is_given_up_and_its_successor_is_served(
+    join: Join, domain_id: int, eventually: Eventually, start_peer: StartPeer
+) -> None:
+    inbox = Inbox()
+    alice = join(domain_id, "alice")
+    ping = alice.writer("/ping", STRING, QoS())
+    alice.reader("/pong", STRING, QoS(), inbox)
+    for visit in ("first", "second"):
+        peer = start_peer("echo", domain_id, {"CYCLONEDDS_URI": SHORT_LEASE})
+        assert eventually(lambda: ping.matched)
+
+        def answered(visit: str = visit) -> bool:
+            ping.write(text(visit))
+            return visit in inbox.texts
+
+        assert eventually(answered)
+        peer.send_signal(signal.SIGKILL)
+
+        def given_up() -> bool:
+            ping.write(text("lost"))  # never fails, nor lasts
+            return not ping.matched
+
+        assert eventually(given_up)
+
+
+@pytest.mark.parametrize("kind", ["dds"], indirect=True)
+def test_messages_for_a_peer_that_is_stopped_are_given_up_and_counted(
+    join: Join, domain_id: int, eventually: Eventually, start_peer: StartPeer
+) -> None:
+    writer = join(domain_id, "alice").writer("/ping", STRING, QoS(history="keepAll"))
+    peer = start_peer("echo", domain_id, {"CYCLONEDDS_URI": SHORT_LEASE})
+    assert eventually(lambda: writer.matched)
+    peer.send_signal(signal.SIGSTOP)
+
+    def given_up() -> bool:
+        writer.write(text("x" * 1_000_000))
+        return writer.dropped > 0
+
+    assert eventually(given_up)
+    assert eventually(lambda: not writer.matched)
+    peer.send_signal(signal.SIGKILL)

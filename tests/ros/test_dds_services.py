@@ -1,0 +1,275 @@
+"""How services look on a DDS network, as rmw_cyclonedds_cpp of ROS 2 Jazzy was seen to write them."""
+
+from __future__ import annotations
+
+import struct
+import sys
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from cyclonedds.pub import DataWriter
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+from hypothesis import given
+from hypothesis import strategies as st
+
+from graphengine.context import QoS
+from graphengine.diagnostics import TransportError
+from graphengine.ros import cyclone
+from graphengine.ros.dds import DdsTransport
+from graphengine.ros.dds_services import identity, with_header, without_header
+from graphengine.ros.domain import Domain
+from graphengine.ros.idl import idl_type
+from graphengine.ros.messages import DEFINITIONS, String, encode, type_hash
+from tests.ros.conftest import StartPeer
+from tests.ros.contract import STRING, Eventually
+from tests.ros.test_malformed import send_forged
+
+TRIGGER = "std_srvs/srv/Trigger"
+# The first call of a client on rmw_cyclonedds_cpp, as it came: encapsulation, client, number, a placeholder and padding.
+SEEN = bytes.fromhex("00010000 e766f6aa23160de2 0100000000000000 00000000")
+CLIENT = 0xE20D1623AAF666E7
+
+
+@pytest.fixture
+def bob(domain_id: int) -> Iterator[DdsTransport]:
+    transport = DdsTransport(Domain(domain_id, "LOCALHOST"), "bob")
+    yield transport
+    transport.close()
+
+
+class Participant:
+    """A program on Cyclone DDS that opens single endpoints."""
+
+    def __init__(self, domain: Domain) -> None:
+        self.participant = cyclone.join(domain, "enclave=/;")
+        self.topics: dict[str, Any] = {}
+        self.opened: list[Any] = []
+
+    def open(self, make: Any, topic: str, part: str, user_data: str) -> Any:
+        if topic not in self.topics:
+            self.topics[topic] = Topic(self.participant, topic, idl_type(f"{TRIGGER}_{part}", is_call=True))
+        self.opened.append(make(self.participant, self.topics[topic], qos=cyclone.endpoint_qos(QoS(), user_data)))
+        return self.opened[-1]
+
+
+def heard(reader: Any, eventually: Eventually) -> list[bytes]:
+    """What a reader holds, once it holds something."""
+    taken: list[tuple[bytes, int]] = []
+
+    def take() -> bool:
+        taken.extend(cyclone.take(reader))
+        return bool(taken)
+
+    assert eventually(take)
+    return [data for data, _ in taken]
+
+
+@pytest.fixture
+def peer(domain_id: int) -> Iterator[Participant]:
+    domain = Domain(domain_id, "LOCALHOST")
+    opened = Participant(domain)
+    yield opened
+    cyclone.leave(domain, opened.participant)
+
+
+def test_the_header_stands_between_the_encapsulation_and_the_message() -> None:
+    message = SEEN[:4] + SEEN[20:]
+    assert without_header(SEEN) == (CLIENT, 1, message)
+    assert with_header(message, CLIENT, 1) == SEEN
+    assert with_header(message[:5], CLIENT, 1) == SEEN  # ROS 2 ends a message with its last byte, DDS pads it
+
+
+@given(st.integers(0, 2**64 - 1), st.integers(-(2**63), 2**63 - 1), st.binary(min_size=1), st.booleans())
+def test_what_a_header_is_put_before_is_found_behind_it(client: int, number: int, body: bytes, little: bool) -> None:
+    message = bytes((0, little, 0, 0)) + body
+    sent = with_header(message, client, number)
+    assert len(sent) % 4 == 0
+    assert struct.unpack_from("<Qq" if little else ">Qq", sent, 4) == (client, number)
+    found = without_header(sent)
+    assert found is not None
+    assert found[:2] == (client, number)
+    assert found[2].rstrip(b"\0") == message.rstrip(b"\0")
+
+
+@given(st.binary(max_size=40))
+def test_bytes_of_all_kinds_have_a_header_or_have_none(data: bytes) -> None:
+    found = without_header(data)
+    assert (found is not None) == (len(data) > 20 and data[1] in (0, 1))
+
+
+def test_identities_are_written_as_rmw_cyclonedds_cpp_writes_them() -> None:
+    participant = bytes.fromhex("01105c5cf8578dcfc02b1d8b000001c1")
+    assert identity(participant, 8) == " 1.10.5c.5c.f8.57.8d.cf.c0.2b.1d.8b.0.0.0.8"
+
+
+def test_both_ends_of_a_service_tell_their_identity_and_the_hash_of_their_own_messages(
+    bob: DdsTransport, peer: Participant, eventually: Eventually
+) -> None:
+    server = bob.server("/trigger", TRIGGER, QoS(), lambda request_id, data: None)
+    asking = peer.open(DataWriter, "rq/triggerRequest", "Request", "")
+    hearing = peer.open(DataReader, "rr/triggerReply", "Response", "")
+    assert eventually(lambda: cyclone.readers_of(asking) and cyclone.writers_of(hearing))
+    (asked,), (answering,) = cyclone.readers_of(asking).values(), cyclone.writers_of(hearing).values()
+    own = identity(asked.gid, 1)
+    assert asked.user_data.decode() == f"serviceid={own};typehash={type_hash(f'{TRIGGER}_Request')};"
+    assert answering.user_data.decode() == f"serviceid={own};typehash={type_hash(f'{TRIGGER}_Response')};"
+    server.close()
+    assert eventually(lambda: not cyclone.readers_of(asking) and not cyclone.writers_of(hearing))
+
+
+def test_an_answer_waits_for_the_reader_that_it_is_for(
+    bob: DdsTransport, peer: Participant, eventually: Eventually
+) -> None:
+    asked: list[bytes] = []
+    server = bob.server("/trigger", TRIGGER, QoS(), lambda request_id, data: asked.append(request_id))
+    asking = peer.open(DataWriter, "rq/triggerRequest", "Request", "clientid=ours;")
+    other = peer.open(DataReader, "rr/triggerReply", "Response", "clientid=another;")
+    assert eventually(lambda: cyclone.readers_of(asking) and cyclone.writers_of(other))
+    assert cyclone.write(asking, SEEN) == 0
+    assert eventually(lambda: len(asked) == 1)
+    answer = encode(DEFINITIONS.initial(f"{TRIGGER}_Response"))
+    server.answer(asked[0], answer)
+    assert cyclone.take(other) == []
+    ours = peer.open(DataReader, "rr/triggerReply", "Response", "clientid=ours;")
+    assert heard(ours, eventually) == [with_header(answer, CLIENT, 1)]
+
+
+def test_an_answer_that_waits_for_a_client_that_goes_is_forgotten(
+    bob: DdsTransport, peer: Participant, eventually: Eventually
+) -> None:
+    asked: list[bytes] = []
+    server = bob.server("/trigger", TRIGGER, QoS(), lambda request_id, data: asked.append(request_id))
+    asking = peer.open(DataWriter, "rq/triggerRequest", "Request", "clientid=ours;")
+    assert eventually(lambda: cyclone.readers_of(asking))
+    cyclone.write(asking, SEEN)
+    assert eventually(lambda: asked)
+    answer = encode(DEFINITIONS.initial(f"{TRIGGER}_Response"))
+    server.answer(asked[0], answer)
+    cyclone.delete(asking)
+    again = peer.open(DataReader, "rr/triggerReply", "Response", "clientid=ours;")
+    own = bob.client("/trigger", TRIGGER, QoS(), lambda number, data: None)
+    assert eventually(lambda: own.ready and cyclone.writers_of(again))
+    server.answer(asked[0], answer)
+    assert cyclone.take(again) == []
+
+
+def test_clients_and_servers_of_early_versions_have_no_identity(
+    bob: DdsTransport, peer: Participant, eventually: Eventually
+) -> None:
+    client = bob.client("/trigger", TRIGGER, QoS(), lambda number, data: None)
+    peer.open(DataReader, "rq/triggerRequest", "Request", "")
+    assert not client.ready
+    peer.open(DataWriter, "rr/triggerReply", "Response", "")
+    assert eventually(lambda: client.ready)
+    asked: list[bytes] = []
+    server = bob.server("/early", TRIGGER, QoS(), lambda request_id, data: asked.append(request_id))
+    asking = peer.open(DataWriter, "rq/earlyRequest", "Request", "")
+    hearing = peer.open(DataReader, "rr/earlyReply", "Response", "")
+    assert eventually(lambda: cyclone.readers_of(asking) and cyclone.writers_of(hearing))
+    cyclone.write(asking, SEEN)
+    assert eventually(lambda: asked)
+    server.answer(asked[0], encode(DEFINITIONS.initial(f"{TRIGGER}_Response")))
+    assert eventually(lambda: cyclone.take(hearing))
+
+
+def test_a_server_whose_reader_and_writer_do_not_belong_together_is_none(
+    bob: DdsTransport, peer: Participant, eventually: Eventually
+) -> None:
+    client = bob.client("/trigger", TRIGGER, QoS(), lambda number, data: None)
+    asked = peer.open(DataReader, "rq/triggerRequest", "Request", "serviceid=one;")
+    answering = peer.open(DataWriter, "rr/triggerReply", "Response", "serviceid=another;")
+    assert eventually(lambda: cyclone.writers_of(asked) and cyclone.readers_of(answering))
+    assert not client.ready
+    peer.open(DataWriter, "rr/triggerReply", "Response", "serviceid=one;")
+    assert eventually(lambda: client.ready)
+
+
+def test_answers_to_others_and_to_nobody_are_passed_over(
+    bob: DdsTransport, peer: Participant, eventually: Eventually
+) -> None:
+    answers: list[int] = []
+    client = bob.client("/trigger", TRIGGER, QoS(), lambda number, data: answers.append(number))
+    asked = peer.open(DataReader, "rq/triggerRequest", "Request", "serviceid=one;")
+    answering = peer.open(DataWriter, "rr/triggerReply", "Response", "serviceid=one;")
+    assert eventually(lambda: client.ready and cyclone.readers_of(answering))
+    client.call(encode(DEFINITIONS.initial(f"{TRIGGER}_Request")))
+    call = without_header(heard(asked, eventually)[0])
+    assert call is not None
+    answer = encode(DEFINITIONS.initial(f"{TRIGGER}_Response"))
+    for to, number in ((call[0] ^ 1, 1), (call[0], 2), (call[0], 0), (call[0], -1), (call[0], 1), (call[0], 1)):
+        assert cyclone.write(answering, with_header(answer, to, number)) == 0
+    assert eventually(lambda: answers)
+    client.call(encode(DEFINITIONS.initial(f"{TRIGGER}_Request")))
+    cyclone.write(answering, with_header(answer, call[0], 2))
+    assert eventually(lambda: len(answers) == 2)
+    assert answers == [1, 2]
+
+
+@pytest.mark.parametrize("data", [b"\0\1\0\0", SEEN[:12], SEEN[:20], b"\0\1\0\0rubbish!"])
+def test_a_request_without_a_header_or_a_message_is_dropped_and_counted(
+    bob: DdsTransport, domain_id: int, start_peer: StartPeer, eventually: Eventually, data: bytes
+) -> None:
+    asked: list[bytes] = []
+    server = bob.server("/trigger", TRIGGER, QoS(), lambda request_id, data: asked.append(request_id))
+    ping = bob.writer("/ping", STRING, QoS())
+    start_peer("ask", domain_id)
+    assert eventually(lambda: ping.matched and cyclone.writers_of(server.reader))
+    (client,) = cyclone.writers_of(server.reader).values()
+
+    def dropped() -> bool:
+        send_forged(domain_id, client.gid, data)
+        return bool(bob.malformed)
+
+    assert eventually(dropped)
+    assert set(bob.malformed) == {"/trigger"}
+    assert asked == []
+
+    def called() -> bool:
+        ping.write(encode(String("call")))
+        return bool(asked)
+
+    assert eventually(called)
+
+
+def test_a_service_of_another_type_cannot_have_the_same_name(bob: DdsTransport) -> None:
+    first = bob.client("/trigger", TRIGGER, QoS(), lambda number, data: None)
+    with pytest.raises(
+        TransportError, match=r"^/trigger has the type std_srvs/srv/Trigger_\w+ here, it cannot have std_srvs"
+    ):
+        bob.server("/trigger", "std_srvs/srv/SetBool", QoS(), lambda request_id, data: None)
+    first.close()
+    bob.server("/trigger", "std_srvs/srv/SetBool", QoS(), lambda request_id, data: None).close()
+    bob.reader("/triggerRequest", "std_msgs/msg/String", QoS(), lambda data: None)
+
+
+def test_threads_that_read_policies_at_the_same_time_read_their_own(domain_id: int) -> None:
+    domain = Domain(domain_id, "OFF")
+    participant = cyclone.join(domain, "")
+    texts = ["", "clientid=1;", "x" * 500]
+    topics = {text: Topic(participant, f"rt/{len(text)}", idl_type("std_msgs/msg/Empty")) for text in texts}
+    writers = [DataWriter(participant, topic, qos=cyclone.endpoint_qos(QoS(), text)) for text, topic in topics.items()]
+    readers = {
+        text: DataReader(participant, topic, qos=cyclone.endpoint_qos(QoS(), "")) for text, topic in topics.items()
+    }
+    wrong: list[bytes] = []
+
+    def read(text: str) -> None:
+        for _ in range(1000):
+            (peer,) = cyclone.writers_of(readers[text]).values()
+            if peer.user_data != text.encode():
+                wrong.append(peer.user_data)
+
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-5)
+    threads = [threading.Thread(target=read, args=(text,)) for text in texts]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    sys.setswitchinterval(interval)
+    cyclone.leave(domain, participant)
+    del writers
+    assert wrong == []

@@ -1,0 +1,225 @@
+"""Bytes that are no message of the topic's type: dropped, counted, told once, whoever sends them."""
+
+from __future__ import annotations
+
+import ctypes
+import logging
+import os
+import platform
+import socket
+import struct
+import tracemalloc
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from graphengine.backend import TopicClaim
+from graphengine.context import QoS
+from graphengine.diagnostics import TransportError
+from graphengine.ros import cyclone_log, messages
+from graphengine.ros.cyclone_log import CycloneLog
+from graphengine.ros.memory import MemoryTransport
+from graphengine.ros.network import LiveNetwork
+from graphengine.ros.watch import Watch
+from tests.ros.conftest import StartPeer
+from tests.ros.contract import STRING, Eventually, Inbox, Join, needs_rclpy, text
+from tests.ros.test_messages import random_message
+
+TYPES = [
+    STRING,
+    "geometry_msgs/msg/Twist",
+    "sensor_msgs/msg/JointState",
+    "tf2_msgs/msg/TFMessage",
+    "sensor_msgs/msg/PointCloud2",
+    "visualization_msgs/msg/InteractiveMarker",
+]
+HUGE = st.sampled_from([b"\xff\xff\xff\xff", b"\xff\xff\xff\x7f", b"\0\0\0\x80", b"\0\0\1\0"])
+PORTS = 7400
+"""Of domain 0; each domain has 250, in which unicast data of participant n is at 11 + 2 n (DDSI-RTPS 9.6.1)."""
+
+
+@st.composite
+def mutilated(draw: st.DrawFn) -> tuple[str, bytes]:
+    """A type, and a message of it of which some bytes are others, missing or too many, or say that there are 4e9 elements."""
+    message_type = draw(st.sampled_from(TYPES))
+    data = bytearray(messages.encode(random_message(message_type, np.random.default_rng(draw(st.integers(0, 5))))))
+    for _ in range(draw(st.integers(1, 4))):
+        place = draw(st.integers(0, len(data)))
+        match draw(st.sampled_from(["other", "length", "cut", "more"])):
+            case "other":
+                data[place : place + 1] = draw(st.binary(min_size=1, max_size=1))
+            case "length":
+                data[place & -4 : (place & -4) + 4] = draw(HUGE)
+            case "cut":
+                del data[place:]
+            case _:
+                data[place:place] = draw(st.binary(max_size=9))
+    return message_type, bytes(data)
+
+
+@given(mutilated())
+def test_no_bytes_raise_or_take_more_memory_than_they_are_worth(given: tuple[str, bytes]) -> None:
+    message_type, data = given
+    tracemalloc.start()
+    try:
+        messages.decode(data, message_type)
+    except TransportError:
+        pass
+    finally:
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+    # Objects of Python for each element of a message; the code that decodes a type is made once, of less than a megabyte.
+    assert peak < 1_000_000 + 1000 * len(data)
+
+
+@given(st.lists(mutilated(), max_size=5))
+def test_a_subscription_survives_all_of_them(arriving: list[tuple[str, bytes]]) -> None:
+    said: list[str] = []
+    network = LiveNetwork(lambda domain: MemoryTransport(), 0, said.append)
+    claim = TopicClaim("/node", "graph", "/chatter", STRING, "subscribe", QoS())
+    subscription = network.subscription(claim)
+    for _, data in arriving:
+        subscription.deliver(data)
+    network.freeze()
+    taken = subscription.take()
+    assert len(taken) + subscription.malformed == len(arriving)
+    assert network.malformed == ({"/chatter": subscription.malformed} if subscription.malformed else {})
+    assert len(said) == min(subscription.malformed, 1)
+
+
+class Hostile(MemoryTransport):
+    malformed = {"/chatter": 3}  # noqa: RUF012
+
+
+def test_what_the_transport_dropped_is_told_once() -> None:
+    said: list[str] = []
+    now = [0.0]
+    watch = Watch(Hostile(), said.append, lambda: now[0])
+    for now[0] in (0.0, 10.0):
+        watch.look(list)
+    assert said == ["/chatter: a peer sends what is no message of the topic's type; dropped"]
+    assert LiveNetwork(lambda domain: Hostile(), 0, said.append).malformed == {"/chatter": 3}
+
+
+class Foreign(MemoryTransport):
+    malformed = {"/reset": 3, "/chatter": 1}  # noqa: RUF012
+    foreign_services = {"/reset": "/reset: a client on another RMW"}  # noqa: RUF012
+
+
+def test_services_of_which_it_is_known_why_are_not_told_of_twice() -> None:
+    said: list[str] = []
+    watch = Watch(Foreign(), said.append)
+    watch.look(list)
+    assert said == [
+        "/reset: a client on another RMW",
+        "/chatter: a peer sends what is no message of the topic's type; dropped",
+    ]
+
+
+def forged(gid: bytes, number: int, data: bytes) -> bytes:
+    """An RTPS packet with one message of a writer that did not write it (DDSI-RTPS 9.4)."""
+    header = b"RTPS\2\1\1\x10" + gid[:12]
+    content = struct.pack("<HH4s4siI", 0, 16, bytes(4), gid[12:], 0, number) + data
+    return header + struct.pack("<BBH", 0x15, 0x05, len(content)) + content
+
+
+def send_forged(domain_id: int, gid: bytes, data: bytes) -> None:
+    """Send a message as if it were the first of a writer, to whoever is on this host in a domain."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        for participant in range(10):
+            sender.sendto(forged(gid, 1, data), ("127.0.0.1", PORTS + 250 * domain_id + 11 + 2 * participant))
+
+
+@pytest.mark.parametrize("kind", ["dds"])
+@pytest.mark.parametrize(
+    "data", [b"\0\1\0\0rubbish!", b"\0\1\0\0" + b"\xff\xff\xff\xff" + bytes(16), b"\0\1\0\0" + bytes(1)]
+)
+def test_a_forged_message_is_dropped_and_counted_and_the_next_ones_come(
+    join: Join,
+    domain_id: int,
+    start_peer: StartPeer,
+    eventually: Eventually,
+    data: bytes,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    alice = join(domain_id, "alice")
+    inbox = Inbox()
+    alice.reader("/pong", STRING, QoS(), inbox)
+    ping = alice.writer("/ping", STRING, QoS())
+    start_peer("echo", domain_id)
+    assert eventually(lambda: ping.matched and alice.graph().publishers("/pong"))
+    (pong,) = alice.graph().publishers("/pong")
+
+    def dropped() -> bool:
+        send_forged(domain_id, pong.gid, data)
+        return "/pong" in alice.malformed
+
+    assert eventually(dropped)
+    assert inbox.texts == []
+
+    def answered() -> bool:
+        ping.write(text("hello"))
+        return "hello" in inbox.texts
+
+    assert eventually(answered)
+    assert capfd.readouterr().err == ""
+
+
+@pytest.mark.parametrize("kind", [pytest.param("rclpy to dds", marks=needs_rclpy)])
+def test_rubbish_from_a_node_of_ros_is_dropped_and_counted(join: Join, domain_id: int, eventually: Eventually) -> None:
+    inbox = Inbox()
+    alice, bob = join(domain_id, "alice"), join(domain_id, "bob")
+    bob.reader("/chatter", STRING, QoS(), inbox)
+    writer = alice.writer("/chatter", STRING, QoS())
+    assert eventually(lambda: writer.matched)
+
+    def dropped() -> bool:
+        writer.write(b"\0\1\0\0\xff\xff\xff\xffrubbish!")
+        writer.write(text("good"))
+        return "/chatter" in bob.malformed and "good" in inbox.texts
+
+    assert eventually(dropped)
+    assert set(inbox.texts) == {"good"}
+
+
+@pytest.fixture
+def log() -> CycloneLog:
+    if platform.libc_ver()[0] != "glibc":
+        pytest.skip("complaints go to the terminal")
+    return CycloneLog()
+
+
+def complain(log: CycloneLog, *lines: str) -> None:
+    """What Cyclone does."""
+    library = ctypes.CDLL(None)
+    with log.capture():
+        stream = ctypes.c_void_p(ctypes.c_void_p.in_dll(library, "stderr").value)
+    for line in lines:
+        library.fputs(line.encode(), stream)
+    library.fflush(stream)
+
+
+def test_complaints_of_cyclone_are_counted_or_logged_once_for_each_kind(
+    log: CycloneLog, caplog: pytest.LogCaptureFixture
+) -> None:
+    lost = "[7] recv: data(application, vendor 1.15): 10f:2:3 #1: deserialization rt/j/String_ failed (x)\n"
+    with caplog.at_level(logging.WARNING):
+        complain(log, *(f"17952793.3115 [51]       recv: send to {port} failed\n" for port in (7410, 7411)))
+        complain(log, f"17952793.4 {lost}1")
+        assert log.malformed(7) == {"/j": 1}
+        complain(log, f"7952793.5 {lost}")
+        assert log.malformed(7) == {"/j": 2}
+    assert log.malformed(51) == {}
+    assert [record.getMessage() for record in caplog.records] == ["Cyclone DDS: send to 7410 failed"]
+    log.forget(7)
+    assert log.malformed(7) == {}
+
+
+def test_complaints_that_were_read_are_thrown_away(log: CycloneLog, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cyclone_log, "_MAX_SIZE", 1000)
+    for number in range(1, 50):
+        complain(log, "1.5 [7] recv: deserialization rt/j/String_ failed (x)\n")
+        assert log.malformed(7) == {"/j": number}
+        assert os.fstat(log._file or 0).st_size <= 1000

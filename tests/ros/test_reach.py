@@ -1,0 +1,114 @@
+"""How far discovery reaches, between processes: ranges, and machines that have no network."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import graphengine
+from graphengine.context import QoS
+from graphengine.ros.dds import DdsTransport
+from graphengine.ros.domain import DiscoveryRange, Domain
+from tests.ros.conftest import StartPeer
+from tests.ros.contract import STRING, Eventually, Inbox, text
+
+ISOLATED = ["unshare", "--map-root-user", "--net", "sh", "-c"]
+"""Runs a command on a machine with no network, as it were."""
+
+CALL = """
+import os, subprocess, sys, time
+from graphengine.context import QoS
+from graphengine.ros.dds import DdsTransport
+from graphengine.ros.domain import Domain
+from graphengine.ros.messages import String, encode
+
+peer = subprocess.Popen([sys.executable, sys.argv[1], "echo"], stdin=subprocess.PIPE)
+heard = []
+alice = DdsTransport(Domain.from_environment(os.environ), "alice")
+alice.reader("/pong", "std_msgs/msg/String", QoS(), heard.append)
+ping = alice.writer("/ping", "std_msgs/msg/String", QoS())
+deadline = time.monotonic() + 20.0
+while not heard and time.monotonic() < deadline:
+    ping.write(encode(String("hello")))
+    time.sleep(0.01)
+alice.close()
+peer.communicate()
+sys.exit(0 if heard else "nobody answered")
+"""
+JOIN = """
+from graphengine.diagnostics import TransportError
+from graphengine.ros.dds import DdsTransport
+from graphengine.ros.domain import Domain
+
+try:
+    DdsTransport(Domain(1, "LOCALHOST"), "alice")
+except TransportError as error:
+    print(error)
+"""
+
+
+def isolated(
+    preparation: str, program: str, *arguments: str, reach: DiscoveryRange = "LOCALHOST"
+) -> subprocess.CompletedProcess[str]:
+    environment = {
+        **os.environ,
+        "PYTHONPATH": str(Path(graphengine.__file__).parents[1]),
+        "ROS_DOMAIN_ID": "1",
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": reach,
+    }
+    command = [*ISOLATED, f'{preparation} && exec "$@"', "sh", sys.executable, "-W", "error", "-c", program, *arguments]
+    return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60, check=False)
+
+
+@pytest.fixture(scope="module")
+def can_isolate() -> None:
+    if not shutil.which("unshare") or not shutil.which("ip"):
+        pytest.skip("needs unshare and ip, of util-linux and iproute2")
+    if subprocess.run([*ISOLATED, "ip link set lo up"], capture_output=True, check=False).returncode:
+        pytest.skip("namespaces of users are not permitted here")
+
+
+@pytest.mark.usefixtures("can_isolate")
+@pytest.mark.parametrize("reach", ["LOCALHOST", "SUBNET", "SYSTEM_DEFAULT"])
+def test_processes_meet_where_there_is_no_interface_but_loopback(reach: DiscoveryRange) -> None:
+    peer = str(Path(__file__).with_name("peer.py"))
+    done = isolated("ip link set lo up", CALL, peer, reach=reach)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.usefixtures("can_isolate")
+def test_without_any_interface_that_is_up_the_domain_cannot_be_joined() -> None:
+    done = isolated("true", JOIN)
+    assert done.returncode == 0
+    assert done.stdout.startswith("cannot join domain 1, discovery range LOCALHOST")
+
+
+@pytest.fixture(params=["LOCALHOST", "SUBNET"])
+def alice(request: pytest.FixtureRequest, domain_id: int) -> Iterator[DdsTransport]:
+    transport = DdsTransport(Domain(domain_id, request.param), "alice")
+    yield transport
+    transport.close()
+
+
+def test_ranges_that_reach_this_machine_meet_and_off_meets_nobody(
+    alice: DdsTransport, domain_id: int, start_peer: StartPeer, eventually: Eventually
+) -> None:
+    inbox = Inbox()
+    alice.reader("/pong", STRING, QoS(), inbox)
+    ping = alice.writer("/ping", STRING, QoS())
+    start_peer("echo", domain_id, {"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"})
+    for reach in ("LOCALHOST", "SUBNET"):
+        start_peer("echo", domain_id, {"ROS_AUTOMATIC_DISCOVERY_RANGE": reach})
+
+    def all_heard() -> bool:
+        ping.write(text("hello"))
+        return len(alice.graph().publishers("/pong")) >= 2 and bool(inbox.texts)
+
+    assert eventually(all_heard)
+    assert len(alice.graph().publishers("/pong")) == 2

@@ -1,0 +1,259 @@
+"""A session's servers and clients: what arrives is frozen by tick, what is said leaves in order, sinks see events."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from graphengine.backend import TopicClaim
+from graphengine.context import QoS
+from graphengine.ros import messages
+from graphengine.ros.memory import MemoryTransport
+from graphengine.ros.messages import MessageError
+from graphengine.ros.network import LiveNetwork
+from graphengine.ros.service_endpoints import MAX_OPEN
+
+SET_BOOL = "std_srvs/srv/SetBool"
+EVENT = f"{SET_BOOL}_Event"
+ASK, ANSWER = messages.message_class(f"{SET_BOOL}_Request"), messages.message_class(f"{SET_BOOL}_Response")
+INFO = messages.message_class("service_msgs/msg/ServiceEventInfo")
+
+
+class Taker:
+    """A sink: its topics, and what the events on them say."""
+
+    def __init__(self) -> None:
+        self.said: list[tuple[str, str, Any]] = []
+
+    def write(self, claim: TopicClaim, data: bytes) -> None:
+        self._take("said", claim, data)
+
+    def deliver(self, claim: TopicClaim, arrived: Sequence[bytes]) -> None:
+        for data in arrived:
+            self._take("heard", claim, data)
+
+    def _take(self, which: str, claim: TopicClaim, data: bytes) -> None:
+        self.said.append((which, claim.topic, messages.decode(data, claim.message_type)))
+
+
+def claim(direction: str, node: str = "/World/graph/node") -> TopicClaim:
+    return TopicClaim(node, "graph", "/light", SET_BOOL, direction, QoS())
+
+
+def network(transport: MemoryTransport, complain: Any = print) -> LiveNetwork:
+    return LiveNetwork(lambda domain: transport, 0, complain)
+
+
+def asked(*wanted: bool) -> tuple[LiveNetwork, Any, list[bytes], Any]:
+    """A network with a server that was asked; the answers that its peer gets, and the peer."""
+    transport, answers = MemoryTransport(), list[bytes]()
+    net = network(transport)
+    server = net.server(claim("serve"), 1)
+    peer = transport.client("/light", SET_BOOL, QoS(), lambda number, data: answers.append(data))
+    for data in wanted:
+        peer.call(messages.encode(ASK(data)))
+    return net, server, answers, peer
+
+
+def test_what_is_asked_in_a_tick_is_seen_in_the_next() -> None:
+    net, server, _, peer = asked()
+    net.freeze()
+    peer.call(messages.encode(ASK(True)))
+    assert server.take() == ()
+    net.freeze()
+    assert [request for _, request in server.take()] == [ASK(True)]
+    assert server.take() == ()
+
+
+def test_answers_leave_in_order_with_messages_when_the_tick_ends() -> None:
+    net, server, answers, _ = asked(True)
+    clock = net.publisher(
+        TopicClaim("/World/graph/clock", "graph", "/clock", "rosgraph_msgs/msg/Clock", "publish", QoS())
+    )
+    taker = Taker()
+    net.sinks.append(taker)
+    net.freeze()
+    ((request_id, _),) = server.take()
+    clock.publish(messages.Clock(messages.stamp(1.0)))
+    server.answer(request_id, ANSWER(True, "on"))
+    clock.publish(messages.Clock(messages.stamp(2.0)))
+    assert answers == []
+    net.flush()
+    assert answers == [messages.encode(ANSWER(True, "on"))]
+    assert [topic for which, topic, _ in taker.said if which == "said"] == ["/clock", "/light/_service_event", "/clock"]
+
+
+def test_what_was_answered_is_sent_before_the_server_leaves() -> None:
+    net, server, answers, peer = asked(True)
+    net.freeze()
+    ((request_id, _),) = server.take()
+    server.answer(request_id, ANSWER(True, ""))
+    server.close()
+    assert len(answers) == 1
+    assert peer.ready is False
+    assert net.hearing == []
+
+
+def test_a_request_that_was_never_asked_is_not_answered() -> None:
+    net, server, answers, _ = asked(True)
+    net.freeze()
+    server.take()
+    server.answer(b"somebody else's", ANSWER(True, ""))
+    net.flush()
+    assert answers == []
+
+
+def test_only_a_response_of_the_service_can_be_the_answer() -> None:
+    net, server, _, _ = asked(True)
+    net.freeze()
+    ((request_id, _),) = server.take()
+    with pytest.raises(
+        MessageError, match="/light takes std_srvs/srv/SetBool_Response, not std_srvs/srv/SetBool_Request"
+    ):
+        server.answer(request_id, ASK(True))
+
+
+def test_requests_that_are_none_are_dropped_counted_and_told_once() -> None:
+    said: list[str] = []
+    transport = MemoryTransport()
+    net = network(transport, said.append)
+    server = net.server(claim("serve"), 1)
+    peer = transport.client("/light", SET_BOOL, QoS(), lambda number, data: None)
+    for data in (b"", b"\0\1", messages.encode(ASK(True)), b"\0\1\0\0"):
+        peer.call(data)
+    net.freeze()
+    assert [request for _, request in server.take()] == [ASK(True)]
+    assert net.undecoded == {"/light": 3}
+    assert said == [f"/light: a peer sends what is not {SET_BOOL}_Request; dropped"]
+
+
+def test_answers_that_are_none_are_dropped_and_their_calls_wait_no_longer() -> None:
+    said: list[str] = []
+    transport = MemoryTransport()
+    net = network(transport, said.append)
+    client = net.client(claim("call"))
+    requests: list[bytes] = []
+    peer = transport.server("/light", SET_BOOL, QoS(), lambda request_id, data: requests.append(request_id))
+    numbers = [client.call(ASK(True)), client.call(ASK(False))]
+    net.flush()
+    peer.answer(requests[0], b"\0\1\0\0\1")
+    peer.answer(requests[1], messages.encode(ANSWER(True, "")))
+    net.freeze()
+    assert numbers == [1, 2]
+    assert client.take() == ((2, ANSWER(True, "")),)
+    assert said == [f"/light: a peer sends what is not {SET_BOOL}_Response; dropped"]
+
+
+def test_any_number_of_calls_is_sent_in_a_tick_in_order_with_messages() -> None:
+    transport, taker = MemoryTransport(), Taker()
+    net = network(transport)
+    net.sinks.append(taker)
+    client = net.client(claim("call"))
+    clock = net.publisher(
+        TopicClaim("/World/graph/clock", "graph", "/clock", "rosgraph_msgs/msg/Clock", "publish", QoS())
+    )
+    heard: list[bytes] = []
+    transport.server("/light", SET_BOOL, QoS(), lambda request_id, data: heard.append(data))
+    transport.reader("/clock", "rosgraph_msgs/msg/Clock", QoS(), heard.append)
+    expected = []
+    for number in range(3 * QoS().depth):
+        request, time = ASK(number % 2 == 0), messages.Clock(messages.stamp(float(number)))
+        client.call(request)
+        clock.publish(time)
+        expected += [messages.encode(request), messages.encode(time)]
+    net.flush()
+    assert heard == expected
+
+
+def test_calls_that_are_never_answered_do_not_pile_up() -> None:
+    said: list[str] = []
+    transport = MemoryTransport()
+    net = network(transport, said.append)
+    client = net.client(claim("call"))
+    requests: list[bytes] = []
+    peer = transport.server("/light", SET_BOOL, QoS(), lambda request_id, data: requests.append(request_id))
+    for _ in range(MAX_OPEN + 2):
+        client.call(ASK(True))
+        net.flush()
+    for request_id in requests:
+        peer.answer(request_id, messages.encode(ANSWER(True, "")))
+    net.freeze()
+    assert [number for number, _ in client.take()] == list(range(3, MAX_OPEN + 3))
+    assert said == [f"/light: more than {MAX_OPEN} calls were not answered; the oldest are given up"]
+
+
+# service_msgs/msg/ServiceEventInfo: REQUEST_SENT 0, REQUEST_RECEIVED 1, RESPONSE_SENT 2, RESPONSE_RECEIVED 3
+def test_sinks_see_both_ends_of_a_call_as_events_of_service_introspection() -> None:
+    net, taker = network(MemoryTransport()), Taker()
+    net.sinks.append(taker)
+    server, client = net.server(claim("serve"), 1), net.client(claim("call"))
+    client.call(ASK(True))
+    net.flush()
+    net.freeze()
+    ((request_id, _),) = server.take()
+    server.answer(request_id, ANSWER(True, "on"))
+    net.flush()
+    net.freeze()
+    assert [(which, topic, e.info.event_type, e.request, e.response) for which, topic, e in taker.said] == [
+        ("said", "/light/_service_event", INFO.REQUEST_SENT, [ASK(True)], []),
+        ("heard", "/light/_service_event", INFO.REQUEST_RECEIVED, [ASK(True)], []),
+        ("said", "/light/_service_event", INFO.RESPONSE_SENT, [], [ANSWER(True, "on")]),
+        ("heard", "/light/_service_event", INFO.RESPONSE_RECEIVED, [], [ANSWER(True, "on")]),
+    ]
+    ours, theirs = taker.said[0][2].info, taker.said[1][2].info
+    assert bytes(theirs.client_gid) + theirs.sequence_number.to_bytes(8, "big") == request_id
+    assert ours.sequence_number == 1
+
+
+def test_a_client_is_known_in_events_by_its_node_and_the_number_of_its_call() -> None:
+    found = []
+    for node, calls in (("/World/a", 1), ("/World/a", 2), ("/World/b", 1)):
+        net, taker = network(MemoryTransport()), Taker()
+        net.sinks.append(taker)
+        client = net.client(claim("call", node))
+        for _ in range(calls):
+            client.call(ASK(True))
+        net.flush()
+        info = taker.said[-1][2].info
+        found.append((bytes(info.client_gid), info.sequence_number))
+    assert [number for _, number in found] == [1, 2, 1]
+    assert found[0][0] == found[1][0] != found[2][0]
+
+
+@given(st.binary(min_size=1, max_size=40), st.booleans())
+def test_a_request_is_brought_again_by_its_event(request_id: bytes, wanted: bool) -> None:
+    taken, events = [], [messages.encode(messages.DEFINITIONS.initial(EVENT))]
+    for again in (False, True):
+        net, taker = network(MemoryTransport()), Taker()
+        net.sinks.append(taker)
+        server = net.server(claim("serve"), 1)
+        if again:
+            for event in events:
+                server.deliver(event)
+        else:
+            server._receive(request_id, messages.encode(ASK(wanted)))
+        net.freeze()
+        ((identity, request),) = server.take()
+        server.answer(identity, ANSWER(request.data, ""))
+        net.flush()
+        taken.append([messages.encode(event) for _, _, event in taker.said])
+        events.append(taken[0][0])
+    assert taken[0] == taken[1]
+
+
+class Foreign(MemoryTransport):
+    """One with a peer that it cannot talk to."""
+
+    foreign_services = {"/light": "/light: a peer is on another DDS"}  # noqa: RUF012
+
+
+def test_a_peer_that_cannot_be_talked_to_is_told_once() -> None:
+    said: list[str] = []
+    net = network(Foreign(), said.append)
+    for _ in range(100):
+        net.freeze()
+    assert said == ["/light: a peer is on another DDS"]

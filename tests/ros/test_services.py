@@ -1,0 +1,488 @@
+"""One contract for the services of every transport: a call is answered, late or not at all, to the client that made it."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from functools import partial
+
+import pytest
+
+from graphengine.context import QoS
+from graphengine.diagnostics import TransportError
+from graphengine.ros.domain import Domain
+from graphengine.ros.interfaces import MessageTypeError
+from graphengine.ros.messages import DEFINITIONS, decode, encode
+from graphengine.ros.rcl import RclTransport
+from graphengine.ros.transport import ServiceClient, ServiceServer
+from tests.ros.contract import ALL, NETWORKED, RCLPY, AnyTransport, Eventually, Join, needs_rclpy
+
+NAME = "/robot/add"
+TYPE = "diagnostic_msgs/srv/AddDiagnostics"  # text in requests, and in answers
+SERVICES = QoS()
+
+
+def rmw() -> str:
+    import rclpy
+
+    return str(rclpy.get_rmw_implementation_identifier())
+
+
+@pytest.fixture(params=ALL)
+def kind(request: pytest.FixtureRequest) -> str:
+    if " to " in request.param and rmw() != "rmw_cyclonedds_cpp":
+        pytest.skip(f"services do not cross between Cyclone DDS and {rmw()}, nor do they in ROS 2")
+    return str(request.param)
+
+
+def question(text: str) -> bytes:
+    request = DEFINITIONS.initial(f"{TYPE}_Request")
+    request.load_namespace = text
+    return encode(request)
+
+
+def reply(text: str) -> bytes:
+    response = DEFINITIONS.initial(f"{TYPE}_Response")
+    response.message = text
+    return encode(response)
+
+
+class Server:
+    """A server, and what it was asked."""
+
+    def __init__(self, transport: AnyTransport, name: str = NAME, qos: QoS = SERVICES) -> None:
+        self.asked: list[tuple[bytes, str]] = []
+        self.end: ServiceServer = transport.server(name, TYPE, qos, self.take)
+
+    def take(self, request_id: bytes, data: bytes) -> None:
+        assert type(request_id) is type(data) is bytes
+        self.asked.append((request_id, decode(data, f"{TYPE}_Request").load_namespace))
+
+    @property
+    def texts(self) -> list[str]:
+        return [text for _, text in self.asked]
+
+    def answer(self, number: int) -> None:
+        """Answer the n-th request."""
+        request_id, text = self.asked[number]
+        self.end.answer(request_id, reply(f"{text}!"))
+
+
+class Client:
+    """A client, and what it was answered."""
+
+    def __init__(self, transport: AnyTransport, name: str = NAME, qos: QoS = SERVICES) -> None:
+        self.answers: dict[int, str] = {}
+        self.end: ServiceClient = transport.client(name, TYPE, qos, self.take)
+
+    def take(self, number: int, data: bytes) -> None:
+        assert type(data) is bytes
+        assert number not in self.answers
+        self.answers[number] = decode(data, f"{TYPE}_Response").message
+
+    def call(self, text: str) -> int:
+        return self.end.call(question(text))
+
+
+@pytest.fixture
+def pair(join: Join, domain_id: int, eventually: Eventually) -> tuple[Client, Server]:
+    server, client = Server(join(domain_id, "bob")), Client(join(domain_id, "alice"))
+    assert eventually(lambda: client.end.ready)
+    return client, server
+
+
+def test_a_call_is_answered(pair: tuple[Client, Server], eventually: Eventually) -> None:
+    client, server = pair
+    assert client.call("a") == 1
+    assert eventually(lambda: server.texts == ["a"])
+    server.answer(0)
+    assert eventually(lambda: client.answers == {1: "a!"})
+
+
+def test_calls_come_in_order_and_are_answered_in_any(pair: tuple[Client, Server], eventually: Eventually) -> None:
+    client, server = pair
+    assert [client.call(text) for text in "abcde"] == [1, 2, 3, 4, 5]
+    assert eventually(lambda: len(server.asked) == 5)
+    assert server.texts == ["a", "b", "c", "d", "e"]
+    for number in (3, 0, 4, 2):
+        server.answer(number)
+    assert eventually(lambda: len(client.answers) == 4)
+    server.answer(1)
+    assert eventually(lambda: len(client.answers) == 5)
+    assert client.answers == {1: "a!", 2: "b!", 3: "c!", 4: "d!", 5: "e!"}
+
+
+def test_a_request_is_answered_long_after_others(pair: tuple[Client, Server], eventually: Eventually) -> None:
+    client, server = pair
+    client.call("late")
+    assert eventually(lambda: server.asked)
+    for number in range(1, 60):
+        client.call("early")
+        assert eventually(lambda number=number: len(server.asked) == number + 1)  # type: ignore[misc]
+        server.answer(number)
+    assert eventually(lambda: len(client.answers) == 59)
+    assert 1 not in client.answers
+    server.answer(0)
+    assert eventually(lambda: client.answers.get(1) == "late!")
+
+
+def test_a_server_may_answer_while_it_is_asked(join: Join, domain_id: int, eventually: Eventually) -> None:
+    bob = join(domain_id, "bob")
+    server: ServiceServer = bob.server(
+        NAME, TYPE, QoS(), lambda request_id, _: server.answer(request_id, reply("at once"))
+    )
+    client = Client(join(domain_id, "alice"))
+    assert eventually(lambda: client.end.ready)
+    number = client.call("a")
+    assert eventually(lambda: client.answers == {number: "at once"})
+
+
+def test_clients_do_not_hear_each_other(
+    join: Join, domain_id: int, pair: tuple[Client, Server], eventually: Eventually
+) -> None:
+    first, server = pair
+    clients = [first, Client(join(domain_id, "carol")), Client(join(domain_id, "bob"))]
+    assert eventually(lambda: all(client.end.ready for client in clients))
+    for client, text in zip(clients, "abc", strict=True):
+        assert client.call(text) == 1
+    assert eventually(lambda: len(server.asked) == 3)
+    for number in range(3):
+        server.answer(number)
+    assert eventually(lambda: all(client.answers for client in clients))
+    assert [client.answers for client in clients] == [{1: "a!"}, {1: "b!"}, {1: "c!"}]
+
+
+def test_ready_follows_servers_that_come_and_go(join: Join, domain_id: int, eventually: Eventually) -> None:
+    client, bob = Client(join(domain_id, "alice")), join(domain_id, "bob")
+    assert not client.end.ready
+    for _ in range(2):
+        server = Server(bob)
+        assert eventually(lambda: client.end.ready)
+        server.end.close()
+        server.end.close()
+        assert eventually(lambda: not client.end.ready)
+
+
+@pytest.mark.parametrize("kind", NETWORKED, indirect=True)
+def test_ready_ends_when_the_server_leaves(join: Join, domain_id: int, eventually: Eventually) -> None:
+    client, bob = Client(join(domain_id, "alice")), join(domain_id, "bob")
+    Server(bob)
+    assert eventually(lambda: client.end.ready)
+    bob.close()
+    assert eventually(lambda: not client.end.ready)
+
+
+def test_a_call_without_a_server_is_lost(join: Join, domain_id: int, eventually: Eventually) -> None:
+    client = Client(join(domain_id, "alice"))
+    assert client.call("lost") == 1
+    server = Server(join(domain_id, "bob"))
+    assert eventually(lambda: client.end.ready)
+    assert client.call("heard") == 2
+    assert eventually(lambda: server.texts == ["heard"])
+    server.answer(0)
+    assert eventually(lambda: client.answers == {2: "heard!"})
+
+
+def test_a_client_that_is_gone_does_not_disturb_others(
+    join: Join, domain_id: int, pair: tuple[Client, Server], eventually: Eventually
+) -> None:
+    client, server = pair
+    gone = Client(join(domain_id, "carol"))
+    assert eventually(lambda: gone.end.ready)
+    gone.call("a")
+    assert eventually(lambda: server.asked)
+    gone.end.close()
+    gone.end.close()
+    assert not gone.end.ready
+    server.answer(0)
+    client.call("b")
+    assert eventually(lambda: len(server.asked) == 2)
+    server.answer(0)
+    server.answer(1)
+    assert eventually(lambda: client.answers == {1: "b!"})
+    assert gone.answers == {}
+
+
+@pytest.mark.parametrize("kind", NETWORKED, indirect=True)
+def test_a_client_whose_process_is_gone_does_not_disturb_others(
+    join: Join, domain_id: int, pair: tuple[Client, Server], eventually: Eventually
+) -> None:
+    client, server = pair
+    carol = join(domain_id, "carol")
+    gone = Client(carol)
+    assert eventually(lambda: gone.end.ready)
+    gone.call("a")
+    assert eventually(lambda: server.asked)
+    carol.close()
+    assert not gone.end.ready
+    server.answer(0)
+    client.call("b")
+    assert eventually(lambda: len(server.asked) == 2)
+    server.answer(1)
+    assert eventually(lambda: client.answers == {1: "b!"})
+
+
+def test_each_call_has_one_answer(
+    join: Join, domain_id: int, pair: tuple[Client, Server], eventually: Eventually
+) -> None:
+    client, server = pair
+    client.call("a")
+    assert eventually(lambda: server.asked)
+    for _ in range(3):
+        server.answer(0)
+    client.call("b")
+    assert eventually(lambda: len(server.asked) == 2)
+    server.answer(1)
+    assert eventually(
+        lambda: 2 in client.answers
+    )  # by then the others would have come; the client refuses a second one
+    assert client.answers == {1: "a!", 2: "b!"}
+
+
+def test_a_megabyte_is_asked_and_answered(pair: tuple[Client, Server], eventually: Eventually) -> None:
+    client, server = pair
+    client.call("x" * 1_000_000)
+    assert eventually(lambda: server.texts == ["x" * 1_000_000])
+    server.answer(0)
+    assert eventually(lambda: client.answers == {1: "x" * 1_000_000 + "!"})
+
+
+@pytest.mark.parametrize(
+    ("asked", "offered"),
+    [(QoS(reliability="bestEffort"), QoS()), (QoS(), QoS(reliability="bestEffort"))],
+    ids=["asked", "offered"],
+)
+def test_best_effort_and_reliable_do_not_meet(
+    join: Join, domain_id: int, eventually: Eventually, asked: QoS, offered: QoS
+) -> None:
+    alice, bob = join(domain_id, "alice"), join(domain_id, "bob")
+    Server(bob, qos=offered)
+    other = Server(bob, "/other")
+    client, marker = Client(alice, qos=asked), Client(alice, "/other")
+    assert eventually(lambda: marker.end.ready)
+    assert not client.end.ready
+    client.call("a")
+    marker.call("b")
+    assert eventually(lambda: other.texts == ["b"])
+    other.answer(0)
+    assert eventually(lambda: marker.answers)
+    assert client.answers == {}
+    assert alice.malformed == bob.malformed == {}
+
+
+def test_services_of_different_names_and_types_do_not_meet(join: Join, domain_id: int, eventually: Eventually) -> None:
+    alice, bob = join(domain_id, "alice"), join(domain_id, "bob")
+    server, marker = Server(bob), Server(bob, "/other")
+    strange = alice.client(NAME, "std_srvs/srv/Trigger", QoS(), lambda number, data: None)
+    client = Client(alice, "/other")
+    assert eventually(lambda: client.end.ready)
+    assert not strange.ready
+    client.call("a")
+    assert eventually(lambda: marker.texts == ["a"])
+    assert server.texts == []
+
+
+def test_what_is_closed_refuses(
+    join: Join, domain_id: int, pair: tuple[Client, Server], eventually: Eventually
+) -> None:
+    client, server = pair
+    client.call("a")
+    assert eventually(lambda: server.asked)
+    server.end.close()
+    client.end.close()
+    with pytest.raises(TransportError, match=NAME):
+        server.answer(0)
+    with pytest.raises(TransportError, match=NAME):
+        client.call("b")
+    assert not client.end.ready
+
+
+def test_a_transport_that_is_closed_has_no_services(join: Join, domain_id: int) -> None:
+    alice = join(domain_id, "alice")
+    server, client = Server(alice), Client(alice)
+    alice.close()
+    assert not client.end.ready
+    with pytest.raises(TransportError, match=NAME):
+        client.call("a")
+    with pytest.raises(TransportError, match=NAME):
+        server.end.answer(bytes(24), reply("a"))
+    server.end.close()
+    client.end.close()
+    with pytest.raises(TransportError, match=f"^{NAME}: the transport is closed"):
+        Server(alice)
+    with pytest.raises(TransportError, match=f"^{NAME}: the transport is closed"):
+        Client(alice)
+
+
+@pytest.mark.parametrize(
+    "service_type", ["std_srvs/srv/Nothing", "std_msgs/msg/String", "tf2_msgs/action/LookupTransform"]
+)
+def test_a_type_that_is_no_service_cannot_be_opened(join: Join, domain_id: int, service_type: str) -> None:
+    alice = join(domain_id, "alice")
+    with pytest.raises(MessageTypeError, match=service_type):
+        alice.server(NAME, service_type, QoS(), lambda request_id, data: None)
+    with pytest.raises(MessageTypeError, match=service_type):
+        alice.client(NAME, service_type, QoS(), lambda number, data: None)
+
+
+@pytest.mark.parametrize("request_id", [b"", b"\0", bytes(24), bytes(1000)])
+def test_answers_to_what_was_never_asked_go_nowhere(
+    pair: tuple[Client, Server], eventually: Eventually, request_id: bytes
+) -> None:
+    client, server = pair
+    server.end.answer(request_id, reply("nobody asked"))
+    client.call("a")
+    assert eventually(lambda: server.asked)
+    server.answer(0)
+    assert eventually(lambda: client.answers == {1: "a!"})
+
+
+@pytest.mark.parametrize("kind", NETWORKED, indirect=True)
+def test_an_error_in_a_delivery_does_not_end_deliveries(
+    join: Join, domain_id: int, eventually: Eventually, caplog: pytest.LogCaptureFixture
+) -> None:
+    asked: list[bytes] = []
+    answered: list[int] = []
+
+    def serve(request_id: bytes, data: bytes) -> None:
+        asked.append(request_id)
+        raise RuntimeError("on purpose")
+
+    def take(number: int, data: bytes) -> None:
+        answered.append(number)
+        raise RuntimeError("on purpose")
+
+    server = join(domain_id, "bob").server(NAME, TYPE, QoS(), serve)
+    client = join(domain_id, "alice").client(NAME, TYPE, QoS(), take)
+    assert eventually(lambda: client.ready)
+    with caplog.at_level(logging.ERROR, "graphengine"):
+        for count in (1, 2, 3):
+            client.call(question("a"))
+            assert eventually(lambda count=count: len(asked) == count)  # type: ignore[misc]
+            server.answer(asked[-1], reply("b"))
+            assert eventually(lambda count=count: len(answered) == count)  # type: ignore[misc]
+    assert [record.getMessage() for record in caplog.records] == [
+        f"{NAME}: a message could not be delivered; told once"
+    ] * 2
+
+
+@pytest.mark.parametrize("kind", ["dds", RCLPY], indirect=True)
+@pytest.mark.parametrize("data", [b"", b"\0\1\0\0", b"\0\1\0\0\xff\xff\xff\xff", b"\0\1\0\0\5\0\0\0a"])
+def test_what_is_no_message_is_not_sent(pair: tuple[Client, Server], eventually: Eventually, data: bytes) -> None:
+    client, server = pair
+    with pytest.raises(TransportError, match=NAME):
+        client.end.call(data)
+    client.call("a")
+    assert eventually(lambda: server.texts == ["a"])
+    with pytest.raises(TransportError, match=NAME):
+        server.end.answer(server.asked[0][0], data)
+
+
+def test_two_servers_of_one_service_make_one_answer(
+    join: Join, domain_id: int, pair: tuple[Client, Server], eventually: Eventually
+) -> None:
+    client, first = pair
+    second = Server(join(domain_id, "bob"))
+    both = (first, second)
+
+    def both_were_asked() -> bool:
+        client.call("a")
+        return all(server.asked for server in both)
+
+    assert eventually(both_were_asked)
+    number = client.call("b")
+    assert eventually(lambda: all(server.texts[-1] == "b" for server in both))
+    for server in both:
+        server.answer(-1)
+    assert eventually(lambda: number in client.answers)
+
+
+def test_the_graph_tells_of_services(join: Join, domain_id: int, eventually: Eventually) -> None:
+    alice, bob = join(domain_id, "alice"), join(domain_id, "bob")
+    server, client = Server(bob), Client(bob, "/called")
+
+    def told(transport: AnyTransport) -> bool:
+        return {(NAME, TYPE), ("/called", TYPE)} <= set(transport.graph().services)
+
+    for transport in (alice, bob):
+        assert eventually(partial(told, transport))
+    server.end.close()
+    client.end.close()
+    assert eventually(lambda: TYPE not in {kind for _, kind in alice.graph().services})
+
+
+# RMWs that are none of ours
+
+
+def foreign(transport: AnyTransport) -> list[str]:
+    """How warnings about services begin."""
+    return [text.split(": ")[1] for text in transport.foreign_services.values()]
+
+
+def test_peers_on_the_same_rmw_are_nothing_to_warn_of(
+    join: Join, domain_id: int, pair: tuple[Client, Server], eventually: Eventually
+) -> None:
+    client, server = pair
+    client.call("a")
+    assert eventually(lambda: server.asked)
+    assert foreign(join(domain_id, "bob")) == []
+
+
+@pytest.fixture
+def fast(domain_id: int) -> Iterator[RclTransport]:
+    """A node on Fast DDS."""
+    if rmw() != "rmw_fastrtps_cpp":
+        pytest.skip("RMW_IMPLEMENTATION is not rmw_fastrtps_cpp")
+    transport = RclTransport(Domain(domain_id, "LOCALHOST"), "fast")
+    yield transport
+    transport.close()
+
+
+@pytest.mark.parametrize("kind", [pytest.param("dds", marks=needs_rclpy)])
+def test_a_client_on_fast_dds_is_not_heard_and_people_are_told(
+    join: Join, domain_id: int, fast: RclTransport, eventually: Eventually
+) -> None:
+    bob = join(domain_id, "bob")
+    service_type = "rcl_interfaces/srv/GetParameters"
+    asked: list[bytes] = []
+    bob.server(NAME, service_type, QoS(), lambda request_id, data: asked.append(data))
+    client = fast.client(NAME, service_type, QoS(), lambda number, data: None)
+    assert eventually(lambda: foreign(bob) == ["a client on rmw_fastrtps_cpp cannot be talked to"])
+    assert eventually(lambda: foreign(fast) == ["a server on rmw_cyclonedds_cpp cannot be talked to"])
+    assert eventually(lambda: client.ready)  # ROS 2 does not know better
+    request = DEFINITIONS.initial(f"{service_type}_Request")
+    # Of what comes without a header, this would be taken for one and a request: it has two texts where there were four.
+    request.names = ["aaaa", "\5", "", ""]
+    client.call(encode(request))
+    assert eventually(lambda: bob.malformed == {NAME: 1})
+    request.names = ["a"]
+    client.call(encode(request))  # this one, Cyclone DDS drops itself
+    assert eventually(lambda: bob.malformed == {NAME: 2})
+    assert asked == []
+    own = bob.client(NAME, service_type, QoS(), lambda number, data: None)
+    assert eventually(lambda: own.ready)
+    own.call(encode(request))
+    assert eventually(lambda: [decode(data, f"{service_type}_Request") for data in asked] == [request])
+
+
+@pytest.mark.parametrize("kind", [pytest.param("dds", marks=needs_rclpy)])
+def test_a_server_on_fast_dds_is_not_ready_and_people_are_told(
+    join: Join, domain_id: int, fast: RclTransport, eventually: Eventually
+) -> None:
+    bob = join(domain_id, "bob")
+    client, server = Client(bob), Server(fast)
+    assert eventually(lambda: foreign(bob) == ["a server on rmw_fastrtps_cpp cannot be talked to"])
+    assert eventually(lambda: foreign(fast) == ["a client on rmw_cyclonedds_cpp cannot be talked to"])
+    assert not client.end.ready
+    client.call("a")
+    sibling = Client(fast)
+    assert eventually(lambda: sibling.end.ready)
+    sibling.call("b")
+    assert eventually(lambda: server.texts == ["b"])
+    server.answer(0)
+    assert eventually(lambda: sibling.answers == {1: "b!"})
+    assert client.answers == {}
+    own = Server(bob)
+    assert eventually(lambda: client.end.ready)
+    client.call("c")
+    assert eventually(lambda: own.texts == ["c"])

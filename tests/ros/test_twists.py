@@ -1,0 +1,69 @@
+"""ROS2SubscribeTwist against peers on the network, who publish Twist or TwistStamped."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from graphengine import build
+from graphengine.context import QoS
+from graphengine.ros import messages
+from graphengine.ros.memory import MemoryTransport
+from graphengine.ros.network import LiveNetwork
+from tests.ros.contract import FAITHFUL, AnyTransport
+
+GRAPH = """
+graph: drive
+nodes:
+  Tick: OnPlaybackTick
+  Twist: {type: SubscribeTwist, inputs: {timeout: 0.5}}
+connections: [Tick.tick -> Twist.execIn]
+"""
+STILL = (0.0, 0.0, 0.0)
+
+
+@pytest.fixture(params=["memory", *FAITHFUL])
+def kind(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+def test_the_type_that_is_published_is_followed_and_silence_is_noticed_in_simulation_time(
+    join: Callable[[int, str], AnyTransport],
+    domain_id: int,
+    eventually: Callable[[Callable[[], object]], bool],
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "drive.yaml"
+    path.write_text(GRAPH)
+    assembly, complaints = build.assemble(path), list[str]()
+    session = build.start(assembly, LiveNetwork(lambda _: join(domain_id, "alice"), domain_id, complaints.append))
+    node: Any
+    (node,) = (instance.node for instance in assembly.plans[0].graph.instances if instance.id == "Twist")
+    still = messages.Vector3(*STILL)
+    for speed, stamped in enumerate((True, False, True), 1):
+        twist = messages.Twist(messages.Vector3(float(speed), 0.0, 0.0), still)
+        message = messages.TwistStamped(messages.header(1e6, "map"), twist) if stamped else twist
+        peer = join(domain_id, f"bob_{speed}")  # in one process, a topic of Fast DDS keeps its type
+        writer = peer.writer("/cmd_vel", messages.message_type(message), QoS())
+        data = messages.encode(message)
+
+        def is_driven(speed: int = speed, write: Callable[[bytes], None] = writer.write, data: bytes = data) -> bool:
+            write(data)
+            session.step()
+            return bool(node.linear_velocity == (speed, 0.0, 0.0))
+
+        assert eventually(is_driven), speed
+        writer.close()
+        if not isinstance(peer, MemoryTransport):
+            peer.close()
+
+        def is_still() -> bool:
+            session.step(30)  # 0.5 s of simulation, in much less of the wall's
+            return bool(node.linear_velocity == STILL)
+
+        assert eventually(is_still), speed
+    session.close()
+    assert complaints == []

@@ -1,0 +1,246 @@
+"""What a session is told of peers that do not fit, with peers in memory and peers that are played."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import pytest
+
+from graphengine.backend import TopicClaim
+from graphengine.context import QoS
+from graphengine.ros.graph import PATIENCE, Direction, Endpoint, Graph
+from graphengine.ros.memory import MemoryTransport
+from graphengine.ros.network import LiveNetwork
+from graphengine.ros.watch import LONGEST_PERIOD, PERIOD, RECEIVE_BUFFER, SHARE, Watch
+
+TWIST, STAMPED, ODOMETRY = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped", "nav_msgs/msg/Odometry"
+CLOCK = "rosgraph_msgs/msg/Clock"
+DEFAULT, BEST_EFFORT = QoS(), QoS(reliability="bestEffort")
+CYCLONE, FAST_DDS = bytes.fromhex("0110") + bytes(13), bytes.fromhex("010f") + bytes(13)
+BUFFER = 212992
+
+
+@dataclass
+class Ours:
+    claim: TopicClaim
+    largest: int = 0
+
+
+class Played(MemoryTransport):
+    """A network on which whoever is written down is there."""
+
+    node = "/session"
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.present: list[Endpoint] = []
+        self.looks = 0
+
+    def graph(self, asked: object = None) -> Graph:
+        self.looks += 1
+        return Graph(self.present)
+
+
+class Watched:
+    def __init__(self, *ends: Ours, buffer: int = BUFFER) -> None:
+        self.network = Played()
+        self.ends = list(ends)
+        self.said: list[str] = []
+        self.now = 100.0
+        self.watch = Watch(self.network, self.said.append, lambda: self.now, buffer)
+
+    def look(self, *present: Endpoint) -> list[str]:
+        """What is said of those who are there, and were not before."""
+        self.network.present = list(present)
+        self.said.clear()
+        self.now += PERIOD
+        self.watch.look(lambda: self.ends)
+        return self.said
+
+
+def ours(direction: str, topic: str, message_type: str, qos: QoS = DEFAULT, largest: int = 0) -> Ours:
+    return Ours(TopicClaim(f"/World/{direction}", "graph", topic, message_type, direction, qos), largest)
+
+
+def peer(
+    direction: Direction,
+    topic: str,
+    message_type: str,
+    qos: QoS = DEFAULT,
+    node: str = "rviz",
+    gid: bytes = CYCLONE,
+) -> Endpoint:
+    return Endpoint(gid + bytes([len(node)]), direction, topic, message_type, qos, "", node, "/" if node else "")
+
+
+def test_who_offers_what_and_who_asks_for_what_is_told_with_a_remedy() -> None:
+    watched = Watched(ours("publish", "/odom", ODOMETRY, BEST_EFFORT))
+    (said,) = watched.look(peer("subscribe", "/odom", ODOMETRY))
+    assert said == (
+        "/odom: /rviz asks for reliable, /World/publish offers bestEffort: nothing arrives\n"
+        '  write "reliability": "reliable" in the qosProfile of /World/publish, or change what /rviz asks for or offers'
+    )
+
+
+def test_a_peer_that_publishes_what_is_not_enough_is_told() -> None:
+    watched = Watched(ours("subscribe", "/cmd_vel", TWIST))
+    (said,) = watched.look(peer("publish", "/cmd_vel", TWIST, BEST_EFFORT))
+    assert said == (
+        "/cmd_vel: /World/subscribe asks for reliable, /rviz offers bestEffort: nothing arrives\n"
+        '  write "reliability": "bestEffort" in the qosProfile of /World/subscribe, or change what /rviz asks for or offers'
+    )
+
+
+def test_another_type_is_told() -> None:
+    watched = Watched(ours("subscribe", "/cmd_vel", TWIST), ours("publish", "/odom", ODOMETRY))
+    said = watched.look(peer("publish", "/cmd_vel", STAMPED), peer("subscribe", "/odom", TWIST))
+    assert [line.partition("\n")[0] for line in said] == [
+        f"/cmd_vel: /rviz publishes {STAMPED}, /World/subscribe reads {TWIST}: nothing arrives",
+        f"/odom: /World/publish publishes {ODOMETRY}, /rviz reads {TWIST}: nothing arrives",
+    ]
+
+
+def test_who_fits_or_is_on_other_topics_is_not_told() -> None:
+    watched = Watched(ours("publish", "/odom", ODOMETRY), ours("subscribe", "/cmd_vel", TWIST))
+    present = (
+        peer("subscribe", "/odom", ODOMETRY, BEST_EFFORT),
+        peer("publish", "/odom", ODOMETRY, BEST_EFFORT),
+        peer("publish", "/cmd_vel", TWIST),
+        peer("subscribe", "/cmd_vel", STAMPED),
+        peer("subscribe", "/scan", TWIST, QoS(durability="transientLocal")),
+    )
+    assert watched.look(*present) == []
+
+
+def test_an_alternative_that_will_be_read_is_no_other_type() -> None:
+    subscription = ours("subscribe", "/cmd_vel", TWIST)
+    subscription.claim = replace(subscription.claim, alternatives=(STAMPED,))
+    watched = Watched(subscription)
+    stamped = peer("publish", "/cmd_vel", STAMPED)
+    assert watched.look(stamped) == []
+    assert len(watched.look(stamped, peer("publish", "/cmd_vel", TWIST, node="teleop"))) == 1
+
+
+def test_a_pair_is_told_once_also_when_the_peer_comes_back() -> None:
+    watched = Watched(ours("publish", "/odom", ODOMETRY, BEST_EFFORT))
+    reader = peer("subscribe", "/odom", ODOMETRY)
+    assert [
+        len(watched.look(*present)) for present in ((reader,), (reader,), (), (replace(reader, gid=FAST_DDS),))
+    ] == [
+        1,
+        0,
+        0,
+        0,
+    ]
+    assert len(watched.look(reader, peer("subscribe", "/odom", ODOMETRY, node="nav"))) == 1
+
+
+def test_two_nodes_of_the_session_that_do_not_fit_are_told_by_their_prims() -> None:
+    publisher, subscription = ours("publish", "/speed", TWIST, BEST_EFFORT), ours("subscribe", "/speed", TWIST)
+    watched = Watched(publisher, subscription)
+    own = [peer("publish", "/speed", TWIST, BEST_EFFORT, "session"), peer("subscribe", "/speed", TWIST, node="session")]
+    (said,) = watched.look(*own)
+    assert said.startswith(
+        "/speed: /World/subscribe asks for reliable, /World/publish offers bestEffort: nothing arrives\n"
+    )
+
+
+def test_a_peer_without_a_name_is_given_time_to_tell_it() -> None:
+    watched = Watched(ours("publish", "/odom", ODOMETRY, BEST_EFFORT))
+    nameless = peer("subscribe", "/odom", ODOMETRY, node="")
+    assert watched.look(nameless) == []
+    watched.now += PATIENCE
+    (said,) = watched.look(nameless)
+    assert said.startswith("/odom: a program that is no node of ROS asks for reliable")
+
+
+def test_another_clock_is_told() -> None:
+    watched = Watched(ours("publish", "/clock", CLOCK))
+    own = peer("publish", "/clock", CLOCK, node="session")
+    assert watched.look(own) == []
+    (said,) = watched.look(own, peer("publish", "/clock", CLOCK, node="gazebo"))
+    assert said.startswith("/clock: /gazebo publishes it too")
+    assert "ROS_DOMAIN_ID" in said
+
+
+def test_another_clock_of_the_same_name_is_told() -> None:
+    watched = Watched(ours("publish", "/clock", CLOCK))
+    own = peer("publish", "/clock", CLOCK, node="session")
+    (said,) = watched.look(own, replace(own, gid=bytes(16)))
+    assert said.startswith("/clock: another process named /session publishes it too")
+
+
+@pytest.mark.parametrize(
+    ("size", "buffer", "reader", "told"),
+    [
+        (922_000, BUFFER, FAST_DDS, 1),
+        (200_000, BUFFER, FAST_DDS, 1),
+        (160_000, BUFFER, FAST_DDS, 0),
+        (922_000, BUFFER, CYCLONE, 0),
+        (922_000, 4_194_304, FAST_DDS, 0),
+        (922_000, 0, FAST_DDS, 0),  # a system that does not tell
+    ],
+)
+def test_large_messages_to_fast_dds_are_told_with_what_to_type(
+    size: int, buffer: int, reader: bytes, told: int
+) -> None:
+    watched = Watched(ours("publish", "/rgb", ODOMETRY, largest=size), buffer=buffer)
+    own = peer("publish", "/rgb", ODOMETRY, node="session")
+    said = watched.look(own, peer("subscribe", "/rgb", ODOMETRY, gid=reader))
+    assert [line.partition(" ")[0] for line in said] == ["/rgb:"] * told
+    assert all("sudo sysctl -w net.core.rmem_default=4194304" in line for line in said)
+    watched.ends[0].largest += 1
+    assert watched.look(own, peer("subscribe", "/rgb", ODOMETRY, gid=reader)) == []
+
+
+def test_fast_dds_sends_to_its_like_what_is_large() -> None:
+    watched = Watched(ours("publish", "/rgb", ODOMETRY, largest=922_000))
+    own = peer("publish", "/rgb", ODOMETRY, node="session", gid=FAST_DDS)
+    assert watched.look(own, peer("subscribe", "/rgb", ODOMETRY, gid=FAST_DDS)) == []
+
+
+def test_looks_are_rare_unless_topics_change() -> None:
+    watched = Watched(ours("publish", "/odom", ODOMETRY))
+    for _ in range(100):
+        watched.watch.look(lambda: watched.ends)
+    assert watched.network.looks == 1
+    watched.watch.hurry()
+    watched.watch.look(lambda: watched.ends)
+    assert watched.network.looks == 2
+
+
+@pytest.mark.parametrize("seconds", [0.0, 0.01, 1.0])
+def test_looks_that_take_long_are_rarer_within_limits(seconds: float) -> None:
+    watched = Watched(ours("publish", "/odom", ODOMETRY))
+
+    def ends() -> list[Ours]:
+        watched.now += seconds
+        return watched.ends
+
+    begun = watched.now
+    watched.watch.look(ends)
+    due = begun + min(max(PERIOD, seconds / SHARE), LONGEST_PERIOD)
+    for watched.now, looks in ((due - 0.01, 1), (due + 0.01, 2)):
+        watched.watch.look(lambda: watched.ends)
+        assert watched.network.looks == looks
+
+
+def test_linux_tells_its_receive_buffer() -> None:
+    if not RECEIVE_BUFFER.exists():
+        pytest.skip("no Linux")
+    assert int(RECEIVE_BUFFER.read_text()) > 2048
+
+
+def test_a_session_is_told_when_it_has_another_topic_and_when_a_peer_comes() -> None:
+    said: list[str] = []
+    transport = MemoryTransport()
+    network = LiveNetwork(lambda domain: transport, 0, said.append)
+    network.publisher(ours("publish", "/speed", TWIST, BEST_EFFORT).claim)
+    network.freeze()
+    assert said == []
+    subscription = network.subscription(ours("subscribe", "/speed", TWIST).claim)
+    network.freeze()
+    assert [line.partition(":")[0] for line in said] == ["/speed"]
+    subscription.close()
+    assert len(network.subscriptions) == 0
+    network.close()
