@@ -27,7 +27,7 @@ LONGEST = 80
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
-    from graphengine.cli.common import add_allow_argument
+    from graphengine.cli.common import add_allow_argument, add_permission_arguments
 
     parser.add_argument("recording", metavar="FILE", type=Path, help="what `graphrun run --record FILE` wrote")
     against = "run this scene or graph, in the place of the files that the recording holds"
@@ -41,6 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_allow_argument(parser)
     modules = "Python module with node types"
     parser.add_argument("--import", metavar="MODULE", dest="modules", action="append", default=[], help=modules)
+    add_permission_arguments(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -98,14 +99,14 @@ def _replay(arguments: argparse.Namespace, recording: Recording, plain: Callable
         except RecordingError as error:
             raise RecordingError(f"{error}\n  up to there {_counted(run)} are identical") from None
         if found is None and recording.cut_off:
-            warn(f"the run was cut off: the recording ends at t = {session.time:.3f} s")
-        print(plain(_verdict(found, run, session)))
+            warn(f"the run was cut off: the recording ends at t = {recording.times.seconds(run.ticks):.3f} s")
+        print(plain(_verdict(found, run, session, recording)))
     return 1 if found else 0
 
 
 def _what_to_run(arguments: argparse.Namespace, recording: Recording) -> tuple[Path, Options]:
     """The file and the options: as they were recorded, but for what the command line says."""
-    from graphengine.cli.common import find_file, parse_set, reading_options
+    from graphengine.cli.common import environment, find_file, parse_set, reading_options
 
     manifest, files = recording.manifest, recording.workspace
     options = replace(
@@ -115,6 +116,8 @@ def _what_to_run(arguments: argparse.Namespace, recording: Recording) -> tuple[P
         robot_state=manifest.robot_state,
         rays=_rays(arguments.rays or manifest.rays, recording.path),
         registry=_registry(manifest.modules, arguments.modules, recording.path),
+        environment=environment(arguments),
+        scripts=arguments.allow_scripts,
     )
     if arguments.against:
         return find_file(arguments.against), options
@@ -162,10 +165,10 @@ def _registry(recorded: Sequence[str], given: Sequence[str], recording: Path) ->
     return make_registry(given) if given else None
 
 
-def _verdict(found: Difference | None, run: Replay, session: Session) -> str:
+def _verdict(found: Difference | None, run: Replay, session: Session, recording: Recording) -> str:
     """What the comparison came to."""
     if found is None:
-        return f"identical: {_counted(run)}, {session.time:.3f} s"
+        return f"identical: {_counted(run)}, {recording.times.seconds(run.ticks):.3f} s"
     where = f"different in tick {found.tick}, t = {found.time:.6f} s{f': {found.topic}' if found.topic else ''}"
     lines = [line for text in found.lines for line in text.split("\n")]
     return "\n  ".join(

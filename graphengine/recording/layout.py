@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal, cast, get_args
 
 from graphengine.context import QoS
 from graphengine.ros.qos import settled
 
 PROFILE = "ros2"
+LIBRARY = "graphengine"
+"""What the library that a recording names begins with."""
 ENCODING = "cdr"
 MANIFEST = "graphengine"
 """Name of the metadata that says how the run was made."""
@@ -21,8 +21,9 @@ FILES = "graphengine:files"
 END = "graphengine:end"
 """Name of the metadata that a recording which was closed ends with."""
 
+HIDDEN = "/_graphengine"
+"""Namespace of channels that are no topics of the run; ROS 2 keeps names with such an underscore out of sight."""
 DEFAULT_QOS = QoS()
-Direction = Literal["published", "delivered", "session"]
 
 # As rmw numbers them; words in their place are not understood by every ROS 2 distribution.
 _NUMBERS: Mapping[str, int] = {
@@ -46,40 +47,33 @@ class Stream:
     Attributes:
         topic: by its full name.
         message_type: as in `nav_msgs/msg/Odometry`.
-        direction: which way they went.
-        nodes: prim paths of the nodes that they were delivered to.
-        qos: of the publisher, or of the subscription.
+        qos: offered by who publishes there in the run, else asked for by who reads.
+        known: the topic's own channel has them already, so that who plays the file as a bag must not send them again.
     """
 
     topic: str
     message_type: str
-    direction: Direction
-    nodes: tuple[str, ...] = ()
     qos: QoS = DEFAULT_QOS
+    known: bool = False
+
+    @property
+    def channel(self) -> str:
+        """Name of its channel: the topic, where a player of bags is to send the messages."""
+        return f"{HIDDEN}/delivered{self.topic}" if self.known else self.topic
 
     def metadata(self) -> dict[str, str]:
         """Of its channel, beside the hash of the type."""
-        found = {"offered_qos_profiles": offered_qos(self.qos), "direction": self.direction}
-        return {**found, "nodes": json.dumps(self.nodes)} if self.nodes else found
+        return {"offered_qos_profiles": offered_qos(self.qos), "topic": self.topic}
 
     @classmethod
-    def of_channel(cls, topic: str, message_type: str, metadata: Mapping[str, str]) -> Stream | None:
-        """What a channel holds; None for one that another program added.
-
-        Raises:
-            ValueError: the metadata is not what `metadata` makes.
-        """
-        direction = metadata.get("direction")
-        if direction not in get_args(Direction):
-            return None
-        nodes = json.loads(metadata.get("nodes", "[]"))
-        if not isinstance(nodes, list) or not all(isinstance(node, str) for node in nodes):
-            raise ValueError("`nodes` is no list of prim paths")
-        return cls(topic, message_type, cast(Direction, direction), tuple(nodes))
+    def of_channel(cls, channel: str, message_type: str, metadata: Mapping[str, str]) -> Stream | None:
+        """What a channel holds; None for one that another program added."""
+        topic = metadata.get("topic")
+        return None if topic is None else cls(topic, message_type, known=topic != channel)
 
 
-SESSION = Stream("/graphengine/session", "std_msgs/msg/String", "session")
-"""What came into a session from outside beside messages."""
+SESSION = Stream(f"{HIDDEN}/session", "std_msgs/msg/String")
+"""What came into a session from outside beside messages, and to whom messages came."""
 
 
 @dataclass(frozen=True, slots=True)

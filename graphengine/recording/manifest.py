@@ -34,7 +34,7 @@ class Manifest(BaseModel):
     rays: RaysName = "auto"
     """What lidars saw with, where there are any."""
     keep_going: bool = False
-    modules: tuple[str, ...] = ()
+    modules: tuple[Annotated[str, Field(pattern=r"^\w+(\.\w+)*$")], ...] = ()
     """Python modules with node types, which a replay has to be given again."""
     domain_id: Annotated[int, Field(ge=0, le=232)] = 0
     domain_from_environment: int | None = None

@@ -10,7 +10,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from mcap.records import Attachment, Channel, McapRecord, Message, Metadata, Schema
+from mcap.records import Attachment, Channel, Header, McapRecord, Message, Metadata, Schema
 
 from graphengine.diagnostics import RecordingError
 from graphengine.recording import layout
@@ -20,6 +20,9 @@ from graphengine.recording.records import read_records
 from graphengine.recording.sources import Workspace
 from graphengine.ros import messages
 
+MAX_MESSAGES = 1_000_000
+"""In a tick."""
+
 
 @dataclass(slots=True)
 class Tick:
@@ -27,7 +30,8 @@ class Tick:
 
     Attributes:
         number: from 1.
-        delivered: what subscriptions saw.
+        readers: to which nodes each of its first messages came; none of them published those.
+        delivered: what they saw.
         sent: what was published, in order.
         commands: what was asked of the session before it, each a name and arguments.
         wall_time: what nodes read, where one did.
@@ -35,7 +39,8 @@ class Tick:
     """
 
     number: int
-    delivered: list[tuple[Stream, bytes]] = field(default_factory=list)
+    readers: list[tuple[str, ...]] = field(default_factory=list)
+    delivered: list[tuple[Stream, tuple[str, ...], bytes]] = field(default_factory=list)
     sent: list[tuple[Stream, bytes]] = field(default_factory=list)
     commands: list[tuple[str, Any]] = field(default_factory=list)
     wall_time: float | None = None
@@ -66,15 +71,18 @@ class Recording:
         self._streams: dict[int, Stream | None] = {}
         self._records = read_records(path)
         manifest: Manifest | None = None
+        begun = False
         for record in self._records:
-            if isinstance(record, Metadata) and record.name == layout.MANIFEST:
+            if isinstance(record, Header):
+                begun = record.library.startswith(layout.LIBRARY)
+            elif isinstance(record, Metadata) and record.name == layout.MANIFEST:
                 manifest = self._manifest(record)
             elif isinstance(record, Message):
                 self._records = chain((record,), self._records)
                 break
             self._take(record)
         else:
-            if manifest is not None and self.cut_off:
+            if self.cut_off and (begun or manifest is not None):
                 raise self._bad("it was cut off before anything happened")
         if manifest is None:
             raise self._bad("it holds no run: what `graphrun run --record` writes can be replayed")
@@ -113,11 +121,8 @@ class Recording:
         if isinstance(record, Schema):
             self._types[record.id] = record.name
         elif isinstance(record, Channel):
-            try:
-                kind = self._types.get(record.schema_id, "")
-                self._streams[record.id] = Stream.of_channel(record.topic, kind, record.metadata)
-            except (ValueError, RecursionError) as error:
-                raise self._bad(f"the channel of {record.topic} cannot be read: {error}") from None
+            kind = self._types.get(record.schema_id, "")
+            self._streams[record.id] = Stream.of_channel(record.topic, kind, record.metadata)
         elif isinstance(record, Metadata) and record.name == layout.FILES:
             self._hashes |= record.metadata
         elif isinstance(record, Attachment):
@@ -138,20 +143,23 @@ class Recording:
         self.workspace.add(attachment.name, attachment.data)
 
     def _add(self, tick: Tick, stream: Stream, data: bytes) -> None:
-        if stream.direction == "published":
-            tick.sent.append((stream, data))
-        elif stream.direction == "delivered":
-            tick.delivered.append((stream, data))
-        else:
+        if len(tick.sent) + len(tick.delivered) >= MAX_MESSAGES:
+            raise self._bad(f"it has more than {MAX_MESSAGES} messages in tick {tick.number}")
+        if stream.topic == layout.SESSION.topic:
             self._add_outside(tick, data)
+        elif len(tick.delivered) < len(tick.readers):
+            tick.delivered.append((stream, tick.readers[len(tick.delivered)], data))
+        else:
+            tick.sent.append((stream, data))
 
     def _add_outside(self, tick: Tick, data: bytes) -> None:
         try:
             outside = json.loads(messages.decode(data, layout.SESSION.message_type).data)
             tick.commands = [(str(name), arguments) for name, arguments in outside.get("commands", [])]
+            tick.readers = [tuple(map(str, nodes)) for nodes in outside.get("delivered", [])]
             tick.wall_time = float(outside["wall_time"]) if "wall_time" in outside else None
-        except (messages.MessageError, ValueError, TypeError, AttributeError, RecursionError) as error:
-            raise self._bad(f"what was asked of the session in tick {tick.number} cannot be read: {error}") from None
+        except (messages.MessageError, ValueError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
+            raise self._bad(f"what came into the session in tick {tick.number} cannot be read: {error}") from None
 
     def _manifest(self, record: Metadata) -> Manifest:
         try:

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import time
-from collections import deque
-from collections.abc import Sequence
+from collections import defaultdict, deque
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
 from graphengine.backend import TopicClaim
 from graphengine.build import Assembly
+from graphengine.context import QoS
 from graphengine.diagnostics import GraphError, RecordingError, UsageError
 from graphengine.recording import layout
-from graphengine.recording.layout import Direction, Stream, TickTimes
+from graphengine.recording.layout import Stream, TickTimes
 from graphengine.recording.manifest import describe_run
+from graphengine.recording.sightings import Sightings
 from graphengine.recording.sources import MESSAGES, SourceNames, media_type
 from graphengine.recording.writer import Entry, RecordingWriter
 from graphengine.ros import messages
@@ -58,13 +61,14 @@ class Recorder:
         keep_going: bool = False,
         modules: Sequence[str] = (),
     ) -> None:
-        if session.clock.frame:
+        if session.ticks:
             raise UsageError("a recording begins with the session that it is of, before the first tick")
         self._session = session
         self._clocks = (session.clock, session.step_clock)
         self._times = TickTimes(session.services.world.tick_period)
         self._files = assembly.files
         self._names = SourceNames(assembly.files)
+        self._scene = assembly.loaded.scenery.scene.document.path.absolute() if assembly.loaded is not None else None
         self._definitions = assembly.definitions
         self._tick = self._ended = 0
         self._wall_time = 0.0
@@ -72,6 +76,8 @@ class Recorder:
         self._arrived: list[tuple[TopicClaim, Sequence[bytes]]] = []
         self._sent: list[tuple[TopicClaim, bytes]] = []
         self._streams: dict[object, Stream] = {}
+        self._network = network
+        self._sightings: defaultdict[object, Sightings] = defaultdict(Sightings)
         self._entries: list[Entry] = []
         self._bytes = 0
         self._chunk_ticks = max(round(CHUNK_SECONDS / session.clock.delta), 1)
@@ -101,15 +107,23 @@ class Recorder:
         """Take a message that was sent."""
         self._sent.append((claim, data))
 
-    def command(self, name: str, arguments: Any = None) -> None:
+    def command(self, name: str, arguments: Mapping[str, Any]) -> None:
         """Take what the session was asked for since the last tick, and did.
 
-        Args:
-            name: one of `replay.COMMANDS`.
-            arguments: as it takes them; what JSON can say.
+        Raises:
+            RecordingError: a file that it read cannot be read again.
         """
+        if name == "spawn":
+            arguments = {**arguments, "use": {**arguments["use"], "use": self._reference(arguments["use"]["use"])}}
         self._commands.append((name, arguments))
         self._attach()
+
+    def _reference(self, use: str) -> str:
+        """How the scene names a robot file, wherever the recording's files are laid out."""
+        if not os.path.isabs(use):
+            return use
+        assert self._scene is not None  # there are no robots without one
+        return os.path.relpath(self._names.name(Path(use)), os.path.dirname(self._names.name(self._scene)))
 
     def end_tick(self) -> None:
         """Put what the tick read, heard and said in its place in the file.
@@ -157,31 +171,47 @@ class Recorder:
             self._entries.append(Entry(stream, now, published, data))
             self._bytes += len(data)
 
-        outside = self._outside()
+        delivered = merged(self._arrived)
+        outside = self._outside(delivered)
         if outside:
             add(layout.SESSION, now, messages.encode(messages.String(json.dumps(outside))))
-        for claims, data in merged(self._arrived):
-            add(self._stream("delivered", claims[0], tuple(claim.node for claim in claims)), now, data)
+        for claims, data in delivered:
+            known = self._sightings[self._topic(claims[0])].see([claim.node for claim in claims], data)
+            add(self._stream(claims[0], known), now, data)
+        read = {subscription.topic for subscription in self._network.subscriptions}
         for claim, data in self._sent:
-            add(self._stream("published", claim), since_play, data)
+            if claim.topic in read or claim.qos.durability == "transientLocal":  # whose readers may come later
+                self._sightings[self._topic(claim)].add(data)
+            add(self._stream(claim), since_play, data)
         self._arrived.clear()
         self._sent.clear()
 
-    def _outside(self) -> dict[str, Any]:
-        """What came from outside beside messages; the wall clock only where a node has read it, as no two runs have the same."""
+    def _outside(self, delivered: Sequence[tuple[Sequence[TopicClaim], bytes]]) -> dict[str, Any]:
+        """What came from outside; the wall clock only where a node has read it, as no two runs have the same."""
         outside: dict[str, Any] = {}
         if self._commands:
             outside["commands"] = list(self._commands)
             self._commands.clear()
+        if delivered:
+            outside["delivered"] = [[claim.node for claim in claims] for claims, _ in delivered]
         if any(clock.wall_time_was_read for clock in self._clocks):
             outside["wall_time"] = self._wall_time
         return outside
 
-    def _stream(self, direction: Direction, claim: TopicClaim, nodes: tuple[str, ...] = ()) -> Stream:
-        key = (direction, claim.topic, claim.message_type, claim.ros_context, nodes)
+    def _stream(self, claim: TopicClaim, known: bool = False) -> Stream:
+        key = (self._topic(claim), known)
         if key not in self._streams:
-            self._streams[key] = Stream(claim.topic, claim.message_type, direction, nodes, claim.qos)
+            self._streams[key] = Stream(claim.topic, claim.message_type, self._offered(claim), known)
         return self._streams[key]
+
+    def _offered(self, claim: TopicClaim) -> QoS:
+        """The profile that a topic's channel has; what others offer is not known, but it serves who reads there."""
+        publishing = (one for one in self._session.services.claims if one.direction == "publish")
+        return next((one.qos for one in publishing if self._topic(one) == self._topic(claim)), claim.qos)
+
+    def _topic(self, claim: TopicClaim) -> object:
+        """What tells topics apart: by its name there may be one of another type, or in another domain."""
+        return claim.topic, claim.message_type, self._network.transport(claim.ros_context)
 
     def _write_chunk(self) -> None:
         if self._entries:

@@ -10,13 +10,16 @@ from pathlib import Path
 from typing import BinaryIO
 
 import lz4.frame
+from mcap.data_stream import ReadDataStream
 from mcap.exceptions import EndOfFile, InvalidMagic, McapError
-from mcap.records import Chunk, DataEnd, McapRecord
-from mcap.stream_reader import CRCValidationError, StreamReader, breakup_chunk
+from mcap.opcode import Opcode
+from mcap.records import Channel, Chunk, DataEnd, McapRecord, Message, Schema
+from mcap.stream_reader import CRCValidationError, StreamReader, get_chunk_data_stream
 
 from graphengine.diagnostics import RecordingError
 
-MAX_CHUNK_BYTES = 1_000_000_000
+MAX_CHUNK_BYTES = 500_000_000
+"""Unpacked; a chunk of a recording holds four megabytes, and at most a tick more."""
 
 
 class _OtherCompressionError(Exception):
@@ -37,31 +40,62 @@ def read_records(path: Path) -> Iterator[McapRecord]:
 
 
 def _records(path: Path, file: BinaryIO) -> Iterator[McapRecord]:
-    bounded = _Bounded(file)
-    reader = StreamReader(bounded, emit_chunks=True)  # type: ignore[arg-type]  # it asks for nothing but `read`
-    records = reader.records
-    while True:
-        at = file.tell()
-        try:
-            record = next(records, None)
-            inside = breakup_chunk(_unpacked(record), validate_crc=True) if isinstance(record, Chunk) else []
-        except InvalidMagic:
-            raise RecordingError(f"{path}: this is no MCAP file") from None
-        except (EndOfFile, struct.error):  # at the end of the file some bytes of a number are missing, or all
-            return
-        except CRCValidationError:
-            raise RecordingError(f"{path}: damaged: the checksum of the chunk at byte {at} is wrong") from None
-        except _OtherCompressionError as error:
-            what = f"it is compressed with {str(error)!r}, and what `graphrun run --record` writes is with 'lz4'"
-            raise RecordingError(f"{path}: {what}") from None
-        except (McapError, ValueError, RuntimeError, OverflowError) as error:
-            raise RecordingError(f"{path}: damaged: the record at byte {at} cannot be read: {error}") from None
-        if record is None or isinstance(record, DataEnd):
-            return
-        if isinstance(record, Chunk):
-            yield from inside
-        else:
-            yield record
+    reader = StreamReader(_Bounded(file), emit_chunks=True)  # type: ignore[arg-type]  # it asks for nothing but `read`
+    records, at = reader.records, 0
+    try:
+        while (record := next(records, None)) is not None and not isinstance(record, DataEnd):
+            if isinstance(record, Chunk):
+                yield from _inside(record)
+            else:
+                yield record
+            at = file.tell()
+    except InvalidMagic:
+        raise RecordingError(f"{path}: this is no MCAP file") from None
+    except (EndOfFile, struct.error):  # at the end of the file some bytes of a number are missing, or all
+        return
+    except CRCValidationError:
+        raise RecordingError(f"{path}: damaged: the checksum of the chunk at byte {at} is wrong") from None
+    except _OtherCompressionError as error:
+        what = f"it is compressed with {str(error)!r}, and what `graphrun run --record` writes is with 'lz4'"
+        raise RecordingError(f"{path}: {what}") from None
+    except (McapError, ValueError, RuntimeError, OverflowError) as error:
+        raise RecordingError(f"{path}: damaged: the record at byte {at} cannot be read: {error}") from None
+
+
+def _inside(chunk: Chunk) -> Iterator[McapRecord]:
+    """The records of a chunk, one at a time: a small file can hold very many.
+
+    Raises:
+        ValueError: a record is cut off, the checksum is wrong, or as for `_record` and `_unpacked`.
+    """
+    stream, size = get_chunk_data_stream(_unpacked(chunk), validate_crc=True)
+    try:
+        while stream.count < size:
+            yield _record(stream)
+    except (EndOfFile, struct.error):
+        raise ValueError("a chunk ends within a record") from None
+
+
+def _record(stream: ReadDataStream) -> McapRecord:
+    """The next record of a chunk.
+
+    Raises:
+        ValueError: it is none that a chunk may hold, or of another length than it says.
+    """
+    opcode, length = stream.read1(), stream.read8()
+    end = stream.count + length
+    record: McapRecord
+    if opcode == Opcode.MESSAGE:
+        record = Message.read(stream, length)
+    elif opcode == Opcode.CHANNEL:
+        record = Channel.read(stream)
+    elif opcode == Opcode.SCHEMA:
+        record = Schema.read(stream)
+    else:
+        raise ValueError(f"a chunk has a record of kind {opcode}")
+    if stream.count != end:
+        raise ValueError("a record in a chunk has not the length that it says")
+    return record
 
 
 def _unpacked(chunk: Chunk) -> Chunk:

@@ -6,19 +6,20 @@ import fnmatch
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Any
 
 from graphengine.backend import TopicClaim
-from graphengine.diagnostics import GraphError, RecordingError
+from graphengine.context import QoS
+from graphengine.control.commands import RECORDED, parse
+from graphengine.diagnostics import GraphError, RecordingError, UsageError
 from graphengine.recording.difference import differences
 from graphengine.recording.layout import Stream, failure_of
 from graphengine.recording.reader import Recording, Tick
 from graphengine.ros.definitions import DEFINITIONS, Definitions
 from graphengine.ros.memory import MemoryTransport, MemoryWriter
+from graphengine.ros.memory_services import MemoryClient
 from graphengine.ros.network import LiveNetwork
 from graphengine.session import Session
-from graphengine.spec import RobotUse
 
 MAX_FIELDS = 8
 """So many fields of a message are told that differ."""
@@ -51,6 +52,23 @@ class SilentTransport(MemoryTransport):
 
     def send(self, writer: MemoryWriter, data: bytes) -> None:
         """Send nothing."""
+
+    def client(self, service: str, service_type: str, qos: QoS, deliver: Callable[[int, bytes], None]) -> SilentClient:
+        """Nobody hears its calls either."""
+        return SilentClient(self._services, service, service_type, qos, deliver, self.new_gid())
+
+
+class SilentClient(MemoryClient):
+    """Calls that a recording answers."""
+
+    @property
+    def ready(self) -> bool:
+        """They need no server."""
+        return True
+
+    def call(self, request: bytes) -> int:
+        """Ask nobody."""
+        return 0
 
 
 class Replay:
@@ -96,6 +114,9 @@ class Replay:
     def end_tick(self) -> None:
         """`run` sees to it."""
 
+    def command(self, name: str, arguments: Mapping[str, Any]) -> None:
+        """It is what was recorded."""
+
     def deliver(self, claim: TopicClaim, arrived: Sequence[bytes]) -> None:
         """It is what was recorded."""
 
@@ -123,8 +144,8 @@ class Replay:
             _command(self._session, name, arguments)
         if tick.wall_time is not None:
             self._wall_time = tick.wall_time
-        for stream, data in tick.delivered:
-            self._bring(stream, data)
+        for stream, nodes, data in tick.delivered:
+            self._bring(stream, nodes, data)
         self._sent.clear()
         try:
             self._session.step()
@@ -132,13 +153,13 @@ class Replay:
             return error
         return None
 
-    def _bring(self, stream: Stream, data: bytes) -> None:
+    def _bring(self, stream: Stream, nodes: Sequence[str], data: bytes) -> None:
         """Deliver a message to the nodes that saw it; to all that read its topic where those are no more."""
-        reading = [one for one in self._network.subscriptions if _takes(one.claim, stream)]
-        meant = [subscription for subscription in reading if subscription.claim.node in stream.nodes] or reading
-        for subscription in meant:
-            subscription.follow({stream.message_type})
-            subscription.deliver(data)
+        reading = [one for one in self._network.hearing if _takes(one.claim, stream)]
+        meant = [end for end in reading if end.claim.node in nodes] or reading
+        for end in meant:
+            end.follow({stream.message_type})
+            end.deliver(data)
         if not meant and stream.topic not in self._unread:
             self._unread.add(stream.topic)
             self._warn(f"nobody reads {stream.topic} ({stream.message_type}), on which messages were recorded")
@@ -179,11 +200,8 @@ class Replay:
             return self._difference(tick, claim.topic, claim.node, ("the recording has no such message",))
         topic = recorded[0][0].topic
         if before[topic] > now[topic]:
-            nodes = [
-                claim.node
-                for claim in self._session.services.claims
-                if (claim.topic, claim.direction) == (topic, "publish")
-            ]
+            claims = [*self._session.services.claims, *(end.claim for end in self._network.hearing)]
+            nodes = [claim.node for claim in claims if claim.topic == topic and claim.direction != "subscribe"]
             what = "the replay sends no such message" + ("" if nodes else ", and no node publishes it")
             return self._difference(tick, topic, ", ".join(nodes), (what,))
         claim = replayed[0][0]
@@ -205,29 +223,16 @@ def _takes(claim: TopicClaim, stream: Stream) -> bool:
     return claim.topic == stream.topic and stream.message_type in (claim.message_type, *claim.alternatives)
 
 
-def _spawn(session: Session, arguments: Any) -> None:
-    session.spawn(arguments["name"], RobotUse.model_validate(arguments["use"]))
-
-
-COMMANDS: Mapping[str, Callable[[Session, Any], None]] = MappingProxyType(
-    {
-        "spawn": _spawn,
-        "remove": lambda session, arguments: session.remove(arguments["name"]),
-        "stop": lambda session, _: session.stop(),
-    }
-)
-"""What can be asked of a session between two ticks, by the names that a recorder gives it."""
-
-
 def _command(session: Session, name: str, arguments: Any) -> None:
     """Ask the session for what it was asked for.
 
     Raises:
         RecordingError: nobody could have asked for that.
     """
-    if name not in COMMANDS:
+    if name not in RECORDED:
         raise RecordingError(f"the recording has a command {name[:40]!r}, which is not known here")
     try:
-        COMMANDS[name](session, arguments)
-    except (KeyError, TypeError, ValueError) as error:
+        command = parse(name, arguments)
+    except UsageError as error:
         raise RecordingError(f"the recorded command {name!r} makes no sense: {error}") from None
+    command.apply(session)

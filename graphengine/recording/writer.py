@@ -7,11 +7,15 @@ entries, and waits only when a slow disk has left too many of them behind.
 from __future__ import annotations
 
 import contextlib
+import errno
+import fcntl
+import os
+import stat
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
-from io import BufferedWriter
+from io import BufferedWriter, FileIO
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,7 +23,7 @@ from mcap.writer import CompressionType, Writer
 
 from graphengine import __version__
 from graphengine.diagnostics import RecordingError
-from graphengine.recording.layout import ENCODING, PROFILE, Stream
+from graphengine.recording.layout import ENCODING, LIBRARY, PROFILE, Stream
 from graphengine.ros.definitions import Definitions
 
 MAX_WAITING = 64_000_000
@@ -51,9 +55,11 @@ class RecordingWriter:
         self.path = path
         self._definitions = definitions
         try:
-            self._raw = path.open("wb" if force else "xb", buffering=0)
+            self._raw = _opened(path, force)
         except FileExistsError:
             raise RecordingError(f"{path}: already there; --force writes over it") from None
+        except BlockingIOError:
+            raise RecordingError(f"{path}: another run is being recorded there") from None
         except OSError as error:
             raise self._failure(error) from None
         self._file = BufferedWriter(self._raw)
@@ -128,12 +134,14 @@ class RecordingWriter:
         try:
             job()
             self._mcap.flush()  # type: ignore[no-untyped-call]
+            if not os.fstat(self._raw.fileno()).st_nlink:
+                raise FileNotFoundError(errno.ENOENT, "the file was removed")
         except BaseException:
             self._failed = True
             raise
 
     def _begin(self) -> None:
-        self._mcap.start(PROFILE, f"graphengine {__version__}")
+        self._mcap.start(PROFILE, f"{LIBRARY} {__version__}")
 
     def _add(self, entries: Sequence[Entry]) -> None:
         for entry in entries:
@@ -145,9 +153,36 @@ class RecordingWriter:
         if kind not in self._schemas:
             self._schemas[kind] = self._mcap.register_schema(kind, "ros2msg", self._definitions.text(kind).encode())
         metadata = {**stream.metadata(), "topic_type_hash": self._definitions.type_hash(kind)}
-        channel = self._mcap.register_channel(stream.topic, ENCODING, self._schemas[kind], metadata)
+        channel = self._mcap.register_channel(stream.channel, ENCODING, self._schemas[kind], metadata)
         self._channels[stream] = channel
         return channel
 
     def _failure(self, error: OSError) -> RecordingError:
         return RecordingError(f"{self.path}: it cannot be recorded there: {error.strerror or error}")
+
+
+def _opened(path: Path, force: bool) -> FileIO:
+    """An empty file that no other recording may be written to; the lock ends with the file, whatever becomes of the process.
+
+    Raises:
+        BlockingIOError: another one is.
+        OSError: it cannot be written, or is there and must not be.
+    """
+    file = path.open("ab" if force else "xb", buffering=0)
+    try:
+        _lock(file)
+        if stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+            file.truncate(0)
+    except BaseException:
+        file.close()
+        raise
+    return file
+
+
+def _lock(file: FileIO) -> None:
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise
+    except OSError:  # some file systems have no locks
+        pass

@@ -106,8 +106,11 @@ def clock_recording(tmp_path_factory: pytest.TempPathFactory) -> bytes:
         ({"end": {"ticks": "many"}}, "its end says that there were 'many' ticks"),
         ({"commands": '{"commands": [["format", null]]}'}, "has a command 'format', which is not known here"),
         ({"commands": '{"commands": [["spawn", {"name": 1}]]}'}, "the recorded command 'spawn' makes no sense"),
-        ({"commands": '{"wall_time": "x"}'}, "what was asked of the session in tick 1 cannot be read"),
-        ({"commands": "[1]"}, "what was asked of the session in tick 1 cannot be read"),
+        ({"manifest": {"modules": '["os; rm -rf /"]'}}, "its modules.0 cannot be"),
+        ({"commands": f'{{"wall_time": {"9" * 400}}}'}, "what came into the session in tick 1 cannot be read"),
+        ({"commands": '{"wall_time": "x"}'}, "what came into the session in tick 1 cannot be read"),
+        ({"commands": '{"delivered": [1]}'}, "what came into the session in tick 1 cannot be read"),
+        ({"commands": "[1]"}, "what came into the session in tick 1 cannot be read"),
         (
             {"compression": CompressionType.ZSTD},
             "it is compressed with 'zstd', and what `graphrun run --record` writes is with 'lz4'",
@@ -123,6 +126,14 @@ def test_what_a_stranger_wrote_into_it_is_told(
     assert (result.code, result.out) == (2, "")
     assert result.err.startswith("graphrun replay: ")
     assert expected in result.err
+
+
+def test_a_tick_of_very_many_messages_is_refused(
+    graphrun: Graphrun, clock: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("graphengine.recording.reader.MAX_MESSAGES", 0)
+    record(tmp_path / "out.mcap", 3, clock)
+    assert "it has more than 0 messages in tick 1" in graphrun("replay", str(tmp_path / "out.mcap")).err
 
 
 def test_the_scene_of_a_stranger_reads_nothing_else(graphrun: Graphrun, tmp_path: Path) -> None:

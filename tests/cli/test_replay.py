@@ -12,6 +12,7 @@ from rosbags.rosbag2 import Reader
 
 from graphengine.build import Options
 from graphengine.context import QoS
+from graphengine.control.desk import CommandDesk
 from graphengine.files import shipped
 from graphengine.ros import messages
 from graphengine.spec import RobotUse
@@ -162,19 +163,56 @@ def test_commands_between_ticks_are_given_again(graphrun: Graphrun, tmp_path: Pa
     def command(tick: int, run: Run) -> None:
         if tick == 10:
             run.session.spawn("late", use)
-            run.recorder.command("spawn", {"name": "late", "use": use.model_dump(mode="json")})
         if tick == 20:
             run.session.remove("late")
-            run.recorder.command("remove", {"name": "late"})
         if tick == 25:
             run.session.stop()
-            run.recorder.command("stop")
 
     run = record(tmp_path / "out.mcap", 30, "dd100_flat", commands={22: [(0.5, 0.0)]}, before=command)
     assert sum(topic == "/late/odom" for topic, _, _ in run.heard) == 10
     result = graphrun("replay", str(tmp_path / "out.mcap"))
     assert (result.code, result.err) == (0, "")
-    assert "in 30 ticks" in result.out
+    assert result.out.endswith(" in 30 ticks, 0.500 s\n")
+
+
+def test_what_is_asked_for_at_the_desk_is_done_again_to_the_last_bit(graphrun: Graphrun, tmp_path: Path) -> None:
+    hall, yard = tmp_path / "here" / "hall", tmp_path / "here" / "yard"
+    scene = put(hall / "scene.yaml", NOISY_SCENE)
+    put(hall / "noisy_robot.yaml", NOISY_ROBOT)
+    own = put(yard / "own.yaml", f"robot: own\nextends: base.yaml\n{NOISY_ROBOT.partition('dd100.yaml')[2]}")
+    put(yard / "base.yaml", "robot: base\nextends: robots/dd100.yaml\n")
+    late = {"position": [-1.0, 6.0, 0.025], "orientation": {"rpy_deg": [0.0, 0.0, 33.3]}, "namespace": "late"}
+    turned = {"quaternion_xyzw": [0.001, 0.002, 0.30070584, 0.95371696]}
+    asked: dict[int, list[tuple[str, dict[str, Any]]]] = {
+        3: [("push", {"entity": "dd100", "impulse": [4.0, 2.0, 0.0]})],
+        7: [("spawn", {"name": "late", "use": {"use": str(own), **late}}), ("rate", {"factor": 0.5})],
+        8: [("spawn", {"name": "later", "use": {"use": "noisy_robot.yaml", "namespace": "later"}})],
+        11: [("push", {"entity": "late", "force": [0.0, 90.0, 5.0], "duration": 0.777, "at": [-1.0, 6.1, 0.3]})],
+        13: [("move", {"entity": "dd100", "position": [-3.1, 5.7], "orientation": turned, "linear": [0.3, 0.1, 0.0]})],
+        14: [("delete", {"name": "nobody"}), ("delete", {"name": "later"})],
+        29: [("reset", {"scope": "state"}), ("push", {"entity": "dd100", "force": [0.0, 60.0, 0.0], "duration": 9.0})],
+        37: [("reset", {"scope": "time"}), ("pause", {}), ("play", {})],
+        41: [("move", {"entity": "box_01", "position": [-3.0, 6.6, 0.6]})],
+        59: [("reset", {})],
+        67: [("spawn", {"name": "late", "use": {"use": str(own), **late}})],
+        71: [("stop", {}), ("move", {"entity": "late", "angular": [0.0, 0.0, 1.0]})],
+    }
+    desk, refused = CommandDesk(), list[Any]()
+
+    def ask(tick: int, run: Run) -> None:
+        answers = [desk.submit(name, arguments) for name, arguments in asked.get(tick, [])]
+        desk.serve(run.session)
+        refused.extend(error for answer in answers if (error := answer.exception(0)))
+
+    drive = {tick: [(0.5, 0.2 * (-1) ** tick)] for tick in range(1, 80, 5)}
+    options = Options(allowed=[yard])
+    run = record(tmp_path / "out.mcap", 80, scene, commands=drive, before=ask, options=options)
+    assert [str(error).split("\n")[0] for error in refused] == ["no robot 'nobody'"]
+    assert sum(topic == "/late/odom" for topic, _, _ in run.heard) == (59 - 7) + (81 - 67)
+    shutil.rmtree(tmp_path / "here")
+    result = graphrun("replay", str(tmp_path / "out.mcap"))
+    assert (result.code, result.err) == (0, "")
+    assert f"{len(run.heard)} messages in 80 ticks" in result.out
 
 
 @needs_opengl

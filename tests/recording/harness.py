@@ -126,7 +126,8 @@ def rewritten(
                 writer.add_attachment(0, 0, record.name, record.media_type, data)
                 if commands and record.name.startswith("project/"):
                     schema = writer.register_schema("std_msgs/msg/String", "ros2msg", b"string data\n")
-                    channel = writer.register_channel("/session", "cdr", schema, {"direction": "session"})
+                    name = "/_graphengine/session"
+                    channel = writer.register_channel(name, "cdr", schema, {"topic": name})
                     writer.add_message(channel, 10**9 // 60, messages.encode(messages.String(commands)), 0)
             elif isinstance(record, Schema):
                 name = (types or {}).get(record.name, record.name)

@@ -56,26 +56,21 @@ def test_every_policy_has_its_number(qos: QoS, expected: dict[str, object]) -> N
     assert {key: found[key] for key in expected} == expected
 
 
-def test_a_stream_is_found_again_by_the_metadata_of_its_channel() -> None:
-    stream = Stream("/a", "std_msgs/msg/String", "delivered", ("/World/one", "/World/other"))
-    found = Stream.of_channel(stream.topic, stream.message_type, stream.metadata())
+@pytest.mark.parametrize("known", [False, True])
+def test_a_stream_is_found_again_by_its_channel(known: bool) -> None:
+    stream = Stream("/a", "std_msgs/msg/String", QoS(), known)
+    found = Stream.of_channel(stream.channel, stream.message_type, stream.metadata())
     assert found is not None
-    assert (found.topic, found.message_type, found.direction, found.nodes) == (
-        stream.topic,
-        stream.message_type,
-        stream.direction,
-        stream.nodes,
-    )
+    assert (found.topic, found.message_type, found.known) == ("/a", "std_msgs/msg/String", known)
+
+
+def test_what_a_topic_has_already_is_out_of_sight_of_ros() -> None:
+    assert Stream("/a", "std_msgs/msg/String").channel == "/a"
+    assert Stream("/a", "std_msgs/msg/String", known=True).channel == "/_graphengine/delivered/a"
 
 
 def test_a_channel_of_another_program_is_no_stream() -> None:
     assert Stream.of_channel("/a", "std_msgs/msg/String", {"offered_qos_profiles": ""}) is None
-
-
-@pytest.mark.parametrize("nodes", ["{", "{}", "[1]", '"/a"'])
-def test_nodes_that_are_no_list_of_paths_are_refused(nodes: str) -> None:
-    with pytest.raises(ValueError, match=r"."):
-        Stream.of_channel("/a", "std_msgs/msg/String", {"direction": "delivered", "nodes": nodes})
 
 
 def test_what_ended_a_run_is_told_without_the_place_in_a_file() -> None:

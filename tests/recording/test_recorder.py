@@ -18,11 +18,12 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from graphengine import build
 from graphengine.diagnostics import RecordingError, UsageError
 from graphengine.files import shipped
+from graphengine.inbox import LiveInbox
 from graphengine.recording.recorder import Recorder
+from graphengine.recording.writer import RecordingWriter
 from graphengine.ros import messages
 from graphengine.ros.memory import MemoryTransport
 from graphengine.ros.network import LiveNetwork
-from graphengine.session import LiveInbox
 from tests.jobs.harness import nanoseconds, twist
 from tests.recording.harness import CMD_VEL, DRIVE, Run, record
 
@@ -35,6 +36,21 @@ nodes:
 connections:
   - Tick.tick -> Clock.execIn
   - Time.systemTime -> Clock.timeStamp
+"""
+ECHO = """graph: echo
+nodes:
+  Tick: OnPlaybackTick
+  Time: ReadSimulationTime
+  Clock: PublishClock
+  Heard: ROS2SubscribeClock
+  Other: ROS2SubscribeClock
+  Context: ROS2Context
+connections:
+  - Tick.tick -> Clock.execIn
+  - Time.simulationTime -> Clock.timeStamp
+  - Tick.tick -> Heard.execIn
+  - Tick.tick -> Other.execIn
+  - Context.context -> Clock.context
 """
 CLOCK = SYSTEM_CLOCK.replace("SystemTime", "SimulationTime").replace("systemTime", "simulationTime")
 
@@ -52,9 +68,22 @@ def read(path: Path, **where: Any) -> list[tuple[Channel, Message, str]]:
         return [(channel, message, schema.name) for schema, channel, message in found if schema]
 
 
+def outside(path: Path) -> dict[int, Any]:
+    """What came from outside, by nanoseconds."""
+    found = read(path, topics=["/_graphengine/session"])
+    return {m.log_time: json.loads(messages.decode(m.data, kind).data) for _, m, kind in found}
+
+
 def published(path: Path) -> list[tuple[str, str, bytes]]:
-    found = read(path)
-    return [(c.topic, kind, m.data) for c, m, kind in found if c.metadata["direction"] == "published"]
+    """Topic, type and bytes of the messages that did not come to nodes."""
+    left = {time: len(found.get("delivered", [])) for time, found in outside(path).items()}
+    found = []
+    for channel, message, kind in read(path):
+        if channel.topic != "/_graphengine/session":
+            left[message.log_time] = left.get(message.log_time, 0) - 1
+            if left[message.log_time] < 0:
+                found.append((channel.topic, kind, message.data))
+    return found
 
 
 def metadata(path: Path, name: str) -> dict[str, str]:
@@ -84,11 +113,8 @@ def test_what_subscriptions_saw_is_there_at_the_tick_that_saw_it(drive: tuple[Pa
     found = [(c, m) for c, m, _ in read(path, topics=[CMD_VEL])]
     expected = [(tick, messages.encode(twist(*speeds))) for tick, given in DRIVE.items() for speeds in given]
     assert [(m.log_time, m.data) for _, m in found] == [(tick * 10**9 // 60, data) for tick, data in expected]
-    for channel, _ in found:
-        assert channel.metadata["direction"] == "delivered"
-        assert json.loads(channel.metadata["nodes"]) == [
-            "/dd100/Geometry/base_link/chassis_link/cmd_vel/SubscribeTwist"
-        ]
+    node = "/dd100/Geometry/base_link/chassis_link/cmd_vel/SubscribeTwist"
+    assert outside(path) == {tick * 10**9 // 60: {"delivered": [[node]] * len(given)} for tick, given in DRIVE.items()}
 
 
 def test_times_are_those_of_the_simulation_and_inputs_come_first(drive: tuple[Path, Run]) -> None:
@@ -100,9 +126,9 @@ def test_times_are_those_of_the_simulation_and_inputs_come_first(drive: tuple[Pa
         if kind == "rosgraph_msgs/msg/Clock":
             stamp = nanoseconds(messages.decode(message.data, kind).clock)
             assert abs(stamp - message.log_time) <= 1
-    at_twelve = [channel.metadata["direction"] for channel, m, _ in found if m.log_time == 12 * 10**9 // 60]
-    assert at_twelve[:3] == ["delivered", "delivered", "published"]
-    assert "delivered" not in at_twelve[2:]
+    at_twelve = [channel.topic for channel, m, _ in found if m.log_time == 12 * 10**9 // 60]
+    assert at_twelve[:3] == ["/_graphengine/session", CMD_VEL, CMD_VEL]
+    assert not {"/_graphengine/session", CMD_VEL} & set(at_twelve[3:])
 
 
 def test_the_definitions_in_the_file_decode_every_message(drive: tuple[Path, Run]) -> None:
@@ -123,7 +149,11 @@ def test_rosbags_reads_it_as_a_bag_of_ros_2(drive: tuple[Path, Run]) -> None:
     path, run = drive
     with Reader(path) as reader:
         counts = {connection.topic: connection.msgcount for connection in reader.connections}
-        assert counts == {**Counter(topic for topic, _, _ in run.heard), CMD_VEL: sum(map(len, DRIVE.values()))}
+        assert counts == {
+            **Counter(topic for topic, _, _ in run.heard),
+            CMD_VEL: sum(map(len, DRIVE.values())),
+            "/_graphengine/session": len(DRIVE),
+        }
         for connection in reader.connections:
             (qos,) = connection.ext.offered_qos_profiles  # type: ignore[union-attr]
             assert (qos.durability.name == "TRANSIENT_LOCAL") == connection.topic.endswith("tf_static")
@@ -191,11 +221,8 @@ def test_the_wall_clock_is_there_only_where_a_node_has_read_it(tmp_path: Path) -
     assert {channel.topic for channel, _, _ in read(tmp_path / "simulation.mcap")} == {"/clock"}
     record(tmp_path / "system.mcap", 3, small(tmp_path, SYSTEM_CLOCK))
     found = read(tmp_path / "system.mcap")
-    outside = [
-        json.loads(messages.decode(m.data, kind).data) for c, m, kind in found if c.topic == "/graphengine/session"
-    ]
     said = [nanoseconds(messages.decode(m.data, kind).clock) for c, m, kind in found if c.topic == "/clock"]
-    assert [int(one["wall_time"] * 1e9) for one in outside] == said
+    assert [int(one["wall_time"] * 1e9) for one in outside(tmp_path / "system.mcap").values()] == said
     assert len(said) == 3
 
 
@@ -203,7 +230,6 @@ def test_after_a_stop_the_recording_goes_on_and_the_time_of_play_begins_anew(tmp
     def stop_before_four(tick: int, run: Run) -> None:
         if tick == 4:
             run.session.stop()
-            run.recorder.command("stop")
 
     record(tmp_path / "out.mcap", 5, small(tmp_path), before=stop_before_four)
     clocks = [message for channel, message, _ in read(tmp_path / "out.mcap") if channel.topic == "/clock"]
@@ -222,9 +248,44 @@ connections:
   - Tick.tick -> Other.execIn
 """
     record(tmp_path / "out.mcap", 10, small(tmp_path, text), commands={3: [(1.0, 0.0)]})
-    ((channel, message, _),) = read(tmp_path / "out.mcap")
-    assert json.loads(channel.metadata["nodes"]) == ["/World/two/One", "/World/two/Other"]
+    ((_, message, _),) = read(tmp_path / "out.mcap", topics=[CMD_VEL])
     assert message.log_time == 3 * 10**9 // 60
+    assert outside(tmp_path / "out.mcap") == {message.log_time: {"delivered": [["/World/two/One", "/World/two/Other"]]}}
+
+
+def test_what_nodes_told_each_other_is_on_its_topic_once(tmp_path: Path) -> None:
+    def speak(tick: int, run: Run) -> None:
+        if tick == 5:
+            run.transport.inject("/clock", messages.Clock(messages.Time(1000, 0)))
+
+    path = tmp_path / "out.mcap"
+    record(path, 10, small(tmp_path, ECHO), before=speak)
+    clocks = read(path, topics=["/clock", "/_graphengine/delivered/clock"])
+    told = [(c.topic, messages.decode(m.data, kind).clock.sec, m.log_time) for c, m, kind in clocks]
+    assert Counter((topic, sec) for topic, sec, _ in told) == {
+        ("/clock", 0): 10,
+        ("/clock", 1000): 1,
+        ("/_graphengine/delivered/clock", 0): 9,
+    }
+    assert [time for topic, sec, time in told if sec] == [5 * 10**9 // 60]
+    nodes = ["/World/echo/Heard", "/World/echo/Other"]
+    assert [len(found["delivered"]) for found in outside(path).values()] == [1, 1, 1, 2, 1, 1, 1, 1, 1]
+    assert all(readers == nodes for found in outside(path).values() for readers in found["delivered"])
+    assert {channel.metadata["topic"] for channel, _, _ in clocks} == {"/clock"}
+
+
+def test_what_comes_to_a_topic_that_the_run_publishes_too_is_on_the_same_channel(tmp_path: Path) -> None:
+    text = ECHO.replace(
+        "  Clock: PublishClock\n", "  Clock: {type: PublishClock, inputs: {qosProfile: '{\"depth\": 3}'}}\n"
+    )
+
+    def speak(tick: int, run: Run) -> None:
+        if tick == 1:
+            run.transport.inject("/clock", messages.Clock(messages.Time(1000, 0)))
+
+    record(tmp_path / "out.mcap", 3, small(tmp_path, text), before=speak)
+    (channel,) = {c.id: c for c, _, _ in read(tmp_path / "out.mcap", topics=["/clock"])}.values()
+    assert "depth: 3\n" in channel.metadata["offered_qos_profiles"]
 
 
 def test_bytes_that_are_no_message_are_kept_as_they_came(tmp_path: Path) -> None:
@@ -271,6 +332,46 @@ def test_a_file_that_is_there_is_not_written_over(tmp_path: Path) -> None:
     assert path.read_bytes() == b"mine"
     record(path, 1, small(tmp_path), force=True)
     assert len(read(path)) == 1
+
+
+def test_a_file_that_another_run_is_recorded_to_is_left_to_it(tmp_path: Path) -> None:
+    path = tmp_path / "out.mcap"
+
+    def interfere(tick: int, run: Run) -> None:
+        if tick == 70:
+            with pytest.raises(RecordingError, match="another run is being recorded there"):
+                RecordingWriter(path, messages.DEFINITIONS, force=True)
+
+    record(path, 130, small(tmp_path), before=interfere)
+    assert len(read(path)) == 130
+    RecordingWriter(path, messages.DEFINITIONS, force=True).close()
+    assert read(path) == []
+
+
+@pytest.mark.parametrize("gone", ["out.mcap", "."])
+def test_a_file_that_is_removed_meanwhile_ends_the_run(tmp_path: Path, gone: str) -> None:
+    folder = tmp_path / "bags"
+    folder.mkdir()
+
+    def remove(tick: int, run: Run) -> None:
+        if tick == 70:
+            (folder / "out.mcap").unlink()
+            if gone == ".":
+                folder.rmdir()
+
+    with pytest.raises(RecordingError, match="it cannot be recorded there: the file was removed"):
+        record(folder / "out.mcap", 1000, small(tmp_path), before=remove)
+
+
+def test_two_recordings_side_by_side_do_not_meet(tmp_path: Path) -> None:
+    paths = [tmp_path / "one.mcap", tmp_path / "other.mcap"]
+
+    def begin_another(tick: int, run: Run) -> None:
+        if tick == 30:
+            record(paths[1], 130, small(tmp_path))
+
+    record(paths[0], 130, small(tmp_path), before=begin_another)
+    assert paths[0].read_bytes() == paths[1].read_bytes()
 
 
 @pytest.mark.parametrize("place", ["nowhere/out.mcap", "."])

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import lz4.frame
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from mcap.data_stream import RecordBuilder
 from mcap.records import Chunk, Header, Message
 from mcap.writer import MCAP0_MAGIC
@@ -63,6 +65,35 @@ def test_a_chunk_that_unpacks_to_more_than_any_may_is_not_unpacked(
 def test_a_chunk_whose_checksum_is_wrong_is_damaged(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match="damaged: the checksum of the chunk at byte 33 is wrong"):
         list(read_records(file_of(tmp_path, chunk_of(messages_of(3), crc=7))))
+
+
+def test_a_chunk_that_ends_within_a_record_is_damaged_from_there_on(tmp_path: Path) -> None:
+    found = read_records(file_of(tmp_path, chunk_of(messages_of(3)[:-7])))
+    assert [type(next(found)) for _ in range(3)] == [Header, Message, Message]
+    with pytest.raises(RecordingError, match=r"damaged: .* a record in a chunk has not the length that it says"):
+        next(found)
+
+
+def test_a_chunk_with_anything_but_messages_and_what_they_need_is_damaged(tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match=r"damaged: .* a chunk has a record of kind 0"):
+        list(read_records(file_of(tmp_path, chunk_of(messages_of(1) + bytes(900)))))
+
+
+@given(data=st.data())
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_a_file_that_was_cut_off_holds_what_was_written_before(tmp_path: Path, data: st.DataObject) -> None:
+    builder = RecordBuilder()
+    Header("ros2", "test").write(builder)
+    sizes = [builder.count]
+    for _ in range(3):
+        chunk_of(messages_of(4)).write(builder)
+        sizes.append(builder.count)
+    whole = MCAP0_MAGIC + builder.end()  # type: ignore[no-untyped-call]
+    end = data.draw(st.integers(len(MCAP0_MAGIC), len(whole)))
+    path = tmp_path / "cut.mcap"
+    path.write_bytes(whole[:end])
+    chunks = sum(len(MCAP0_MAGIC) + size <= end for size in sizes[1:])
+    assert sum(isinstance(found, Message) for found in read_records(path)) == 4 * chunks
 
 
 def test_a_length_beyond_the_end_of_the_file_asks_for_no_memory(tmp_path: Path) -> None:
