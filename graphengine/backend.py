@@ -14,11 +14,17 @@ from graphengine.context import (
     Frame,
     Imu,
     Lidar,
+    Placement,
     Publisher,
     QoS,
+    Quaternion,
+    ServiceClient,
+    ServiceServer,
     Subscription,
+    Vector3,
 )
 from graphengine.diagnostics import JointError, did_you_mean, listing
+from graphengine.entity import Box, Entity, EntityState
 from graphengine.stage import Prim, Stage
 
 
@@ -50,6 +56,12 @@ class World(Protocol):
     def frame(self, prim: Prim) -> Frame:
         """The pose of a prim."""
 
+    def mass(self, prim: Prim) -> float:
+        """Mass of the body that a prim has of its own, kg."""
+
+    def placement(self, prim: Prim) -> Placement | None:
+        """What puts a prim's body somewhere and holds it there; None where nothing can move it, or only with another body."""
+
     def articulation(self, robot: Prim) -> Articulation:
         """The joints of a robot prim."""
 
@@ -65,6 +77,53 @@ class World(Protocol):
     def contact_sensor(self, prim: Prim) -> ContactSensor:
         """The contact sensor at a contact prim."""
 
+    def entities(self) -> Sequence[Entity]:
+        """Robots in the order they came, then what else stands in the world."""
+
+    def entity_state(self, name: str) -> EntityState:
+        """Where an entity is, and how it moves.
+
+        Raises:
+            UnknownEntityError: there is none of that name, here and below.
+        """
+
+    def entity_bounds(self, name: str, *, own: bool = False) -> Box | None:
+        """The box around an entity's geometry, in the world or in the entity's own frame; None where it has none that ends."""
+
+    def place(
+        self,
+        name: str,
+        position: Vector3 | None = None,
+        orientation: Quaternion | None = None,
+        linear: Vector3 | None = None,
+        angular: Vector3 | None = None,
+    ) -> None:
+        """Put an entity elsewhere, between two steps; its joints go on as they are, and `reset` puts it back.
+
+        Args:
+            name: of the entity.
+            position: of its prim in the world, m; None for the present one.
+            orientation: of its prim, of any length but zero; None for the present one.
+            linear: velocity of its prim's origin in the world frame, m/s; None for rest.
+            angular: velocity in the world frame, rad/s; None for rest.
+
+        Raises:
+            UsageError: a number is not finite or beyond all bounds, or the entity hangs on a joint; nothing has changed.
+        """
+
+    def push(self, name: str, force: Vector3, duration: float, point: Vector3 | None = None) -> None:
+        """Let a force act on an entity from the next step on, beside others that do; `reset` ends it.
+
+        Args:
+            name: of the entity.
+            force: in the world frame, N.
+            duration: how long, s; within a step the force acts for a part of it with that part of its strength.
+            point: of the world where it acts, which from then on moves with the entity, m; None for its centre of mass.
+
+        Raises:
+            UsageError: as for `place`, or nothing can move the entity.
+        """
+
     def step(self) -> None:
         """Apply the joints' targets and integrate one substep; afterwards every handle reads the new state.
 
@@ -78,8 +137,11 @@ class World(Protocol):
     def zero_commands(self) -> None:
         """Set every joint's target velocity and effort to zero."""
 
-    def reset(self) -> None:
-        """Go back to the state at the start, commands and sensors included."""
+    def reset_state(self) -> None:
+        """Put bodies, joints and commands back to what they were at the start, and let go of forces; ticks count on."""
+
+    def reset_time(self) -> None:
+        """Count ticks from 0 again, and sensors' samples with them; bodies and joints stay where they are."""
 
     def close(self) -> None:
         """Release what the world holds; safe to call twice."""
@@ -93,9 +155,11 @@ class TopicClaim:
     """Prim path of the node."""
     graph: str
     topic: str
+    """Full name of the topic, or of the service."""
     message_type: str
+    """ROS 2 name of the message, or of the service."""
     direction: str
-    """`publish` or `subscribe`."""
+    """`publish` or `subscribe`; `serve` or `call` for a service."""
     qos: QoS
     ros_context: int = 0
     rate: float | None = None
@@ -105,6 +169,11 @@ class TopicClaim:
     transforms: tuple[tuple[str, str], ...] = ()
     alternatives: tuple[str, ...] = ()
     """Other message types that a subscription takes, should these be what others publish."""
+
+    @property
+    def is_service(self) -> bool:
+        """Whether it is a service; a topic may have the same name."""
+        return self.direction in ("serve", "call")
 
 
 class Closable(Protocol):
@@ -122,8 +191,16 @@ class OwnedSubscription(Subscription, Closable, Protocol):
     """A subscription as its owner sees it."""
 
 
+class OwnedServer(ServiceServer, Closable, Protocol):
+    """A server as its owner sees it."""
+
+
+class OwnedClient(ServiceClient, Closable, Protocol):
+    """A client as its owner sees it."""
+
+
 class Network(Protocol):
-    """Endpoints for the topics that nodes claim."""
+    """Endpoints for the topics and services that nodes claim."""
 
     def publisher(self, claim: TopicClaim) -> OwnedPublisher:
         """An endpoint to write to."""
@@ -131,11 +208,20 @@ class Network(Protocol):
     def subscription(self, claim: TopicClaim) -> OwnedSubscription:
         """An endpoint to read from."""
 
+    def server(self, claim: TopicClaim, handle: int) -> OwnedServer:
+        """An endpoint that answers, known to nodes by a number."""
+
+    def client(self, claim: TopicClaim) -> OwnedClient:
+        """An endpoint that asks."""
+
     def freeze(self) -> None:
         """Begin a tick: what has arrived so far is what subscriptions deliver, what comes later waits for the next tick."""
 
     def flush(self) -> None:
         """End a tick: what was published in it leaves now."""
+
+    def forget_calls(self) -> None:
+        """Graphs begin anew: requests that nobody answered will not be, answers that have not come are not waited for."""
 
     def log(self, severity: str, message: str) -> None:
         """Pass a message for people on to the network."""

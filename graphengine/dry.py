@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.backend import OwnedPublisher, OwnedSubscription, TopicClaim, select_joints
+from graphengine.backend import OwnedClient, OwnedPublisher, OwnedServer, OwnedSubscription, TopicClaim, select_joints
 from graphengine.context import (
     Articulation,
     Body,
@@ -21,10 +21,13 @@ from graphengine.context import (
     JointSelection,
     Lidar,
     Picture,
+    Placement,
     Quaternion,
     Scan,
     Vector3,
 )
+from graphengine.diagnostics import UnknownEntityError
+from graphengine.entity import Box, Entity, EntityState
 from graphengine.sensor import beam_directions, pinhole
 from graphengine.stage import Prim, Stage
 
@@ -47,6 +50,14 @@ class DryWorld:
         """A frame at the world's origin."""
         return DryBody(prim)
 
+    def mass(self, prim: Prim) -> float:
+        """One kilogram."""
+        return 1.0
+
+    def placement(self, prim: Prim) -> Placement | None:
+        """A body that stays where it is, if the prim has one."""
+        return DryPlacement() if prim.body is not None or self.stage.stands_for_robot(prim) is not None else None
+
     def articulation(self, robot: Prim) -> Articulation:
         """Joints that stay where they are."""
         return DryArticulation(robot)
@@ -67,6 +78,34 @@ class DryWorld:
         """A sensor that nothing touches."""
         return DryContactSensor(prim)
 
+    def entities(self) -> Sequence[Entity]:
+        """Robots, and bodies that hang on no other prim with a body."""
+        robots = [Entity(prim.name, prim.path, "robot", False) for prim in self.stage.prims("robot")]
+        return [*robots, *(Entity(prim.name, prim.path, "object", False) for prim in self.stage.prims("body"))]
+
+    def entity_state(self, name: str) -> EntityState:
+        """There is none."""
+        raise UnknownEntityError(f"no entity {name!r}: the world has no physics")
+
+    def entity_bounds(self, name: str, *, own: bool = False) -> Box | None:
+        """There is none."""
+        raise UnknownEntityError(f"no entity {name!r}: the world has no physics")
+
+    def place(
+        self,
+        name: str,
+        position: Vector3 | None = None,
+        orientation: Quaternion | None = None,
+        linear: Vector3 | None = None,
+        angular: Vector3 | None = None,
+    ) -> None:
+        """There is none."""
+        raise UnknownEntityError(f"no entity {name!r}: the world has no physics")
+
+    def push(self, name: str, force: Vector3, duration: float, point: Vector3 | None = None) -> None:
+        """There is none."""
+        raise UnknownEntityError(f"no entity {name!r}: the world has no physics")
+
     def step(self) -> None:
         """Nothing moves."""
 
@@ -76,8 +115,11 @@ class DryWorld:
     def zero_commands(self) -> None:
         """Nothing was commanded."""
 
-    def reset(self) -> None:
+    def reset_state(self) -> None:
         """Nothing has changed."""
+
+    def reset_time(self) -> None:
+        """No time has passed."""
 
     def close(self) -> None:
         """Nothing is held."""
@@ -96,6 +138,13 @@ class DryBody:
     def velocity(self) -> tuple[Vector3, Vector3]:
         """Zero."""
         return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+
+
+class DryPlacement:
+    """Moves nothing."""
+
+    def place(self, position: Vector3, orientation: Quaternion) -> None:
+        """Take a pose."""
 
 
 class DryArticulation:
@@ -117,6 +166,10 @@ class DryArticulation:
 
     velocities = positions
     efforts = positions
+
+    def set_points(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Zeros."""
+        return np.zeros(len(self.joint_names)), np.zeros(len(self.joint_names))
 
     def wrenches(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Zeros."""
@@ -216,11 +269,22 @@ class DryNetwork:
         """Nobody speaks."""
         return DryEndpoint(claim.topic)
 
+    def server(self, claim: TopicClaim, handle: int) -> OwnedServer:
+        """Nobody asks."""
+        return DryServer(claim.topic, claim.message_type, handle)
+
+    def client(self, claim: TopicClaim) -> OwnedClient:
+        """Nobody answers."""
+        return DryClient(claim.topic)
+
     def freeze(self) -> None:
         """Nothing has arrived."""
 
     def flush(self) -> None:
         """Nothing was published."""
+
+    def forget_calls(self) -> None:
+        """Nothing was asked."""
 
     def log(self, severity: str, message: str) -> None:
         """Nobody reads."""
@@ -248,5 +312,45 @@ class DryEndpoint:
         return None
 
     def take(self) -> Sequence[Any]:
+        """Nothing."""
+        return ()
+
+
+class DryServer:
+    """A service that nobody calls."""
+
+    def __init__(self, service: str, service_type: str, handle: int) -> None:
+        self.service = service
+        self.service_type = service_type
+        self.handle = handle
+        self.current: bytes | None = None
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+    def take(self) -> Sequence[tuple[bytes, Any]]:
+        """Nothing."""
+        return ()
+
+    def answer(self, request_id: bytes, response: Any) -> None:
+        """Drop it."""
+
+
+class DryClient:
+    """A service that nobody offers."""
+
+    def __init__(self, service: str) -> None:
+        self.service = service
+        self._calls = 0
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+    def call(self, request: Any) -> int:
+        """Drop it."""
+        self._calls += 1
+        return self._calls
+
+    def take(self) -> Sequence[tuple[int, Any]]:
         """Nothing."""
         return ()

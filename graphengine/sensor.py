@@ -20,6 +20,17 @@ Quaternion = tuple[float, float, float, float]
 LARGEST_PICTURE = 8192
 """Greatest width and height of a picture, pixels."""
 
+BOX_3D = np.dtype(
+    [
+        ("semanticId", "<u4"),
+        ("low", "<f4", (3,)),
+        ("high", "<f4", (3,)),
+        ("transform", "<f4", (4, 4)),
+        ("occlusionRatio", "<f4"),
+    ]
+)
+"""One solid box: the number of what is in it, two opposite corners (m); the rows of the matrix are their axes and origin."""
+
 
 @dataclass(frozen=True, slots=True)
 class Scan:
@@ -88,6 +99,8 @@ class Picture:
     """Distance along the optical axis, m, shape (height, width); inf where nothing was within the camera's clip range."""
     segmentation: NDArray[np.int32] | None = None
     """Number of the prim seen at each pixel, as in `Camera.labels`; 0 where there is none. None unless somebody asked for it."""
+    boxes: NDArray[np.void] | None = None
+    """Records of BOX_3D in the optical frame, of all prims that end somewhere, seen or not; they come with a segmentation."""
 
 
 class Camera(Protocol):

@@ -9,6 +9,11 @@ from __future__ import annotations
 import mujoco as mujoco  # the name is exported
 import numpy as np
 
+from graphengine.diagnostics import PhysicsError
+
+REFUSALS = (ValueError, RuntimeError, MemoryError, mujoco.FatalError, mujoco.UnexpectedError)
+"""What MuJoCo raises of a model that it cannot read, build or find memory for."""
+
 
 def _ignore(_: str) -> None:
     """Take a warning that is counted elsewhere."""
@@ -56,8 +61,15 @@ def round_weights(model: mujoco.MjModel) -> None:
 
 
 def data_at_start(model: mujoco.MjModel) -> mujoco.MjData:
-    """The state in which a model begins: as it is built, but a joint whose limits leave out its zero is at the nearer limit."""
-    data = mujoco.MjData(model)
+    """The state in which a model begins: as it is built, but a joint whose limits leave out its zero is at the nearer limit.
+
+    Raises:
+        PhysicsError: there is no memory for it.
+    """
+    try:
+        data = mujoco.MjData(model)
+    except REFUSALS as error:
+        raise PhysicsError(f"MuJoCo cannot hold the state of the model: {error}") from error
     scalar = (model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE) | (model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE)
     limited = np.flatnonzero(scalar & (model.jnt_limited != 0))
     places, (lowest, highest) = model.jnt_qposadr[limited], model.jnt_range[limited].T

@@ -31,7 +31,7 @@ class Handle:
     """A prim's place in a simulation."""
 
     sees_steps: ClassVar[bool] = False
-    """Whether it is told of every physics step, by the two methods below."""
+    """Whether it is told of every physics step, by the methods below."""
 
     def __init__(self, simulation: Simulation, prim: Prim) -> None:
         self._simulation = simulation
@@ -55,6 +55,9 @@ class Handle:
 
     def see_motion(self) -> None:
         """Look at where the step led."""
+
+    def see_displacement(self) -> None:
+        """Take note that something was put elsewhere between two steps, which is no motion."""
 
 
 class CarriedPrim(Handle):
@@ -148,6 +151,11 @@ class Joints(Handle):
         """Joint velocities, rad/s or m/s; a fresh array."""
         velocities: Floats = self._data.qvel.take(self.dofs)
         return velocities
+
+    def set_points(self) -> tuple[Floats, Floats]:
+        """Targets of position and velocity of each joint's drive; NaN where it has no such target. Fresh arrays."""
+        targets = np.append(self._simulation.set_points.targets, np.nan)  # the last is what servo -1 has
+        return targets[self.position_servos], targets[self.velocity_servos]
 
     def efforts(self) -> Floats:
         """What drives and commanded efforts exerted at the end of the last step, N m or N; a fresh array.

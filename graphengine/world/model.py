@@ -11,7 +11,7 @@ from graphengine.files import Files, NotFoundError
 from graphengine.spec import SceneSpec
 from graphengine.spec_reader import Loaded
 from graphengine.stage import Stage
-from graphengine.world.engine import mujoco
+from graphengine.world.engine import REFUSALS, mujoco
 from graphengine.world.fleet import placements
 from graphengine.world.force_limits import tell_limits
 from graphengine.world.prims import add_robot, add_world
@@ -128,7 +128,7 @@ class _Builder:
         text, self._lines = write(root)
         try:
             spec = mujoco.MjSpec.from_string(text, include=self.library.models, assets=self.library.assets)
-        except (ValueError, mujoco.FatalError) as error:
+        except REFUSALS as error:
             message, _, line = mujoco_says(error)
             self.findings.add("S102", f"MuJoCo: {message}", place_of(self._lines, line))
             return None

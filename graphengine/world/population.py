@@ -36,7 +36,7 @@ class Population:
         """
         loaded = self._loaded
         placement = self._placement(name, use, findings)
-        loaded.scenery.forget_mistakes()
+        loaded.scenery.forget(loaded.robots)
         robot = loaded.scenery.robot(placement, findings)
         findings.raise_errors()
         assert robot is not None
@@ -46,6 +46,7 @@ class Population:
         try:
             add_robot(loaded.stage, robot, body_names(model), findings)
             findings.raise_errors()
+            loaded.stage.find(robot.prim_path).facts["spawned"] = True
             loaded.simulation.continue_with(model)
         except BaseException:
             loaded.stage.remove(robot.prim_path)
@@ -60,7 +61,7 @@ class Population:
             findings.add("G109", f"{name!r} is a fleet: robots are added one by one", span)
         elif not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
             findings.add("G109", f"{name!r} is not a name: letters, digits and '_', not beginning with a digit", span)
-        elif f"/{name}" in self._loaded.stage:
+        elif f"/{name}" in self._loaded.stage or name in {one.name for one in self._loaded.simulation.entities()}:
             findings.add("S105", f"{name!r} is taken", span)
         findings.raise_errors()
         return placement

@@ -17,7 +17,7 @@ from graphengine.world.bounds import HOW_CELLS_COUNT, MAX_CELLS, cells_of_file, 
 from graphengine.world.description import meshes
 from graphengine.world.description.conversion import Foreign, convert_all
 from graphengine.world.description.packages import REMEDY, SCHEMES, Packages, package_of
-from graphengine.world.xmlfile import MAX_DEPTH, Element, read, write
+from graphengine.world.xmlfile import MAX_DEPTH, Element, parse, read, write
 
 MAX_FILE_BYTES = 200_000_000
 
@@ -74,10 +74,10 @@ class Library:
         self.outcomes: dict[str, Outcome] = {}
         """What became of the meshes of descriptions, by reference."""
 
-    def world(self, path: Path) -> Element | None:
-        """An MJCF file without a reference to any other; None when something is wrong with it."""
+    def world(self, path: Path, text: str | None = None) -> Element | None:
+        """An MJCF file, or a text in its place, without a reference to any other; None when something is wrong with it."""
         before = len(self.findings.errors)
-        root = self._model(path, [])
+        root = self._model(path, [], text)
         return root if len(self.findings.errors) == before else None
 
     def meshes(self, shapes: Sequence[tuple[Element, bool]], packages: Packages) -> dict[Element, list[MeshFile]]:
@@ -137,8 +137,9 @@ class Library:
             raise _UnreadableError(f"meshes of the format {kind.suffix!r} are not read; {listing(meshes.READABLE)}")
         return _content(kind.path)
 
-    def _model(self, path: Path, nested: list[Path]) -> Element | None:
-        root = read(path, self.findings, "S102")
+    def _model(self, path: Path, nested: list[Path], text: str | None = None) -> Element | None:
+        code = "S102"
+        root = read(path, self.findings, code) if text is None else parse(text.encode(), path.name, self.findings, code)
         if root is None:
             return None
         if root.tag != "mujoco":

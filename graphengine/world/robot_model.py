@@ -9,7 +9,7 @@ from graphengine.diagnostics import Findings
 from graphengine.rotation import Pose, relative
 from graphengine.world.description.for_mujoco import for_mujoco
 from graphengine.world.drives import Drive, position_servo, velocity_servo
-from graphengine.world.engine import PICTURES, RAYS, RAYS_AND_PICTURES, mujoco
+from graphengine.world.engine import PICTURES, RAYS, RAYS_AND_PICTURES, REFUSALS, mujoco
 from graphengine.world.materials import against_floor, sentences
 from graphengine.world.poses import NOWHERE
 from graphengine.world.references import Library
@@ -43,7 +43,7 @@ def robot_spec(robot: Robot, library: Library, floor: float, findings: Findings)
     text, spans = write(element)
     try:
         spec = mujoco.MjSpec.from_string(text, assets=library.assets)
-    except (ValueError, mujoco.FatalError) as error:
+    except REFUSALS as error:
         message, _, line = mujoco_says(error)
         findings.add("S103", f"MuJoCo: {message}", place_of(spans, line))
         return None

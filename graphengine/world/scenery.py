@@ -12,7 +12,9 @@ from graphengine.diagnostics import Findings, Span
 from graphengine.files import NotFoundError
 from graphengine.spec import SceneSpec
 from graphengine.spec_reader import Loaded
-from graphengine.world.engine import mujoco
+from graphengine.world.description.bare import SUFFIXES, is_text, read_bare
+from graphengine.world.description.mjcf import is_mjcf, read_mjcf
+from graphengine.world.engine import REFUSALS, mujoco
 from graphengine.world.fleet import Placement
 from graphengine.world.housings import add_housings
 from graphengine.world.materials import NO_FLOOR_FRICTION
@@ -51,18 +53,24 @@ class Scenery:
         self._world = world
         self._lines = lines
         self._floor = _floor_friction(world) if world is not None else NO_FLOOR_FRICTION
-        self._kinds: dict[Path, _Kind | None] = {}
+        self._kinds: dict[str, _Kind | None] = {}
+        """By path of the file, or by the text of the description."""
 
     def robot(self, placement: Placement, findings: Findings) -> Robot | None:
         """A robot at its place; each robot file is read once, and what is wrong with it told once."""
-        try:
-            path = self.library.files.find(placement.use.use, self.scene.folder)
-        except NotFoundError as error:
-            findings.add("S101", error.message, self._place_of(placement), *error.help)
-            return None
-        if path not in self._kinds:
-            self._kinds[path] = self._read(path, placement, findings)
-        kind = self._kinds[path]
+        use = placement.use.use
+        if is_text(use):
+            path, key = self.scene.folder / "description", use
+        else:
+            try:
+                path = self.library.files.find(use, self.scene.folder)
+            except NotFoundError as error:
+                findings.add("S101", error.message, self._place_of(placement), *error.help)
+                return None
+            key = str(path)
+        if key not in self._kinds:
+            self._kinds[key] = self._read(path, placement, findings)
+        kind = self._kinds[key]
         return replace(kind.robot, placement=placement) if kind is not None else None
 
     def _place_of(self, placement: Placement) -> Span:
@@ -70,15 +78,27 @@ class Scenery:
         named, document = ("robots", placement.key, "use"), self.scene.document
         return document.span(*named) if document.find(*named) is not None else document.key_span("robots")
 
-    def forget_mistakes(self) -> None:
-        """Read those robot files anew that were wrong."""
-        self._kinds = {path: kind for path, kind in self._kinds.items() if kind is not None}
+    def forget(self, robots: Mapping[str, Robot]) -> None:
+        """Read anew what was wrong, and the texts that no robot is made of."""
+        used = {id(robot.file) for robot in robots.values()}
+        self._kinds = {
+            key: kind
+            for key, kind in self._kinds.items()
+            if kind is not None and (id(kind.robot.file) in used or not is_text(key))
+        }
 
     def _read(self, path: Path, placement: Placement, findings: Findings) -> _Kind | None:
         self.library.findings = findings  # whoever asks for a robot is told, not who asked for the first
-        file = read_robot(path, self.library.files, findings)
-        robot = load_robot(placement, file, self.library.files, findings) if file is not None else None
-        model = robot_spec(robot, self.library, self._floor, findings) if robot is not None else None
+        files, use, urdf, model = self.library.files, placement.use.use, None, None
+        if is_mjcf(use):
+            file, urdf, model = read_mjcf(use, path, self.library) or (None, None, None)
+        elif is_text(use) or path.suffix in SUFFIXES:
+            file, urdf = read_bare(use, path, files, findings) or (None, None)
+        else:
+            file = read_robot(path, files, findings)
+        robot = load_robot(placement, file, files, findings, urdf) if file is not None else None
+        if robot is not None and model is None:
+            model = robot_spec(robot, self.library, self._floor, findings)
         if robot is None or model is None:
             return None
         add_housings(model, robot)
@@ -96,7 +116,7 @@ class Scenery:
             try:
                 # A copy, as what is attached belongs to the whole; and MuJoCo's own copying slows down with each time.
                 whole.attach(models[id(robot.file)].copy(), frame=frame, prefix=f"{robot.name}/")
-            except (ValueError, mujoco.FatalError) as error:
+            except REFUSALS as error:
                 self._refused(error, robots, findings)
         if len(findings.errors) > before:
             return None
@@ -104,7 +124,7 @@ class Scenery:
             with warnings.catch_warnings(record=True) as caught:
                 warnings.simplefilter("always")
                 model = whole.compile()
-        except (ValueError, mujoco.FatalError) as error:
+        except REFUSALS as error:
             self._refused(error, robots, findings)
             return None
         for warning in caught:

@@ -8,15 +8,22 @@ from typing import TypeVar
 
 import numpy as np
 
+from graphengine.context import Quaternion, Vector3
 from graphengine.diagnostics import PrimError, listing
-from graphengine.stage import Prim, PrimKind, Stage
+from graphengine.entity import Box, Entity, EntityState
+from graphengine.rotation import Pose
+from graphengine.stage import Prim, PrimKind, Stage, at_or_below
 from graphengine.world.common import Common
 from graphengine.world.drives import Drive
 from graphengine.world.engine import data_at_start, mujoco, round_weights, sort_geoms
+from graphengine.world.entities import Entities
 from graphengine.world.force_limits import ForceLimits
 from graphengine.world.forces import Forces
 from graphengine.world.handle_table import HandleTable
 from graphengine.world.handles import CarriedPrim, Handle, Joints
+from graphengine.world.mounts import Mounts
+from graphengine.world.placing import PlacedBody, find_mover
+from graphengine.world.pushes import Pushes
 from graphengine.world.sensors.camera import PinholeCamera, native_size
 from graphengine.world.sensors.contact import BodyContactSensor
 from graphengine.world.sensors.imu import InertialUnit
@@ -81,6 +88,11 @@ class Simulation:
         self._rays_choice = rays
         self._rays: Rays | None = None
         self._handles = HandleTable()
+        self._entities = Entities(self)
+        self._mounts = Mounts()
+        self.pushes = Pushes()
+        self.held: list[PlacedBody] = []
+        """Bodies that stay where they were put."""
         self.rebind(model, data_at_start(model))
         if settle:
             self.settled_after = settle_bodies(self.model, self.data, self.step)
@@ -117,10 +129,14 @@ class Simulation:
         singular = bool(data.warning[mujoco.mjtWarning.mjWARN_INERTIA].number)
         self._warnings = data.warning.number[mujoco.mjtWarning.mjWARN_INERTIA + singular :]
         self._remember_start()
+        self.pushes.bind(model, data)
         self._handles.bind()
+        if self.held:
+            self.refresh()
 
     def continue_with(self, model: mujoco.MjModel) -> None:
         """Go on with a model that has a robot more or less; what is in both keeps its state, its commands and its start."""
+        self._mounts.carry_over(model)
         before, origin, points, limits = self.data, mujoco.MjData(self.model), self.set_points, self.limits
         mujoco.mj_setState(self.model, origin, self._start, _STATE)
         common, data, start = Common(self.model, model), data_at_start(model), data_at_start(model)
@@ -131,6 +147,47 @@ class Simulation:
         self._start_commands()
         common.carry_over_commands(points, self.set_points)
         self.limits.carry_over(limits)
+
+    def move_mount(self, body: int, pose: Pose) -> None:
+        """Put a body that is bolted to the world elsewhere.
+
+        Raises:
+            PhysicsError: MuJoCo cannot go on from there; all is as it was.
+        """
+        for held in self.held:
+            held.soften()  # what is copied is to be as it was built
+        before = self._mounts
+        self._mounts, model = before.moved(self.model, body, pose)
+        try:
+            self.continue_with(model)
+        except BaseException:
+            self._mounts = before
+            for held in self.held:
+                held.bind()
+            raise
+        for handle in self._handles.watching:
+            handle.see_displacement()
+
+    def let_go(self, body: int) -> None:
+        """Let physics move a body, whoever put it somewhere to stay there."""
+        for held in [held for held in self.held if held.body == body]:
+            held.release()
+            self.held.remove(held)
+
+    def refresh(self) -> None:
+        """Take over a state that was written from outside.
+
+        Raises:
+            PhysicsError: MuJoCo cannot go on from there.
+        """
+        try:
+            mujoco.mj_step1(self.model, self.data)
+        except mujoco.FatalError as error:
+            raise gave_up(self.data, error) from error
+        self.forces.forget()
+        self.pushes.apply()
+        for handle in self._handles.watching:
+            handle.see_displacement()
 
     def _remember_start(self) -> None:
         self._start = np.empty(mujoco.mj_stateSize(self.model, _STATE))
@@ -173,12 +230,16 @@ class Simulation:
             self.steps += 1
             for handle in self._handles.watching:
                 handle.see_forces()  # mj_step1 finds the contacts of the state after the step, whose forces nobody knows yet
+            for body in self.held:
+                body.hold()
             mujoco.mj_step1(self.model, self.data)
         except mujoco.FatalError as error:
             raise gave_up(self.data, error) from error
         if any(self._warnings.tolist()):
             raise diverged(self.model, self.data)
         self.forces.forget()
+        if self.pushes:
+            self.pushes.advance()
         for handle in self._handles.watching:
             handle.see_motion()
 
@@ -191,12 +252,27 @@ class Simulation:
         self.set_points.zero()
 
     def reset(self) -> None:
-        """Go back to the state at the start; what follows is the same again, bit by bit."""
+        """Go back to the start; what follows is the same again, bit by bit."""
+        self.reset_state()
+        self.reset_time()
+
+    def reset_state(self) -> None:
+        """Put bodies, joints and commands back to what they were at the start, and let go of forces; ticks count on."""
+        for body in self.held:
+            body.release()
+        self.held.clear()
+        self.pushes.clear()
+        if (built := self._mounts.put_back(self.model)) is not None:
+            self.continue_with(built)
         mujoco.mj_resetData(self.model, self.data)
         mujoco.mj_setState(self.model, self.data, self._start, _STATE)
         mujoco.mj_step1(self.model, self.data)
         self._start_commands()
         self.forces.forget()
+        self._handles.reset()
+
+    def reset_time(self) -> None:
+        """Count ticks from 0 again, and sensors' samples with them; bodies and joints stay where they are."""
         self.tick = self.steps = 0
         self._handles.reset()
         self.dropped_pictures.clear()
@@ -230,6 +306,15 @@ class Simulation:
         """The pose of a prim."""
         return self._handle(CarriedPrim, prim)
 
+    def mass(self, prim: Prim) -> float:
+        """Mass of the body that a prim has of its own, kg."""
+        assert prim.body is not None
+        return float(self.model.body(prim.body).mass[0])
+
+    def placement(self, prim: Prim) -> PlacedBody | None:
+        """What puts a prim's body somewhere and holds it there; None where nothing can move it, or only with another body."""
+        return self._handle(PlacedBody, prim) if find_mover(self.model, self.stage, prim) is not None else None
+
     def articulation(self, robot: Prim) -> Joints:
         """The joints of a robot prim."""
         return self._handle(Joints, robot, "robot")
@@ -253,8 +338,36 @@ class Simulation:
         """The contact sensor at a contact prim."""
         return self._handle(BodyContactSensor, prim, "contact")
 
+    def entities(self) -> list[Entity]:
+        """Robots in the order they came, then what else stands in the world."""
+        return self._entities.all()
+
+    def entity_state(self, name: str) -> EntityState:
+        """Where an entity is, and how it moves."""
+        return self._entities.state(name)
+
+    def entity_bounds(self, name: str, *, own: bool = False) -> Box | None:
+        """The box around an entity's geometry, along the world's axes or in its own frame; None where it has none that ends."""
+        return self._entities.bounds(name, own=own)
+
+    def place(
+        self,
+        name: str,
+        position: Vector3 | None = None,
+        orientation: Quaternion | None = None,
+        linear: Vector3 | None = None,
+        angular: Vector3 | None = None,
+    ) -> None:
+        """Put an entity elsewhere, between two steps."""
+        self._entities.place(name, position, orientation, linear, angular)
+
+    def push(self, name: str, force: Vector3, duration: float, point: Vector3 | None = None) -> None:
+        """Let a force act on an entity for a while, from the next step on."""
+        self._entities.push(name, force, duration, point)
+
     def forget(self, prim_path: str) -> None:
         """Let go of the handles of a prim and of all below it."""
+        self.held = [body for body in self.held if not at_or_below(body.prim_path, prim_path)]
         self._handles.forget(prim_path)
 
     def _handle(self, make: type[H], prim: Prim, kind: PrimKind | None = None) -> H:

@@ -26,6 +26,7 @@ from graphengine.world.captures import Captures, Lens, Shot
 from graphengine.world.engine import mujoco
 from graphengine.world.housings import housing_of
 from graphengine.world.rendering import Image, Renderer
+from graphengine.world.solids import Solids
 
 if TYPE_CHECKING:
     from graphengine.world.simulation import Simulation
@@ -54,6 +55,7 @@ class Studio:
     def __init__(self, simulation: Simulation) -> None:
         self._simulation = simulation
         self._captures: Captures | None = None
+        self._solids: Solids | None = None
         self._numbers: dict[str, int] = {}
         self._labels: dict[int, str] = {}
         self._size, self._far = (1, 1), 1.0
@@ -75,6 +77,13 @@ class Studio:
     def capture(self, pose: Pose, lens: Lens, *, segmentation: bool = False, whole: bool = False) -> Shot:
         """What a camera at a pose sees in the simulation's present state; see `Captures.capture`."""
         return self._present().capture(self._simulation.data, pose, lens, segmentation=segmentation, whole=whole)
+
+    def boxes(self, pose: Pose) -> NDArray[np.void]:
+        """The solid boxes of all prims, by their numbers, before a camera at a pose."""
+        self._present()
+        if self._solids is None:
+            self._solids = Solids(self._simulation.model, self._prims_of_bodies(self._simulation.model))
+        return self._solids.seen_from(self._simulation.data, pose)
 
     def draw(self, shot: Shot, develop: Callable[[Image], Picture]) -> Future[Picture]:
         """Have a shot drawn and, in the thread that draws, made a picture."""
@@ -101,7 +110,7 @@ class Studio:
         """How the simulation's present model is captured."""
         model = self._simulation.model
         if self._captures is None or self._captures.model is not model:
-            self._captures = Captures(model, self._prims_of_bodies(model))
+            self._captures, self._solids = Captures(model, self._prims_of_bodies(model)), None
         return self._captures
 
     def _prims_of_bodies(self, model: mujoco.MjModel) -> NDArray[np.int32]:

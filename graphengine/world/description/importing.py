@@ -10,23 +10,22 @@ from pathlib import Path
 
 import numpy as np
 
-from graphengine import document
 from graphengine.diagnostics import Findings
 from graphengine.files import shipped
-from graphengine.spec import RobotSpec, RobotUse
-from graphengine.spec_reader import Loaded, validate
+from graphengine.spec import RobotUse
 from graphengine.stage import Stage
+from graphengine.world.description.bare import robot_file
 from graphengine.world.description.packages import Packages, package_of
 from graphengine.world.description.reader import read_urdf
 from graphengine.world.description.robot_file import compose
-from graphengine.world.engine import mujoco
+from graphengine.world.engine import REFUSALS, mujoco
+from graphengine.world.extents import extents
 from graphengine.world.fleet import Placement
 from graphengine.world.poses import NOWHERE
 from graphengine.world.prims import add_robot
 from graphengine.world.references import Library
 from graphengine.world.robot import Robot, load_robot
 from graphengine.world.robot_model import robot_spec
-from graphengine.world.robotfile import RobotFile
 from graphengine.world.urdf import Urdf
 from graphengine.world.xmlfile import Element, mujoco_says, write
 
@@ -88,7 +87,7 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     path = origin.path or origin.target.with_suffix(".urdf")
     told = [_near(folder, origin.target) for folder in packages]
     text = compose(urdf, name, origin.told, _near(path, origin.target), told, fixed_base=origin.fixed_base)
-    file = _parsed(text, origin.target, findings)
+    file = robot_file(text, origin.target, findings)
     placement = Placement(name, name, RobotUse(use=str(origin.target)), NOWHERE, None)
     robot = load_robot(placement, file, files, findings, urdf) if file is not None else None
     library = Library(files, findings)
@@ -113,18 +112,12 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     )
 
 
-def _parsed(text: str, target: Path, findings: Findings) -> RobotFile | None:
-    parsed = document.parse(text, str(target), findings)
-    spec = validate(RobotSpec, parsed, parsed.data, findings) if parsed is not None else None
-    return RobotFile(spec, (Loaded(spec, parsed),)) if parsed is not None and spec is not None else None
-
-
 def _compiled(spec: mujoco.MjSpec, urdf: Urdf, findings: Findings) -> mujoco.MjModel | None:
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             model = spec.compile()
-    except (ValueError, mujoco.FatalError) as error:
+    except REFUSALS as error:
         message, name, _ = mujoco_says(error)
         owners = (name, name.rsplit(".", 2)[0])  # a geom is named by its link and two numbers
         places = (element.span for element in urdf.element.walk() if element.get("name") in owners)
@@ -139,18 +132,8 @@ def _lowest(model: mujoco.MjModel) -> float | None:
     """Height of the lowest point that collides above the root link, which stands upright in the world's origin."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    heights: list[float] = []
-    for geom in np.flatnonzero(model.geom_contype | model.geom_conaffinity):
-        up = data.geom_xmat[geom].reshape(3, 3)[2]  # the world's, in the geom's frame
-        middle, half = model.geom_aabb[geom].reshape(2, 3)
-        below = middle @ up - half @ np.abs(up)  # exact for boxes, and for cylinders that stand or lie
-        if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_SPHERE:
-            below = -half[0]
-        elif model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
-            first, count = model.mesh_vertadr[model.geom_dataid[geom]], model.mesh_vertnum[model.geom_dataid[geom]]
-            below = (model.mesh_vert[first : first + count] @ up).min()
-        heights.append(float(data.geom_xpos[geom, 2] + below))
-    return min(heights, default=None)
+    found = extents(model, data, np.flatnonzero(model.geom_contype | model.geom_conaffinity))
+    return float(found[0][2]) if found is not None else None
 
 
 def _used_packages(urdf: Urdf) -> Iterator[Path]:

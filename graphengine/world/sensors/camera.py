@@ -25,9 +25,9 @@ from numpy.typing import NDArray
 from graphengine.sensor import Picture, pinhole
 from graphengine.stage import Prim
 from graphengine.world.captures import Lens
-from graphengine.world.handles import CarriedPrim, Handle
+from graphengine.world.handles import CarriedPrim
 from graphengine.world.rendering import Image
-from graphengine.world.sensors.sampling import Sampling
+from graphengine.world.sensors.sampling import Sampled, Sampling
 
 if TYPE_CHECKING:
     from graphengine.world.simulation import Simulation
@@ -52,7 +52,7 @@ def native_size(prim: Prim) -> tuple[int, int]:
     return size
 
 
-class PinholeCamera(Handle):
+class PinholeCamera(Sampled):
     """The camera at a camera prim, whose facts are its profile.
 
     Args:
@@ -99,16 +99,6 @@ class PinholeCamera(Handle):
         """Prim path of each number of a segmentation."""
         return self._simulation.studio.labels
 
-    @property
-    def due(self) -> bool:
-        """Whether a new sample falls into this tick; the first tick has one."""
-        return self._sampling.due(self._simulation.tick)
-
-    @property
-    def index(self) -> int:
-        """Number of the newest sample since play."""
-        return self._sampling.newest(self._simulation.tick)
-
     def request(self, *, segmentation: bool = False) -> None:
         """Capture this tick's sample if one is due; however many ask, it is rendered once."""
         tick = self._simulation.tick
@@ -118,7 +108,7 @@ class PinholeCamera(Handle):
             if newest.segmented or not segmentation:
                 return
             self._pending.pop().picture.cancel()  # the first who wants segments was not the first to ask in this tick
-        elif tick == self._skipped or not self._sampling.due(tick):
+        elif tick == self._skipped or not self.due:
             return
         elif self._simulation.realtime and newest is not None and not newest.picture.done():
             self._skipped = tick
@@ -165,11 +155,11 @@ class PinholeCamera(Handle):
     def _expose(self, segmentation: bool) -> Future[Picture]:
         studio, index = self._simulation.studio, self.index
         generator = self._sampling.random(index) if any(self._noise) else None
-        shot = studio.capture(self._mount.pose(), self._lens, segmentation=segmentation)
-        return studio.draw(
-            shot,
-            partial(_develop, self._simulation.time, index, clip=self.clip, noise=self._noise, generator=generator),
-        )
+        pose = self._mount.pose()
+        shot = studio.capture(pose, self._lens, segmentation=segmentation)
+        boxes = studio.boxes(pose) if segmentation else None
+        develop = partial(_develop, clip=self.clip, noise=self._noise, generator=generator, boxes=boxes)
+        return studio.draw(shot, partial(develop, self._simulation.time, index))
 
 
 def _develop(
@@ -180,6 +170,7 @@ def _develop(
     clip: tuple[float, float],
     noise: tuple[float, float],
     generator: np.random.Generator | None,
+    boxes: NDArray[np.void] | None,
 ) -> Picture:
     """What a sensor makes of an image: noise, then depths only within its range."""
     rgb, depth = image.rgb, image.depth
@@ -188,10 +179,10 @@ def _develop(
         rgb, depth = _with_noise(rgb, depth, noise, generator)
         depth = depth.clip(*clip)
     depth = np.where(visible, depth, np.float32(np.inf))
-    for array in (rgb, depth, image.segmentation):
+    for array in (rgb, depth, image.segmentation, boxes):
         if array is not None:
             array.flags.writeable = False
-    return Picture(time, index, rgb, depth, image.segmentation)
+    return Picture(time, index, rgb, depth, image.segmentation, boxes)
 
 
 def _with_noise(

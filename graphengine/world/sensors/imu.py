@@ -100,7 +100,7 @@ class InertialUnit(Handle):
         self._by_tick.reset()
         self._by_step.reset()
         self._sampled = None
-        self._velocity, self._orientation = self._mount.velocity()[0], self._mount.pose()[1]
+        self.see_displacement()
 
     def see_motion(self) -> None:
         """Take in a step: change of velocity, gravity and turn, each in the sensor's frame halfway through it."""
@@ -115,6 +115,10 @@ class InertialUnit(Handle):
         self._velocity, self._orientation = velocity, orientation
         self._by_tick.add(self._simulation.steps, values, orientation)
         self._by_step.add(self._simulation.steps, values, orientation)
+
+    def see_displacement(self) -> None:
+        """Begin the next step from where the unit was put."""
+        self._velocity, self._orientation = self._mount.velocity()[0], self._mount.pose()[1]
 
     @property
     def due(self) -> bool:

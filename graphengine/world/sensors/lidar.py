@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from graphengine.sensor import Quaternion, Scan, beam_directions
 from graphengine.stage import Prim
-from graphengine.world.handles import CarriedPrim, Handle
+from graphengine.world.handles import CarriedPrim
 from graphengine.world.sensors.rays import geom_colours
-from graphengine.world.sensors.sampling import Sampling
+from graphengine.world.sensors.sampling import Sampled, Sampling
 
 if TYPE_CHECKING:
     from graphengine.world.simulation import Simulation
@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
-class RayLidar(Handle):
+class RayLidar(Sampled):
     """The ray-casting sensor at a lidar prim, whose facts are its profile."""
 
     def __init__(self, simulation: Simulation, prim: Prim) -> None:
@@ -58,16 +58,6 @@ class RayLidar(Handle):
     def reset(self) -> None:
         """Forget the newest sample."""
         self._newest = None
-
-    @property
-    def due(self) -> bool:
-        """Whether a new sample falls into this tick; the first tick has one."""
-        return self._sampling.due(self._simulation.tick)
-
-    @property
-    def index(self) -> int:
-        """Number of the newest sample since play."""
-        return self._sampling.newest(self._simulation.tick)
 
     def scan(self) -> Scan:
         """The newest sample, cast when first asked for in its tick and shared by all who ask.

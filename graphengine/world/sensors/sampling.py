@@ -12,6 +12,7 @@ from fractions import Fraction
 import numpy as np
 
 from graphengine.seeds import key_of
+from graphengine.world.handles import Handle
 
 
 class Sampling:
@@ -40,3 +41,19 @@ class Sampling:
     def random(self, sample: int) -> np.random.Generator:
         """The generator of one sample's noise."""
         return np.random.Generator(np.random.Philox(key=self._key, counter=sample << 128))
+
+
+class Sampled(Handle):
+    """A sensor that has a new sample in some ticks; a subclass gives `_sampling`."""
+
+    _sampling: Sampling
+
+    @property
+    def due(self) -> bool:
+        """Whether a new sample falls into this tick; the first tick has one."""
+        return self._sampling.due(self._simulation.tick)
+
+    @property
+    def index(self) -> int:
+        """Number of the newest sample since play."""
+        return self._sampling.newest(self._simulation.tick)

@@ -1,0 +1,50 @@
+"""Entities: the robots and objects of a world as wholes, which may be looked at, put elsewhere and pushed from outside.
+
+Positions are in the world frame, m; quaternions are (x, y, z, w).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from graphengine.sensor import Quaternion, Vector3
+
+EntityKind = Literal["robot", "object", "static"]
+"""A `robot` has joints or sensors, an `object` moves, and what is `static` stands where it was put."""
+
+
+@dataclass(frozen=True, slots=True)
+class Entity:
+    """One robot or object of a world, with all that hangs on it."""
+
+    name: str
+    """Unique in its world: the last element of the prim's path, or all of it where a robot has that name."""
+    prim_path: str
+    kind: EntityKind
+    spawned: bool
+    """Whether it came while the world was running."""
+
+
+@dataclass(frozen=True, slots=True)
+class EntityState:
+    """Where an entity's prim is and how its origin moves, in the world frame."""
+
+    position: Vector3
+    orientation: Quaternion
+    linear_velocity: Vector3
+    """m/s."""
+    angular_velocity: Vector3
+    """rad/s."""
+    linear_acceleration: Vector3
+    """m/s2; gravity is among what causes it: -9.81 along z in free fall, zero at rest."""
+    angular_acceleration: Vector3
+    """rad/s2."""
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A box along the axes of a frame, by two opposite corners, m."""
+
+    low: Vector3
+    high: Vector3

@@ -1,0 +1,56 @@
+"""A description that a scene uses as it is, without a robot file: what such a file would say, `graphrun import-urdf` knows."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from graphengine import document
+from graphengine.diagnostics import Findings
+from graphengine.files import Files
+from graphengine.spec import RobotSpec
+from graphengine.spec_reader import Loaded, validate
+from graphengine.world.description import xacro
+from graphengine.world.description.packages import Packages
+from graphengine.world.description.reader import read_urdf
+from graphengine.world.description.robot_file import compose
+from graphengine.world.robotfile import RobotFile
+from graphengine.world.urdf import Urdf
+from graphengine.world.xmlfile import Element, parse, read
+
+SUFFIXES = (".urdf", xacro.SUFFIX)
+
+
+def is_text(use: str) -> bool:
+    """Whether what a scene names is no file, but the text of a description."""
+    return use.lstrip()[:1] == "<"
+
+
+def read_bare(use: str, path: Path, files: Files, findings: Findings) -> tuple[RobotFile, Urdf] | None:
+    """A description, and the robot file that it needs; what is wrong with it goes to `findings`.
+
+    Args:
+        use: its text, or else its name.
+        path: of its file; a text goes by this name, and its references begin in that folder.
+        files: judges what may be read.
+        findings: takes what is wrong.
+    """
+    packages = Packages(path.parent, (), files)
+    root: Element | None
+    if is_text(use):
+        root = parse(use.encode(), path.name, findings, "S103")
+    else:
+        root = read(path, findings, "S103")
+        if root is not None and (path.suffix == xacro.SUFFIX or xacro.is_xacro(root)):
+            root = xacro.expand(path, {}, packages, findings, {})
+    urdf = read_urdf(root, packages, findings) if root is not None else None
+    file = (
+        robot_file(compose(urdf, "bare", path.name, path.name, (), fixed_base=False), path, findings) if urdf else None
+    )
+    return (file, urdf) if file is not None and urdf is not None else None
+
+
+def robot_file(text: str, path: Path, findings: Findings) -> RobotFile | None:
+    """The robot file that a text is."""
+    parsed = document.parse(text, str(path), findings)
+    spec = validate(RobotSpec, parsed, parsed.data, findings) if parsed is not None else None
+    return RobotFile(spec, (Loaded(spec, parsed),)) if parsed is not None and spec is not None else None
