@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from graphengine import check
 from graphengine.backend import TopicClaim
-from graphengine.diagnostics import Findings, NodeError, UsageError, did_you_mean, listing
+from graphengine.diagnostics import Findings, NodeError, UnknownEntityError, UsageError, did_you_mean, listing
 from graphengine.graph_run import GraphRun, make_graph_run
 from graphengine.literals import Override
 from graphengine.namespaces import write_namespaces
@@ -48,6 +48,11 @@ class SceneRoster:
         self._clocks = clocks
         self._fault = fault
 
+    @property
+    def spawned(self) -> Sequence[str]:
+        """Names of the robots that came and are still there, oldest first."""
+        return [robot.name for robot in self._services.stage.prims("robot") if robot.facts.get("spawned")]
+
     def add(self, name: str, use: RobotUse) -> Sequence[GraphRun]:
         """Put a robot into the scene; its graphs, set up.
 
@@ -67,6 +72,7 @@ class SceneRoster:
             raise
         self._assembly.plans += plans
         self._assembly.claims += claims
+        self._services.stage.find(self._robots[name].prim_path).facts["spawned"] = True
         return runs
 
     def _plans(self, name: str) -> tuple[list[Plan], list[TopicClaim]]:
@@ -78,7 +84,15 @@ class SceneRoster:
         findings.raise_errors()
         write_namespaces(self._scene, stage, plans, findings, within=robot.prim_path)
         beside, claimed = assembly.plans, assembly.claims
-        claims = check.check_plans(plans, assembly.world, findings, prims_known=True, beside=beside, claimed=claimed)
+        claims = check.check_plans(
+            plans,
+            assembly.world,
+            findings,
+            prims_known=True,
+            beside=beside,
+            claimed=claimed,
+            permissions=assembly.permissions,
+        )
         findings.raise_errors()
         return plans, claims
 
@@ -86,11 +100,12 @@ class SceneRoster:
         """Take a robot away, with its graphs and topics; which of the session's graphs those were.
 
         Raises:
-            UsageError: there is no such robot, or a graph that is not its own reads something of it.
+            UnknownEntityError: there is no such robot.
+            UsageError: a graph that is not its own reads something of it.
         """
         if name not in self._robots:
             near = did_you_mean(name, self._robots) or listing(self._robots, "robots")
-            raise UsageError(f"no robot {name!r}\n  {near}")
+            raise UnknownEntityError(f"no robot {name!r}\n  {near}")
         own = [run for run in graphs if _belongs(run.name, name)]
         for run in graphs:
             reader = None if run in own else run.contexts.bound(self._robots[name].prim_path)

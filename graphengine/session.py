@@ -1,23 +1,45 @@
-"""A running simulation: the tick, its pace, and play, pause, step, stop, reset."""
+"""A running simulation: the tick, its pace, and what can be done between two ticks."""
 
 from __future__ import annotations
 
 import contextlib
+import math
 import time
 from collections.abc import Callable, Sequence
 from typing import Literal, Protocol
 
-from graphengine.diagnostics import GraphError, TransportError, UsageError
+from graphengine.context import Quaternion, Vector3
+from graphengine.diagnostics import (
+    GraphError,
+    StateError,
+    TransportError,
+    UnknownEntityError,
+    UsageError,
+    did_you_mean,
+    listing,
+)
 from graphengine.graph_run import GraphRun
+from graphengine.inbox import Inbox, LiveInbox
+from graphengine.keys import KEYS
 from graphengine.node_context import Services
+from graphengine.pacer import Pacer
 from graphengine.simulation_clock import SimulationClock
 from graphengine.spec import RobotUse
 
 SessionState = Literal["stopped", "playing", "paused"]
+ResetScope = Literal["time", "state", "spawned"]
+SCOPES: tuple[ResetScope, ...] = ("time", "state", "spawned")
+
+IDLE = 0.25
+"""Seconds between two looks at whether a run that is paused is to end, where no desk wakes it."""
 
 
 class Roster(Protocol):
     """Puts robots into a running session and takes them out; between two ticks."""
+
+    @property
+    def spawned(self) -> Sequence[str]:
+        """Names of the robots that came while the session ran and are still there, oldest first."""
 
     def add(self, name: str, use: RobotUse) -> Sequence[GraphRun]:
         """A robot, and its graphs, set up."""
@@ -26,38 +48,27 @@ class Roster(Protocol):
         """Take a robot away; which of the session's graphs were its own."""
 
 
-class Inbox(Protocol):
-    """What comes into a session from outside beside messages: a recorder takes it down, a replay brings it again."""
+class Desk(Protocol):
+    """Where other threads leave word for a session, which looks there between two ticks."""
 
-    @property
-    def exact(self) -> bool:
-        """Whether a tick waits for its pictures at any pace, so that another run gets the same."""
+    def serve(self, session: Session) -> None:
+        """Do what was asked for."""
 
-    def begin_tick(self) -> float:
-        """The wall clock (s since 1970) that nodes read in the tick which begins."""
+    def wait(self, seconds: float) -> None:
+        """Sleep until something is asked for, but no longer than so."""
 
-    def end_tick(self) -> None:
-        """A tick is over, and its messages were sent."""
+    def wake(self) -> None:
+        """End a `wait`; safe in a signal handler."""
 
-
-class LiveInbox:
-    """The wall clock of this machine."""
-
-    exact = False
-
-    def begin_tick(self) -> float:
-        """The time."""
-        return time.time()
-
-    def end_tick(self) -> None:
-        """Nothing is kept."""
+    def close(self, reason: str) -> None:
+        """Refuse what was asked for and not done, and all that will be."""
 
 
 class Session:
     """Owns world, network and graphs.
 
-    One thread runs all of it, and no method is for any other: who is in another leaves word for `on_tick` to find. Within a
-    tick a session refuses to step, to stop, and to take robots in or out.
+    One thread runs all of it, and no method is for any other but `interrupt`: who is in another leaves word at a desk. Within
+    a tick a session refuses to step, to stop, and whatever else changes what there is.
 
     Args:
         services: what the nodes' contexts share.
@@ -80,16 +91,34 @@ class Session:
         self.step_clock = step_clock
         self.graphs: list[GraphRun] = []
         self.state: SessionState = "stopped"
+        self.ticks = 0
+        """Ticks that ran; those before a stop count too."""
         self.inbox: Inbox = LiveInbox()
         """Where what comes from outside is read, or was; to be exchanged before the first tick."""
+        self.desk: Desk | None = None
+        """Where others ask for what can be done; with one, a run goes on while it is paused or stopped."""
         self._roster = roster
-        self._within_tick = False
+        self._until = 0
+        self._pace: float | None = None
+        self._pacer: Pacer | None = None
+        self._within_tick = self._interrupted = False
+        self._failure = ""
         self._take(graphs)
 
     def _take(self, graphs: Sequence[GraphRun]) -> None:
         self.graphs = list(graphs)
         self._on_tick = [run.executor for run in graphs if not run.on_physics_step]
         self._on_step = [run.executor for run in graphs if run.on_physics_step]
+
+    @property
+    def time(self) -> float:
+        """Seconds of simulation since play."""
+        return self.clock.time
+
+    @property
+    def spawned(self) -> Sequence[str]:
+        """Names of the robots that came while the session ran and are still there, oldest first."""
+        return self._roster.spawned if self._roster is not None else ()
 
     def spawn(self, name: str, use: RobotUse) -> None:
         """Put a robot into the scene, between two ticks: time goes on, what others do and publish stays as it is.
@@ -109,35 +138,160 @@ class Session:
         if self._roster is None:
             raise UsageError("a session without a scene has no place for robots")
         self._take([*self.graphs, *self._roster.add(name, use)])
+        self.inbox.command("spawn", {"name": name, "use": use.model_dump(mode="json")})
 
     def remove(self, name: str) -> None:
         """Take a robot, its graphs and its topics away, between two ticks; time and the others' state stay.
 
         Raises:
-            UsageError: there is no such robot, a graph that is not its own reads something of it, or within a tick.
+            UnknownEntityError: there is no such robot.
+            UsageError: a graph that is not its own reads something of it, or within a tick.
         """
         self._refuse_within_tick()
         if self._roster is None:
-            raise UsageError("a session without a scene has no robots")
+            raise UnknownEntityError("a session without a scene has no robots")
         gone = [id(run) for run in self._roster.remove(name, self.graphs)]
         self._take([run for run in self.graphs if id(run) not in gone])
+        self.inbox.command("delete", {"name": name})
 
-    @property
-    def time(self) -> float:
-        """Seconds of simulation since play."""
-        return self.clock.time
+    def place(
+        self,
+        name: str,
+        position: Vector3 | None = None,
+        orientation: Quaternion | None = None,
+        linear: Vector3 | None = None,
+        angular: Vector3 | None = None,
+    ) -> None:
+        """Put an entity somewhere else, between two ticks; its joints go on as they are.
+
+        Args:
+            name: of a robot, or of an object of the world.
+            position: of a robot's base link, or of the object, in the world, m; the present one if not given.
+            orientation: likewise, (x, y, z, w).
+            linear: velocity in the world, m/s; at rest if not given.
+            angular: velocity about the axes of the world, rad/s; likewise.
+
+        Raises:
+            UnknownEntityError: there is none of that name.
+            UsageError: it cannot be moved, or within a tick.
+        """
+        self._refuse_within_tick()
+        self.services.world.place(name, position, orientation, linear, angular)
+        turned = {"quaternion_xyzw": orientation} if orientation is not None else None
+        told = {"entity": name, "position": position, "orientation": turned, "linear": linear, "angular": angular}
+        self.inbox.command("move", told)
+
+    def push(self, name: str, force: Vector3, duration: float, point: Vector3 | None = None) -> None:
+        """Let a force act on an entity from the next physics step on, beside others that do.
+
+        Args:
+            name: of a robot, or of an object of the world.
+            force: in the world, N.
+            duration: in simulation time, s.
+            point: where it acts, in the world, m; at the centre of mass if not given.
+
+        Raises:
+            UnknownEntityError: there is none of that name.
+            UsageError: it cannot be moved, or within a tick.
+        """
+        self._refuse_within_tick()
+        self.services.world.push(name, force, duration, point)
+        self.inbox.command("push", {"entity": name, "force": force, "duration": duration, "at": point})
+
+    def impulse(self, node: str) -> None:
+        """Let an OnImpulseEvent fire in the next tick; several before one tick are one.
+
+        Args:
+            node: its prim path, or as much of the end as no other has: `graph/Node`, `Node`.
+
+        Raises:
+            UsageError: there is no such node, there are several, or within a tick.
+        """
+        self._refuse_within_tick()
+        known = {
+            name.removeprefix("impulse:"): box
+            for name, box in self.services.mailboxes.items()
+            if name.startswith("impulse:")
+        }
+        wanted = node.strip("/")
+        meant = [path for path in known if f"/{path.strip('/')}".endswith(f"/{wanted}")] if wanted else []
+        if len(meant) != 1:
+            near = did_you_mean(node, known) or listing(known, "nodes that wait for an impulse")
+            what = "no OnImpulseEvent" if not meant else f"{len(meant)} nodes"
+            raise UsageError(f"{what} {node!r}\n  {listing(meant, 'write one of') if meant else near}")
+        if not known[meant[0]].waiting:
+            known[meant[0]].post()
+        self.inbox.command("impulse", {"node": meant[0]})
+
+    def press(self, *keys: str) -> None:
+        """Hold keys down from the next tick on, by OmniGraph's names.
+
+        Raises:
+            UsageError: there is no such key, or within a tick.
+        """
+        self._use_keys("press", keys)
+
+    def release(self, *keys: str) -> None:
+        """Let go of keys; one that was pressed since the last tick is down for one tick.
+
+        Raises:
+            UsageError: there is no such key, or within a tick.
+        """
+        self._use_keys("release", keys)
+
+    def _use_keys(self, what: Literal["press", "release"], keys: Sequence[str]) -> None:
+        self._refuse_within_tick()
+        for key in keys:
+            if key not in KEYS:
+                raise UsageError(f"no key {key!r}\n  {did_you_mean(key, KEYS) or listing(KEYS, 'keys')}")
+        getattr(self.services.keys, what)(keys)
+        self.inbox.command(what, {"keys": list(keys)})
 
     def play(self) -> None:
         """Let ticks run."""
-        self.state = "playing"
+        self._set("playing")
 
     def pause(self) -> None:
         """Hold; `step` still runs single ticks."""
+        self._set("paused" if self.state == "playing" else self.state)
+
+    def advance(self, ticks: int) -> None:
+        """Let `run` do so many ticks more although the session does not play; a stopped one is paused first.
+
+        Raises:
+            StateError: it plays, or does such ticks already.
+        """
+        self._refuse_within_tick()
         if self.state == "playing":
-            self.state = "paused"
+            raise StateError("the session is playing; pause it to run single ticks")
+        if self.advancing:
+            raise StateError(f"{self.advancing} single ticks are under way")
+        self._set("paused")
+        self._until = self.ticks + ticks
+
+    @property
+    def advancing(self) -> int:
+        """How many ticks of `advance` are to come."""
+        return max(self._until - self.ticks, 0)
+
+    def _set(self, state: SessionState) -> None:
+        """Enter a state, at once; the pace begins anew, and single ticks that were to come do not."""
+        self.state, self._until = state, self.ticks
+        if self._pacer is not None:
+            self._pacer.begin()
+
+    @property
+    def pace(self) -> float | None:
+        """Seconds of simulation in a second of wall time while `run` plays; None for as fast as possible."""
+        return self._pace
+
+    @pace.setter
+    def pace(self, pace: float | None) -> None:
+        self._pace = pace
+        self._pacer = Pacer(self.clock.delta / pace) if pace else None
 
     def step(self, ticks: int = 1) -> None:
-        """Run single ticks; a stopped session is paused first.
+        """Run single ticks, here and now; a stopped session is paused first.
 
         Raises:
             NodeError: a node raised; commands were set to zero.
@@ -148,6 +302,72 @@ class Session:
             self.state = "paused"
         for _ in range(ticks):
             self._tick()
+
+    def run(
+        self,
+        seconds: float | None = None,
+        pace: float | None = None,
+        on_tick: Callable[[Session], bool] | None = None,
+        *,
+        paused: bool = False,
+    ) -> None:
+        """Play for some time of simulation.
+
+        With a desk this goes on through pauses and stops, asleep meanwhile.
+
+        Args:
+            seconds: how long, all plays together; None for ever.
+            pace: seconds of simulation in a second of wall time; None for as fast as possible.
+            on_tick: called after each tick, and while there are none now and then; returning False ends the run.
+            paused: begin with a pause, which the desk ends.
+
+        Raises:
+            NodeError: a node raised; commands were set to zero.
+            PhysicsError: the simulation diverged.
+        """
+        self._refuse_within_tick()
+        self.pace = pace
+        self._set("paused" if paused else "playing")
+        last = math.inf if seconds is None else self.ticks + round(seconds / self.clock.delta)
+        try:
+            self._run(last, on_tick)
+        finally:
+            self._interrupted = False
+
+    def _run(self, last: float, on_tick: Callable[[Session], bool] | None) -> None:
+        """Ticks until a number of them ran, the run is interrupted, or it ends because nobody can let it go on."""
+        while self._serve() and self.ticks < last:
+            paced = self._pacer if self.state == "playing" else None
+            self.services.world.realtime = paced is not None and not self.inbox.exact
+            if self.state != "playing" and not self.advancing:
+                self._sleep(IDLE)
+            elif paced is not None and (early := paced.early()) > 0:
+                self._sleep(early)
+                continue
+            else:
+                self._tick()
+                if paced is not None:
+                    paced.count()
+            if on_tick is not None and not on_tick(self):
+                self._interrupted = True
+
+    def _serve(self) -> bool:
+        """Do what was asked for, and tell who waits for ticks that they ran; whether the run goes on."""
+        if self.desk is not None:
+            self.desk.serve(self)
+        return not self._interrupted and (self.desk is not None or self.state == "playing")
+
+    def interrupt(self) -> None:
+        """End `run`, at once while it waits, else after the tick; for other threads and signal handlers."""
+        self._interrupted = True
+        if self.desk is not None:
+            self.desk.wake()
+
+    def _sleep(self, seconds: float) -> None:
+        if self.desk is not None:
+            self.desk.wait(seconds)
+        else:
+            time.sleep(seconds)
 
     def _refuse_within_tick(self) -> None:
         if self._within_tick:
@@ -167,6 +387,7 @@ class Session:
                         executor.run_pass()
                         executor.run_latent()
             self.clock.set_frame(frame)
+            self.ticks += 1
             world.begin_tick(frame)
             for executor in self._on_tick:
                 executor.run_pass()
@@ -176,7 +397,8 @@ class Session:
             self.inbox.end_tick()
         except GraphError as error:
             world.zero_commands()
-            self.state = "paused"
+            self._set("paused")
+            self._failure = str(error)
             services.network.log("error", str(error))
             with contextlib.suppress(TransportError):
                 services.network.flush()
@@ -188,6 +410,7 @@ class Session:
         """What has arrived before a tick is what the tick sees."""
         self.clock.wall_time = self.step_clock.wall_time = self.inbox.begin_tick()
         self.services.network.freeze()
+        self.services.keys.freeze()
         for mailbox in self.services.mailboxes.values():
             mailbox.freeze()
         for run in self.graphs:
@@ -197,13 +420,51 @@ class Session:
     def stop(self) -> None:
         """Back to time 0: commands zero, world at its start, outputs and state at their defaults."""
         self._refuse_within_tick()
-        self.state = "stopped"
-        self.services.world.zero_commands()
-        self.services.world.reset()
+        self._set("stopped")
+        self._begin_anew("state", "time")
+        self.inbox.command("stop", {})
+
+    def reset(self, *scopes: ResetScope) -> None:
+        """Begin anew, wholly or in part, and go on as before: playing, paused or stopped.
+
+        Args:
+            scopes: all if none is given.
+                `time`: the clock goes to 0, and with it begin graphs and sensors, as after `stop`; commands are zero. Bodies
+                stay where they are, and keep their velocities.
+                `state`: bodies and joints go to where they were at the start, robots that came to where they were put, with
+                the commands that they had then. Time, and what graphs know, goes on.
+                `spawned`: robots that came while the session ran are removed.
+
+        Raises:
+            UsageError: a graph that is not its own reads something of a robot that is to go, or within a tick.
+        """
+        self._refuse_within_tick()
+        wanted = [scope for scope in SCOPES if scope in scopes or not scopes]
+        if "spawned" in wanted:
+            for name in reversed(list(self.spawned)):
+                self.remove(name)
+            wanted.remove("spawned")
+        if wanted:
+            self._begin_anew(*wanted)
+            self.inbox.command("reset", {"scope": wanted})
+        self._set(self.state)
+
+    def _begin_anew(self, *scopes: ResetScope) -> None:
+        """The world as at the start; with `time` also clocks and graphs as before the first tick."""
+        world = self.services.world
+        if "time" in scopes:
+            world.zero_commands()
+        if "state" in scopes:
+            world.reset_state()
+        if "time" not in scopes:
+            return
+        world.reset_time()
+        self.services.network.forget_calls()
         for run in self.graphs:
             run.executor.stop()
             for variable in run.variables.values():
                 variable.clear()
+        self.services.keys.clear()
         for mailbox in self.services.mailboxes.values():
             mailbox.clear()
         for path in self.services.generators:
@@ -213,44 +474,10 @@ class Session:
         self.clock.stop()
         self.step_clock.stop()
 
-    def reset(self) -> None:
-        """Stop, then go on as before."""
-        state = self.state
-        self.stop()
-        self.state = state
-
-    def run(
-        self,
-        seconds: float | None = None,
-        pace: float | None = None,
-        on_tick: Callable[[Session], bool] | None = None,
-    ) -> None:
-        """Play for some time of simulation.
-
-        Args:
-            seconds: how long; None for ever.
-            pace: seconds of simulation in a second of wall time; None for as fast as possible.
-            on_tick: called after each tick; returning False ends the run.
-
-        Raises:
-            NodeError: a node raised; commands were set to zero.
-            PhysicsError: the simulation diverged.
-        """
-        self._refuse_within_tick()
-        self.play()
-        self.services.world.realtime = pace is not None and not self.inbox.exact
-        first = self.clock.frame
-        ticks = None if seconds is None else round(seconds / self.clock.delta)
-        pacer = Pacer(self.clock.delta / pace) if pace else None
-        while self.state == "playing" and (ticks is None or self.clock.frame - first < ticks):
-            self._tick()
-            if on_tick is not None and not on_tick(self):
-                break
-            if pacer is not None:
-                pacer.wait()
-
     def close(self) -> None:
         """Leave the network and release the world; safe to call twice."""
+        if self.desk is not None:
+            self.desk.close(self._failure or "the run has ended")
         for run in self.graphs:
             run.close()
         self.services.network.close()
@@ -261,27 +488,3 @@ class Session:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-
-class Pacer:
-    """Absolute deadlines; what is more than five periods late starts a new count instead of a race to catch up."""
-
-    PATIENCE = 5
-
-    def __init__(self, period: float) -> None:
-        self.period = period
-        self.late = 0
-        """How often a deadline had passed before it was waited for."""
-        self._deadline = time.perf_counter() + period
-
-    def wait(self) -> None:
-        """Sleep until the next deadline."""
-        now = time.perf_counter()
-        remaining = self._deadline - now
-        if remaining > 0:
-            time.sleep(remaining)
-        else:
-            self.late += 1
-            if -remaining > self.PATIENCE * self.period:
-                self._deadline = now
-        self._deadline += self.period

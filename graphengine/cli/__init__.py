@@ -13,11 +13,14 @@ from graphengine import __version__
 
 VERBS = {
     "run": "run a scene or a graph",
+    "ctl": "ask a running session for something: pause, step, reset, spawn, push",
     "replay": "a recorded run once more, compared byte by byte",
     "check": "tell everything that is wrong with scenes and graphs",
     "show": "what a graph is made of, in which order it runs, what was generated",
     "snapshot": "a picture of a scene, from above, of a robot or by one of its cameras",
     "map": "an occupancy map of a scene, as nav2's map_server reads it",
+    "import": "graphs of an Isaac Sim script or USD stage as YAML",
+    "export": "a graph as a script that builds it in Isaac Sim",
     "import-urdf": "a robot file from a URDF, a xacro file, or the description of a running ROS 2 system",
     "topics": "what a scene would say and hear, without running it: topics, types, QoS, frames, rates",
     "topic": "topics of a live network, with or without ROS: list, info, echo, hz, delay, pub",
@@ -26,6 +29,9 @@ VERBS = {
     "nodes": "node types and their ports",
     "schema": "JSON Schema of the three kinds of file, for editors",
 }
+
+MODULES = {"import": "import_graph"}
+"""Modules of verbs that are words of Python."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -48,7 +54,7 @@ def make_parser(verb: str | None = None) -> argparse.ArgumentParser:
     for name, summary in VERBS.items():
         sub = verbs.add_parser(name, help=summary, description=f"{summary[0].upper()}{summary[1:]}.")
         if name == verb:
-            module = importlib.import_module(f"graphengine.cli.{name.replace('-', '_')}")
+            module = importlib.import_module(f"graphengine.cli.{MODULES.get(name, name).replace('-', '_')}")
             module.add_arguments(sub)
             sub.set_defaults(function=module.execute)
     return parser

@@ -43,6 +43,20 @@ def add_file_arguments(parser: argparse.ArgumentParser, *, many: bool = False) -
     parser.add_argument(
         "--import", metavar="MODULE", dest="modules", action="append", default=[], help="Python module with node types"
     )
+    add_permission_arguments(parser)
+
+
+def add_permission_arguments(parser: argparse.ArgumentParser) -> None:
+    """What graphs may do beyond their folder."""
+    variable = "variable of the environment that graphs may read; IsaacReadEnvVar reads no other"
+    parser.add_argument("--env", metavar="NAME", action="append", default=[], help=variable)
+    scripts = "let graphs run the Python in their ScriptNodes, which is not confined: read it before"
+    parser.add_argument("--allow-scripts", action="store_true", help=scripts)
+
+
+def environment(arguments: argparse.Namespace) -> dict[str, str]:
+    """Values of the variables that `--env` names; those that there are not are empty."""
+    return {name: os.environ.get(name, "") for name in arguments.env}
 
 
 def add_allow_argument(parser: argparse.ArgumentParser) -> None:
@@ -134,6 +148,8 @@ def make_options(arguments: argparse.Namespace) -> Options:
         rays=arguments.rays,
         scene=find_file(arguments.scene) if arguments.scene else None,
         registry=make_registry(arguments.modules) if arguments.modules else None,
+        environment=environment(arguments),
+        scripts=arguments.allow_scripts,
     )
 
 

@@ -96,6 +96,8 @@ class Live:
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> bool:
         signal.signal(signal.SIGTERM, self._before)
+        for topic, number in self.transport.malformed.items():
+            print(f"WARNING: {topic}: dropped what is no message of the topic's type, {number} times", file=sys.stderr)
         self.transport.close()
         return kind is KeyboardInterrupt
 

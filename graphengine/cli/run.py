@@ -9,21 +9,21 @@ import re
 import signal
 import sys
 import time
-from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
+from graphengine.cli.units import duration, rate
+
 if TYPE_CHECKING:
     from graphengine.build import Assembly
+    from graphengine.control.desk import CommandDesk
     from graphengine.diagnostics import NodeError
     from graphengine.ros.network import LiveNetwork
     from graphengine.session import Session
 
-
-SLOWEST = 0.01
-"""Least factor of real time: Ctrl-C is heard between two ticks, which at 60 Hz are then 1.7 s apart."""
 
 LATE_PICTURE = """a picture came too late and was dropped
   drawing does not keep up: make pictures smaller or fewer, or run slower, as with --rate 0.5"""
@@ -43,6 +43,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=None,
         help="realtime, max, or a factor of real time (default realtime; max for --transport memory)",
     )
+    parser.add_argument("--paused", action="store_true", help="begin with a pause, which `graphrun ctl play` ends")
+    parser.add_argument("--no-control", action="store_true", help="let `graphrun ctl` not reach the run")
+    interfaces = "let everybody on the network stop, step, reset, spawn and move, by ROS 2's simulation_interfaces"
+    parser.add_argument("--simulation-interfaces", action="store_true", help=interfaces)
     parser.add_argument("--transport", choices=("auto", "dds", "rclpy", "memory"), default="auto")
     parser.add_argument("--keep-going", action="store_true", help="a node that raises ends its branch, not the run")
     record = "MCAP file of all that is read, heard and said, for replay, ros2 bag and Foxglove; pictures are waited for"
@@ -50,30 +54,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--force", action="store_true", help="let --record write over a file that is there")
 
 
-def duration(text: str) -> float:
-    """Seconds of `10`, `10s`, `500ms`, `2min`."""
-    match = re.fullmatch(r"([0-9]*\.?[0-9]+)(s|ms|min|)", text.strip())
-    if match is None:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a time; write 10, 10s, 500ms or 2min")
-    return float(match[1]) * {"": 1.0, "s": 1.0, "ms": 1e-3, "min": 60.0}[match[2]]
-
-
-def rate(text: str) -> float:
-    """Seconds of simulation in a second of wall time; infinite for `max`."""
-    named = {"realtime": 1.0, "max": math.inf}
-    try:
-        factor = named[text] if text in named else float(text)
-    except ValueError:
-        factor = 0.0
-    if not factor >= SLOWEST:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a rate; write realtime, max or a factor from {SLOWEST} up")
-    return factor
-
-
 def execute(arguments: argparse.Namespace) -> int:
     """0 when it ran to its end or was stopped, 1 with errors."""
     from graphengine import build
     from graphengine.cli.common import assemble_to_run, clean, counted
+    from graphengine.control.desk import CommandDesk
     from graphengine.diagnostics import UsageError
 
     _check_recording(arguments)
@@ -93,16 +78,25 @@ def execute(arguments: argparse.Namespace) -> int:
         log=console.say,
         fault=console.fault if arguments.keep_going else None,
     )
-    with _Signals(console), session, _recorder(arguments, assembly, session, network):
+    session.desk = desk = CommandDesk()
+    with (
+        _Signals(session),
+        _channel(arguments, desk, console),
+        session,
+        _recorder(arguments, assembly, session, network),
+        _keys(session, console) as on_tick,
+    ):
         graphs = counted(len(assembly.plans), "graph")
         what = f"{assembly.path}: {graphs}, {_rate_of(session):g} Hz; {network.description}"
         rays = assembly.loaded.simulation.rays_in_use if assembly.loaded is not None else ""
         what += (f"; rays {rays}" if rays else "") + (f"; recorded to {arguments.record}" if arguments.record else "")
         print(clean(what), file=sys.stderr)
+        _offer_simulation_interfaces(arguments, desk, assembly, network)
         console.begin()
         factor = arguments.rate or (math.inf if arguments.transport == "memory" else 1.0)
         try:
-            session.run(arguments.duration, None if math.isinf(factor) else factor, console.on_tick)
+            pace = None if math.isinf(factor) else factor
+            session.run(arguments.duration, pace, on_tick, paused=arguments.paused)
         finally:
             console.summarize(session)
     return 0
@@ -144,6 +138,41 @@ def _recorder(
     )
 
 
+def _channel(arguments: argparse.Namespace, desk: CommandDesk, console: Console) -> AbstractContextManager[object]:
+    """Where `graphrun ctl` finds the run; the run goes on without, if that cannot be."""
+    from graphengine.control.channel import Channel
+    from graphengine.diagnostics import ControlError
+
+    if arguments.no_control:
+        return nullcontext()
+    try:
+        return Channel(desk, Path(arguments.file).stem, os.environ)
+    except ControlError as error:
+        console.say("warning", "", f"graphrun ctl cannot reach this run: {error}")
+        return nullcontext()
+
+
+@contextmanager
+def _keys(session: Session, console: Console) -> Iterator[Callable[[Session], bool]]:
+    """What is to be called after each tick: it reads the terminal's keys, where a graph asked for them."""
+    terminal = sys.stdin is not None and sys.stdin.isatty()
+    if not session.services.keys.asked or not terminal:
+        if session.services.keys.asked:
+            advice = "the standard input, where a graph's keys come from, is no terminal\n  use `graphrun ctl press W`"
+            console.say("warning", "", advice)
+        yield console.on_tick
+        return
+    from graphengine.cli.held_keys import HeldTerminalKeys
+
+    with HeldTerminalKeys() as keys:
+
+        def on_tick(session: Session) -> bool:
+            keys.on_tick(session)
+            return console.on_tick(session)
+
+        yield on_tick
+
+
 def _rate_of(session: Session) -> float:
     return 1.0 / session.clock.delta
 
@@ -163,16 +192,29 @@ def _open_network(
 
     def open_domain(number: int) -> Any:
         there = replace(domain, id=number)
-        return open_transport(arguments.transport, there, name, environ=os.environ, definitions=definitions)
+        patient = arguments.rate is not None and math.isinf(arguments.rate)
+        return open_transport(
+            arguments.transport, there, name, environ=os.environ, definitions=definitions, patient=patient
+        )
 
     return LiveNetwork(open_domain, domain.id, complain, definitions), domain.id
 
 
-class _Signals:
-    """Ctrl-C and SIGTERM end the run after the tick; a second one ends the process."""
+def _offer_simulation_interfaces(
+    arguments: argparse.Namespace, desk: CommandDesk, assembly: Assembly, network: LiveNetwork
+) -> None:
+    """The services by which ROS 2 programs control simulators, if they are wanted, until the network is closed."""
+    if arguments.simulation_interfaces:
+        from graphengine.control.simulation_interfaces.server import SimulationInterfaces
 
-    def __init__(self, console: Console) -> None:
-        self.console = console
+        SimulationInterfaces(desk, assembly, network.transport(0), network.complain)
+
+
+class _Signals:
+    """Ctrl-C and SIGTERM end the run after the tick, or at once while it waits; a second one ends the process."""
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
         self.before: dict[int, Any] = {}
 
     def __enter__(self) -> None:
@@ -180,8 +222,8 @@ class _Signals:
             self.before[number] = signal.signal(number, self._stop)
 
     def _stop(self, number: int, frame: FrameType | None) -> None:
-        self.console.stopping = True
         signal.signal(number, signal.SIG_DFL)
+        self.session.interrupt()
 
     def __exit__(self, *_: object) -> None:
         for number, handler in self.before.items():
@@ -195,13 +237,12 @@ class Console:
 
     def __init__(self, network: LiveNetwork) -> None:
         self.network = network
-        self.stopping = False
         self.terminal = sys.stderr is not None and sys.stderr.isatty()
         self.said: set[tuple[str, str, str]] = set()
         self.faults = 0
-        self.last_time = 0.0
         self.last_sent = 0
-        self.last_frame = 0
+        self.last_ticks = 0
+        self.last_line = ""
         self.begin()
 
     def begin(self) -> None:
@@ -227,26 +268,35 @@ class Console:
         self.say("error", "", explain(error))
 
     def on_tick(self, session: Session) -> bool:
-        """Called after each tick; False ends the run."""
+        """Called after each tick, and while the run is paused; the run goes on."""
         for camera in session.services.world.dropped_pictures:
             self.say("warning", camera, LATE_PICTURE)
         now = time.perf_counter()
         if now - self.last >= (self.LIVE if self.terminal else self.PLAIN):
-            elapsed, frames = now - self.last, session.clock.frame - self.last_frame
-            factor = (session.time - self.last_time) / elapsed
-            cpu = time.thread_time()
-            tick = (cpu - self.last_cpu) / frames if frames else 0.0
-            out = (self.network.sent - self.last_sent) / elapsed
-            line = f"t {session.time:9.2f} s   real time x{factor:<6.2f} tick {tick * 1e3:6.2f} ms   out {out:6.0f} messages/s"
-            print(
-                f"\r{line[: self._columns()]}\x1b[K" if self.terminal else line,
-                end="" if self.terminal else "\n",
-                file=sys.stderr,
-                flush=True,
-            )
-            self.last, self.last_time, self.last_sent = now, session.time, self.network.sent
-            self.last_cpu, self.last_frame = cpu, session.clock.frame
-        return not self.stopping
+            self._show(self._line(session, now - self.last))
+            self.last, self.last_cpu = now, time.thread_time()
+            self.last_sent, self.last_ticks = self.network.sent, session.ticks
+        return True
+
+    def _line(self, session: Session, elapsed: float) -> str:
+        """Where the run is, and how fast it was in the seconds since the last line."""
+        ticks = session.ticks - self.last_ticks
+        if not ticks and session.state != "playing":
+            return f"t {session.time:9.2f} s   {session.state}"
+        factor = ticks * session.clock.delta / elapsed
+        tick = (time.thread_time() - self.last_cpu) / ticks if ticks else 0.0
+        out = (self.network.sent - self.last_sent) / elapsed
+        return (
+            f"t {session.time:9.2f} s   real time x{factor:<6.2f} tick {tick * 1e3:6.2f} ms   out {out:6.0f} messages/s"
+        )
+
+    def _show(self, line: str) -> None:
+        """Write over the line of a terminal; elsewhere a line that says the same is not repeated."""
+        if self.terminal:
+            print(f"\r{line[: self._columns()]}\x1b[K", end="", file=sys.stderr, flush=True)
+        elif line != self.last_line:
+            print(line, file=sys.stderr, flush=True)
+        self.last_line = line
 
     def _columns(self) -> int | None:
         """How long a line may be that is to be written over: a wrapped one could not."""
@@ -266,13 +316,21 @@ class Console:
 
         self._clear_line()
         wall = time.perf_counter() - self.start
-        ticks = session.clock.frame
+        ticks, simulated = session.ticks, session.ticks * session.clock.delta
         tick = (time.thread_time() - self.cpu_start) / ticks if ticks else 0.0
         faults = f", {counted(self.faults, 'fault')}" if self.faults else ""
         for camera, number in session.services.world.dropped_pictures.items():
             print(f"came too late and dropped: {counted(number, 'picture')} of {camera}", file=sys.stderr)
+        for topic, number in sorted(self.network.malformed.items()):
+            print(f"malformed and dropped: {counted(number, 'message')} of {topic}", file=sys.stderr)
+        for topic, number in sorted(self.network.overwritten.items()):
+            print(f"overwritten before a tick took them: {counted(number, 'message')} of {topic}", file=sys.stderr)
+        for topic, number in sorted(self.network.given_up.items()):
+            print(
+                f"given up on a reader that did not keep up: {counted(number, 'message')} of {topic}", file=sys.stderr
+            )
         print(
-            f"{counted(ticks, 'tick')}, {session.time:.3f} s of simulation in {wall:.3f} s (x{session.time / wall:.2f}), "
+            f"{counted(ticks, 'tick')}, {simulated:.3f} s of simulation in {wall:.3f} s (x{simulated / wall:.2f}), "
             f"{tick * 1e3:.3f} ms a tick, {counted(self.network.sent, 'message')}{faults}",
             file=sys.stderr,
         )

@@ -1,0 +1,69 @@
+"""Times, rates, angles and vectors as a command line writes them."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+from collections.abc import Callable
+
+from graphengine.pacer import SLOWEST
+
+
+def duration(text: str) -> float:
+    """Seconds of `10`, `10s`, `500ms`, `2min`."""
+    match = re.fullmatch(r"([0-9]*\.?[0-9]+)(s|ms|min|)", text.strip())
+    if match is None:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a time; write 10, 10s, 500ms or 2min")
+    return float(match[1]) * {"": 1.0, "s": 1.0, "ms": 1e-3, "min": 60.0}[match[2]]
+
+
+def rate(text: str) -> float:
+    """Seconds of simulation in a second of wall time; infinite for `max`."""
+    named = {"realtime": 1.0, "max": math.inf}
+    try:
+        factor = named[text] if text in named else float(text)
+    except ValueError:
+        factor = 0.0
+    if not factor >= SLOWEST:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a rate; write realtime, max or a factor from {SLOWEST} up")
+    return factor
+
+
+def number(text: str) -> float:
+    """A finite number."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text.strip()!r} is not a number")
+    return value
+
+
+def angle(text: str) -> float:
+    """Radians of `1.57`, `1.57rad`, `90deg`."""
+    match = re.fullmatch(r"([-+.e0-9]+)(rad|deg|)", text.strip())
+    if match is None:
+        raise argparse.ArgumentTypeError(f"{text.strip()!r} is not an angle; write 1.57, 1.57rad or 90deg")
+    return math.radians(number(match[1])) if match[2] == "deg" else number(match[1])
+
+
+def vector(*sizes: int, item: Callable[[str], float] = number) -> Callable[[str], tuple[float, ...]]:
+    """What reads `1,2,0`.
+
+    Args:
+        sizes: how many numbers there may be.
+        item: what reads one.
+    """
+
+    def read(text: str) -> tuple[float, ...]:
+        parts = text.split(",")
+        if len(parts) not in sizes:
+            wanted = " or ".join(map(str, sizes))
+            raise argparse.ArgumentTypeError(
+                f"{text.strip()!r}: write {wanted} numbers with commas between, as in 1,2,0"
+            )
+        return tuple(item(part) for part in parts)
+
+    return read

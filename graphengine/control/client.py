@@ -1,0 +1,81 @@
+"""A running session as another program of its user sees it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import Any
+
+from graphengine.control import runs
+from graphengine.control.lines import MAX_ANSWER, BadLineError, Lines
+from graphengine.control.runs import Entry
+from graphengine.diagnostics import ControlError, UsageError, did_you_mean
+
+
+class Client:
+    """A connection to a run.
+
+    Args:
+        entry: which.
+
+    Raises:
+        ControlError: it is not there any more.
+    """
+
+    def __init__(self, entry: Entry) -> None:
+        self.entry = entry
+        try:
+            self._connection = runs.connect(entry.path)
+        except OSError as error:
+            raise ControlError(f"{entry} does not answer: {error.strerror or error}") from None
+        self._lines = Lines(self._connection)
+
+    def ask(self, command: str, arguments: Mapping[str, Any] | None = None) -> Any:
+        """Ask for one of `commands.COMMANDS`; what came of it.
+
+        Raises:
+            ControlError: it was refused, or the run ended meanwhile.
+        """
+        try:
+            self._lines.send({"command": command, "arguments": dict(arguments or {})})
+            answer = self._lines.receive(MAX_ANSWER)
+        except (OSError, BadLineError):
+            answer = None
+        if not isinstance(answer, dict):
+            raise ControlError(f"{self.entry} ended before it answered")
+        if "error" in answer:
+            raise ControlError(str(answer["error"]))
+        return answer.get("result")
+
+    def close(self) -> None:
+        """Hang up."""
+        self._connection.close()
+
+    def __enter__(self) -> Client:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def find(meant: str = "", environment: Mapping[str, str] = os.environ) -> Entry:
+    """The run that is meant, by its name or the number of its process; the only one if nothing is given.
+
+    Raises:
+        ControlError: there is none, or none such.
+        UsageError: there are several.
+    """
+    there = runs.running(environment)
+    fitting = [entry for entry in there if meant in ("", entry.name, str(entry.pid))]
+    if len(fitting) == 1:
+        return fitting[0]
+    if not there:
+        raise ControlError(
+            "nothing runs here that could be controlled\n  start something, as with: graphrun run dd100_warehouse\n"
+            f"  looked in {runs.folder(environment)}"
+        )
+    listed = "".join(f"\n  --run {entry.pid}   {entry.name}" for entry in fitting or there)
+    if fitting:
+        raise UsageError(f"{len(fitting)} sessions run; say which{listed}")
+    near = did_you_mean(meant, [entry.name for entry in there])
+    raise ControlError(f"no session {meant!r} runs{'; ' + near if near else ''}{listed}")

@@ -1,0 +1,67 @@
+"""JSON over a stream, one value a line."""
+
+from __future__ import annotations
+
+import json
+import socket
+from typing import Any
+
+MAX_REQUEST, MAX_ANSWER = 100_000, 10_000_000
+"""Bytes of a line."""
+PATIENCE = 10.0
+"""Seconds that a line which has begun may take to come, and to be taken."""
+
+
+class BadLineError(Exception):
+    """What came is no line of JSON, is too long, or took too long."""
+
+
+class Lines:
+    """The lines of a connection.
+
+    Args:
+        connection: a stream; it stays its owner's.
+    """
+
+    def __init__(self, connection: socket.socket) -> None:
+        self._connection = connection
+        self._rest = b""
+
+    def send(self, value: Any) -> None:
+        """Send a value.
+
+        Raises:
+            OSError: the other end is gone, or takes nothing.
+        """
+        self._connection.settimeout(PATIENCE)
+        self._connection.sendall(json.dumps(value).encode() + b"\n")
+
+    def receive(self, most: int, *, patience: float | None = None) -> Any:
+        """The next value, None at the end.
+
+        Args:
+            most: bytes that it may have.
+            patience: seconds until it begins; None for ever.
+
+        Raises:
+            BadLineError: it is none.
+            OSError: the other end is gone.
+        """
+        while b"\n" not in self._rest:
+            if len(self._rest) > most:
+                raise BadLineError
+            self._connection.settimeout(PATIENCE if self._rest else patience)
+            try:
+                more = self._connection.recv(65536)
+            except TimeoutError:
+                raise BadLineError from None
+            if not more:
+                return None
+            self._rest += more
+        line, _, self._rest = self._rest.partition(b"\n")
+        if len(line) > most:
+            raise BadLineError
+        try:
+            return json.loads(line)
+        except (ValueError, RecursionError):
+            raise BadLineError from None

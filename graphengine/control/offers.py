@@ -1,0 +1,91 @@
+"""Services that are answered when a session's desk is done with what was asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future
+from typing import Any
+
+from graphengine.context import QoS
+from graphengine.diagnostics import TransportError
+from graphengine.ros import messages
+from graphengine.ros.transport import ServiceServer, Transport
+
+SERVICES = QoS(history="keepLast", depth=10, reliability="reliable", durability="volatile")
+"""As rcl has it by default."""
+
+Handle = Callable[[Any, Any], "Future[Any] | None"]
+"""Takes a request and the answer that it may fill in, in a thread of the transport; the answer leaves when the future ends."""
+
+
+def _nothing(*_: object) -> None:
+    """Do nothing."""
+
+
+class Offers:
+    """Some services of one transport.
+
+    Args:
+        transport: to offer them on.
+        complain: told once a service of a peer that sends what is no request.
+    """
+
+    def __init__(self, transport: Transport, complain: Callable[[str], None]) -> None:
+        self._transport = transport
+        self._complain = complain
+        self._servers: dict[str, ServiceServer] = {}
+        self._malformed: set[str] = set()
+
+    def add(
+        self,
+        service: str,
+        service_type: str,
+        handle: Handle,
+        finish: Callable[[Any, BaseException | None], None] = _nothing,
+        then: Callable[[Any, Any], None] = _nothing,
+    ) -> None:
+        """Offer one service.
+
+        Args:
+            service: absolute.
+            service_type: as in `std_srvs/srv/Trigger`.
+            handle: what is asked for.
+            finish: writes into an answer what came of the future.
+            then: called with request and answer once that has left.
+
+        Raises:
+            MessageTypeError: the transport does not know the type.
+        """
+
+        def deliver(request_id: bytes, data: bytes) -> None:
+            request = self._decode(service, data, f"{service_type}_Request")
+            if request is None or service not in self._servers:
+                return
+            response = messages.DEFINITIONS.initial(f"{service_type}_Response")
+
+            def reply(future: Future[Any] | None) -> None:
+                finish(response, future.exception() if future is not None else None)
+                self._servers[service].answer(request_id, messages.encode(response))
+                then(request, response)
+
+            future = handle(request, response)
+            if future is None:
+                reply(None)
+            else:
+                future.add_done_callback(reply)
+
+        self._servers[service] = self._transport.server(service, service_type, SERVICES, deliver)
+
+    def _decode(self, service: str, data: bytes, message_type: str) -> Any | None:
+        try:
+            return messages.decode(data, message_type)
+        except TransportError as error:
+            if service not in self._malformed:
+                self._malformed.add(service)
+                self._complain(f"{service}: a peer sends what is not {message_type}; dropped ({error})")
+            return None
+
+    def close(self) -> None:
+        """Withdraw them; safe to call twice."""
+        for server in self._servers.values():
+            server.close()

@@ -1,0 +1,132 @@
+"""The parameter `real_time_factor` of a session's node, for `ros2 param`: `simulation_interfaces` has nothing for it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from graphengine.control.desk import CommandDesk
+from graphengine.control.offers import Handle, Offers
+from graphengine.pacer import SLOWEST
+from graphengine.ros import messages
+from graphengine.ros.transport import Transport
+from graphengine.session import Session
+
+NAME = "real_time_factor"
+DESCRIPTION = "seconds of simulation in a second of wall time; 0 for as fast as possible"
+FASTEST = 1e6
+
+# Of rcl_interfaces/msg/ParameterType.
+_NOT_SET, _INTEGER, _DOUBLE = 0, 2, 3
+
+
+@dataclass(frozen=True, slots=True)
+class _Read:
+    """A look at the parameter, for an answer."""
+
+    names: Sequence[str]
+    response: Any
+
+    def apply(self, session: Session) -> None:
+        """Write it into the answer."""
+        self.response.values = [_value(session.pace or 0.0 if name == NAME else None) for name in self.names]
+
+
+class Parameters:
+    """The parameter services of one node.
+
+    Args:
+        desk: of the session.
+        transport: whose node it is.
+        complain: told once of a peer that sends what is no request.
+
+    Raises:
+        MessageTypeError: the transport does not know the services' types.
+    """
+
+    def __init__(self, desk: CommandDesk, transport: Transport, complain: Callable[[str], None]) -> None:
+        self._desk = desk
+        self._offers = Offers(transport, complain)
+        handles: Mapping[str, Handle] = {
+            "DescribeParameters": _describe,
+            "GetParameterTypes": _types,
+            "GetParameters": lambda request, response: desk.ask(_Read(request.names, response)),
+            "ListParameters": _list,
+            "SetParameters": self._set,
+            "SetParametersAtomically": self._set_atomically,
+        }
+        for name, handle in handles.items():
+            service = re.sub("(?<!^)([A-Z])", r"_\1", name).lower()
+            self._offers.add(f"{transport.node}/{service}", f"rcl_interfaces/srv/{name}", handle)
+
+    def _set(self, request: Any, response: Any) -> Future[Any] | None:
+        """Write those that can be, in order."""
+        response.results = [_result(_refusal(parameter)) for parameter in request.parameters]
+        pairs = zip(request.parameters, response.results, strict=True)
+        return self._write([parameter for parameter, result in pairs if result.successful])
+
+    def _set_atomically(self, request: Any, response: Any) -> Future[Any] | None:
+        """Write all of them, or none."""
+        refusals = [refusal for parameter in request.parameters if (refusal := _refusal(parameter))]
+        response.result = _result(refusals[0] if refusals else "")
+        return self._write([] if refusals else request.parameters)
+
+    def _write(self, parameters: Sequence[Any]) -> Future[Any] | None:
+        """Of several values of the one parameter, the last is what is left."""
+        return self._desk.submit("rate", {"factor": _factor(parameters[-1]) or "max"}) if parameters else None
+
+    def close(self) -> None:
+        """Withdraw the services; safe to call twice."""
+        self._offers.close()
+
+
+def _describe(request: Any, response: Any) -> None:
+    for name in request.names:
+        descriptor = messages.DEFINITIONS.initial("rcl_interfaces/msg/ParameterDescriptor")
+        descriptor.name = name
+        if name == NAME:
+            descriptor.type, descriptor.description = _DOUBLE, DESCRIPTION
+            descriptor.additional_constraints = f"0, or {SLOWEST:g} to {FASTEST:g}"
+        response.descriptors.append(descriptor)
+
+
+def _types(request: Any, response: Any) -> None:
+    response.types = np.array([_DOUBLE if name == NAME else _NOT_SET for name in request.names], np.uint8)
+
+
+def _list(request: Any, response: Any) -> None:
+    response.result.names = [NAME] if not request.prefixes or NAME in request.prefixes else []
+
+
+def _value(factor: float | None) -> Any:
+    value = messages.DEFINITIONS.initial("rcl_interfaces/msg/ParameterValue")
+    if factor is not None:
+        value.type, value.double_value = _DOUBLE, factor
+    return value
+
+
+def _factor(parameter: Any) -> float:
+    value = parameter.value
+    return float(value.integer_value if value.type == _INTEGER else value.double_value)
+
+
+def _refusal(parameter: Any) -> str:
+    """Why a parameter cannot be set so; empty if it can be."""
+    if parameter.name != NAME:
+        return f"there is no parameter {parameter.name[:200]!r}; there is {NAME!r}"
+    if parameter.value.type not in (_INTEGER, _DOUBLE):
+        return f"{NAME} is a number"
+    factor = _factor(parameter)
+    legal = factor == 0.0 or SLOWEST <= factor <= FASTEST
+    return "" if legal else f"{NAME} cannot be {factor:g}; legal: 0, or {SLOWEST:g} to {FASTEST:g}"
+
+
+def _result(refusal: str) -> Any:
+    result = messages.DEFINITIONS.initial("rcl_interfaces/msg/SetParametersResult")
+    result.successful, result.reason = not refusal, refusal
+    return result

@@ -1,0 +1,193 @@
+"""The action SimulateSteps: single steps with news of each, which may be cancelled.
+
+An action is three services and two topics (design.ros2.org/articles/actions.html). One goal is pursued at a time.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import Future
+from typing import Any
+
+from graphengine.context import QoS
+from graphengine.control.commands import MAX_TICKS
+from graphengine.control.desk import CommandDesk
+from graphengine.control.offers import SERVICES, Offers
+from graphengine.control.simulation_interfaces import states
+from graphengine.control.simulation_interfaces.results import FAILED, OK, text_of
+from graphengine.ros import messages
+from graphengine.ros.transport import Transport
+
+TYPE = "simulation_interfaces/action/SimulateSteps"
+_STATUS = QoS(history="keepLast", depth=1, reliability="reliable", durability="transientLocal")
+KEPT = 100
+"""Goals whose results are kept."""
+
+# Of action_msgs/msg/GoalStatus.
+UNKNOWN, ACCEPTED, EXECUTING, CANCELING, SUCCEEDED, CANCELED, ABORTED = range(7)
+# Of action_msgs/srv/CancelGoal.
+_NONE, _REJECTED, _UNKNOWN_GOAL, _TERMINATED = range(4)
+
+
+class _Goal:
+    """A goal that was accepted."""
+
+    def __init__(self, identity: bytes, steps: int) -> None:
+        self.identity = identity
+        self.steps = steps
+        self.done = 0
+        self.status = ACCEPTED
+        self.error = ""
+        self.stamp = messages.stamp(time.time())
+        """When it was accepted, by the wall clock."""
+        self.ended: Future[None] = Future()
+
+    @property
+    def active(self) -> bool:
+        """Whether it is not at its end."""
+        return self.status in (ACCEPTED, EXECUTING, CANCELING)
+
+
+class SimulateSteps:
+    """The action of one session; `/simulate_steps` mostly.
+
+    Args:
+        desk: of the session.
+        transport: to offer it on.
+        complain: told once of a peer that sends what is no request.
+        name: absolute.
+
+    Raises:
+        MessageTypeError: the transport does not know the action's types.
+    """
+
+    def __init__(self, desk: CommandDesk, transport: Transport, complain: Callable[[str], None], name: str) -> None:
+        self._desk = desk
+        self._lock = threading.RLock()
+        self._goals: dict[bytes, _Goal] = {}
+        self._closed = False
+        hidden = f"{name}/_action"
+        self._feedback = transport.writer(f"{hidden}/feedback", f"{TYPE}_FeedbackMessage", SERVICES)
+        self._status = transport.writer(f"{hidden}/status", "action_msgs/msg/GoalStatusArray", _STATUS)
+        self._offers = Offers(transport, complain)
+        self._offers.add(f"{hidden}/send_goal", f"{TYPE}_SendGoal", self._accept, then=self._begin)
+        self._offers.add(f"{hidden}/cancel_goal", "action_msgs/srv/CancelGoal", self._cancel, then=self._tell_status)
+        self._offers.add(f"{hidden}/get_result", f"{TYPE}_GetResult", self._result)
+
+    def close(self) -> None:
+        """Withdraw it; goals end where they are."""
+        self._closed = True
+        self._offers.close()
+        self._feedback.close()
+        self._status.close()
+
+    def _accept(self, request: Any, response: Any) -> None:
+        goal = _Goal(bytes(request.goal_id.uuid), int(request.goal.steps))
+        response.stamp = goal.stamp
+        with self._lock:
+            busy = any(other.active for other in self._goals.values())
+            response.accepted = not busy and 0 < goal.steps <= MAX_TICKS and goal.identity not in self._goals
+            if response.accepted:
+                self._goals[goal.identity] = goal
+                for old in list(self._goals)[:-KEPT]:
+                    del self._goals[old]
+
+    def _begin(self, request: Any, response: Any) -> None:
+        if response.accepted:
+            self._tell_status()
+            self._next(self._goals[bytes(request.goal_id.uuid)])
+
+    def _next(self, goal: _Goal) -> None:
+        """Ask for one step more."""
+        self._desk.ask(states.steps(1)).add_done_callback(lambda future: self._stepped(goal, future))
+
+    def _stepped(self, goal: _Goal, future: Future[Any]) -> None:
+        """A step ran, or did not; in the session's thread."""
+        if self._closed:
+            return
+        error = future.exception()
+        if error is not None:
+            goal.error = text_of(error)
+            self._end(goal, CANCELED if goal.status == CANCELING else ABORTED)
+            return
+        goal.done += 1
+        self._tell_feedback(goal)
+        with self._lock:
+            cancelled = goal.status == CANCELING
+            if not cancelled:
+                goal.status = EXECUTING
+        if goal.done == 1 and not cancelled:
+            self._tell_status()
+        if goal.done == goal.steps:
+            self._end(goal, SUCCEEDED)
+        elif cancelled:
+            goal.error = f"cancelled after {goal.done} of {goal.steps} steps"
+            self._end(goal, CANCELED)
+        else:
+            self._next(goal)
+
+    def _end(self, goal: _Goal, status: int) -> None:
+        goal.status = status
+        self._tell_status()
+        goal.ended.set_result(None)
+
+    def _result(self, request: Any, response: Any) -> Future[None] | None:
+        """The result of a goal, once it has one; a status of 0 for one that nobody sent."""
+        goal = self._goals.get(bytes(request.goal_id.uuid))
+        if goal is None:
+            return None
+        told: Future[None] = Future()
+
+        def tell(_: Future[None]) -> None:
+            response.status = goal.status
+            response.result.result.result = OK if goal.status == SUCCEEDED else FAILED
+            response.result.result.error_message = goal.error
+            told.set_result(None)
+
+        goal.ended.add_done_callback(tell)
+        return told
+
+    def _cancel(self, request: Any, response: Any) -> None:
+        """Let goals end after the step that they are in: the one that is named, those up to a time, or all."""
+        identity, before = bytes(request.goal_info.goal_id.uuid), messages.seconds(request.goal_info.stamp)
+        every = not any(identity) and not before
+        with self._lock:
+            known = self._goals.get(identity)
+            active = [goal for goal in self._goals.values() if goal.active]
+            meant = [
+                goal for goal in active if every or goal is known or (before and messages.seconds(goal.stamp) <= before)
+            ]
+            for goal in meant:
+                goal.status = CANCELING
+            if not meant:
+                response.return_code = _TERMINATED if known else _UNKNOWN_GOAL if any(identity) else _REJECTED
+        for goal in meant:
+            info = messages.DEFINITIONS.initial("action_msgs/msg/GoalInfo")
+            _write_info(info, goal)
+            response.goals_canceling.append(info)
+
+    def _tell_feedback(self, goal: _Goal) -> None:
+        if not self._feedback.matched:
+            return
+        message = messages.DEFINITIONS.initial(f"{TYPE}_FeedbackMessage")
+        message.goal_id.uuid[:] = list(goal.identity)
+        message.feedback.completed_steps = goal.done
+        message.feedback.remaining_steps = goal.steps - goal.done
+        self._feedback.write(messages.encode(message))
+
+    def _tell_status(self, *_: object) -> None:
+        message = messages.DEFINITIONS.initial("action_msgs/msg/GoalStatusArray")
+        with self._lock:
+            for goal in self._goals.values():
+                status = messages.DEFINITIONS.initial("action_msgs/msg/GoalStatus")
+                _write_info(status.goal_info, goal)
+                status.status = goal.status
+                message.status_list.append(status)
+        self._status.write(messages.encode(message))
+
+
+def _write_info(info: Any, goal: _Goal) -> None:
+    info.goal_id.uuid[:] = list(goal.identity)
+    info.stamp = goal.stamp

@@ -1,0 +1,179 @@
+"""What there is in the simulation: found, looked at, put elsewhere and taken out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from graphengine.context import Quaternion, Vector3
+from graphengine.control.simulation_interfaces import filters
+from graphengine.control.simulation_interfaces.results import FAILED, RefusedError
+from graphengine.diagnostics import UnknownEntityError
+from graphengine.entity import Entity, EntityKind, EntityState
+from graphengine.ros import messages
+from graphengine.rotation import Pose, compose
+from graphengine.session import Session
+
+WORLD = "world"
+INVALID_POSE_OF_STATE = 101
+FARTHEST = 1e6
+"""From the origin, m."""
+_TOLERANCE = 0.01
+"""How far from 1 the length of a quaternion may be, as tf2 has it."""
+_CATEGORIES: Mapping[EntityKind, int] = {"object": 0, "robot": 1, "static": 5}
+_KNOWN_CATEGORIES = (0, 1, 2, 4, 5)
+
+
+def get_entities(session: Session, request: Any, response: Any) -> None:
+    """Answer GetEntities."""
+    response.entities = [entity.name for entity in _matching(session, request.filters)]
+
+
+def get_entities_states(session: Session, request: Any, response: Any) -> None:
+    """Answer GetEntitiesStates."""
+    get_entities(session, request, response)
+    for name in response.entities:
+        state = messages.DEFINITIONS.initial("simulation_interfaces/msg/EntityState")
+        _write_state(session, name, state)
+        response.states.append(state)
+
+
+def get_entity_state(session: Session, request: Any, response: Any) -> None:
+    """Answer GetEntityState."""
+    _write_state(session, request.entity, response.state)
+
+
+def set_entity_state(session: Session, request: Any, response: Any) -> None:
+    """Answer SetEntityState; accelerations follow from forces and cannot be set."""
+    entity, state = _entity(session, request.entity), request.state
+    if state.header.frame_id not in ("", WORLD):
+        raise RefusedError(FAILED, f"states are set in the frame {WORLD!r}, not in {state.header.frame_id!r}")
+    position, orientation = plain_pose(state.pose, INVALID_POSE_OF_STATE)
+    linear, angular = (_vector(vector) for vector in (state.twist.linear, state.twist.angular))
+    asked = (*linear, *angular, *_vector(state.acceleration.linear), *_vector(state.acceleration.angular))
+    if entity.kind == "static" and any(asked):
+        raise RefusedError(FAILED, f"{entity.name} is bolted to the world: it has no velocity and no acceleration")
+    session.place(entity.name, position, orientation, linear, angular)
+
+
+def delete_entity(session: Session, request: Any, response: Any) -> None:
+    """Answer DeleteEntity."""
+    entity = _entity(session, request.entity)
+    if entity.prim_path.startswith("/World/"):
+        raise RefusedError(
+            FAILED, f"{entity.name} belongs to the world's file: only what the scene has as robots can go"
+        )
+    session.remove(entity.name)
+
+
+def get_entity_info(session: Session, request: Any, response: Any) -> None:
+    """Answer GetEntityInfo."""
+    response.info = _info(session, _entity(session, request.entity))
+
+
+def set_entity_info(session: Session, request: Any, response: Any) -> None:
+    """Answer SetEntityInfo; it is kept for as long as the entity is there."""
+    if request.info.category.category not in _KNOWN_CATEGORIES:
+        legal = ", ".join(map(str, _KNOWN_CATEGORIES))
+        raise RefusedError(FAILED, f"there is no category {request.info.category.category}; legal: {legal}")
+    prim = session.services.stage.find(_entity(session, request.entity).prim_path)
+    prim.facts["entity_info"] = request.info
+
+
+def get_entity_bounds(session: Session, request: Any, response: Any) -> None:
+    """Answer GetEntityBounds: a box in the entity's own frame, or none where it has no geometry that ends."""
+    box = session.services.world.entity_bounds(_entity(session, request.entity).name, own=True)
+    if box is not None:
+        response.bounds.type = filters.BOX
+        response.bounds.points = [messages.Vector3(*box.high), messages.Vector3(*box.low)]
+
+
+def pose_in_world(session: Session, stamped: Any, invalid: int) -> Pose:
+    """What a PoseStamped means: its frame is the world, or an entity.
+
+    Raises:
+        RefusedError: with the code `invalid`, the frame is none of these, or the pose is none.
+    """
+    pose, frame = plain_pose(stamped.pose, invalid), stamped.header.frame_id
+    if frame in ("", WORLD):
+        return pose
+    try:
+        there = session.services.world.entity_state(frame)
+    except UnknownEntityError:
+        raise RefusedError(invalid, f"no frame {frame!r}; known are {WORLD!r} and the names of entities") from None
+    return compose((there.position, there.orientation), pose)
+
+
+def plain_pose(pose: Any, invalid: int) -> Pose:
+    """A pose that makes sense.
+
+    Raises:
+        RefusedError: with the code `invalid`.
+    """
+    position, turn = _vector(pose.position), pose.orientation
+    orientation: Quaternion = (turn.x, turn.y, turn.z, turn.w)
+    if not all(abs(value) <= FARTHEST for value in position):
+        raise RefusedError(invalid, f"no position is {position}; legal is up to {FARTHEST:g} m")
+    if not abs(math.hypot(*orientation) - 1.0) <= _TOLERANCE:
+        raise RefusedError(invalid, f"the quaternion {orientation} is not of length 1")
+    return position, orientation
+
+
+def _matching(session: Session, wanted: Any) -> list[Entity]:
+    """The entities that an EntityFilters means, in their order."""
+    overlaps = filters.overlap(wanted.bounds)
+    entities = {entity.name: entity for entity in session.services.world.entities()}
+    found = [entities[name] for name in filters.name_filter(wanted.filter, list(entities))]
+    categories = {category.category for category in wanted.categories}
+    if categories or wanted.tags.tags:
+        infos = [_info(session, entity) for entity in found]
+        found = [
+            entity
+            for entity, info in zip(found, infos, strict=True)
+            if (not categories or info.category.category in categories) and filters.has_tags(wanted.tags, info.tags)
+        ]
+    if overlaps is not None:
+        boxes = [session.services.world.entity_bounds(entity.name) for entity in found]
+        found = [entity for entity, box in zip(found, boxes, strict=True) if box is not None and overlaps(box)]
+    return found
+
+
+def _entity(session: Session, name: str) -> Entity:
+    """The entity of a name, or of a prim path.
+
+    Raises:
+        UnknownEntityError: there is none.
+    """
+    for entity in session.services.world.entities():
+        if name in (entity.name, entity.prim_path):
+            return entity
+    session.services.world.entity_state(name)  # which says what is near
+    raise UnknownEntityError(f"no entity {name!r}")
+
+
+def _info(session: Session, entity: Entity) -> Any:
+    """An EntityInfo: what somebody set, else what is known."""
+    given = session.services.stage.find(entity.prim_path).facts.get("entity_info")
+    if given is not None:
+        return given
+    info = messages.DEFINITIONS.initial("simulation_interfaces/msg/EntityInfo")
+    info.category.category = _CATEGORIES[entity.kind]
+    return info
+
+
+def _write_state(session: Session, name: str, message: Any) -> None:
+    state: EntityState = session.services.world.entity_state(name)
+    message.header = messages.header(session.time, WORLD)
+    message.pose = messages.Pose(messages.Point(*state.position), messages.Quaternion(*state.orientation))
+    message.twist = messages.Twist(_message(state.linear_velocity), _message(state.angular_velocity))
+    message.acceleration.linear = _message(state.linear_acceleration)
+    message.acceleration.angular = _message(state.angular_acceleration)
+
+
+def _message(vector: Vector3) -> Any:
+    return messages.Vector3(*vector)
+
+
+def _vector(message: Any) -> Vector3:
+    return message.x, message.y, message.z

@@ -1,0 +1,45 @@
+"""What this simulator offers, told by the standard's numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from graphengine import __version__
+from graphengine.build import Assembly
+from graphengine.control.simulation_interfaces.resources import FORMATS
+from graphengine.session import Session
+
+OF_SERVICES: Mapping[str, tuple[int, ...]] = {
+    "spawn_entity": (0, 9),  # SPAWNING, SPAWNING_RESOURCE_STRING
+    "delete_entity": (1,),
+    "get_entities": (6, 8),  # ENTITY_BOUNDS_BOX and ENTITY_CATEGORIES in filters
+    "set_entity_info": (4, 13),  # ENTITY_TAGS, ENTITY_INFO_SETTING
+    "get_entity_bounds": (5,),
+    "get_entity_state": (10,),
+    "set_entity_state": (11,),
+    "get_entity_info": (12,),
+    "get_spawnables": (14,),
+    "reset_simulation": (20, 21, 22, 23),  # with all scopes
+    "get_simulation_state": (24,),
+    "set_simulation_state": (25, 26),  # with a pause
+    "step_simulation": (31, 32),  # one, several
+    "simulate_steps": (33,),
+    "get_current_world": (44,),
+    "spawn_entities": (50,),
+}
+"""Codes of SimulatorFeatures that a service stands for."""
+
+
+def features(assembly: Assembly, offered: Sequence[str]) -> Callable[[Session, Any, Any], None]:
+    """What answers GetSimulatorFeatures; `offered` grows while services are offered."""
+
+    def answer(session: Session, request: Any, response: Any) -> None:
+        codes = sorted(code for name in offered for code in OF_SERVICES.get(name, ()))
+        response.features.features = np.array(codes, np.uint16)
+        response.features.spawn_formats = list(FORMATS) if "spawn_entity" in offered else []
+        response.features.custom_info = f"graphengine {__version__}; a step is a tick of {session.clock.delta:g} s"
+
+    return answer

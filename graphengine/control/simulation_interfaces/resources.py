@@ -1,0 +1,102 @@
+"""What entities are made of: files that a uri names, and texts of descriptions."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from urllib.parse import unquote
+
+from graphengine import document
+from graphengine.build import Assembly
+from graphengine.control.simulation_interfaces.results import NOT_FOUND, RefusedError
+from graphengine.diagnostics import Findings
+from graphengine.files import Files, NotFoundError
+from graphengine.spec_reader import kind_of
+
+FORMATS = ("urdf", "xacro", "mjcf", "graphengine")
+"""As SimulatorFeatures lists them; the last are robot files."""
+UNSUPPORTED_FORMAT, NO_RESOURCE = 103, 104
+_SUFFIXES = (".urdf", ".xacro", ".xml", ".yaml", ".yml")
+_NAMED = re.compile(r"<(?:robot\b[^>]*?\bname|mujoco\b[^>]*?\bmodel)\s*=\s*[\"']([^\"']*)[\"']")
+_LISTED = tuple(suffix for suffix in _SUFFIXES if suffix != ".xml")
+"""An MJCF file may well be a world."""
+MAX_LISTED = 1000
+
+
+def use_of(assembly: Assembly, uri: str, text: str) -> str:
+    """What a scene would write as a robot's `use`; the uri counts where both are given.
+
+    Raises:
+        RefusedError: there is neither, a format that cannot be read, or no such file where files may be read.
+    """
+    if not uri:
+        if not text.strip():
+            raise RefusedError(NO_RESOURCE, "neither a uri nor a resource_string")
+        if not text.lstrip().startswith("<"):
+            raise RefusedError(UNSUPPORTED_FORMAT, "a resource_string is the text of a URDF or MJCF")
+        return text
+    path = unquote(uri.removeprefix("file://")) if uri.startswith("file://") else uri
+    if "://" in path or Path(path).suffix not in _SUFFIXES:
+        legal = "legal: paths and file:// of " + ", ".join(f"*{suffix}" for suffix in _SUFFIXES)
+        raise RefusedError(UNSUPPORTED_FORMAT, f"{uri[:200]!r} is nothing that can be spawned; {legal}")
+    files, folder = _places(assembly)
+    try:
+        files.find(path, folder)
+    except NotFoundError as error:
+        raise RefusedError(NOT_FOUND, "\n  ".join((error.message, *filter(None, error.help)))) from None
+    return path
+
+
+def name_of(use: str) -> str:
+    """What an entity is called after what it is made of; empty if that has no name."""
+    if use.lstrip().startswith("<"):
+        found = _NAMED.search(use[:10_000])
+        name = found[1] if found else ""
+    else:
+        name = Path(use).name.partition(".")[0]
+    plain = re.sub(r"[^A-Za-z0-9_]", "_", name)[:100]
+    return f"_{plain}" if plain[:1].isdigit() else plain
+
+
+def spawnables(assembly: Assembly, sources: Sequence[str]) -> tuple[list[tuple[str, str]], list[str]]:
+    """URIs and descriptions of what can be spawned, and the sources that are no folders which may be read.
+
+    Looked for are robot files and descriptions in the folder of the scene and in its folder `robots`, and among those that ship.
+    """
+    files, scene = _places(assembly)
+    folders = {Path(): scene, Path("robots"): scene / "robots"}
+    unknown: list[str] = []
+    for source in sources:
+        folder = scene / unquote(source.removeprefix("file://"))
+        if files.may_read(folder) and os.path.isdir(folder):  # which takes a name that no folder can have, too
+            folders[folder] = folder
+        else:
+            unknown.append(source)
+    found: dict[str, str] = {}
+    for name, folder in folders.items():
+        found |= {str(name / path.name): doc for path, doc in _spawnable(folder, files)}
+    shipped = files.base / "scenes" / "robots"
+    found |= {str(Path("robots", path.name)): doc for path, doc in _spawnable(shipped, files)}
+    return list(found.items())[:MAX_LISTED], unknown
+
+
+def _places(assembly: Assembly) -> tuple[Files, Path]:
+    """Which files may be read, and the folder where names begin."""
+    assert assembly.loaded is not None
+    scenery = assembly.loaded.scenery
+    return scenery.library.files, scenery.scene.folder
+
+
+def _spawnable(folder: Path, files: Files) -> Iterator[tuple[Path, str]]:
+    paths = sorted(folder.iterdir()) if folder.is_dir() else []
+    for path in paths:
+        if path.suffix not in _LISTED or not path.is_file() or not files.may_read(path):
+            continue
+        if path.suffix not in (".yaml", ".yml"):
+            yield path, "description"
+            continue
+        read = document.load(path, Findings())
+        if read is not None and kind_of(read) == "robot":
+            yield path, str(read.data.get("doc") or read.data.get("robot") or "")

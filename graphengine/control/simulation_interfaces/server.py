@@ -1,0 +1,143 @@
+"""Offers the services of `simulation_interfaces` on a transport, and answers them at the session's desk."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
+from dataclasses import dataclass
+from typing import Any
+
+from graphengine.build import Assembly
+from graphengine.control.desk import CommandDesk, Doable
+from graphengine.control.offers import Offers
+from graphengine.control.parameters import Parameters
+from graphengine.control.simulation_interfaces import entities, states, worlds
+from graphengine.control.simulation_interfaces.action import SimulateSteps
+from graphengine.control.simulation_interfaces.features import features
+from graphengine.control.simulation_interfaces.results import OK, code_of, text_of
+from graphengine.control.simulation_interfaces.spawning import Spawning
+from graphengine.diagnostics import GraphError
+from graphengine.ros.interfaces import MessageTypeError
+from graphengine.ros.transport import Transport
+from graphengine.session import Session
+
+PACKAGE = "simulation_interfaces"
+
+_LEFT_OUT = ("get_available_worlds", "load_world", "unload_world", "get_named_poses", "get_named_pose_bounds")
+"""Services that say so, which is better than to let callers wait: a session has one world, and a scene names no poses."""
+
+Answer = Callable[[Session, Any, Any], None]
+"""Fills in an answer, in the session's thread; what it raises becomes the answer's result."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Answering:
+    """One request, to be answered between two ticks."""
+
+    answer: Answer
+    request: Any
+    response: Any
+
+    def apply(self, session: Session) -> None:
+        """Answer it."""
+        self.answer(session, self.request, self.response)
+
+
+class SimulationInterfaces:
+    """The services of one session.
+
+    Args:
+        desk: of the session.
+        assembly: that the session was made from.
+        transport: to offer them on; what of its types is not there is left out.
+        complain: told once of what is left out, and of a peer that sends what is no request.
+    """
+
+    def __init__(
+        self, desk: CommandDesk, assembly: Assembly, transport: Transport, complain: Callable[[str], None]
+    ) -> None:
+        self._desk = desk
+        self._offers = Offers(transport, complain)
+        missing: list[str] = []
+        offered: list[str] = []
+        for name, answer in self._answers(assembly, offered).items():
+            try:
+                self._offer(name, answer)
+                offered += [name] if answer is not worlds.unsupported else []
+            except MessageTypeError:
+                missing.append(name)
+        self._action: SimulateSteps | None = None
+        try:
+            self._action = SimulateSteps(desk, transport, complain, "/simulate_steps")
+            offered.append("simulate_steps")
+        except MessageTypeError:
+            missing.append("simulate_steps")
+        self._parameters: Parameters | None = None
+        if transport.node:
+            self._parameters = Parameters(desk, transport, complain)
+        if missing:
+            complain(f"not offered, as {PACKAGE} is not installed, or older than 1.5: {', '.join(missing)}")
+
+    def _answers(self, assembly: Assembly, offered: list[str]) -> Mapping[str, Answer | None]:
+        """What answers each service of the package; None for single steps, which take their time."""
+        answers: dict[str, Answer | None] = {
+            "get_simulator_features": features(assembly, offered),
+            "get_simulation_state": states.get_state,
+            "set_simulation_state": states.set_state,
+            "reset_simulation": states.reset,
+            "step_simulation": None,
+        }
+        spawning = Spawning(assembly)
+        of_scenes: dict[str, Answer | None] = {
+            "get_entities": entities.get_entities,
+            "get_entities_states": entities.get_entities_states,
+            "get_entity_state": entities.get_entity_state,
+            "set_entity_state": entities.set_entity_state,
+            "get_entity_info": entities.get_entity_info,
+            "set_entity_info": entities.set_entity_info,
+            "get_entity_bounds": entities.get_entity_bounds,
+            "spawn_entity": spawning.spawn_entity,
+            "spawn_entities": spawning.spawn_entities,
+            "delete_entity": entities.delete_entity,
+            "get_spawnables": spawning.get_spawnables,
+            "get_current_world": worlds.get_current_world(assembly),
+        }
+        if assembly.loaded is None:
+            of_scenes = dict.fromkeys(of_scenes, worlds.unsupported)
+        return {**answers, **of_scenes, **dict.fromkeys(_LEFT_OUT, worlds.unsupported)}
+
+    def _offer(self, name: str, answer: Answer | None) -> None:
+        kind = f"{PACKAGE}/srv/{''.join(part.capitalize() for part in name.split('_'))}"
+
+        def handle(request: Any, response: Any) -> Future[Any]:
+            return self._ask(answer, request, response)
+
+        self._offers.add(f"/{name}", kind, handle, _finish)
+
+    def _ask(self, answer: Answer | None, request: Any, response: Any) -> Future[Any]:
+        """Leave word at the desk; single steps are a command of their own, as they are done when they ran."""
+        try:
+            doable: Doable = states.steps(request.steps) if answer is None else _Answering(answer, request, response)
+        except GraphError as error:
+            refused: Future[Any] = Future()
+            refused.set_exception(error)
+            return refused
+        return self._desk.ask(doable)
+
+    def close(self) -> None:
+        """Withdraw the services; safe to call twice."""
+        self._offers.close()
+        if self._action is not None:
+            self._action.close()
+        if self._parameters is not None:
+            self._parameters.close()
+
+
+def _finish(response: Any, error: BaseException | None) -> None:
+    """Write into an answer what came of the request."""
+    result = getattr(response, "result", None)
+    if result is None:  # get_simulator_features cannot fail
+        return
+    result.result = OK if error is None else code_of(error)
+    if error is not None:
+        result.error_message = text_of(error)

@@ -1,0 +1,113 @@
+"""Entities that come while the simulation runs."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from typing import Any
+
+from pydantic import ValidationError
+
+from graphengine.build import Assembly
+from graphengine.control.simulation_interfaces.entities import pose_in_world
+from graphengine.control.simulation_interfaces.resources import name_of, spawnables, use_of
+from graphengine.control.simulation_interfaces.results import OK, RefusedError, code_of, text_of
+from graphengine.diagnostics import CheckError, GraphError, PhysicsError, RecordingError
+from graphengine.ros import messages
+from graphengine.session import Session
+from graphengine.spec import Orientation, RobotUse
+
+_NAME_NOT_UNIQUE, _NAME_INVALID = 101, 102
+_NAMESPACE_INVALID, _PARSE_ERROR, _MISSING_ASSETS, _INVALID_POSE = 105, 106, 107, 109
+_SOME_FAILED = 150
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,199}")
+MAX_AT_ONCE = 1000
+
+
+class Spawning:
+    """Answers what is about spawning, for the session of an assembly."""
+
+    def __init__(self, assembly: Assembly) -> None:
+        self._assembly = assembly
+
+    def spawn_entity(self, session: Session, request: Any, response: Any) -> None:
+        """Answer SpawnEntity."""
+        response.entity_name = self._spawn(session, request, request.uri, request.resource_string)
+
+    def spawn_entities(self, session: Session, request: Any, response: Any) -> None:
+        """Answer SpawnEntities, one by one; what failed keeps no other from coming."""
+        if len(request.spawn_requests) > MAX_AT_ONCE:
+            raise RefusedError(_SOME_FAILED, f"more than {MAX_AT_ONCE} entities at once")
+        failed = 0
+        for one in request.spawn_requests:
+            result = messages.DEFINITIONS.initial("simulation_interfaces/msg/SpawnResult")
+            response.results.append(result)
+            result.result.result = OK
+            try:
+                resource = one.entity_resource
+                result.entity_name = self._spawn(session, one, resource.uri, resource.resource_string)
+            except RecordingError:
+                raise
+            except GraphError as error:
+                failed += 1
+                result.result.result, result.result.error_message = code_of(error), text_of(error)
+        if failed:
+            raise RefusedError(_SOME_FAILED, f"{failed} of {len(request.spawn_requests)} did not come")
+
+    def get_spawnables(self, session: Session, request: Any, response: Any) -> None:
+        """Answer GetSpawnables."""
+        found, unknown = spawnables(self._assembly, request.sources)
+        for uri, description in found:
+            spawnable = messages.DEFINITIONS.initial("simulation_interfaces/msg/Spawnable")
+            spawnable.uri, spawnable.description = uri, description
+            response.spawnables.append(spawnable)
+        if unknown:
+            names = ", ".join(source[:200] for source in unknown[:20])
+            response.result.error_message = f"not folders that may be read: {names}"
+
+    def _spawn(self, session: Session, request: Any, uri: str, text: str) -> str:
+        """Let an entity come; its name."""
+        use = use_of(self._assembly, uri, text)
+        name = _free_name(session, request.name or name_of(use), allow_renaming=request.allow_renaming)
+        position, orientation = pose_in_world(session, request.initial_pose, _INVALID_POSE)
+        try:
+            robot = RobotUse(
+                use=use,
+                position=position,
+                orientation=Orientation(quaternion_xyzw=orientation),
+                namespace=_namespace(request.entity_namespace),
+            )
+        except ValidationError as error:
+            raise RefusedError(_NAMESPACE_INVALID, error.errors()[0]["msg"].removeprefix("Value error, ")) from None
+        try:
+            session.spawn(name, robot)
+        except CheckError as error:
+            missing = any(finding.code == "S101" for finding in error.findings)
+            raise RefusedError(_MISSING_ASSETS if missing else _PARSE_ERROR, str(error)) from error
+        except PhysicsError as error:
+            raise RefusedError(_INVALID_POSE, str(error)) from error
+        return name
+
+
+def _free_name(session: Session, wanted: str, *, allow_renaming: bool) -> str:
+    """A name that nothing has, the wanted one if possible."""
+    if not wanted and not allow_renaming:
+        raise RefusedError(_NAME_INVALID, "no name, and the resource has none either")
+    name = wanted or "entity"
+    if _NAME.fullmatch(name) is None:
+        legal = "letters, digits and '_', not beginning with a digit"
+        raise RefusedError(_NAME_INVALID, f"{name[:200]!r} is not a name: {legal}")
+    taken = {entity.name for entity in session.services.world.entities()}
+    taken |= {prim.name for prim in session.services.stage.root.children.values()}
+    if name not in taken:
+        return name
+    if not allow_renaming:
+        raise RefusedError(_NAME_NOT_UNIQUE, f"{name!r} is taken")
+    return next(free for number in itertools.count(1) if (free := f"{name[:190]}_{number}") not in taken)
+
+
+def _namespace(wanted: str) -> str | None:
+    """A robot's namespace; None for that of its file."""
+    if "{" in wanted:
+        raise RefusedError(_NAMESPACE_INVALID, f"{wanted[:200]!r} cannot be a ROS 2 namespace")
+    return wanted or None

@@ -1,0 +1,74 @@
+"""Simulation states, single steps and resets."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from graphengine.control.commands import MAX_TICKS, Step
+from graphengine.control.simulation_interfaces.results import FAILED, RefusedError
+from graphengine.diagnostics import GraphError, RecordingError
+from graphengine.session import ResetScope, Session
+
+STOPPED, PLAYING, PAUSED, QUITTING = range(4)
+_STATES = {"stopped": STOPPED, "playing": PLAYING, "paused": PAUSED}
+_NAMES = {code: name for name, code in _STATES.items()}
+_ALREADY, _TRANSITION_FAILED, _INCORRECT_TRANSITION = 101, 102, 103
+_SCOPES: dict[int, ResetScope] = {1: "time", 2: "state", 4: "spawned"}
+
+
+def get_state(session: Session, request: Any, response: Any) -> None:
+    """Answer GetSimulationState."""
+    response.state.state = _STATES[session.state]
+
+
+def set_state(session: Session, request: Any, response: Any) -> None:
+    """Answer SetSimulationState; what quits stops first."""
+    target = request.state.state
+    if target == _STATES[session.state]:
+        raise RefusedError(_ALREADY, f"the simulation is {session.state} already")
+    if target not in (*_NAMES, QUITTING):
+        raise RefusedError(_INCORRECT_TRANSITION, f"nobody can bring a simulation to state {target}; legal: 0 to 3")
+    if (session.state, target) == ("stopped", PAUSED):
+        raise RefusedError(_INCORRECT_TRANSITION, "the simulation is stopped; it can play, or quit")
+    try:
+        if target == PLAYING:
+            session.play()
+        elif target == PAUSED:
+            session.pause()
+        else:
+            session.stop()
+    except RecordingError:
+        raise
+    except GraphError as error:
+        raise RefusedError(_TRANSITION_FAILED, str(error)) from error
+    if target == QUITTING:
+        session.interrupt()
+
+
+def reset(session: Session, request: Any, response: Any) -> None:
+    """Answer ResetSimulation: a bit for each scope, none for all of them."""
+    wanted = [scope for bit, scope in _SCOPES.items() if request.scope & bit]
+    if request.scope and not wanted:
+        raise RefusedError(FAILED, f"no scope is {request.scope}; legal: 1 time, 2 state, 4 spawned, and their sums")
+    session.reset(*wanted)
+
+
+class StepWhilePaused(Step):
+    """Single ticks of a simulation that is paused, and is so again afterwards."""
+
+    def apply(self, session: Session) -> None:
+        """Begin with them."""
+        if session.state != "paused":
+            raise RefusedError(FAILED, f"the simulation is {session.state}; only one that is paused does single steps")
+        super().apply(session)
+
+
+def steps(count: int) -> StepWhilePaused:
+    """So many single steps.
+
+    Raises:
+        RefusedError: too many, or none.
+    """
+    if not 0 < count <= MAX_TICKS:
+        raise RefusedError(FAILED, f"{count} steps are not done at once; legal: 1 to {MAX_TICKS}")
+    return StepWhilePaused(ticks=count)

@@ -1,0 +1,265 @@
+"""`graphrun ctl`: a run in a process of its own, and what is asked of it from another."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from graphengine.cli import make_parser
+from tests.cli.harness import Graphrun, Live, Result, live
+
+MEMORY = ("--transport", "memory")
+CUBE = '<robot name="cube"><link name="base_link"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" \
+ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><box size=".2 .2 .2"/></geometry></collision></link></robot>'
+
+
+@pytest.fixture(autouse=True)
+def runtime(monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """The folder of the sockets; no run of others is in it."""
+    with tempfile.TemporaryDirectory(prefix="graphrun-test-") as folder:
+        monkeypatch.setenv("XDG_RUNTIME_DIR", folder)
+        yield Path(folder) / "graphrun"
+
+
+@contextlib.contextmanager
+def paused(*arguments: str, **how: Any) -> Iterator[Live]:
+    """A run that waits at time 0."""
+    with live("run", *arguments, "--paused", **how) as run:
+        assert run.hear(lambda said: " Hz; " in said)
+        yield run
+
+
+@pytest.fixture
+def ctl(graphrun: Graphrun) -> Graphrun:
+    def ask(*words: str, refused: str = "") -> Result:
+        """Ask for something that is done, or is refused with some words."""
+        result = graphrun("ctl", *words)
+        assert (result.code, result.err) == (0, "") if not refused else result.code == 1, result
+        assert refused in result.err
+        return result
+
+    return ask
+
+
+def state(ctl: Graphrun) -> Any:
+    return json.loads(ctl("state", "--json").out)
+
+
+# A run in another process
+
+
+def test_a_run_is_held_stepped_and_let_go(ctl: Graphrun) -> None:
+    with paused("dd100_flat", "--rate", "realtime", *MEMORY) as run:
+        name = f"dd100_flat (process {run.process.pid})"
+        assert ctl("state").lines == [
+            f"{name}: paused, t = 0.000 s, rate 1",
+            "  dd100  /dd100_0000  at (0.00, 0.00), yaw 0 deg",
+        ]
+        assert ctl("step").lines == [f"{name}: paused, t = 0.017 s, rate 1"]
+        assert ctl("step", "59").lines == [f"{name}: paused, t = 1.000 s, rate 1"]
+        ctl("rate", "max")
+        ctl("play")
+        ctl("step", refused="error: the session is playing; pause it to run single ticks")
+        assert state(ctl)["rate"] == "max"
+        ctl("stop")
+        ctl("pause", refused="stopped, at time 0")
+        assert (state(ctl)["state"], state(ctl)["time"]) == ("stopped", 0.0)
+        assert ctl("quit").out == ""
+        assert run.stop(signal.SIGCONT) == 0
+        assert " s of simulation in " in run.said.splitlines()[-1]
+
+
+def test_robots_come_and_go_and_are_moved(ctl: Graphrun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "cube.urdf").write_text(CUBE, encoding="utf-8")
+    (tmp_path / "cube.yaml").write_text("robot: cube\nurdf: cube.urdf\n", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    with paused("dd100_flat", "--allow", str(tmp_path), *MEMORY):
+        second = ctl(
+            "spawn", "second", "robots/dd100.yaml", "--at", "-1,2,0.03", "--yaw", "-90deg", "--namespace", "two"
+        )
+        assert second.lines[1:] == [
+            "  dd100   /dd100_0000  at (0.00, 0.00), yaw 0 deg",
+            "  second  /two         at (-1.00, 2.00), yaw -90 deg  spawned",
+        ]
+        ctl("spawn", "cube", "cube.yaml", "--at", "3,0,1")
+        ctl("move", "cube", "-3", "4", "--rpy", "0,0,180deg", "--linear", "-1,0,0")
+        cube = state(ctl)["robots"][2]
+        assert cube["position"] == [-3.0, 4.0, 1.0]
+        ctl("push", "cube", "--impulse", "0,1,0")
+        ctl("push", "cube", "--force", "0,0,9.81", "--for", "200ms", "--at", "-3,4,1")
+        ctl("step", "6")
+        x, y, z = state(ctl)["robots"][2]["position"]
+        assert x == pytest.approx(-3.1, abs=0.02)
+        assert y == pytest.approx(4.1, abs=0.02)
+        assert z == pytest.approx(1.0, abs=0.02)  # its weight is held
+        ctl("delete", "second")
+        ctl("delete", "second", refused="no robot 'second'")
+        ctl("reset", "--scope", "state", "--scope", "time")
+        assert state(ctl)["robots"][1]["position"] == pytest.approx([3.0, 0.0, 1.0])
+        ctl("reset")
+        assert [robot["name"] for robot in state(ctl)["robots"]] == ["dd100"]
+
+
+def test_what_can_be_moved_is_told(ctl: Graphrun) -> None:
+    with paused("dd100_warehouse", *MEMORY):
+        objects = ctl("state").lines[-1]
+        assert objects.startswith("  objects: ")
+        assert "box_01" in objects
+        ctl("move", "box_01", "1", "2", "3")
+        ctl("push", "box_1", "--impulse", "1,0,0", refused="did you mean 'box_01'")
+
+
+def test_the_run_decides_which_files_it_reads(ctl: Graphrun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "cube.urdf").write_text(CUBE, encoding="utf-8")
+    (tmp_path / "cube.yaml").write_text("robot: cube\nurdf: cube.urdf\n", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    with paused("dd100_flat", *MEMORY):
+        ctl("spawn", "cube", "cube.yaml", refused=f"--allow {tmp_path}")
+        ctl("spawn", "cube", "/etc/passwd", refused="lies outside the folder")
+        ctl("spawn", "cube", "nothing.yaml", refused="no file 'nothing.yaml'")
+        assert len(state(ctl)["robots"]) == 1
+
+
+def test_a_run_over_dds_is_asked_in_the_same_way(ctl: Graphrun, domain_id: int) -> None:
+    env = {"ROS_DOMAIN_ID": str(domain_id), "XDG_RUNTIME_DIR": os.environ["XDG_RUNTIME_DIR"]}
+    with paused("dd100_flat", "--transport", "dds", env=env) as run:
+        ctl("step", "3")
+        assert state(ctl)["tick"] == 3
+        assert run.stop(signal.SIGINT) == 0
+        assert "3 ticks, 0.050 s of simulation" in run.said
+
+
+# Which run
+
+
+def test_where_nothing_runs_that_is_said(ctl: Graphrun) -> None:
+    ctl("state", refused="error: nothing runs here that could be controlled")
+
+
+def test_of_several_runs_one_is_named(ctl: Graphrun, graphrun: Graphrun, project: Path) -> None:
+    with paused("mine.yaml", *MEMORY, cwd=project) as one, paused("dd100_flat", *MEMORY) as other:
+        asked = graphrun("ctl", "state")
+        assert asked.code == 2
+        assert asked.err.splitlines() == [
+            "graphrun ctl: 2 sessions run; say which",
+            f"  --run {other.process.pid}   dd100_flat",
+            f"  --run {one.process.pid}   mine",
+        ]
+        assert ctl("step", "--run", "mine").out.startswith(f"mine (process {one.process.pid}): paused, t = 0.017 s")
+        assert ctl("state", "--run", str(other.process.pid)).out.startswith("dd100_flat ")
+
+
+def test_a_run_that_was_killed_is_forgotten_by_who_looks_next(ctl: Graphrun, runtime: Path, project: Path) -> None:
+    with paused("mine.yaml", *MEMORY, cwd=project) as run:
+        run.stop(signal.SIGKILL)
+    assert [path.name for path in runtime.iterdir()] == [f"mine.{run.process.pid}"]
+    ctl("state", refused="nothing runs here")
+    assert list(runtime.iterdir()) == []
+
+
+def test_a_run_can_be_closed_to_others(ctl: Graphrun, project: Path) -> None:
+    with live("run", "mine.yaml", "--rate", "realtime", "--no-control", *MEMORY, cwd=project) as run:
+        assert run.hear(lambda said: " Hz; " in said)
+        ctl("state", refused="nothing runs here")
+        assert run.stop(signal.SIGINT) == 0
+
+
+def test_a_run_goes_on_where_it_cannot_be_reached(graphrun: Graphrun, project: Path, runtime: Path) -> None:
+    runtime.write_bytes(b"in the way")
+    result = graphrun("run", "mine.yaml", "--for", "1", *MEMORY)
+    assert result.code == 0
+    assert result.err.startswith(f"warning: graphrun ctl cannot reach this run: {runtime}: not a folder")
+    assert "60 ticks" in result.err
+
+
+# A run that is paused
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_a_run_that_is_paused(number: signal.Signals, project: Path, runtime: Path) -> None:
+    with paused("mine.yaml", "--for", "10", *MEMORY, cwd=project) as run:
+        assert run.stop(number) == 0
+    assert run.said.splitlines()[-1].startswith("0 ticks, 0.000 s of simulation in ")
+    assert list(runtime.iterdir()) == []
+
+
+def test_the_time_of_a_run_is_that_of_the_simulation(ctl: Graphrun, project: Path) -> None:
+    with paused("mine.yaml", "--for", "1s", *MEMORY, cwd=project) as run:
+        ctl("step", "30")
+        ctl("reset")
+        ctl("step", "29")
+        assert state(ctl)["tick"] == 29
+        assert ctl("step").out == ""  # it was the last
+        assert run.stop(signal.SIGCONT) == 0
+    assert run.said.splitlines()[-1].startswith("60 ticks, 1.000 s of simulation in ")
+
+
+def test_a_terminal_shows_that_a_run_is_paused(project: Path) -> None:
+    with paused("mine.yaml", *MEMORY, cwd=project, columns=100) as run:
+        assert run.hear(lambda said: "t      0.00 s   paused" in said)
+
+
+# The command line
+
+
+@pytest.mark.parametrize(
+    ("words", "legal"),
+    [
+        (["rate", "0"], "is not a rate; write realtime, max or a factor"),
+        (["rate", "nan"], "is not a rate"),
+        (["step", "x"], "invalid int value"),
+        (["move", "a", "x", "1"], "'x' is not a number"),
+        (["move", "a", "inf", "1"], "'inf' is not a number"),
+        (["move", "a", "1", "2", "--yaw", "90grad"], "'90grad' is not an angle; write"),
+        (["move", "a", "1", "2", "--yaw", "1", "--rpy", "0,0,1"], "not allowed with"),
+        (["spawn", "a", "b.yaml", "--at", "-1"], "'-1': write 2 or 3 numbers with commas between"),
+        (["push", "a"], "one of the arguments --force --impulse is required"),
+        (["push", "a", "--force", "1,2"], "'1,2': write 3 numbers"),
+        (["push", "a", "--force", "1,2,3", "--for", "soon"], "'soon' is not a time"),
+        (["reset", "--scope", "world"], "invalid choice"),
+        (["fly"], "invalid choice"),
+        ([], "required"),
+    ],
+)
+def test_a_command_line_that_makes_no_sense_is_told(graphrun: Graphrun, words: list[str], legal: str) -> None:
+    result = graphrun("ctl", *words)
+    assert result.code == 2
+    assert legal in result.err
+
+
+@pytest.mark.parametrize(
+    ("words", "arguments"),
+    [
+        (["step"], {"ticks": 1}),
+        (["reset"], {"scope": "all"}),
+        (["reset", "--scope", "time", "--scope", "state"], {"scope": ["time", "state"]}),
+        (["rate", "realtime"], {"factor": 1.0}),
+        (["rate", "max"], {"factor": "max"}),
+        (["push", "a", "--impulse", "-1,0,.5"], {"entity": "a", "impulse": (-1.0, 0.0, 0.5)}),
+        (["move", "a", "-1", "-2e-1"], {"entity": "a", "position": [-1.0, -0.2]}),
+        (["move", "a", "--angular", "-.5,0,0"], {"entity": "a", "angular": (-0.5, 0.0, 0.0)}),
+        (
+            ["move", "a", "1", "2", "3", "--quaternion", "0,0,1,0"],
+            {"entity": "a", "position": [1.0, 2.0, 3.0], "orientation": {"quaternion_xyzw": (0.0, 0.0, 1.0, 0.0)}},
+        ),
+    ],
+)
+def test_what_is_written_is_what_is_asked_for(words: list[str], arguments: dict[str, Any]) -> None:
+    given = make_parser("ctl").parse_args(["ctl", *words])
+    asked = given.arguments(given)
+    assert {key: value for key, value in asked.items() if value is not None} == arguments
+
+
+def test_every_command_has_help(graphrun: Graphrun) -> None:
+    told = graphrun("ctl", "--help").out
+    for name in ("state", "play", "pause", "stop", "quit", "step", "reset", "rate", "spawn", "delete", "move", "push"):
+        assert f"\n    {name} " in told
+        assert graphrun("ctl", name, "--help").out.startswith(f"usage: graphrun ctl {name} ")

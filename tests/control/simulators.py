@@ -1,0 +1,92 @@
+"""A small world behind the services of simulation_interfaces, and a client that calls them as a peer on the network would."""
+
+from __future__ import annotations
+
+import contextlib
+import queue
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from graphengine import build
+from graphengine.control.offers import SERVICES
+from graphengine.control.simulation_interfaces.server import SimulationInterfaces
+from graphengine.ros import messages
+from graphengine.ros.memory import MemoryTransport
+from graphengine.ros.network import LiveNetwork
+from graphengine.ros.transport import ServiceClient, Transport
+from tests.control.harness import PATIENCE, Controlled, controlled
+from tests.world.harness import Project
+
+BODIES = """<body name="ball" pos="5 0 3"><freejoint/><geom size=".1" mass="2"/></body>
+<body name="shelf" pos="1 2 3"><geom type="box" size=".1 .2 .3"/></body>"""
+WORLD = f'<mujoco><worldbody><geom type="plane" size="0 0 1"/>{BODIES}</worldbody></mujoco>'
+CRATE = """<robot name="crate"><link name="crate">
+  <inertial><mass value="3"/><inertia ixx=".1" iyy=".1" izz=".1" ixy="0" ixz="0" iyz="0"/></inertial>
+  <collision><geometry><box size=".4 .4 .4"/></geometry></collision>
+</link></robot>"""
+
+
+class Client:
+    """Calls services by their short names, `get_entities`, and waits for answers."""
+
+    def __init__(self, transport: Transport) -> None:
+        self._transport = transport
+        self._clients: dict[str, tuple[ServiceClient, queue.Queue[bytes]]] = {}
+
+    def call(self, service: str, /, **fields: Any) -> Any:
+        """Ask; nested fields are given with `__` for the dot."""
+        kind = f"simulation_interfaces/srv/{''.join(part.capitalize() for part in service.split('_'))}"
+        return self.ask(service, kind, **fields)
+
+    def ask(self, service: str, kind: str, /, **fields: Any) -> Any:
+        """The same for a service of any type."""
+        request = messages.DEFINITIONS.initial(f"{kind}_Request")
+        for name, value in fields.items():
+            *way, last = name.split("__")
+            place = request
+            for part in way:
+                place = getattr(place, part)
+            setattr(place, last, value)
+        return self.send(service, kind, messages.encode(request))
+
+    def send(self, service: str, kind: str, data: bytes, patience: float = PATIENCE) -> Any:
+        """The same for bytes."""
+        if service not in self._clients:
+            answers: queue.Queue[bytes] = queue.Queue()
+            made = self._transport.client(f"/{service}", kind, SERVICES, lambda number, data: answers.put(data))
+            self._clients[service] = made, answers
+        client, answers = self._clients[service]
+        deadline = time.monotonic() + PATIENCE
+        while not client.ready:
+            assert time.monotonic() < deadline, service
+            time.sleep(0.002)
+        client.call(data)
+        return messages.decode(answers.get(timeout=patience), f"{kind}_Response")
+
+
+class Simulator(Client):
+    """A run with its services."""
+
+    def __init__(self, run: Controlled, transport: MemoryTransport, complaints: list[str]) -> None:
+        super().__init__(transport)
+        self.run = run
+        self.session = run.session
+        self.transport = transport
+        self.complaints = complaints
+
+
+@contextlib.contextmanager
+def simulator(folder: Path, **how: Any) -> Iterator[Simulator]:
+    """A scene of a cart with an arm, `bot`, a free `ball` and a `shelf`, paused at time 0."""
+    project = Project(folder).write("world.xml", WORLD)
+    assembly = build.assemble(project.folder / "scene.yaml")
+    transport, complaints = MemoryTransport(), list[str]()
+    session = build.start(assembly, LiveNetwork(lambda domain: transport, 0, complaints.append))
+    with controlled(session, **{"paused": True, **how}) as run:
+        services = SimulationInterfaces(run.desk, assembly, transport, complaints.append)
+        try:
+            yield Simulator(run, transport, complaints)
+        finally:
+            services.close()

@@ -1,0 +1,206 @@
+"""The socket by which other programs of the same user reach a run."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import socket
+import stat
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from graphengine.control import channel as channels
+from graphengine.control import lines, runs
+from graphengine.control.channel import Channel
+from graphengine.control.client import Client, find
+from graphengine.diagnostics import ControlError, UsageError
+from tests.control.conftest import MakeTicking
+from tests.control.harness import PATIENCE, Controlled, controlled
+
+Runtime = dict[str, str]
+
+
+@contextlib.contextmanager
+def reachable(ticking: MakeTicking, runtime: Runtime, name: str = "hall") -> Iterator[tuple[Controlled, Channel]]:
+    """A session that is paused, and can be reached."""
+    with controlled(ticking().session, paused=True) as run, Channel(run.desk, name, runtime) as channel:
+        yield run, channel
+
+
+def spoken(path: Path, data: bytes) -> bytes:
+    """What is answered to a stranger until the end of the connection."""
+    with runs.connect(path) as stranger:
+        stranger.settimeout(PATIENCE)
+        stranger.sendall(data)
+        with contextlib.suppress(OSError):  # who is hung up on may find out at either end
+            stranger.shutdown(socket.SHUT_WR)
+        answer = b""
+        with contextlib.suppress(ConnectionResetError):
+            while more := stranger.recv(65536):
+                answer += more
+    return answer
+
+
+def test_a_client_asks_as_often_as_it_likes(ticking: MakeTicking, runtime: Runtime) -> None:
+    with reachable(ticking, runtime), Client(find(environment=runtime)) as client:
+        assert client.ask("step", {"ticks": 3}) is None
+        assert client.ask("state")["tick"] == 3
+        with pytest.raises(ControlError, match="step: ticks: "):
+            client.ask("step", {"ticks": -1})
+        assert client.ask("state")["tick"] == 3
+
+
+def test_several_clients_are_answered_at_once(ticking: MakeTicking, runtime: Runtime) -> None:
+    with reachable(ticking, runtime):
+        entry = find(environment=runtime)
+        with Client(entry) as one, Client(entry) as other:
+            one.ask("step")
+            assert other.ask("state") == one.ask("state")
+
+
+def test_what_is_asked_is_a_line_and_so_is_the_answer(ticking: MakeTicking, runtime: Runtime) -> None:
+    with reachable(ticking, runtime) as (_, channel):
+        asked = b'{"command": "step", "arguments": {"ticks": 2}}\n{"command": "stp"}\n{"command": "state"}\n'
+        done, refused, state = map(json.loads, spoken(channel.path, asked).splitlines())
+    assert done == {"result": None}
+    assert refused == {"error": "no command 'stp'\n  did you mean 'step' or 'stop'?"}
+    assert state["result"]["tick"] == 2
+
+
+@pytest.mark.parametrize(
+    "garbage",
+    [
+        b"\x80\x05\x95 pickles are not read\n",
+        b"GET / HTTP/1.1\r\n\r\n",
+        b"[]\n",
+        b"null\n",
+        b'"play"\n',
+        b"{}\n",
+        b'{"command": 1}\n',
+        b'{"command": "play", "arguments": []}\n',
+        b'{"command": "play", "shell": "rm"}\n',
+        b"[" * 90_000 + b"\n",
+        b"x" * (lines.MAX_REQUEST + 70_000),
+        b'{"command": "play"}',
+    ],
+)
+def test_who_sends_garbage_is_hung_up_on_and_nobody_else(
+    ticking: MakeTicking, runtime: Runtime, garbage: bytes
+) -> None:
+    with reachable(ticking, runtime) as (run, channel), Client(find(environment=runtime)) as client:
+        assert spoken(channel.path, garbage) == b""
+        assert client.ask("state")["state"] == "paused"
+        assert run.error is None
+
+
+def test_who_says_half_a_line_and_no_more_is_hung_up_on(
+    ticking: MakeTicking, runtime: Runtime, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(lines, "PATIENCE", 0.01)
+    with reachable(ticking, runtime) as (_, channel), runs.connect(channel.path) as stranger:
+        stranger.settimeout(PATIENCE)
+        stranger.sendall(b'{"command": ')
+        assert stranger.recv(1) == b""
+
+
+def test_more_clients_than_there_may_be_are_hung_up_on(
+    ticking: MakeTicking, runtime: Runtime, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(channels, "MAX_CLIENTS", 1)
+    with reachable(ticking, runtime) as (_, channel):
+        entry = runs.Entry("hall", os.getpid(), channel.path)
+        with Client(entry) as first:
+            assert first.ask("state")["tick"] == 0
+            with Client(entry) as second, pytest.raises(ControlError, match="ended before it answered"):
+                second.ask("state")
+            assert first.ask("state")["tick"] == 0
+
+
+def test_a_run_that_ends_answers_first(ticking: MakeTicking, runtime: Runtime) -> None:
+    run = Controlled(ticking().session, paused=True)
+    with Channel(run.desk, "hall", runtime), Client(find(environment=runtime)) as client:
+        assert client.ask("quit") is None
+        run.end()
+        with pytest.raises(ControlError, match="the run has ended"):
+            client.ask("state")
+
+
+# Which runs there are
+
+
+def test_the_socket_is_its_users_alone_and_is_gone_at_the_end(ticking: MakeTicking, runtime: Runtime) -> None:
+    with reachable(ticking, runtime, "my scene/1") as (_, channel):
+        assert channel.path.name == f"my_scene_1.{os.getpid()}"
+        assert stat.S_IMODE(channel.path.parent.stat().st_mode) == 0o700
+        assert [entry.path for entry in runs.running(runtime)] == [channel.path]
+    assert list(channel.path.parent.iterdir()) == []
+
+
+def test_what_a_killed_run_left_behind_is_removed_by_who_looks_next(ticking: MakeTicking, runtime: Runtime) -> None:
+    left = runs.folder(runtime) / "killed.1"
+    with socket.socket(socket.AF_UNIX) as killed:
+        killed.bind(str(left))
+    with reachable(ticking, runtime):
+        assert find(environment=runtime).name == "hall"
+    assert not left.exists()
+
+
+def test_other_files_in_the_folder_are_left_alone(runtime: Runtime) -> None:
+    other = runs.folder(runtime) / "notes.txt"
+    other.write_text("mine", encoding="utf-8")
+    assert runs.running(runtime) == []
+    assert other.exists()
+
+
+def test_of_several_runs_one_has_to_be_named(ticking: MakeTicking, runtime: Runtime) -> None:
+    with reachable(ticking, runtime, "hall"), reachable(ticking, runtime, "yard"):
+        with pytest.raises(UsageError) as caught:
+            find(environment=runtime)
+        assert (
+            str(caught.value)
+            == f"2 sessions run; say which\n  --run {os.getpid()}   hall\n  --run {os.getpid()}   yard"
+        )
+        assert find("yard", runtime).name == "yard"
+        with pytest.raises(ControlError, match=r"no session 'yarn' runs; did you mean 'yard'\?"):
+            find("yarn", runtime)
+
+
+def test_where_nothing_runs_that_is_said(runtime: Runtime) -> None:
+    with pytest.raises(ControlError, match="nothing runs here") as caught:
+        find(environment=runtime)
+    assert str(caught.value).endswith(f"\n  looked in {runtime['XDG_RUNTIME_DIR']}/graphrun")
+
+
+@pytest.mark.parametrize("kind", ["open to others", "a link", "a file"])
+def test_a_folder_that_is_not_the_users_alone_is_not_used(runtime: Runtime, kind: str) -> None:
+    folder = Path(runtime["XDG_RUNTIME_DIR"]) / "graphrun"
+    if kind == "a link":
+        folder.symlink_to(runtime["XDG_RUNTIME_DIR"])
+    elif kind == "a file":
+        folder.write_bytes(b"")
+    else:
+        folder.mkdir()
+        folder.chmod(0o777)
+    with pytest.raises(ControlError, match="not a folder that is the user's alone"):
+        runs.folder(runtime)
+
+
+@pytest.mark.parametrize("runtime_folder", ["", "relative", "/nowhere/at/all"])
+def test_without_a_runtime_folder_there_is_one_among_the_temporary_files(
+    runtime: Runtime, monkeypatch: pytest.MonkeyPatch, runtime_folder: str
+) -> None:
+    monkeypatch.setattr("tempfile.tempdir", runtime["XDG_RUNTIME_DIR"])
+    folder = runs.folder({"XDG_RUNTIME_DIR": runtime_folder})
+    assert folder == Path(runtime["XDG_RUNTIME_DIR"]) / f"graphrun-{os.getuid()}"
+    assert stat.S_IMODE(folder.stat().st_mode) == 0o700
+
+
+def test_a_path_that_is_too_long_for_a_socket_is_told(ticking: MakeTicking, runtime: Runtime) -> None:
+    long = Path(runtime["XDG_RUNTIME_DIR"]) / ("x" * 100)
+    long.mkdir()
+    with controlled(ticking().session, paused=True) as run, pytest.raises(ControlError, match="too long"):
+        Channel(run.desk, "hall", {"XDG_RUNTIME_DIR": str(long)})
+    assert list((long / "graphrun").iterdir()) == []

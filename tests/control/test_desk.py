@@ -1,0 +1,168 @@
+"""A desk at which other threads ask a running session for something."""
+
+from __future__ import annotations
+
+import threading
+from concurrent.futures import Future
+from typing import Any
+
+import pytest
+
+from graphengine.control.desk import MAX_WAITING, CommandDesk
+from graphengine.diagnostics import NodeError, StateError, UsageError
+from tests.control.conftest import MakeTicking
+from tests.control.harness import PATIENCE, controlled
+
+RAISES = """
+    nodes: {Tick: Tick, Raise: {type: Raise, inputs: {at: 2.0}}}
+    connections: [Tick.tick -> Raise.execIn]
+"""
+
+
+def test_another_thread_asks_and_is_answered(ticking: MakeTicking) -> None:
+    with controlled(ticking().session, paused=True) as run:
+        state = run.ask("state")
+    assert state == {
+        "state": "paused",
+        "time": 0.0,
+        "tick": 0,
+        "tick_period": 0.25,
+        "rate": "max",
+        "robots": [],
+        "objects": [],
+    }
+
+
+def test_commands_are_done_in_the_order_in_which_they_came(ticking: MakeTicking) -> None:
+    run = ticking()
+    desk = CommandDesk()
+    asked = [desk.submit(name) for name in ("play", "state", "pause", "state", "stop", "state")]
+    desk.serve(run.session)
+    assert [answer.result(0)["state"] for answer in asked[1::2]] == ["playing", "paused", "stopped"]
+
+
+def test_what_is_asked_for_meanwhile_waits_for_the_next_tick(ticking: MakeTicking) -> None:
+    desk, asked = CommandDesk(), list[Future[Any]]()
+    first = desk.submit("play")
+    first.add_done_callback(lambda _: asked.append(desk.submit("state")))
+    session = ticking().session
+    desk.serve(session)
+    assert not asked[0].done()
+    desk.serve(session)
+    assert asked[0].result(0)["state"] == "playing"
+
+
+def test_a_command_that_is_refused_leaves_the_run_going(ticking: MakeTicking) -> None:
+    with controlled(ticking().session, paused=True) as run:
+        with pytest.raises(UsageError, match="no place for robots"):
+            run.ask("spawn", name="late", use={"use": "robots/dd100.yaml"})
+        with pytest.raises(UsageError, match="did you mean 'step'"):
+            run.ask("stepp")
+        run.ask("step")
+        assert run.ask("state")["tick"] == 1
+
+
+def test_what_was_cancelled_in_time_is_not_done(ticking: MakeTicking) -> None:
+    session, desk = ticking().session, CommandDesk()
+    assert desk.submit("play").cancel()
+    desk.serve(session)
+    assert session.state == "stopped"
+
+
+def test_more_than_can_wait_are_refused() -> None:
+    desk = CommandDesk()
+    waiting = [desk.submit("play") for _ in range(MAX_WAITING)]
+    with pytest.raises(StateError, match="no more are taken"):
+        desk.submit("play").result(0)
+    assert not any(answer.done() for answer in waiting)
+
+
+# Single ticks
+
+
+def test_single_ticks_are_done_when_they_ran_and_the_session_waits_again(ticking: MakeTicking) -> None:
+    run = ticking()
+    with controlled(run.session, paused=True) as outside:
+        outside.ask("step", ticks=5)
+        assert outside.ask("state") | {"tick": 5, "state": "paused"} == outside.ask("state")
+    assert run.lines() == [f"Show {n / 4:g}" for n in range(1, 6)]
+
+
+def test_whoever_asked_for_the_last_ticks_of_a_run_is_told(ticking: MakeTicking) -> None:
+    with controlled(ticking().session, seconds=1.0, paused=True) as run:
+        run.ask("step", ticks=4)
+        run.end()
+        assert run.error is None
+
+
+def test_a_stopped_session_can_do_single_ticks(ticking: MakeTicking) -> None:
+    with controlled(ticking().session) as run:
+        run.ask("stop")
+        run.ask("step", ticks=2)
+        assert (run.ask("state")["state"], run.ask("state")["tick"]) == ("paused", 2)
+
+
+def test_a_session_that_plays_does_no_single_ticks(ticking: MakeTicking) -> None:
+    with controlled(ticking().session) as run, pytest.raises(StateError, match="pause it to run single ticks"):
+        run.ask("step")
+
+
+@pytest.mark.parametrize("other", ["pause", "stop", "play", "reset"])
+def test_single_ticks_are_cut_short_by_what_ends_them(ticking: MakeTicking, other: str) -> None:
+    session, desk = ticking().session, CommandDesk()
+    steps = desk.submit("step", {"ticks": 1_000_000})
+    desk.serve(session)
+    again = desk.submit("step")
+    desk.serve(session)
+    with pytest.raises(StateError, match="1000000 single ticks are under way"):
+        again.result(0)
+    assert not steps.done()
+    desk.submit(other)
+    desk.serve(session)
+    with pytest.raises(StateError, match="cut short: 1000000 of the ticks did not run"):
+        steps.result(0)
+
+
+def test_a_node_that_raises_in_a_single_tick_ends_the_run_and_says_so(ticking: MakeTicking) -> None:
+    with controlled(ticking(RAISES).session, paused=True) as run:
+        run.ask("step")
+        with pytest.raises(StateError, match=r"node Raise .*it was to be expected"):
+            run.ask("step")
+        run.end()
+        assert isinstance(run.error, NodeError)
+
+
+# The end
+
+
+def test_after_the_end_nothing_is_taken_and_nobody_waits_for_ever(ticking: MakeTicking) -> None:
+    session = ticking().session
+    session.desk = desk = CommandDesk()
+    waiting = desk.submit("play")
+    stepping = desk.submit("step")
+    session.close()
+    for answer in (waiting, stepping, desk.submit("play")):
+        with pytest.raises(StateError, match="the run has ended"):
+            answer.result(0)
+
+
+def test_a_run_that_is_quit_ends(ticking: MakeTicking) -> None:
+    with controlled(ticking().session, paused=True) as run:
+        run.ask("quit")
+        run.end()
+        assert run.error is None
+
+
+def test_a_desk_that_waits_can_be_woken() -> None:
+    desk = CommandDesk()
+    threading.Timer(0.01, desk.wake).start()
+    desk.wait(10 * PATIENCE)  # it would hang for as long
+
+
+def test_waiting_ends_when_something_is_asked_for(ticking: MakeTicking) -> None:
+    desk, session = CommandDesk(), ticking().session
+    threading.Timer(0.01, desk.submit, ("play",)).start()
+    desk.wait(10 * PATIENCE)
+    desk.wait(10 * PATIENCE)  # what has come still waits
+    desk.serve(session)
+    assert session.state == "playing"

@@ -1,0 +1,137 @@
+"""The action SimulateSteps as its clients see it: goals, news of each step, results, and what is cancelled."""
+
+from __future__ import annotations
+
+import queue
+import time
+import uuid
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from graphengine.context import QoS
+from graphengine.ros import messages
+from tests.control.harness import PATIENCE
+from tests.control.simulators import Simulator, simulator
+
+ACTION = "simulation_interfaces/action/SimulateSteps"
+HIDDEN = "simulate_steps/_action"
+OK, FAILED = 1, 4
+EXECUTING, CANCELING, SUCCEEDED, CANCELED, ABORTED = range(2, 7)
+ENDLESS = 1_000_000
+LATCHED = QoS(history="keepLast", depth=1, reliability="reliable", durability="transientLocal")
+
+
+@pytest.fixture
+def sim(tmp_path: Path) -> Iterator[Simulator]:
+    with simulator(tmp_path) as running:
+        yield running
+
+
+def identity(goal: uuid.UUID) -> Any:
+    found = messages.DEFINITIONS.initial("unique_identifier_msgs/msg/UUID")
+    found.uuid[:] = list(goal.bytes)
+    return found
+
+
+def send(sim: Simulator, goal: uuid.UUID, steps: int) -> bool:
+    fields = {"goal_id": identity(goal), "goal__steps": steps}
+    return bool(sim.ask(f"{HIDDEN}/send_goal", f"{ACTION}_SendGoal", **fields).accepted)
+
+
+def result(sim: Simulator, goal: uuid.UUID) -> tuple[int, int, str]:
+    answer = sim.ask(f"{HIDDEN}/get_result", f"{ACTION}_GetResult", goal_id=identity(goal))
+    return answer.status, answer.result.result.result, answer.result.result.error_message
+
+
+def cancel(sim: Simulator, **info: Any) -> Any:
+    fields = {f"goal_info__{name}": value for name, value in info.items()}
+    return sim.ask(f"{HIDDEN}/cancel_goal", "action_msgs/srv/CancelGoal", **fields)
+
+
+def begun(sim: Simulator) -> None:
+    deadline = time.monotonic() + PATIENCE
+    while not sim.session.ticks:
+        assert time.monotonic() < deadline
+        time.sleep(0.002)
+
+
+def test_a_goal_runs_its_steps_and_tells_of_each(sim: Simulator) -> None:
+    heard: queue.Queue[Any] = queue.Queue()
+    kind = f"{ACTION}_FeedbackMessage"
+    volatile = QoS(history="keepLast", depth=10, reliability="reliable", durability="volatile")
+    sim.transport.reader(f"/{HIDDEN}/feedback", kind, volatile, lambda data: heard.put(messages.decode(data, kind)))
+    goal = uuid.uuid4()
+    assert send(sim, goal, 3)
+    assert result(sim, goal) == (SUCCEEDED, OK, "")
+    assert sim.session.ticks == 3
+    news = [heard.get(timeout=PATIENCE) for _ in range(3)]
+    assert {bytes(each.goal_id.uuid) for each in news} == {goal.bytes}
+    told = [(each.feedback.completed_steps, each.feedback.remaining_steps) for each in news]
+    assert told == [(1, 2), (2, 1), (3, 0)]
+    assert sim.session.state == "paused"
+
+
+def test_the_status_of_goals_waits_for_who_comes_late(sim: Simulator) -> None:
+    goal = uuid.uuid4()
+    send(sim, goal, 2)
+    result(sim, goal)
+    heard: list[bytes] = []
+    sim.transport.reader(f"/{HIDDEN}/status", "action_msgs/msg/GoalStatusArray", LATCHED, heard.append)
+    (status,) = messages.decode(heard[-1], "action_msgs/msg/GoalStatusArray").status_list
+    assert (bytes(status.goal_info.goal_id.uuid), status.status) == (goal.bytes, SUCCEEDED)
+
+
+def test_goals_up_to_a_time_are_cancelled_that_of_this_very_time_too(sim: Simulator) -> None:
+    goal = uuid.uuid4()
+    stamp = sim.ask(f"{HIDDEN}/send_goal", f"{ACTION}_SendGoal", goal_id=identity(goal), goal__steps=ENDLESS).stamp
+    assert cancel(sim, stamp=messages.Time(stamp.sec - 1, 0)).goals_canceling == []
+    assert len(cancel(sim, stamp=stamp).goals_canceling) == 1
+    assert result(sim, goal)[0] == CANCELED
+
+
+@pytest.mark.parametrize("one", [True, False])
+def test_a_goal_that_is_cancelled_ends_between_two_steps(sim: Simulator, one: bool) -> None:
+    goal = uuid.uuid4()
+    assert send(sim, goal, ENDLESS)
+    begun(sim)
+    answer = cancel(sim, **({"goal_id": identity(goal)} if one else {}))
+    assert [bytes(info.goal_id.uuid) for info in answer.goals_canceling] == [goal.bytes]
+    status, code, text = result(sim, goal)
+    assert (status, code) == (CANCELED, FAILED)
+    assert text == f"cancelled after {sim.session.ticks} of {ENDLESS} steps"
+    assert send(sim, uuid.uuid4(), 1)
+
+
+def test_what_cannot_be_cancelled_says_so(sim: Simulator) -> None:
+    goal = uuid.uuid4()
+    assert cancel(sim, goal_id=identity(goal)).return_code == 2  # unknown
+    send(sim, goal, 1)
+    result(sim, goal)
+    assert cancel(sim, goal_id=identity(goal)).return_code == 3  # at its end
+
+
+def test_one_goal_is_pursued_at_a_time_and_none_of_no_steps(sim: Simulator) -> None:
+    first = uuid.uuid4()
+    assert send(sim, first, ENDLESS)
+    assert not send(sim, uuid.uuid4(), 1)
+    cancel(sim)
+    result(sim, first)
+    assert not send(sim, uuid.uuid4(), 0)
+    assert not send(sim, first, 1)
+
+
+def test_a_goal_ends_when_somebody_lets_the_simulation_play(sim: Simulator) -> None:
+    goal = uuid.uuid4()
+    assert send(sim, goal, ENDLESS)
+    begun(sim)
+    sim.run.ask("play")
+    status, code, text = result(sim, goal)
+    assert (status, code) == (ABORTED, FAILED)
+    assert text
+
+
+def test_the_result_of_a_goal_that_nobody_sent_is_none(sim: Simulator) -> None:
+    assert result(sim, uuid.uuid4())[0] == 0

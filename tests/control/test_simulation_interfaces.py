@@ -1,0 +1,469 @@
+"""The services of simulation_interfaces as a client on the network sees them."""
+
+from __future__ import annotations
+
+import math
+import queue
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from graphengine import build
+from graphengine.control.simulation_interfaces.features import OF_SERVICES
+from graphengine.control.simulation_interfaces.server import SimulationInterfaces
+from graphengine.files import Files
+from graphengine.ros import messages
+from graphengine.ros.memory import MemoryTransport
+from tests.control.conftest import MakeTicking
+from tests.control.harness import controlled
+from tests.control.simulators import CRATE, Client, Simulator, simulator
+
+UNSUPPORTED, OK, NOT_FOUND, INCORRECT_STATE, FAILED = range(5)
+STOPPED, PLAYING, PAUSED, QUITTING = range(4)
+TIME, STATE, SPAWNED = 1, 2, 4
+EMPTY, BOX, CONVEX_HULL, SPHERE = range(4)
+
+
+@pytest.fixture
+def sim(tmp_path: Path) -> Iterator[Simulator]:
+    with simulator(tmp_path) as running:
+        yield running
+
+
+def state(sim: Simulator, entity: str = "ball") -> Any:
+    answer = sim.call("get_entity_state", entity=entity)
+    assert answer.result.result == OK, answer.result.error_message
+    return answer.state
+
+
+def position(sim: Simulator, entity: str = "ball") -> tuple[float, float, float]:
+    point = state(sim, entity).pose.position
+    return point.x, point.y, point.z
+
+
+def step(sim: Simulator, steps: int) -> Any:
+    return sim.call("step_simulation", steps=steps)
+
+
+def spawn(sim: Simulator, **fields: Any) -> Any:
+    return sim.call("spawn_entity", **{"resource_string": CRATE, "initial_pose__pose": pose(0, 5, 1), **fields})
+
+
+def pose(x: float, y: float, z: float, *turn: float) -> Any:
+    return messages.Pose(messages.Point(x, y, z), messages.Quaternion(*(turn or (0.0, 0.0, 0.0, 1.0))))
+
+
+def names(sim: Simulator, **filters: Any) -> list[str]:
+    answer = sim.call("get_entities", **{f"filters__{name}": value for name, value in filters.items()})
+    assert answer.result.result == OK, answer.result.error_message
+    return list(answer.entities)
+
+
+def bounds(kind: int, *points: tuple[float, float, float]) -> Any:
+    found = messages.DEFINITIONS.initial("simulation_interfaces/msg/Bounds")
+    found.type, found.points = kind, [messages.Vector3(*map(float, point)) for point in points]
+    return found
+
+
+def set_state(sim: Simulator, target: int) -> int:
+    return int(sim.call("set_simulation_state", state__state=target).result.result)
+
+
+# States
+
+
+def test_features_are_those_of_services_that_answer(sim: Simulator) -> None:
+    features = sim.call("get_simulator_features").features
+    told = features.features.tolist()
+    assert told == sorted(told)
+    assert {0, 1, 9, 10, 11, 20, 21, 22, 23, 24, 25, 26, 31, 32, 33} <= set(told)
+    assert not {2, 3, 7, 40, 41, 42, 43, 45} & set(told)  # named poses, hulls, and what needs several worlds
+    offered = {service.removeprefix("/") for service, _ in sim.transport.graph().services}
+    assert OF_SERVICES.keys() - {"simulate_steps"} <= offered
+    names = messages.DEFINITIONS.names()
+    whole = {name for name in names if name.startswith("simulation_interfaces/srv/") and "_" not in name[25:]}
+    assert whole <= {kind for _, kind in sim.transport.graph().services}
+    assert list(features.spawn_formats) == ["urdf", "xacro", "mjcf", "graphengine"]
+
+
+@pytest.mark.parametrize(
+    ("way", "codes"),
+    [
+        ([PAUSED], [101]),
+        ([PLAYING, PLAYING], [OK, 101]),
+        ([PLAYING, PAUSED, PLAYING], [OK, OK, OK]),
+        ([STOPPED, STOPPED], [OK, 101]),
+        ([STOPPED, PAUSED], [OK, 103]),
+        ([STOPPED, PLAYING, STOPPED], [OK, OK, OK]),
+        ([4], [103]),
+        ([77], [103]),
+    ],
+)
+def test_states_follow_each_other_as_the_standard_says(sim: Simulator, way: list[int], codes: list[int]) -> None:
+    assert [set_state(sim, target) for target in way] == codes
+    found = sim.call("get_simulation_state")
+    reached = [target for target, code in zip(way, codes, strict=True) if code == OK]
+    assert (found.result.result, found.state.state) == (OK, reached[-1] if reached else PAUSED)
+
+
+def test_to_quit_ends_the_run_after_the_answer(tmp_path: Path) -> None:
+    with simulator(tmp_path) as sim:
+        assert set_state(sim, PLAYING) == OK
+        assert set_state(sim, QUITTING) == OK
+        sim.run.end()
+        assert sim.session.state == "stopped"
+
+
+def test_steps_run_to_the_last_before_the_answer_comes(sim: Simulator) -> None:
+    assert step(sim, 1).result.result == OK
+    assert state(sim).header.stamp.nanosec == int(1e9 / 60)
+    assert step(sim, 5).result.result == OK
+    assert sim.session.ticks == 6
+    assert sim.call("get_simulation_state").state.state == PAUSED
+
+
+@pytest.mark.parametrize(("target", "steps"), [(PLAYING, 1), (STOPPED, 1), (PAUSED, 0), (PAUSED, 2**40)])
+def test_steps_that_cannot_be_are_refused(sim: Simulator, target: int, steps: int) -> None:
+    set_state(sim, target)
+    assert step(sim, steps).result.result == FAILED
+
+
+def test_steps_that_a_stop_cuts_short_say_so(sim: Simulator) -> None:
+    kind = "simulation_interfaces/srv/StepSimulation"
+    request = messages.DEFINITIONS.initial(f"{kind}_Request")
+    request.steps = 1_000_000
+    with pytest.raises(queue.Empty):
+        sim.send("step_simulation", kind, messages.encode(request), 0.05)
+    assert set_state(sim, STOPPED) == OK
+    answers = sim._clients["step_simulation"][1]
+    response = messages.decode(answers.get(timeout=20), f"{kind}_Response")
+    assert response.result.result == INCORRECT_STATE
+    assert "cut short" in response.result.error_message
+
+
+@pytest.mark.parametrize("scope", [0, 255])
+def test_a_full_reset_is_as_the_start(sim: Simulator, scope: int) -> None:
+    start = position(sim)
+    assert spawn(sim).result.result == OK
+    step(sim, 20)
+    assert sim.call("reset_simulation", scope=scope).result.result == OK
+    assert position(sim) == start
+    assert state(sim).header.stamp == messages.Time(0, 0)
+    assert "crate" not in names(sim)
+
+
+def test_a_reset_of_the_time_alone_leaves_everything_where_it_is(sim: Simulator) -> None:
+    step(sim, 20)
+    there = position(sim)
+    assert sim.call("reset_simulation", scope=TIME).result.result == OK
+    assert position(sim) == there
+    assert state(sim).header.stamp == messages.Time(0, 0)
+
+
+def test_a_reset_of_the_state_alone_lets_the_time_go_on(sim: Simulator) -> None:
+    start = position(sim)
+    step(sim, 20)
+    stamp = state(sim).header.stamp
+    assert sim.call("reset_simulation", scope=STATE).result.result == OK
+    assert (position(sim), state(sim).header.stamp) == (start, stamp)
+
+
+def test_a_reset_of_what_was_spawned_takes_it_away_and_nothing_else(sim: Simulator) -> None:
+    spawn(sim)
+    step(sim, 20)
+    there = position(sim)
+    assert sim.call("reset_simulation", scope=SPAWNED).result.result == OK
+    assert (names(sim), position(sim)) == (["bot", "ball", "shelf"], there)
+
+
+def test_a_reset_of_no_known_scope_is_refused(sim: Simulator) -> None:
+    assert sim.call("reset_simulation", scope=8).result.result == FAILED
+
+
+# Entities
+
+
+@pytest.mark.parametrize(
+    ("filters", "found"),
+    [
+        ({}, ["bot", "ball", "shelf"]),
+        ({"filter": "^b"}, ["bot", "ball"]),
+        ({"filter": "(elf|nothing)$"}, ["shelf"]),
+        ({"filter": "^[[:alpha:]]{3}$"}, ["bot"]),
+        ({"filter": "nobody"}, []),
+        ({"bounds": bounds(SPHERE, (5, 0, 2), (0.95, 0, 0))}, ["ball"]),
+        ({"bounds": bounds(SPHERE, (5, 0, 2), (0.85, 0, 0))}, []),
+        ({"bounds": bounds(BOX, (9, 9, 9), (0.5, -9, 2.5))}, ["ball", "shelf"]),
+        ({"bounds": bounds(BOX, (0.5, -9, 2.5), (9, 9, 9)), "filter": "l$"}, ["ball"]),
+    ],
+)
+def test_entities_are_found_by_name_and_by_place(sim: Simulator, filters: dict[str, Any], found: list[str]) -> None:
+    assert names(sim, **filters) == found
+
+
+@pytest.mark.parametrize(
+    ("filters", "code"),
+    [
+        ({"filter": "("}, FAILED),
+        ({"filter": "x" * 2000}, FAILED),
+        ({"filter": "(a|b|ab|ba|al|ll|l)*(a|b|l|ba|al)*(b|a|l)*(b|a|l|al)*c{99}"}, OK),
+        ({"bounds": bounds(CONVEX_HULL, (0, 0, 0), (1, 0, 0), (0, 1, 0))}, UNSUPPORTED),
+        ({"bounds": bounds(BOX, (0, 0, 0))}, FAILED),
+        ({"bounds": bounds(SPHERE, (0, 0, math.nan), (1, 0, 0))}, FAILED),
+        ({"bounds": bounds(9)}, UNSUPPORTED),
+    ],
+)
+def test_filters_that_make_no_sense_are_refused(sim: Simulator, filters: dict[str, Any], code: int) -> None:
+    answer = sim.call("get_entities", **{f"filters__{name}": value for name, value in filters.items()})
+    assert answer.result.result == code
+
+
+def test_an_expression_that_would_take_for_ever_is_given_up(sim: Simulator) -> None:
+    assert spawn(sim, name="a" * 60).result.result == OK
+    answer = sim.call("get_entities", filters__filter="^(a|a)*[^a]")
+    assert answer.result.result == FAILED
+    assert "takes too long" in answer.result.error_message
+
+
+def test_states_of_many_are_those_of_each(sim: Simulator) -> None:
+    answer = sim.call("get_entities_states")
+    assert list(answer.entities) == ["bot", "ball", "shelf"]
+    assert [each.pose for each in answer.states] == [state(sim, name).pose for name in answer.entities]
+
+
+def test_a_state_that_was_set_is_the_state(sim: Simulator) -> None:
+    wanted = state(sim)
+    assert wanted.header.frame_id == "world"
+    wanted.pose = pose(1, 2, 4, 0.0, 0.0, 1.0, 0.0)
+    wanted.twist = messages.Twist(messages.Vector3(1.0, 0.0, 0.0), messages.Vector3(0.0, 0.0, 2.0))
+    assert sim.call("set_entity_state", entity="ball", state=wanted).result.result == OK
+    found = state(sim)
+    assert (found.pose, found.twist) == (wanted.pose, wanted.twist)
+    assert found.acceleration.linear.z == pytest.approx(-9.81)
+
+
+@pytest.mark.parametrize(
+    ("entity", "field", "value", "code"),
+    [
+        ("nobody", "pose", pose(0, 0, 0), NOT_FOUND),
+        ("ball", "pose", pose(math.nan, 0, 0), 101),
+        ("ball", "pose", pose(0, 0, 1e9), 101),
+        ("ball", "pose", pose(0, 0, 0, 0.0, 0.0, 0.0, 0.0), 101),
+        ("ball", "pose", pose(0, 0, 0, 0.0, 0.0, 0.0, 2.0), 101),
+        ("ball", "header", messages.header(0.0, "moon"), FAILED),
+        ("shelf", "twist", messages.Twist(messages.Vector3(1.0, 0.0, 0.0), messages.Vector3(0.0, 0.0, 0.0)), FAILED),
+        (
+            "ball",
+            "twist",
+            messages.Twist(messages.Vector3(math.inf, 0.0, 0.0), messages.Vector3(0.0, 0.0, 0.0)),
+            FAILED,
+        ),
+    ],
+)
+def test_a_state_that_cannot_be_is_refused(sim: Simulator, entity: str, field: str, value: Any, code: int) -> None:
+    before = position(sim)
+    answer = sim.call("set_entity_state", **{"entity": entity, f"state__{field}": value})
+    assert answer.result.result == code
+    assert answer.result.error_message
+    assert position(sim) == before
+
+
+def test_what_entities_are_is_told_and_can_be_written(sim: Simulator) -> None:
+    found = {name: sim.call("get_entity_info", entity=name).info.category.category for name in names(sim)}
+    assert found == {"bot": 1, "ball": 0, "shelf": 5}
+    info = messages.DEFINITIONS.initial("simulation_interfaces/msg/EntityInfo")
+    info.description, info.tags, info.category.category = "a ball", ["toy", "round"], 4
+    assert sim.call("set_entity_info", entity="ball", info=info).result.result == OK
+    assert sim.call("get_entity_info", entity="ball").info == info
+    category = messages.DEFINITIONS.initial("simulation_interfaces/msg/EntityCategory")
+    category.category = 4
+    assert names(sim, categories=[category]) == ["ball"]
+    assert names(sim, tags__tags=["round", "square"]) == ["ball"]
+    assert names(sim, tags__tags=["round", "square"], tags__filter_mode=1) == []
+    info.category.category = 3
+    assert sim.call("set_entity_info", entity="ball", info=info).result.result == FAILED
+
+
+def test_bounds_are_a_box_in_the_entitys_own_frame(sim: Simulator) -> None:
+    found = sim.call("get_entity_bounds", entity="shelf").bounds
+    corners = [(point.x, point.y, point.z) for point in found.points]
+    assert (found.type, corners) == (BOX, [(0.1, 0.2, 0.3), (-0.1, -0.2, -0.3)])
+
+
+def test_what_is_not_there_is_not_found(sim: Simulator) -> None:
+    for service in ("get_entity_state", "get_entity_info", "get_entity_bounds", "delete_entity", "set_entity_info"):
+        answer = sim.call(service, entity="bal")
+        assert answer.result.result == NOT_FOUND
+        assert "did you mean 'ball'?" in answer.result.error_message
+
+
+# Spawning
+
+
+def test_an_entity_comes_where_it_is_wanted_and_goes(sim: Simulator) -> None:
+    answer = spawn(sim, name="box", entity_namespace="store")
+    assert (answer.result.result, answer.entity_name) == (OK, "box")
+    assert position(sim, "box") == (0, 5, 1)
+    assert sim.session.services.stage.namespaces("/box/Geometry/crate") == ["store"]
+    step(sim, 6)
+    assert position(sim, "box")[2] < 1
+    assert sim.call("delete_entity", entity="box").result.result == OK
+    assert names(sim) == ["bot", "ball", "shelf"]
+
+
+def test_a_mujoco_model_comes_too(sim: Simulator) -> None:
+    text = "<mujoco model='can'><worldbody><body><freejoint/><geom size='.1'/></body></worldbody></mujoco>"
+    assert spawn(sim, resource_string=text).entity_name == "can"
+    step(sim, 6)
+    assert position(sim, "can")[2] < 1
+
+
+def test_a_pose_is_in_the_frame_of_an_entity_if_that_is_named(sim: Simulator) -> None:
+    header = messages.header(0.0, "shelf")
+    assert spawn(sim, initial_pose__header=header, initial_pose__pose=pose(0, 0, 1)).result.result == OK
+    assert position(sim, "crate") == pytest.approx((1, 2, 4))
+
+
+def test_names_are_those_of_the_resource_or_free_ones_where_that_is_allowed(sim: Simulator) -> None:
+    assert spawn(sim).entity_name == "crate"
+    again = spawn(sim, initial_pose__pose=pose(0, 7, 1))
+    assert (again.result.result, again.entity_name) == (101, "")
+    assert spawn(sim, allow_renaming=True, initial_pose__pose=pose(0, 7, 1)).entity_name == "crate_1"
+    assert spawn(sim, name="ball", allow_renaming=True, initial_pose__pose=pose(0, 9, 1)).entity_name == "ball_1"
+
+
+@pytest.mark.parametrize("uri", ["robots/dd100.yaml", "crate.urdf", "file://{folder}/crate.urdf"])
+def test_files_of_the_scenes_folder_and_those_that_ship_can_be_spawned(
+    sim: Simulator, tmp_path: Path, uri: str
+) -> None:
+    (tmp_path / "crate.urdf").write_text(CRATE, encoding="utf-8")
+    answer = spawn(sim, uri=uri.format(folder=tmp_path))
+    assert answer.result.result == OK, answer.result.error_message
+    assert answer.entity_name == ("dd100" if "dd100" in uri else "crate")
+
+
+@pytest.mark.parametrize(
+    ("fields", "code", "words"),
+    [
+        ({"resource_string": ""}, 104, "neither a uri nor a resource_string"),
+        ({"resource_string": "hello"}, 103, "the text of a URDF"),
+        ({"uri": "https://example.org/robot.urdf"}, 103, "nothing that can be spawned"),
+        ({"uri": "cube.usd"}, 103, "nothing that can be spawned"),
+        ({"uri": "nowhere.urdf"}, NOT_FOUND, "no file 'nowhere.urdf'"),
+        ({"uri": "/etc/hosts.urdf"}, NOT_FOUND, "no file"),
+        ({"resource_string": CRATE.replace("<box", "<blob")}, 106, "there is no shape 'blob'"),
+        ({"resource_string": CRATE.replace('<box size=".4 .4 .4"/>', '<mesh filename="a.stl"/>')}, 107, "a.stl"),
+        ({"name": "9 lives"}, 102, "is not a name"),
+        ({"resource_string": CRATE.replace('<robot name="crate">', "<robot>")}, 102, "no name"),
+        ({"entity_namespace": "a b"}, 105, "namespace"),
+        ({"entity_namespace": "{name}"}, 105, "namespace"),
+        ({"initial_pose__header": messages.header(0.0, "moon")}, 109, "no frame 'moon'"),
+        ({"initial_pose__pose": pose(0, 0, math.nan)}, 109, "no position"),
+        ({"initial_pose__pose": pose(0, 0, 0, 0.0, 0.0, 0.0, 0.0)}, 109, "not of length 1"),
+    ],
+)
+def test_what_cannot_be_spawned_says_why(sim: Simulator, fields: dict[str, Any], code: int, words: str) -> None:
+    answer = spawn(sim, **fields)
+    assert answer.result.result == code, answer.result.error_message
+    assert words in answer.result.error_message
+    assert names(sim) == ["bot", "ball", "shelf"]
+
+
+def test_a_file_that_may_not_be_read_is_not(sim: Simulator, tmp_path: Path) -> None:
+    outside = tmp_path.parent / "outside.urdf"
+    outside.write_text(CRATE, encoding="utf-8")
+    for uri in (str(outside), f"file://{outside}", "../outside.urdf"):
+        answer = spawn(sim, uri=uri)
+        assert answer.result.result == NOT_FOUND
+        assert "lies outside the folder of the file you gave" in answer.result.error_message
+
+
+def test_many_come_at_once_and_those_that_do_not_keep_no_other_back(sim: Simulator) -> None:
+    wanted: list[Any] = []
+    for name in ("one", "ball", "two"):
+        one = messages.DEFINITIONS.initial("simulation_interfaces/msg/SpawnEntity")
+        one.name, one.entity_resource.resource_string = name, CRATE
+        one.initial_pose.pose = pose(0, 5 + len(wanted), 1)
+        wanted.append(one)
+    answer = sim.call("spawn_entities", spawn_requests=wanted)
+    assert answer.result.result == 150
+    assert [(one.result.result, one.entity_name) for one in answer.results] == [(OK, "one"), (101, ""), (OK, "two")]
+    assert names(sim) == ["bot", "one", "two", "ball", "shelf"]
+
+
+def test_what_belongs_to_the_world_cannot_be_deleted(sim: Simulator) -> None:
+    answer = sim.call("delete_entity", entity="ball")
+    assert answer.result.result == FAILED
+    assert "belongs to the world's file" in answer.result.error_message
+
+
+def test_spawnables_are_what_can_be_spawned(sim: Simulator, tmp_path: Path) -> None:
+    (tmp_path / "robots").mkdir()
+    (tmp_path / "robots" / "crate.urdf").write_text(CRATE, encoding="utf-8")
+    (tmp_path / "more").mkdir()
+    (tmp_path / "more" / "box.urdf").write_text(CRATE, encoding="utf-8")
+    answer = sim.call("get_spawnables", sources=["more", "/etc", "x" * 3000, "\0"])
+    uris = [spawnable.uri for spawnable in answer.spawnables]
+    assert {"bot.yaml", "bot.urdf", "robots/crate.urdf", "robots/dd100.yaml"} <= set(uris)
+    assert "scene.yaml" not in uris
+    assert any(uri.endswith("more/box.urdf") for uri in uris)
+    assert "/etc" in answer.result.error_message
+    uri = next(uri for uri in uris if uri.endswith("more/box.urdf"))
+    assert spawn(sim, uri=uri).result.result == OK
+
+
+def test_the_world_is_told_by_its_name(sim: Simulator) -> None:
+    world = sim.call("get_current_world").world
+    assert (world.name, world.world_resource.uri) == ("test", "world.xml")
+
+
+@pytest.mark.parametrize(
+    "service", ["load_world", "unload_world", "get_available_worlds", "get_named_poses", "get_named_pose_bounds"]
+)
+def test_what_is_no_feature_says_so_at_once(sim: Simulator, service: str) -> None:
+    assert sim.call(service).result.result == UNSUPPORTED
+
+
+def test_a_session_without_a_scene_steps_and_has_no_entities(ticking: MakeTicking, tmp_path: Path) -> None:
+    transport, session = MemoryTransport(), ticking().session
+    path = tmp_path / "graph.yaml"
+    assembly = build.Assembly(path, build.Options(), Files.of(path))
+    with controlled(session, paused=True) as run:
+        SimulationInterfaces(run.desk, assembly, transport, print)
+        client = Client(transport)
+        assert client.call("step_simulation", steps=2).result.result == OK
+        assert client.call("get_simulator_features").features.features.tolist() == [
+            20,
+            21,
+            22,
+            23,
+            24,
+            25,
+            26,
+            31,
+            32,
+            33,
+        ]
+        assert client.call("get_entities").result.result == UNSUPPORTED
+        assert client.call("spawn_entity", resource_string=CRATE).result.result == UNSUPPORTED
+
+
+# Peers
+
+
+def test_bytes_that_are_no_request_are_dropped_and_told_once(sim: Simulator) -> None:
+    kind = "simulation_interfaces/srv/GetEntities"
+    for _ in range(3):
+        with pytest.raises(queue.Empty):
+            sim.send("get_entities", kind, b"\0\1\0\0\xff\xff\xff\xff", 0.05)
+    assert len(sim.complaints) == 1
+    assert names(sim) == ["bot", "ball", "shelf"]
+
+
+def test_requests_are_answered_while_the_simulation_plays(tmp_path: Path) -> None:
+    with simulator(tmp_path, paused=False, pace=1.0) as sim:
+        assert names(sim) == ["bot", "ball", "shelf"]
+        assert np.isfinite(position(sim)).all()
