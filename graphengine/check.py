@@ -14,6 +14,7 @@ from graphengine.dry import DryNetwork, DryWorld
 from graphengine.graph import Instance
 from graphengine.graph_run import make_graph_run
 from graphengine.node_context import Services
+from graphengine.permissions import Permissions
 from graphengine.plan import Plan
 from graphengine.registry import LINTS
 from graphengine.simulation_clock import SimulationClock
@@ -47,6 +48,7 @@ def check_plans(
     prims_known: bool,
     beside: Sequence[Plan] = (),
     claimed: Sequence[TopicClaim] = (),
+    permissions: Permissions | None = None,
 ) -> list[TopicClaim]:
     """Set every node up dry, over the same prims without physics, and lint what they ask for; topics they claim.
 
@@ -57,14 +59,22 @@ def check_plans(
         prims_known: as for `dry_setup`.
         beside: graphs that were checked before, and run before these.
         claimed: topics of those.
+        permissions: what graphs may do; nothing by default.
     """
     dry = DryWorld(world.stage, world.tick_period, world.substeps)
-    claims = dry_setup(plans, dry, findings, prims_known=prims_known)
+    claims = dry_setup(plans, dry, findings, prims_known=prims_known, permissions=permissions)
     lint_claims(LintContext([*beside, *plans], world.stage, [*claimed, *claims], findings))
     return claims
 
 
-def dry_setup(plans: Sequence[Plan], world: World, findings: Findings, *, prims_known: bool) -> list[TopicClaim]:
+def dry_setup(
+    plans: Sequence[Plan],
+    world: World,
+    findings: Findings,
+    *,
+    prims_known: bool,
+    permissions: Permissions | None = None,
+) -> list[TopicClaim]:
     """Set up every node over a world and no network; what nodes ask for is the answer, what is wrong becomes findings.
 
     Args:
@@ -72,8 +82,9 @@ def dry_setup(plans: Sequence[Plan], world: World, findings: Findings, *, prims_
         world: where prims are looked up.
         findings: where mistakes go.
         prims_known: whether the stage is that of a scene; without one, missing prims are no mistakes.
+        permissions: what graphs may do; nothing by default.
     """
-    services = Services(world, DryNetwork())
+    services = Services(world, DryNetwork(), permissions=permissions or Permissions())
     for plan in plans:
         _dry_setup_graph(plan, services, findings, prims_known=prims_known)
     return services.claims
@@ -170,7 +181,7 @@ def lint_structure(plan: Plan, findings: Findings) -> None:
     running = set(plan.order)
     events = [i.id for i in plan.graph.instances if i.cls.kind() == "event"]
     for instance in plan.graph.instances:
-        if instance.index in running:
+        if instance.index in running or instance.part_of:
             continue
         if instance.cls.kind() == "data":
             hint = "wire its outputs to a node with an execution input, or remove it"
@@ -187,8 +198,9 @@ def lint_structure(plan: Plan, findings: Findings) -> None:
 
 
 def lint_claims(context: LintContext) -> None:
-    """Topics and frames that cannot live together, and lints that know node types."""
+    """Topics, services and frames that cannot live together, and lints that know node types."""
     _check_topic_types(context)
+    _check_servers(context)
     _check_transforms(context)
     for code in sorted(LINTS):
         for function in LINTS[code]:
@@ -201,16 +213,35 @@ def _spans(context: LintContext, claim: TopicClaim) -> Span | None:
 
 
 def _check_topic_types(context: LintContext) -> None:
-    first: dict[tuple[int, str], TopicClaim] = {}
-    for claim in sorted(context.claims, key=lambda c: c.direction):  # publishers first
-        other = first.setdefault((claim.ros_context, claim.topic), claim)
+    first: dict[tuple[int, str, bool], TopicClaim] = {}
+    for claim in sorted(
+        context.claims, key=lambda c: c.direction in ("subscribe", "call")
+    ):  # publishers and servers first
+        other = first.setdefault((claim.ros_context, claim.topic, claim.is_service), claim)
         if other.message_type != claim.message_type:
             span = _spans(context, other)
             context.findings.add(
                 "G305",
                 f"{claim.topic} is {claim.message_type} here and {other.message_type} at {other.node}",
                 _spans(context, claim),
-                "a topic has one message type; rename one of them",
+                f"a {'service has one type' if claim.is_service else 'topic has one message type'}; rename one of them",
+                related=[(span, "the other one")] if span else [],
+            )
+
+
+def _check_servers(context: LintContext) -> None:
+    servers: dict[tuple[int, str], TopicClaim] = {}
+    for claim in context.claims:
+        if claim.direction != "serve":
+            continue
+        other = servers.setdefault((claim.ros_context, claim.topic), claim)
+        if other is not claim:
+            span = _spans(context, other)
+            context.findings.add(
+                "G309",
+                f"the service {claim.topic} is offered here and by {other.node}",
+                _spans(context, claim),
+                "a call is answered by one server; give one of them another name, or a nodeNamespace",
                 related=[(span, "the other one")] if span else [],
             )
 

@@ -7,13 +7,15 @@ a value is returned.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.sensor import BOX_3D as BOX_3D
 from graphengine.sensor import Camera as Camera
 from graphengine.sensor import ContactReading as ContactReading
 from graphengine.sensor import ContactSensor as ContactSensor
@@ -46,6 +48,10 @@ class Clock(Protocol):
         """Seconds between two passes of this graph."""
 
     @property
+    def period(self) -> tuple[int, int]:
+        """The same as a fraction: numerator and denominator."""
+
+    @property
     def frame(self) -> int:
         """Number of this tick since play; the first is 1."""
 
@@ -65,6 +71,23 @@ class Frame(Protocol):
 
     def pose(self) -> tuple[Vector3, Quaternion]:
         """Position (m) and orientation in the world frame."""
+
+
+class Placement(Protocol):
+    """A body that is put somewhere and stays there."""
+
+    def place(self, position: Vector3, orientation: Quaternion) -> None:
+        """Put the body's prim there, at rest, and hold it against all that acts on it until the simulation stops.
+
+        A link goes as far as its joint lets it.
+
+        Args:
+            position: in the world frame, m.
+            orientation: in the world frame, of length 1.
+
+        Raises:
+            PhysicsError: it is too far away to be counted with; nothing has changed.
+        """
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,6 +153,12 @@ class Articulation(Protocol):
     def velocities(self) -> NDArray[np.float64]:
         """Joint velocities, rad/s or m/s; a fresh array."""
 
+    def set_points(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Targets of position (rad or m) and velocity (rad/s or m/s) of each joint's drive; NaN where it has no such target.
+
+        Fresh arrays.
+        """
+
     def efforts(self) -> NDArray[np.float64]:
         """Torque or force of each joint's drive after the last step, N m or N; a fresh array."""
 
@@ -173,6 +202,91 @@ class Subscription(Protocol):
         """How many messages were passed over by `newest` since play."""
 
 
+class ServiceServer(Protocol):
+    """One service that is offered; requests are frozen at the start of each tick."""
+
+    @property
+    def service(self) -> str:
+        """Full name of the service."""
+
+    @property
+    def service_type(self) -> str:
+        """ROS 2 name, as in `std_srvs/srv/SetBool`."""
+
+    @property
+    def handle(self) -> int:
+        """Number by which `Context.server` finds it; never 0."""
+
+    current: bytes | None
+    """Identity of the request that the graph is about to answer; None where there is none."""
+
+    def take(self) -> Sequence[tuple[bytes, Any]]:
+        """Requests that came before this tick and were not taken, oldest first: their identities and messages."""
+
+    def answer(self, request_id: bytes, response: Any) -> None:
+        """Answer a request when the tick ends; one that was answered, or came before a stop, is not."""
+
+
+class ServiceClient(Protocol):
+    """One service that is called; answers are frozen at the start of each tick."""
+
+    @property
+    def service(self) -> str:
+        """Full name of the service."""
+
+    def call(self, request: Any) -> int:
+        """Ask when the tick ends, or as soon as a server is there; the number of the call, from 1 up."""
+
+    def take(self) -> Sequence[tuple[int, Any]]:
+        """Answers that came before this tick and were not taken, in order: numbers of their calls, and messages."""
+
+
+class Prims(Protocol):
+    """The prims of the stage, with their types and attributes as USD has them; attributes are read and written as JSON."""
+
+    def below(self, path: str) -> Sequence[tuple[str, str]]:
+        """Paths and types of a prim and of all below it, depth first.
+
+        Raises:
+            PrimError: there is no such prim.
+        """
+
+    def attributes(self, path: str) -> Mapping[str, str]:
+        """Types of a prim's attributes by their names.
+
+        Raises:
+            PrimError: there is no such prim.
+        """
+
+    def read(self, path: str, attribute: str) -> tuple[str, Any]:
+        """The type and the value of an attribute.
+
+        Raises:
+            ContextError: there is no such prim or attribute.
+        """
+
+    def write(self, path: str, attribute: str, value: Any) -> None:
+        """Change an attribute.
+
+        Raises:
+            GraphError: there is no such prim or attribute, it cannot be changed, or not to that.
+        """
+
+
+class PrimAttribute(Protocol):
+    """One attribute of a prim, with its value as ports carry it: quaternions are (x, y, z, w)."""
+
+    def read(self) -> Any:
+        """Its value now."""
+
+    def write(self, value: Any) -> None:
+        """Change it, and what it stands for.
+
+        Raises:
+            ContextError: to that it cannot be changed.
+        """
+
+
 class Variable(Protocol):
     """A graph's variable."""
 
@@ -181,6 +295,21 @@ class Variable(Protocol):
     @property
     def changed(self) -> bool:
         """Whether the value at the start of this tick differs from the one at the start of the tick before."""
+
+
+class Keyboard(Protocol):
+    """Keys by OmniGraph's names, as they are for the whole of a tick."""
+
+    @property
+    def held(self) -> frozenset[str]:
+        """Those that are held down in this tick."""
+
+    @property
+    def before(self) -> frozenset[str]:
+        """Those that were in the tick before."""
+
+    def any_of(self, modifier: str) -> bool:
+        """Whether one of the keys of a modifier is held: `shift`, `alt` or `ctrl`."""
 
 
 class Mailbox(Protocol):
@@ -212,6 +341,10 @@ class Context(Protocol):
         """The node's own prim: its graph's prim, then its name."""
 
     @property
+    def graph_path(self) -> str:
+        """The prim that the node's graph is put at."""
+
+    @property
     def clock(self) -> Clock:
         """Simulation time."""
 
@@ -222,11 +355,17 @@ class Context(Protocol):
     def wired(self, output: str) -> bool:
         """Whether a wire takes that output of the node, by its field: what is costly need not be computed for nobody."""
 
+    def wires_into(self, pin: str) -> int:
+        """How many wires end at an execution input of the node, by its field."""
+
     def body(self, prim: str) -> Body:
         """The rigid body at, or carrying, a prim."""
 
     def frame(self, prim: str) -> Frame:
         """The pose of any prim."""
+
+    def placement(self, prim: str) -> Placement | None:
+        """What puts a prim somewhere; None for one that neither moves by itself nor stands for a robot that does."""
 
     def transform_tree(self, targets: Sequence[str], parent: str = "") -> Sequence[FrameLink]:
         """The edges that OmniGraph expands target prims to: a robot to its links, any other prim to one edge."""
@@ -311,11 +450,68 @@ class Context(Protocol):
         `alternatives` are message types that will do as well, in place of the first where that is not what others publish.
         """
 
+    def service_server(
+        self,
+        service_type: str,
+        service: str,
+        *,
+        namespace: str = "",
+        collects_namespace: bool = False,
+        qos_profile: str = "",
+        ros_context: int = 0,
+    ) -> ServiceServer:
+        """A service to offer.
+
+        Args:
+            service_type: ROS 2 name, as in `std_srvs/srv/SetBool`.
+            service: name below the namespace; leading and trailing non-alphanumerics are dropped.
+            namespace: used as it is.
+            collects_namespace: an empty namespace is collected from the prims above the node.
+            qos_profile: as for `publisher`.
+            ros_context: handle from `ros_context`.
+        """
+
+    def service_client(
+        self,
+        service_type: str,
+        service: str,
+        *,
+        namespace: str = "",
+        collects_namespace: bool = False,
+        qos_profile: str = "",
+        ros_context: int = 0,
+    ) -> ServiceClient:
+        """A service to call; arguments as for `service_server`."""
+
+    def stage(self) -> Prims:
+        """All prims of the stage, those that come and go among them."""
+
+    def attribute(self, prim: str, name: str, *, writable: bool = False) -> PrimAttribute:
+        """An attribute of a prim; `writable` for one that can be changed while the simulation runs."""
+
+    def server(self, handle: int) -> ServiceServer:
+        """The server of that handle, whichever node opened it."""
+
     def variable(self, name: str) -> Variable:
         """A variable of the node's graph."""
 
     def mailbox(self, name: str) -> Mailbox:
         """A named queue of the session."""
+
+    def environment(self, name: str) -> str:
+        """A variable of the environment that the user lets graphs read; empty where there is none."""
+
+    def read_file(self, path: str) -> tuple[Path, str]:
+        """A text file, named from the folder of the graph file, where it is and its text."""
+
+    def allow_scripts(self) -> None:
+        """Refuse to go on unless the user lets graphs run Python."""
+
+    def when_closed(self, function: Callable[[], None]) -> None:
+        """Have something done when the node is set up again, and when the session ends."""
+
+    def keyboard(self) -> Keyboard:
+        """The keys of whoever runs the session."""
 
     def random(self) -> np.random.Generator:
         """A generator seeded by the session's seed and the node's prim path."""

@@ -8,11 +8,14 @@ GraphError                  everything that this package raises on purpose
 │   ├── JointError          no such joint
 │   ├── TopicError          a topic, namespace or QoS profile that ROS 2 would refuse
 │   └── MessageTypeError    no such message type, or one that cannot be used (in ros/interfaces.py)
+├── ControlError            a running session cannot be reached from outside, or refused what it was asked for
 ├── NodeError               a node raised while it computed
 ├── PhysicsError            the simulation diverged
 ├── RecordingError          a recording that cannot be written, or cannot be read
 ├── TransportError          the network could not be joined, or a peer's library failed
 └── UsageError              a command line that makes no sense (exit code 2)
+    ├── StateError          a session that plays, pauses or stands cannot do this then
+    └── UnknownEntityError  no robot or object of that name
 """
 
 from __future__ import annotations
@@ -60,6 +63,9 @@ CODES: dict[str, str] = {
     "G306": "one TF frame with two parents",
     "G307": "node cannot be set up",
     "G308": "message type that cannot be used",
+    "G309": "service with two servers",
+    "G401": "file that cannot be imported",
+    "G402": "graph that cannot be exported",
     "S101": "file of a scene not found",
     "S102": "world that MuJoCo cannot load",
     "S103": "robot description that cannot be loaded",
@@ -76,9 +82,13 @@ CODES: dict[str, str] = {
     "W203": "TF tree in more than one piece",
     "W204": "timestep of the world is overruled",
     "W205": "model that MuJoCo warns of",
+    "W301": "imported node of a type that is not available",
+    "W302": "part of an imported file that is left out",
     "N101": "old name of a node type",
     "N102": "prims were not checked",
     "N103": "physics setting that was resolved",
+    "N301": "part of an imported file that was changed",
+    "N302": "part of an imported file that belongs to no graph",
 }
 """Every code there is: G for graphs, S for scenes, W for lints, N for notes."""
 
@@ -355,6 +365,10 @@ class TopicError(ContextError):
     code = "G304"
 
 
+class ControlError(GraphError):
+    """A running session cannot be reached from outside, or refused what it was asked for."""
+
+
 class NodeError(GraphError):
     """A node raised while it computed; the cause is chained."""
 
@@ -377,3 +391,11 @@ class TransportError(GraphError):
 
 class UsageError(GraphError):
     """A command line that makes no sense."""
+
+
+class StateError(UsageError):
+    """A session cannot do this while it plays, or only then."""
+
+
+class UnknownEntityError(UsageError):
+    """There is no robot or object of that name."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from graphengine.diagnostics import NodeError
 from graphengine.executor import Executor
+from graphengine.graph import visible
 from graphengine.graph_variable import GraphVariable
 from graphengine.node_context import NodeContext, Services
 from graphengine.plan import Plan
@@ -26,19 +27,29 @@ class GraphContexts:
         self._clock = clock
         self._variables = variables
         self._contexts: dict[int, NodeContext] = {}
-        self._wired: defaultdict[int, set[str]] = defaultdict(set)
+        self._wired: defaultdict[int, Counter[str]] = defaultdict(Counter)
         for wire in plan.graph.data_wires:
-            self._wired[wire.source].add(wire.source_field)
+            self._wired[wire.source][wire.source_field] += 1
+        for wire in plan.graph.exec_wires:
+            self._wired[wire.target][wire.target_field] += 1
 
     def __call__(self, index: int) -> NodeContext:
         """The context of one node."""
         if index in self._contexts:
             self._contexts[index].close()
         graph = self._plan.graph
-        path = f"{graph.prim_path}/{graph.instances[index].id}"
-        rate = 1.0 / self._clock.delta if index in self._plan.certain else None
+        instance = graph.instances[index]
         context = NodeContext(
-            self._services, self._clock, graph.name, path, rate, self._variables, graph.runs, self._wired[index]
+            self._services,
+            self._clock,
+            graph.name,
+            f"{graph.prim_path}/{instance.id}",
+            self._plan.rate(index, 1.0 / self._clock.delta),
+            visible(instance.id, self._variables),
+            graph.runs,
+            self._wired[index],
+            graph.prim_path,
+            instance.entry.document.path.parent,
         )
         self._contexts[index] = context
         return context

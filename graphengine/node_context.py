@@ -5,14 +5,15 @@ The same class serves a dry setup, over stand-ins, and a running session; so wha
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
-from graphengine.backend import Closable, Network, TopicClaim, World
+from graphengine.backend import Closable, Network, OwnedServer, TopicClaim, World
 from graphengine.context import (
     Articulation,
     Body,
@@ -23,13 +24,20 @@ from graphengine.context import (
     FrameLink,
     Imu,
     Lidar,
+    Placement,
     Publisher,
+    QoS,
     RobotDescription,
+    ServiceClient,
+    ServiceServer,
     Subscription,
 )
 from graphengine.diagnostics import ContextError, PrimError, TopicError, listing
 from graphengine.graph_variable import GraphVariable
+from graphengine.keys import HeldKeys
 from graphengine.mailbox import NodeMailbox, QueueMailbox
+from graphengine.permissions import Permissions
+from graphengine.prim_attributes import BoundAttribute, StagePrims
 from graphengine.render_product import ProductCamera, RenderProduct
 from graphengine.ros import names, qos
 from graphengine.seeds import key_of
@@ -51,7 +59,13 @@ class Services:
     """ROS_DOMAIN_ID, where the caller found one."""
     log: Callable[[str, str, str], None] = lambda severity, node, message: None
     claims: list[TopicClaim] = field(default_factory=list)
+    servers: dict[int, OwnedServer] = field(default_factory=dict)
+    """Servers that are open, by their handles."""
+    handles: dict[tuple[str, int], int] = field(default_factory=dict)
+    """Of the n-th server of each node, by its prim path; a node that is set up again has those that it had."""
     mailboxes: dict[str, QueueMailbox] = field(default_factory=dict)
+    permissions: Permissions = field(default_factory=Permissions)
+    keys: HeldKeys = field(default_factory=HeldKeys)
     generators: dict[str, np.random.Generator] = field(default_factory=dict)
     """Random numbers of each node that asked for them, by its prim path."""
     render_products: dict[str, RenderProduct] = field(default_factory=dict)
@@ -76,6 +90,13 @@ def _named(kind: PrimKind) -> str:
     return {"imu": "an imu", "contact": "a contact sensor"}.get(kind, f"a {kind}")
 
 
+class _Closing:
+    """Something to be done once, when what a node was handed out is closed."""
+
+    def __init__(self, function: Callable[[], None]) -> None:
+        self.close = function
+
+
 class NodeContext:
     """One node's door to the session."""
 
@@ -88,18 +109,23 @@ class NodeContext:
         rate: float | None,
         variables: Mapping[str, GraphVariable],
         runs: Literal["tick", "physics_step"] = "tick",
-        wired: Container[str] | None = None,
+        wired: Mapping[str, int] | None = None,
+        graph_path: str = "",
+        folder: Path = Path(),
     ) -> None:
         self.runs: Literal["tick", "physics_step"] = runs
         self._wired = wired
         self._services = services
         self._graph = graph
+        self._folder = folder
         self._rate = rate
         self._variables = variables
         self._owned: list[Closable] = []
         self._claims: list[TopicClaim] = []
+        self._servers: list[int] = []
         self.clock = clock
         self.prim_path = prim_path
+        self.graph_path = graph_path or prim_path.rpartition("/")[0]
         self.prims: set[str] = set()
         """Paths of the prims that it handed something out of."""
 
@@ -111,6 +137,9 @@ class NodeContext:
         for claim in self._claims:
             self._services.claims.remove(claim)
         self._claims.clear()
+        for handle in self._servers:
+            del self._services.servers[handle]
+        self._servers.clear()
 
     def _find(self, path: str, *kinds: PrimKind) -> Prim:
         prim = self._services.stage.find(path)
@@ -127,6 +156,10 @@ class NodeContext:
         """Whether a wire takes an output of the node; every output, where there is no graph."""
         return self._wired is None or output in self._wired
 
+    def wires_into(self, pin: str) -> int:
+        """How many wires end at an execution input of the node; one, where there is no graph."""
+        return 1 if self._wired is None else self._wired.get(pin, 0)
+
     def body(self, prim: str) -> Body:
         """The rigid body at, or carrying, a prim."""
         found = self._find(prim)
@@ -142,6 +175,10 @@ class NodeContext:
     def frame(self, prim: str) -> Frame:
         """The pose of any prim."""
         return self._services.world.frame(self._find(prim))
+
+    def placement(self, prim: str) -> Placement | None:
+        """What puts a prim somewhere; None for one that neither moves by itself nor stands for a robot that does."""
+        return self._services.world.placement(self._find(prim))
 
     def transform_tree(self, targets: Sequence[str], parent: str = "") -> Sequence[FrameLink]:
         """The edges that target prims expand to."""
@@ -264,10 +301,15 @@ class NodeContext:
     def _claim(
         self, direction: str, message_type: str, topic: str, namespace: str, start: str, outermost: bool, **facts: Any
     ) -> TopicClaim:
-        if not namespace:
-            collected = self._services.stage.namespaces(start or self.prim_path)
-            namespace = names.join_namespaces(collected, outermost)
-        full = names.full_topic(namespace, topic)
+        full = names.full_topic(namespace or self._collected(start or self.prim_path, outermost), topic)
+        return self._note(direction, message_type, full, **facts)
+
+    def _collected(self, start: str, outermost: bool = False) -> str:
+        """The namespace that prims give, from one up to the root."""
+        return names.join_namespaces(self._services.stage.namespaces(start), outermost)
+
+    def _note(self, direction: str, message_type: str, full: str, **facts: Any) -> TopicClaim:
+        """A claim of the node, which ends with what it was handed out."""
         claim = TopicClaim(self.prim_path, self._graph, full, message_type, direction, **facts)
         self._services.claims.append(claim)
         self._claims.append(claim)
@@ -336,6 +378,80 @@ class NodeContext:
         self._owned.append(subscription)
         return subscription
 
+    def _service(
+        self,
+        direction: str,
+        service_type: str,
+        service: str,
+        namespace: str,
+        collects_namespace: bool,
+        qos_profile: str,
+        ros_context: int,
+    ) -> TopicClaim:
+        if not namespace and collects_namespace:
+            namespace = self._collected(self.prim_path)
+        full = names.full_topic(namespace, service, "service name")
+        quality = qos.parse_qos(qos_profile, QoS().depth, False)
+        return self._note(direction, service_type, full, qos=quality, ros_context=ros_context)
+
+    def service_server(
+        self,
+        service_type: str,
+        service: str,
+        *,
+        namespace: str = "",
+        collects_namespace: bool = False,
+        qos_profile: str = "",
+        ros_context: int = 0,
+    ) -> ServiceServer:
+        """A service to offer."""
+        claim = self._service("serve", service_type, service, namespace, collects_namespace, qos_profile, ros_context)
+        handles = self._services.handles
+        handle = handles.setdefault((self.prim_path, len(self._servers)), len(handles) + 1)
+        server = self._services.network.server(claim, handle)
+        self._owned.append(server)
+        self._servers.append(handle)
+        self._services.servers[handle] = server
+        return server
+
+    def service_client(
+        self,
+        service_type: str,
+        service: str,
+        *,
+        namespace: str = "",
+        collects_namespace: bool = False,
+        qos_profile: str = "",
+        ros_context: int = 0,
+    ) -> ServiceClient:
+        """A service to call."""
+        claim = self._service("call", service_type, service, namespace, collects_namespace, qos_profile, ros_context)
+        client = self._services.network.client(claim)
+        self._owned.append(client)
+        return client
+
+    def stage(self) -> StagePrims:
+        """All prims of the stage."""
+        return StagePrims(self._services.world)
+
+    def attribute(self, prim: str, name: str, *, writable: bool = False) -> BoundAttribute:
+        """An attribute of a prim."""
+        return StagePrims(self._services.world).attribute(self._find(prim).path, name, writable=writable)
+
+    def server(self, handle: int) -> ServiceServer:
+        """The server of that handle.
+
+        Raises:
+            ContextError: there is none.
+        """
+        if handle not in self._services.servers:
+            raise ContextError(
+                f"no service server has the handle {handle}",
+                handle,
+                "wire serverHandle from a ROS2ServiceServerRequest",
+            )
+        return self._services.servers[handle]
+
     def variable(self, name: str) -> GraphVariable:
         """A variable of the node's graph."""
         if name not in self._variables:
@@ -345,6 +461,27 @@ class NodeContext:
     def mailbox(self, name: str) -> NodeMailbox:
         """A named queue of the session."""
         return NodeMailbox(self._services.mailboxes.setdefault(name, QueueMailbox(name)))
+
+    def environment(self, name: str) -> str:
+        """A variable of the environment."""
+        return self._services.permissions.variable(name)
+
+    def read_file(self, path: str) -> tuple[Path, str]:
+        """A text file, named from the folder of the graph file."""
+        return self._services.permissions.read(path, self._folder)
+
+    def allow_scripts(self) -> None:
+        """Refuse to go on unless the user lets graphs run Python."""
+        self._services.permissions.require_scripts()
+
+    def when_closed(self, function: Callable[[], None]) -> None:
+        """Have something done at the end."""
+        self._owned.append(_Closing(function))
+
+    def keyboard(self) -> HeldKeys:
+        """The keys of whoever runs the session."""
+        self._services.keys.asked = True
+        return self._services.keys
 
     def random(self) -> np.random.Generator:
         """A generator seeded by the session's seed and the node's prim path."""

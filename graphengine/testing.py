@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from graphengine import backend, dry, rotation
-from graphengine.context import ContactReading, ImuSample, Picture, Quaternion, Scan, Vector3
+from graphengine.context import BOX_3D, ContactReading, ImuSample, Picture, Quaternion, Scan, Vector3
 from graphengine.diagnostics import GraphError
 from graphengine.graph_variable import GraphVariable
 from graphengine.node import Node, NodeClassError
@@ -56,6 +56,11 @@ class RecordingBody:
         pose = (self.position, self.orientation)
         return rotation.compose(self.carrier.pose(), pose) if self.carrier else pose
 
+    def place(self, position: Vector3, orientation: Quaternion) -> None:
+        """Be there, at rest."""
+        self.position, self.orientation, self.carrier = position, orientation, None
+        self.linear = self.angular = (0.0, 0.0, 0.0)
+
     def velocity(self) -> tuple[Vector3, Vector3]:
         """In the world frame; what is carried at r moves with v + w x r."""
         if self.carrier is None:
@@ -78,6 +83,10 @@ class RecordingArticulation(dry.DryArticulation):
     def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> RecordingSelection:
         """Joints by name, else by index, else all."""
         return RecordingSelection(self, backend.select_joints(self, names, indices))
+
+    def set_points(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """What nodes wrote; NaN where never."""
+        return np.array(self.targets["position"]), np.array(self.targets["velocity"])
 
     def _told(self, kind: str) -> NDArray[np.float64]:
         return np.array(self.state[kind], np.float64)
@@ -130,17 +139,19 @@ class RecordingCamera(dry.DryCamera):
         rgb: ArrayLike,
         depth: ArrayLike = math.inf,
         segmentation: ArrayLike = 0,
+        boxes: NDArray[np.void] | None = None,
         *,
         time: float = 0.0,
         index: int = 0,
     ) -> None:
-        """Make a picture the one that is delivered from here on: height x width x 3, and a value or one a pixel."""
+        """Make a picture the one that is delivered from here on: height x width x 3, a value or one a pixel, records of boxes."""
         colours = np.array(rgb, np.uint8)
         plane = colours.shape[:2]
         self.size = (plane[1], plane[0])
         self.due, self.index = True, index
         numbers = np.full(plane, segmentation, np.int32)
-        self._picture = Picture(time, index, colours, np.full(plane, depth, np.float32), numbers)
+        solids = np.zeros(0, BOX_3D) if boxes is None else boxes
+        self._picture = Picture(time, index, colours, np.full(plane, depth, np.float32), numbers, solids)
 
     def request(self, *, segmentation: bool = False) -> None:
         """Count."""
@@ -221,6 +232,24 @@ class RecordingWorld(dry.DryWorld):
 
     frame = body
 
+    def place(
+        self,
+        name: str,
+        position: Vector3 | None = None,
+        orientation: Quaternion | None = None,
+        linear: Vector3 | None = None,
+        angular: Vector3 | None = None,
+    ) -> None:
+        """Put the body at a prim path somewhere else."""
+        body = self.body(self.stage.find(name))
+        present = body.pose()
+        body.place(position or present[0], orientation or present[1])
+        body.linear, body.angular = linear or body.linear, angular or body.angular
+
+    def placement(self, prim: Prim) -> RecordingBody | None:
+        """The prim's handle if it is a body, which stays where nodes put it."""
+        return self.body(prim) if prim.body is not None else None
+
     def articulation(self, robot: Prim) -> RecordingArticulation:
         """The robot's joints, always the same."""
         return self._robots.setdefault(robot, RecordingArticulation(robot))
@@ -268,13 +297,15 @@ class RecordingContext(NodeContext):
     def tick(self, ticks: int = 1) -> None:
         """Begin the next tick: time goes on, what arrived becomes visible."""
         for _ in range(ticks):
-            frozen: list[Any] = [self.services.network, *self.services.mailboxes.values(), *self.variables.values()]
+            shared = self.services
+            frozen: list[Any] = [shared.network, shared.keys, *shared.mailboxes.values(), *self.variables.values()]
             for part in frozen:
                 part.freeze()
             self.clock.set_frame(self.clock.frame + 1)
 
     def stop(self, *nodes: Node) -> None:
         """Stop as a session does: time is 0, nodes' outputs and state are at their defaults."""
+        self.services.network.forget_calls()
         for node in nodes:
             node.reset()
             node.clear()
@@ -317,7 +348,7 @@ def _shape(cls: type[Node]) -> Iterator[str]:
     if not re.fullmatch(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)+", cls.type_name):
         yield f"a registered name has several parts, as in my_robots.Gripper; type= is {cls.type_name!r}"
     for name in (cls.type_name, *cls.aliases):
-        if (other := default_registry().types.get(name, cls)) is not cls:
+        if (other := default_registry().types.get(name, cls)) not in cls.__mro__:  # one may have grown ports
             yield f"{name!r} is the name of {other.__module__}.{other.__qualname__}"
     named = [f"{port.side}:{port.name}" for port in cls.fields.values()]
     yield from (f"{named.count(name)} ports are called {name}" for name in sorted(set(named)) if named.count(name) > 1)

@@ -5,11 +5,15 @@ from __future__ import annotations
 import argparse
 import inspect
 import json
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from graphengine.node import Node, Port
     from graphengine.registry import Registry
+
+Constants = Sequence[tuple[str, str, Any]]
+"""Name, ROS's type and value of each."""
 
 LONG = 4
 """Values of a default from which on they are counted, where all are the same."""
@@ -24,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--import", metavar="MODULE", dest="modules", action="append", default=[], help="Python module with node types"
     )
     parser.add_argument(
-        "--message", metavar="TYPE", help="show the ports of this message too, as geometry_msgs/msg/Twist"
+        "--message", metavar="TYPE", help="show the ports of this message or service too, as geometry_msgs/msg/Twist"
     )
     add_message_path(parser)
     parser.add_argument("--format", choices=("text", "json"), default="text")
@@ -44,10 +48,13 @@ def execute(arguments: argparse.Namespace) -> int:
             holding = [name for name in sorted(registry.types) if part and part in name.lower()]
             hint = f"types with it in their name: {', '.join(holding)}" if holding else registry.suggest(arguments.name)
             raise UsageError(f"no node type {arguments.name!r}; {hint}")
-        cls = _with_message(found.cls, registry, arguments) if arguments.message else found.cls
-        print(json.dumps(_record(cls), indent=2) if arguments.format == "json" else describe(cls))
+        cls: type[Node] = found.cls
+        constants: Constants = ()
+        if arguments.message is not None:
+            cls, constants = _with_message(found.cls, registry, arguments)
+        print(json.dumps(_record(cls), indent=2) if arguments.format == "json" else describe(cls, constants))
         return 0
-    if arguments.message:
+    if arguments.message is not None:
         raise UsageError("--message: name the node type whose ports it makes, such as ROS2Publisher")
     types = [registry.types[name] for name in sorted(registry.types) if registry.types[name].type_name == name]
     if arguments.format == "json":
@@ -59,8 +66,8 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _with_message(cls: type[Node], registry: Registry, arguments: argparse.Namespace) -> type[Node]:
-    """The type with the ports that it grows from a message.
+def _with_message(cls: type[Node], registry: Registry, arguments: argparse.Namespace) -> tuple[type[Node], Constants]:
+    """The type with the ports that it grows from a message, and the message's constants.
 
     Raises:
         UsageError: there is no such message, or the type grows nothing from one.
@@ -70,6 +77,8 @@ def _with_message(cls: type[Node], registry: Registry, arguments: argparse.Names
     from graphengine.node import grown
 
     parts = arguments.message.split("/")
+    if len(parts) == 2 and "inputs:messageSubfolder" in cls.ports:
+        parts.insert(1, cls.ports["inputs:messageSubfolder"].default)
     if len(parts) != 3:
         raise UsageError(f"--message {arguments.message}: write PACKAGE/msg/NAME, as in geometry_msgs/msg/Twist")
     literals = dict(zip(("messagePackage", "messageSubfolder", "messageName"), parts, strict=True))
@@ -80,7 +89,7 @@ def _with_message(cls: type[Node], registry: Registry, arguments: argparse.Names
         raise UsageError("\n  ".join((f"--message: {error.message}", *error.help))) from None
     if made is cls:
         raise UsageError(f"--message: {cls.type_name} has no ports that are made from a message")
-    return made
+    return made, definitions.definition("/".join(parts)).constants
 
 
 def summary(cls: type[Node]) -> str:
@@ -88,8 +97,8 @@ def summary(cls: type[Node]) -> str:
     return (inspect.getdoc(cls) or "").partition("\n")[0]
 
 
-def describe(cls: type[Node]) -> str:
-    """A node type with all its ports."""
+def describe(cls: type[Node], constants: Constants = ()) -> str:
+    """A node type with all its ports, and with names that its message has for values."""
     from graphengine.cli.common import table
 
     parts = [f"{cls.type_name}  ({cls.kind()})", "", inspect.getdoc(cls) or ""]
@@ -98,15 +107,20 @@ def describe(cls: type[Node]) -> str:
         rows = [_row(cls, port) for port in sorted(ports, key=lambda port: not port.is_exec)]
         if rows:
             parts += ["", side, table(rows, indent="  ")]
+    if constants:
+        rows = [(name, kind, json.dumps(value)) for name, kind, value in constants]
+        parts += ["", "constants", table(rows, indent="  ")]
     if cls.aliases:
         parts += ["", f"also called: {', '.join(cls.aliases)}"]
     return "\n".join(parts)
 
 
 def _row(cls: type[Node], port: Port) -> tuple[str, ...]:
+    from graphengine.types import brief
+
     default = "" if port.is_exec or port.side == "outputs" else _shown(port.default)
     facts = [port.constraint, port.doc, _required(cls, port), "extension" if port.extension else ""]
-    return port.name, str(port.type), port.unit, default, "; ".join(fact for fact in facts if fact)
+    return port.name, brief(port.type), port.unit, default, "; ".join(fact for fact in facts if fact)
 
 
 def _required(cls: type[Node], port: Port) -> str:
@@ -118,11 +132,14 @@ def _required(cls: type[Node], port: Port) -> str:
 
 
 def _shown(value: Any) -> str:
-    plain = value.tolist() if hasattr(value, "tolist") else value
+    plain = _plain(value)
     if isinstance(plain, str):
         return repr(plain)
-    if isinstance(plain, list) and len(plain) > LONG and plain.count(plain[0]) == len(plain):
-        return f"{len(plain)} times {json.dumps(plain[0])}"
+    if isinstance(plain, list | tuple) and plain and plain.count(plain[0]) == len(plain):
+        if isinstance(plain[0], str) and len(plain) > 1:
+            return f"{len(plain)} times {plain[0]!r}"
+        if len(plain) > LONG:
+            return f"{len(plain)} times {json.dumps(plain[0])}"
     return json.dumps(plain)
 
 

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 SIZE = (1280, 720)
 """Of a view without one."""
-LARGEST = 8192
 MILLIMETRES = 1000
 """In a metre: what a picture of distances counts in, as ROS does in depth images of 16 bits."""
 
@@ -32,7 +31,7 @@ MILLIMETRES = 1000
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
     from graphengine.cli.common import add_file_arguments
-    from graphengine.cli.run import duration
+    from graphengine.cli.units import duration
 
     add_file_arguments(parser)
     where = "top, perspective, a camera of the world's MJCF, or the prim of a camera (default perspective)"
@@ -51,6 +50,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def size(text: str) -> tuple[int, int]:
     """Width and height of `1280x720`."""
+    from graphengine.sensor import LARGEST_PICTURE as LARGEST
+
     match = re.fullmatch(r"([0-9]{1,5})x([0-9]{1,5})", text)
     width, height = (int(match[1]), int(match[2])) if match else (0, 0)
     if not (1 <= width <= LARGEST and 1 <= height <= LARGEST):

@@ -1,4 +1,4 @@
-"""`graphrun topics`: what a scene says and hears, without running it."""
+"""`graphrun topics`: what a scene says and hears, on topics and services, without running it."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _row(claim: TopicClaim) -> tuple[str, ...]:
-    arrow = "pub" if claim.direction == "publish" else "sub"
-    if claim.direction == "subscribe":
+    arrow = {"publish": "pub", "subscribe": "sub", "serve": "srv", "call": "call"}[claim.direction]
+    if claim.direction != "publish":
         rate = ""
     elif claim.latched:
         rate = "once"

@@ -1,18 +1,21 @@
-"""Boxes around what a camera sees."""
+"""Boxes around what a camera sees, flat in its picture and solid in space."""
 
 from __future__ import annotations
 
+import itertools
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.context import BOX_3D
 from graphengine.node import In
 from graphengine.ros import messages
 from graphengine.types import String, UChars
 from nodes.ros2.publisher import SensorPublisher
 
 DETECTIONS = "vision_msgs/msg/Detection2DArray"
+DETECTIONS_3D = "vision_msgs/msg/Detection3DArray"
 BOX = np.dtype(
     [
         ("semanticId", "<u4"),
@@ -44,34 +47,129 @@ def tight_boxes(segmentation: NDArray[np.int32]) -> NDArray[Any]:
     return edges[1:][edges["x_max"][1:] > 0]
 
 
+_CORNERS = np.array(list(itertools.product((0, 1), repeat=3)))
+_EDGES = np.array(
+    [pair for pair in itertools.combinations(range(8), 2) if abs(_CORNERS[pair[0]] - _CORNERS[pair[1]]).sum() == 1]
+)
+"""Corners of a box as its low (0) or high (1) coordinates, and the twelve pairs of them that an edge joins."""
+
+
+def loose_boxes(
+    solids: NDArray[Any], intrinsics: tuple[float, float, float, float], size: tuple[int, int], near: float
+) -> NDArray[Any]:
+    """The boxes around what of solid boxes would be in a picture, were there nothing before them; none for those beside it.
+
+    Args:
+        solids: records of BOX_3D in the camera's optical frame.
+        intrinsics: fx, fy, cx, cy in pixels.
+        size: width and height of the picture, pixels.
+        near: distance along the optical axis from which on things are seen, m.
+    """
+    low, high, transforms = (solids[name].astype(float)[:, None] for name in ("low", "high", "transform"))
+    corners = (low + (high - low) * _CORNERS) @ transforms[:, 0, :3, :3] + transforms[:, :, 3, :3]
+    begins, ends = corners[:, _EDGES[:, 0]], corners[:, _EDGES[:, 1]]
+    before, behind = begins[..., 2:] - near, ends[..., 2:] - near
+    crosses = before * behind < 0.0
+    cuts = begins + np.divide(before, before - behind, out=np.zeros_like(before), where=crosses) * (ends - begins)
+    points = np.concatenate([corners, cuts], axis=1)
+    seen = np.concatenate([corners[..., 2:] >= near, crosses], axis=1)
+    # Pixel u reaches from u - 1/2 to u + 1/2, and in a box from u to u + 1.
+    places = points[..., :2] / np.where(seen, points[..., 2:], 1.0) * intrinsics[:2] + intrinsics[2:] + np.array(0.5)
+    first = np.where(seen, np.floor(places), np.inf).min(axis=1).clip(0, size)
+    last = np.where(seen, np.ceil(places), -np.inf).max(axis=1).clip(0, size)
+    found = np.zeros(len(solids), BOX)
+    found["semanticId"] = solids["semanticId"]
+    (found["x_min"], found["y_min"]), (found["x_max"], found["y_max"]) = first.T, last.T
+    within: NDArray[Any] = found[(first < last).all(axis=1)]
+    return within
+
+
 def detections(header: messages.Header, boxes: NDArray[Any]) -> Any:
     """A vision_msgs/Detection2DArray of boxes, each of which is what it is with certainty."""
-    array, detection, box_2d, pose_2d, point_2d, result, hypothesis = map(_class, _PARTS)
-    nowhere = messages.DEFINITIONS.initial("geometry_msgs/msg/PoseWithCovariance")
+    array, detection, box_2d, pose_2d, point_2d = map(
+        _class, ("Detection2DArray", "Detection2D", "BoundingBox2D", "Pose2D", "Point2D")
+    )
     found = []
     for number, left, top, right, bottom, _ in boxes.tolist():
         center = pose_2d(point_2d((left + right) / 2, (top + bottom) / 2), 0.0)
         box = box_2d(center, float(right - left), float(bottom - top))
-        found.append(detection(header, [result(hypothesis(str(number), 1.0), nowhere)], box, ""))
+        found.append(detection(header, _results(number), box, ""))
     return array(header, found)
 
 
-_PARTS = (
-    "Detection2DArray",
-    "Detection2D",
-    "BoundingBox2D",
-    "Pose2D",
-    "Point2D",
-    "ObjectHypothesisWithPose",
-    "ObjectHypothesis",
-)
+def detections_3d(header: messages.Header, boxes: NDArray[Any]) -> Any:
+    """A vision_msgs/Detection3DArray of solid boxes, each of which is what it is with certainty.
+
+    Raises:
+        ValueError: a transform makes a box flat or endless.
+    """
+    array, detection, box_3d = map(_class, ("Detection3DArray", "Detection3D", "BoundingBox3D"))
+    low, high, transforms = (boxes[name].astype(float) for name in ("low", "high", "transform"))
+    axes, origins = transforms[:, :3, :3], transforms[:, 3, :3]
+    volumes = np.linalg.det(np.where(np.isfinite(transforms).all(axis=(1, 2), keepdims=True), axes, 0.0))
+    unfit = np.flatnonzero(volumes == 0.0)
+    if len(unfit):
+        raise ValueError(f"box {unfit[0]} has a transform without a volume: {transforms[unfit[0]].tolist()}")
+    scales = np.linalg.norm(axes, axis=2)
+    centers = origins + np.einsum("ni,nij->nj", (low + high) / 2, axes)
+    # A box is the same when it is mirrored, but no quaternion is a mirror.
+    turns = _quaternions(axes / scales[:, :, None] * np.sign(volumes)[:, None, None])
+    found = []
+    for number, center, turn, size in zip(
+        boxes["semanticId"].tolist(), centers.tolist(), turns.tolist(), ((high - low) * scales).tolist(), strict=True
+    ):
+        pose = messages.Pose(messages.Point(*center), messages.Quaternion(*turn))
+        found.append(detection(header, _results(number), box_3d(pose, messages.Vector3(*size)), ""))
+    return array(header, found)
+
+
+def _quaternions(axes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The rotations that take x, y and z closest to the rows of matrices, as unit quaternions (x, y, z, w) with w >= 0.
+
+    Each is the eigenvector of the greatest eigenvalue of a symmetric matrix (Bar-Itzhack, J. Guidance 23, 2000).
+    """
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = axes.transpose(1, 2, 0)
+    symmetric = [
+        [xx - yy - zz, yx + xy, zx + xz, yz - zy],
+        [yx + xy, yy - xx - zz, zy + yz, zx - xz],
+        [zx + xz, zy + yz, zz - xx - yy, xy - yx],
+        [yz - zy, zx - xz, xy - yx, xx + yy + zz],
+    ]
+    found: NDArray[np.float64] = np.linalg.eigh(np.array(symmetric).transpose(2, 0, 1))[1][:, :, 3]
+    return np.where(found[:, 3:] < 0.0, -found, found)
+
+
+def _results(number: int) -> list[Any]:
+    hypothesis = _class("ObjectHypothesis")(str(number), 1.0)
+    nowhere = messages.DEFINITIONS.initial("geometry_msgs/msg/PoseWithCovariance")
+    return [_class("ObjectHypothesisWithPose")(hypothesis, nowhere)]
 
 
 def _class(name: str) -> type[Any]:
     return messages.message_class(f"vision_msgs/msg/{name}")
 
 
-class ROS2PublishBbox2D(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishBbox2D"):
+class BoxPublisher(SensorPublisher):
+    """A publisher of boxes from bytes; a subclass gives `record` and `detections`."""
+
+    record: ClassVar[np.dtype[Any]]
+
+    frame_id: String = In(default="sim_camera", setup=True)
+    data: UChars = In(doc="records, one after the other")
+
+    def message(self) -> Any:
+        """The boxes."""
+        size = self.record.itemsize
+        if len(self.data) % size:
+            raise ValueError(f"data has {len(self.data)} bytes, a box has {size}")
+        return self.detections(self.header(), np.ascontiguousarray(self.data).view(self.record))
+
+    def detections(self, header: messages.Header, boxes: NDArray[Any]) -> Any:
+        """The message of boxes."""
+        raise NotImplementedError
+
+
+class ROS2PublishBbox2D(BoxPublisher, type="isaacsim.ros2.bridge.ROS2PublishBbox2D"):
     """Publishes boxes in a picture as vision_msgs/Detection2DArray; the class of each is the number of what is in it.
 
     A box is a record of 24 bytes in little endian: its number (uint32), the edges left, top, right and bottom in pixels
@@ -79,13 +177,28 @@ class ROS2PublishBbox2D(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishB
     """
 
     message_type: ClassVar[str] = DETECTIONS
+    record: ClassVar[np.dtype[Any]] = BOX
 
-    frame_id: String = In(default="sim_camera", setup=True)
     topic_name: String = In(default="bbox2d", setup=True)
-    data: UChars = In(doc="records, one after the other")
 
-    def message(self) -> Any:
-        """The boxes."""
-        if len(self.data) % BOX.itemsize:
-            raise ValueError(f"data has {len(self.data)} bytes, a box has {BOX.itemsize}")
-        return detections(self.header(), np.ascontiguousarray(self.data).view(BOX))
+    def detections(self, header: messages.Header, boxes: NDArray[Any]) -> Any:
+        """The message of boxes."""
+        return detections(header, boxes)
+
+
+class ROS2PublishBbox3D(BoxPublisher, type="isaacsim.ros2.bridge.ROS2PublishBbox3D"):
+    """Publishes solid boxes as vision_msgs/Detection3DArray; the class of each is the number of what is in it.
+
+    A box is a record of 96 bytes in little endian: its number (uint32), two opposite corners (3 float32 each), the 16 float32
+    of a matrix whose rows are the axes and the origin of the corners' frame, and a float32 that does not count. Published is
+    the middle between the corners, while the reference takes the origin for the centre of every box.
+    """
+
+    message_type: ClassVar[str] = DETECTIONS_3D
+    record: ClassVar[np.dtype[Any]] = BOX_3D
+
+    topic_name: String = In(default="bbox3d", setup=True)
+
+    def detections(self, header: messages.Header, boxes: NDArray[Any]) -> Any:
+        """The message of boxes."""
+        return detections_3d(header, boxes)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 import numpy as np
@@ -13,9 +12,10 @@ from graphengine.diagnostics import ContextError, listing
 from graphengine.node import In, State
 from graphengine.ros import messages
 from graphengine.types import Float2, String, Token
-from nodes.ros2.boxes import DETECTIONS, detections, tight_boxes
+from nodes.ros2.boxes import DETECTIONS, DETECTIONS_3D, detections, detections_3d, loose_boxes, tight_boxes
 from nodes.ros2.helper import SensorHelper
 from nodes.ros2.image import image
+from nodes.ros2.labels import labels_message
 from nodes.ros2.point_cloud import point_cloud
 
 _TYPES = (
@@ -29,7 +29,7 @@ _TYPES = (
     "bbox_2d_loose",
     "bbox_3d",
 )
-_SEGMENTED = ("instance_segmentation", "semantic_segmentation", "bbox_2d_tight")
+_SEGMENTED = ("instance_segmentation", "semantic_segmentation", "bbox_2d_tight", "bbox_2d_loose", "bbox_3d")
 """The types that are made from a segmentation."""
 _IMAGE = "sensor_msgs/msg/Image"
 _MESSAGES = {
@@ -39,17 +39,21 @@ _MESSAGES = {
     "instance_segmentation": _IMAGE,
     "semantic_segmentation": _IMAGE,
     "bbox_2d_tight": DETECTIONS,
+    "bbox_2d_loose": DETECTIONS,
+    "bbox_3d": DETECTIONS_3D,
 }
 """The message of each type that is available."""
 
 
 class ROS2CameraHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper"):
-    """Publishes what a camera sees as Image, PointCloud2 or Detection2DArray, from its first execution until stop.
+    """Publishes what a camera sees as Image, PointCloud2 or boxes of vision_msgs, from its first execution until stop.
 
     `rgb` is rgb8; `depth` is the distance along the optical axis in m, 32FC1, inf where nothing was seen; `depth_pcl` is the
     same as points in the optical frame; both segmentations are the number of the prim seen, 32SC1, 0 for none; `bbox_2d_tight`
-    is a box around the visible pixels of each prim, by its number. A picture is delivered some ticks after it was captured and
-    bears the time of the capture. One that nobody wants is not drawn.
+    is a box around the visible pixels of each prim, by its number. For each prim of which a pixel is visible, `bbox_3d` is a
+    box around all of it, along its own axes, in the optical frame, and `bbox_2d_loose` is one around that in the picture; the
+    world itself has neither. A picture is delivered some ticks after it was captured and bears the time of the capture. One that
+    nobody wants is not drawn.
     """
 
     frame_id: String = In(default="sim_camera", setup=True, doc="the camera's optical frame")
@@ -100,7 +104,7 @@ class ROS2CameraHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper
             if message is not None:
                 self.publisher.publish(message)
         if labels is not None:
-            labels.publish(messages.String(self.labels_text(header.stamp)))
+            labels.publish(labels_message(self.classes(), header.stamp))
 
     def message(self, header: messages.Header, picture: Picture) -> Any:
         """The message of the helper's type; None where the picture was asked for without a segmentation."""
@@ -115,13 +119,18 @@ class ROS2CameraHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper
             return None
         if self.type_in == "bbox_2d_tight":
             return detections(header, tight_boxes(picture.segmentation))
+        if self.type_in in ("bbox_2d_loose", "bbox_3d"):
+            assert picture.boxes is not None  # they come with a segmentation
+            seen = picture.boxes[np.isin(picture.boxes["semanticId"], picture.segmentation)]
+            if self.type_in == "bbox_3d":
+                return detections_3d(header, seen)
+            return detections(header, loose_boxes(seen, self.camera.intrinsics, (width, height), self.camera.clip[0]))
         return image(header, "32SC1", (width, height), np.ascontiguousarray(picture.segmentation, "<i4"))
 
-    def labels_text(self, stamp: messages.Time) -> str:
-        """The prim of each number, and the picture's time, as JSON."""
-        classes: dict[str, Any] = {"0": {"class": "BACKGROUND"}}
-        classes |= {str(number): {"class": path} for number, path in self.camera.labels.items()}
-        return json.dumps({**classes, "time_stamp": {"sec": stamp.sec, "nanosec": stamp.nanosec}})
+    def classes(self) -> dict[str, Any]:
+        """The prim of each number of a segmentation."""
+        paths = {0: "BACKGROUND", **self.camera.labels}
+        return {str(number): {"class": path} for number, path in paths.items()}
 
 
 def points_of(depth: NDArray[np.float32], intrinsics: tuple[float, float, float, float]) -> NDArray[np.float32]:

@@ -64,15 +64,21 @@ class Leaf:
         attributes: the same as Python has them.
         kind: its type.
         definitions: message types.
+        part: of a service, `Request` or `Response`; empty for a message.
     """
 
     def __init__(
-        self, path: Sequence[str], attributes: Sequence[str], kind: Description, definitions: Definitions
+        self,
+        path: Sequence[str],
+        attributes: Sequence[str],
+        kind: Description,
+        definitions: Definitions,
+        part: str,
     ) -> None:
         inner = element_of(kind)
-        self.name = ":".join(path)
+        self.name = ":".join((part, *path) if part else path)
         """The port's."""
-        self.attribute = "__".join(("message", *path))
+        self.attribute = "__".join((part.lower() or "message", *path))
         """The node's. ROS's names have no two underscores in a row, and those of nodes do not begin so."""
         self.of = operator.attrgetter(".".join(attributes))
         """Takes the value from a message."""
@@ -150,10 +156,12 @@ class Layout:
     Args:
         message_class: of the message.
         definitions: message types.
+        part: of a service, `Request` or `Response`, which is in front of the ports' names; empty for a message.
     """
 
     message_class: type[Any]
     definitions: Definitions = field(compare=False, repr=False)
+    part: str = ""
 
     @property
     def message_type(self) -> str:
@@ -163,7 +171,8 @@ class Layout:
     @functools.cached_property
     def leaves(self) -> tuple[Leaf, ...]:
         """One for each port, in the order of the definition."""
-        found = tuple(itertools.islice(_leaves(self.message_type, (), (), self.definitions), MAX_PORTS + 1))
+        fields = _leaves(self.message_type, (), (), self.definitions, self.part)
+        found = tuple(itertools.islice(fields, MAX_PORTS + 1))
         if len(found) > MAX_PORTS:
             raise MessageTypeError(
                 f"{self.message_type} has more than {MAX_PORTS} fields, which is too many for ports",
@@ -171,18 +180,17 @@ class Layout:
             )
         return found
 
-    def ports(self, make: Callable[..., Any], taken: Container[str] = (), prefix: str = "") -> dict[str, Any]:
+    def ports(self, make: Callable[..., Any], taken: Container[str] = ()) -> dict[str, Any]:
         """Fields of a node class.
 
         Args:
             make: `In` or `Out`.
             taken: names of the node's other ports; a field of such a name gets `message:` in front.
-            prefix: of the ports' names.
         """
         initial, found = self.definitions.initial(self.message_type), dict[str, Any]()
         for leaf in self.leaves:
-            name = prefix + leaf.name
-            found[leaf.attribute] = leaf.port(make, f"message:{name}" if name in taken else name, leaf.of(initial))
+            name = f"message:{leaf.name}" if leaf.name in taken else leaf.name
+            found[leaf.attribute] = leaf.port(make, name, leaf.of(initial))
         return found
 
     def read(self, node: Node) -> Any:
@@ -230,40 +238,65 @@ class MissingMessageError(ContextError):
     code = "G208"
 
 
-def find_layout(
-    literals: Mapping[str, Any], definitions: Definitions, subfolder: str = "msg", part: str = ""
-) -> Layout:
+def find_layout(literals: Mapping[str, Any], definitions: Definitions) -> Layout:
     """The layout of the message that a node's literals name.
 
     Args:
         literals: `messagePackage`, `messageSubfolder` and `messageName` of the file.
         definitions: message types.
-        subfolder: where the file names none.
-        part: of a service, such as `_Request`.
 
     Raises:
         MissingMessageError: a literal is missing.
         MessageTypeError: there is no such message.
     """
+    return Layout(definitions.message_class(_named(literals, "msg")), definitions)
+
+
+def find_service(literals: Mapping[str, Any], definitions: Definitions) -> tuple[Layout, Layout]:
+    """The layouts of the request and of the response of the service that a node's literals name.
+
+    Arguments and errors as for `find_layout`.
+    """
+    parts = definitions.service_parts(_named(literals, "srv"))
+    request, response = (definitions.message_class(part) for part in parts)
+    return Layout(request, definitions, "Request"), Layout(response, definitions, "Response")
+
+
+def expect(made_of: str | None, named: str) -> None:
+    """See that a node's inputs name what its ports were made of.
+
+    Raises:
+        ContextError: they name something else by now.
+    """
+    if made_of != named:
+        raise ContextError(
+            f"its ports are those of {made_of or 'no message'}, its inputs name {named}",
+            named.rpartition("/")[2],
+            "write messagePackage and messageName below `inputs:`; --set comes too late for ports",
+        )
+
+
+def _named(literals: Mapping[str, Any], subfolder: str) -> str:
+    """The type that literals name, in that folder of its package if they name none."""
     words = {"messageSubfolder": subfolder, **literals}
     names = [words.get(name) for name in ("messagePackage", "messageSubfolder", "messageName")]
     if None in names or "" in names:
         remedy = "write messagePackage and messageName below `inputs:`; a wire comes too late for ports"
         raise MissingMessageError("the fields of its message are its ports, and it has no message", None, remedy)
-    return Layout(definitions.message_class(f"{'/'.join(map(str, names))}{part}"), definitions)
+    return "/".join(map(str, names))
 
 
 def _leaves(
-    message_type: str, path: tuple[str, ...], attributes: tuple[str, ...], definitions: Definitions
+    message_type: str, path: tuple[str, ...], attributes: tuple[str, ...], definitions: Definitions, part: str
 ) -> Iterator[Leaf]:
     names = (name for name, _ in definitions.definition(message_type).fields)
     for name, (attribute, kind) in zip(names, definitions.fields(message_type), strict=True):
         to, by = (*path, name), (*attributes, attribute)
-        part = message_of(kind)
-        if part:
-            yield from _leaves(part, to, by, definitions)
+        inner = message_of(kind)
+        if inner:
+            yield from _leaves(inner, to, by, definitions, part)
         else:
-            yield Leaf(to, by, kind, definitions)
+            yield Leaf(to, by, kind, definitions, part)
 
 
 @functools.cache

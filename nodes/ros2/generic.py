@@ -6,11 +6,10 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from graphengine.context import Context, Publisher, Subscription
-from graphengine.diagnostics import ContextError
 from graphengine.node import ExecOut, In, Out, Pushes, State
 from graphengine.ros.definitions import Definitions
 from graphengine.types import String, Token
-from nodes.ros2.fields import Layout, find_layout
+from nodes.ros2.fields import Layout, expect, find_layout
 from nodes.ros2.publisher import TopicNode
 
 
@@ -32,12 +31,8 @@ class GenericNode(TopicNode):
         """
         named = f"{self.message_package}/{self.message_subfolder}/{self.message_name}"
         layout: Layout | None = getattr(self, "layout", None)
-        if layout is None or layout.message_type != named:
-            raise ContextError(
-                f"its ports are those of {layout.message_type if layout else 'no message'}, its inputs name {named}",
-                self.message_name,
-                "write messagePackage and messageName below `inputs:`; --set comes too late for ports",
-            )
+        expect(layout.message_type if layout else None, named)
+        assert layout is not None
         return layout
 
 
@@ -92,14 +87,7 @@ class ROS2Subscriber(GenericNode, type="isaacsim.ros2.bridge.ROS2Subscriber"):
 
     def setup(self, context: Context) -> None:
         """Open the topic."""
-        self.subscription = context.subscription(
-            self.bind().message_type,
-            self.topic_name,
-            namespace=self.node_namespace,
-            qos_profile=self.qos_profile,
-            queue_size=self.queue_size,
-            ros_context=self.context,
-        )
+        self.subscription = self.listen(context, self.bind().message_type, self.topic_name)
 
     def compute(self) -> Pushes:
         """Deliver what came."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -17,6 +18,11 @@ _ENTRY = np.dtype([("id", "<u8", 2), ("length", "<u4"), ("offset", "<u4")])
 """One object of a map: a number of 128 bits, and where in the buffer its path lies."""
 
 
+def labels_message(labels: Mapping[str, Any], stamp: messages.Time) -> messages.String:
+    """Labels and a time as one JSON object."""
+    return messages.String(json.dumps({**labels, "time_stamp": {"sec": stamp.sec, "nanosec": stamp.nanosec}}))
+
+
 class LabelPublisher(PublisherNode):
     """A publisher of a JSON object with the time; a subclass gives `labels`."""
 
@@ -27,10 +33,7 @@ class LabelPublisher(PublisherNode):
 
     def message(self) -> messages.String:
         """What the numbers stand for, and the time."""
-        stamp = messages.stamp(self.time_stamp)
-        return messages.String(
-            json.dumps({**self.labels(), "time_stamp": {"sec": stamp.sec, "nanosec": stamp.nanosec}})
-        )
+        return labels_message(self.labels(), messages.stamp(self.time_stamp))
 
     def labels(self) -> dict[str, Any]:
         """What the numbers stand for."""

@@ -1,4 +1,4 @@
-"""The helper that publishes a lidar for as long as the simulation plays."""
+"""The helper that publishes a lidar for as long as the simulation plays, and what tells it more of each point."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from graphengine.context import Context, Lidar, Publisher, Scan
 from graphengine.diagnostics import ContextError, listing
-from graphengine.node import In, State
+from graphengine.node import In, Node, Out, State
 from graphengine.ros import messages
 from graphengine.types import String, Token, Tokens
 from nodes.lidar import beams_of_a_ring, level_ring, points_of
 from nodes.ros2.helper import SensorHelper
-from nodes.ros2.point_cloud import point_cloud
+from nodes.ros2.point_cloud import METADATA, point_cloud
 
 _METADATA = ("Intensity", "Timestamp", "EmitterId", "ChannelId")
 """What rays can tell of a point."""
@@ -104,3 +104,25 @@ class ROS2RtxLidarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxLidarHe
             known["ChannelId"] = (hit // beams_of_a_ring(self.lidar)).astype("<u4")
         header = messages.header(time, self.frame_id)
         return point_cloud(header, points_of(self.lidar, scan, hit), known)
+
+
+class ROS2RtxLidarPointCloudConfig(Node, type="isaacsim.ros2.bridge.ROS2RtxLidarPointCloudConfig"):
+    """Names of what each point of a lidar's cloud bears besides its place, for `selectedMetadata` of ROS2RtxLidarHelper."""
+
+    output_intensity: bool = In(default=False)
+    output_timestamp: bool = In(default=False)
+    output_emitter_id: bool = In(default=False)
+    output_channel_id: bool = In(default=False)
+    output_material_id: bool = In(default=False)
+    output_tick_id: bool = In(default=False)
+    output_hit_normal: bool = In(default=False)
+    output_velocity: bool = In(default=False)
+    output_object_id: bool = In(default=False)
+    output_echo_id: bool = In(default=False)
+    output_tick_state: bool = In(default=False)
+    selected_metadata: Tokens = Out(doc="in the order of a point's fields")
+
+    def compute(self) -> None:
+        """Put out the names that are chosen."""
+        chosen = {port.name for port in type(self).fields.values() if getattr(self, port.field) is True}
+        self.selected_metadata = tuple(name for name in METADATA if f"output{name}" in chosen)

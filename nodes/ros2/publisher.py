@@ -1,10 +1,10 @@
-"""What every publisher has in common: where it publishes, with which QoS, and that nothing is built that nobody wants."""
+"""What nodes with topics have in common: where they are, with which QoS, and that nothing is built that nobody wants."""
 
 from __future__ import annotations
 
 from typing import Any, ClassVar
 
-from graphengine.context import Context, Publisher
+from graphengine.context import Context, Publisher, Subscription
 from graphengine.node import ExecIn, In, Node, State
 from graphengine.ros import messages
 from graphengine.types import String, UInt64
@@ -24,16 +24,21 @@ class TopicNode(Node):
     queue_size: UInt64 = In(default=10, setup=True, doc="history depth, when no QoS profile is given")
 
     def open_topic(self, context: Context, message_type: str, topic: str, **facts: Any) -> Publisher:
-        """A topic of that type and name; `facts` as for `Context.publisher`."""
-        return context.publisher(
-            message_type,
-            topic,
-            namespace=self.node_namespace,
-            qos_profile=self.qos_profile,
-            queue_size=self.queue_size,
-            ros_context=self.context,
-            **facts,
-        )
+        """A topic to write to; `facts` as for `Context.publisher`."""
+        return context.publisher(message_type, topic, **self.endpoint(), **facts)
+
+    def listen(self, context: Context, message_type: str, topic: str, **facts: Any) -> Subscription:
+        """A topic to read from; `facts` as for `Context.subscription`."""
+        return context.subscription(message_type, topic, **self.endpoint(), **facts)
+
+    def endpoint(self) -> dict[str, Any]:
+        """What the ports say of a topic besides its type and name."""
+        return {
+            "namespace": self.node_namespace,
+            "qos_profile": self.qos_profile,
+            "queue_size": self.queue_size,
+            "ros_context": self.context,
+        }
 
 
 class PublisherNode(TopicNode):

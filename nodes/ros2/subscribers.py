@@ -33,19 +33,7 @@ class SubscriberNode(TopicNode):
     def setup(self, context: Context) -> None:
         """Open the topic."""
         self.logger = context
-        self.subscription = self.listen(context, self.message_type)
-
-    def listen(self, context: Context, message_type: str, **facts: Any) -> Subscription:
-        """The topic that the ports name; `facts` as for `Context.subscription`."""
-        return context.subscription(
-            message_type,
-            self.topic_name,
-            namespace=self.node_namespace,
-            qos_profile=self.qos_profile,
-            queue_size=self.queue_size,
-            ros_context=self.context,
-            **facts,
-        )
+        self.subscription = self.listen(context, self.message_type, self.topic_name)
 
     def compute(self) -> Fire:
         """Deliver the newest message."""
@@ -71,7 +59,8 @@ class ROS2SubscribeTwist(SubscriberNode, type="isaacsim.ros2.bridge.ROS2Subscrib
     """Velocities of geometry_msgs/Twist or TwistStamped; fires when a message came. One that is not finite is dropped, and told.
 
     `auto` takes the type that others publish, and Twist for as long as nobody does: Nav2 sends Twist in ROS 2 Jazzy and
-    TwistStamped in later ones. With a timeout, silence for so long after a message sets both velocities to zero and fires once.
+    TwistStamped in later ones. The header of a TwistStamped does not count: neither its frame, nor how old it is. With a timeout,
+    silence for so long after a message sets both velocities to zero and fires once.
     """
 
     topic_name: String = In(default="cmd_vel", setup=True)
@@ -91,7 +80,7 @@ class ROS2SubscribeTwist(SubscriberNode, type="isaacsim.ros2.bridge.ROS2Subscrib
         """Open the topic."""
         self.clock, self.logger = context.clock, context
         first, *others = _TWISTS.values() if self.type_in == "auto" else (_TWISTS[self.type_in],)
-        self.subscription = self.listen(context, first, alternatives=others)
+        self.subscription = self.listen(context, first, self.topic_name, alternatives=others)
 
     def compute(self) -> Fire:
         """Take the newest message, or notice the silence."""

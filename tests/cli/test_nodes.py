@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -133,7 +134,8 @@ def test_every_type_that_the_graphs_that_ship_name_is_in_the_list(graphrun: Grap
 
 def rows(lines: list[str]) -> dict[str, str]:
     """What is said of each port after its name."""
-    found = [line.split(maxsplit=1) for line in lines if line.startswith("  ")]
+    ports = lines[: lines.index("constants")] if "constants" in lines else lines
+    found = [line.split(maxsplit=1) for line in ports if line.startswith("  ")]
     return {name: " ".join(rest.split()) for name, rest in found}
 
 
@@ -162,6 +164,39 @@ def test_a_long_value_that_repeats_is_counted(graphrun: Graphrun) -> None:
     assert shown["pose:covariance"] == "double[] 36 times 0.0 float64[36]"
 
 
+def test_a_message_within_an_array_is_shown_as_the_text_that_it_is(graphrun: Graphrun, project: Path) -> None:
+    (project / "my_msgs" / "msg").mkdir(parents=True)
+    (project / "my_msgs" / "msg" / "Edge.msg").write_text("geometry_msgs/Point32[2] ends\n", encoding="utf-8")
+    result = graphrun("nodes", "Publisher", "--message", "my_msgs/msg/Edge", "--msg-path", "my_msgs")
+    text = '{"x": 0.0, "y": 0.0, "z": 0.0}'
+    assert rows(result.lines)["ends"] == f"token[] 2 times '{text}' geometry_msgs/Point32[2]"
+
+
+def test_names_that_a_message_has_for_values_are_shown(graphrun: Graphrun) -> None:
+    lines = graphrun("nodes", "Publisher", "--message", "sensor_msgs/msg/Range").lines
+    assert [line.split() for line in lines[lines.index("constants") + 1 :]] == [
+        ["ULTRASOUND", "uint8", "0"],
+        ["INFRARED", "uint8", "1"],
+    ]
+    assert "constants" not in graphrun("nodes", "Publisher", "--message", "geometry_msgs/msg/Twist").lines
+
+
+def test_a_message_may_be_named_without_its_folder(graphrun: Graphrun) -> None:
+    one, other = (graphrun("nodes", "Publisher", "--message", name) for name in ("std_msgs/Bool", "std_msgs/msg/Bool"))
+    assert (one.code, one.out) == (0, other.out)
+
+
+def test_a_message_of_a_workspace_that_was_sourced_is_shown(
+    graphrun: Graphrun, project: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = project / "install" / "share" / "my_msgs" / "msg"
+    folder.mkdir(parents=True)
+    (folder / "Tag.msg").write_text("int16 number 7\n", encoding="utf-8")
+    monkeypatch.setenv("AMENT_PREFIX_PATH", f"/nowhere{os.pathsep}{project / 'install'}")
+    result = graphrun("nodes", "Publisher", "--message", "my_msgs/msg/Tag")
+    assert rows(result.lines)["number"] == "int 7 ≥ -32768 and ≤ 32767; int16"
+
+
 def test_of_a_subscriber_they_are_outputs(graphrun: Graphrun) -> None:
     record = json.loads(graphrun("nodes", "Subscriber", "--message", "std_msgs/msg/String", "--format", "json").out)
     assert [port["name"] for port in record["ports"] if port["side"] == "outputs"] == ["execOut", "data"]
@@ -182,6 +217,7 @@ def test_a_message_of_a_users_package_is_shown_too(graphrun: Graphrun, project: 
             "no message type 'sensor_msgs/msg/Rang'\n  did you mean 'Range'?",
         ),
         (["Publisher", "--message", "Range"], "--message Range: write PACKAGE/msg/NAME, as in geometry_msgs/msg/Twist"),
+        (["Publisher", "--message", ""], "--message : write PACKAGE/msg/NAME, as in geometry_msgs/msg/Twist"),
         (
             ["Publisher", "--message", "std_srvs/srv/Trigger"],
             "std_srvs/srv/Trigger is no message\n  it has: std_srvs",

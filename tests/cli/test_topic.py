@@ -287,11 +287,24 @@ def test_pub_reads_values_from_the_standard_input(
     assert inbox.wait(1)[0].data == "two lines\n"
 
 
+def test_echo_tells_why_nothing_arrives(topic: Graphrun, peer: DdsTransport) -> None:
+    peer.writer("/chatter", STRING, QoS())
+    result = topic("echo", "/chatter", "--qos-durability", "transient_local", "--timeout", "0.1")
+    assert result.err.splitlines()[0] == (
+        "WARNING: this subscription asks for transientLocal, /robots/peer offers volatile: nothing arrives from there"
+    )
+
+
 @pytest.mark.parametrize(
     ("name", "message_type", "options", "reason"),
     [
         ("/cmd_vel", "geometry_msgs/msg/TwistStamped", [], "/robots/peer reads geometry_msgs/msg/Twist"),
-        ("/cmd_vel", TWIST, ["--qos-reliability", "best_effort"], "/robots/peer: the reader wants reliable, "),
+        (
+            "/cmd_vel",
+            TWIST,
+            ["--qos-reliability", "best_effort"],
+            "/robots/peer asks for reliable, this publisher offers bestEffort",
+        ),
         ("/cmd_vle", TWIST, [], "did you mean '/cmd_vel'?"),
     ],
 )

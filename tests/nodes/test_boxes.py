@@ -1,8 +1,10 @@
-"""ROS2PublishBbox2D, and boxes around the numbers of a segmentation."""
+"""ROS2PublishBbox2D and ROS2PublishBbox3D, and boxes around the numbers of a segmentation."""
 
 from __future__ import annotations
 
+import itertools
 import struct
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,10 +13,11 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from numpy.typing import NDArray
 
+from graphengine.context import BOX_3D
 from graphengine.ros import messages
 from graphengine.testing import RecordingContext
-from nodes.ros2.boxes import BOX, ROS2PublishBbox2D, tight_boxes
-from tests.nodes.harness import ready
+from nodes.ros2.boxes import BOX, BoxPublisher, ROS2PublishBbox2D, ROS2PublishBbox3D, loose_boxes, tight_boxes
+from tests.nodes.harness import matrix, quaternion, ready, vector
 
 pictures = arrays.arrays(np.int32, st.tuples(st.integers(0, 6), st.integers(0, 6)), elements=st.integers(0, 4))
 
@@ -57,13 +60,108 @@ def test_boxes_of_a_segmentation_can_be_published_as_they_are() -> None:
     assert (center.x, center.y, detection.bbox.size_x, detection.bbox.size_y) == (3.5, 2.0, 3.0, 2.0)
 
 
-def test_without_boxes_an_empty_array_goes_out() -> None:
+def published_3d(*records: Any, **inputs: Any) -> Any:
+    """The message of records: number, corners low and high, rows of the transform."""
     context = RecordingContext()
-    ready(ROS2PublishBbox2D, context).compute()
-    assert context.transport.messages("/bbox2d")[0].detections == []
+    data = b"".join(struct.pack("<I6f16ff", *record, 0.5) for record in records)
+    ready(ROS2PublishBbox3D, context, data=np.frombuffer(data, np.uint8), **inputs).compute()
+    (message,) = context.transport.messages("/bbox3d")
+    messages.check(message)
+    return message
 
 
-def test_bytes_that_are_no_whole_boxes_are_refused() -> None:
-    node = ready(ROS2PublishBbox2D, RecordingContext(), data=np.zeros(BOX.itemsize + 1, np.uint8))
-    with pytest.raises(ValueError, match="data has 25 bytes, a box has 24"):
+# isaacsim.ros2.core/library/tests/TestRos2BoundingBox3DMessage.cpp; its matrices have the translation in the last row
+BOXES = (
+    (1, -1, -1, -1, 1, 1, 1, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1),
+    (2, 0, 0, 0, 2, 2, 2, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 1, 1, 1),
+)
+
+
+def test_a_solid_box_is_published_by_its_middle_and_size() -> None:
+    sent = published_3d(*BOXES, time_stamp=1.5)
+    assert sent.header == messages.header(1.5, "sim_camera")
+    assert [vector(d.bbox.center.position) for d in sent.detections] == [(0.0, 0.0, 0.0), (2.0, 2.0, 2.0)]
+    assert [quaternion(d.bbox.center.orientation) for d in sent.detections] == [(0.0, 0.0, 0.0, 1.0)] * 2
+    assert [vector(d.bbox.size) for d in sent.detections] == [(2.0, 2.0, 2.0)] * 2
+    hypotheses = [result.hypothesis for detection in sent.detections for result in detection.results]
+    assert [(hypothesis.class_id, hypothesis.score) for hypothesis in hypotheses] == [("1", 1.0), ("2", 1.0)]
+
+
+finite = st.floats(-10.0, 10.0, width=16)
+corners = st.tuples(st.floats(-5.0, -0.5, width=16), st.floats(0.5, 5.0, width=16))
+quaternions = st.tuples(finite, finite, finite, finite).filter(lambda q: np.linalg.norm(q) > 0.1)
+
+
+@given(
+    quaternions, st.tuples(finite, finite, finite), st.tuples(corners, corners, corners), st.sampled_from([1.0, -1.0])
+)
+def test_a_solid_box_has_the_corners_that_its_record_gives(q: Any, origin: Any, extent: Any, mirror: float) -> None:
+    x, y, z, w = np.array(q) / np.linalg.norm(q)
+    axes = np.array([0.5, 2.0, 3.0 * mirror])[:, None] * matrix((x, y, z, w)).T
+    rows = np.eye(4)
+    rows[:3, :3], rows[3, :3] = axes, origin
+    low, high = zip(*extent, strict=True)
+    (detection,) = published_3d((7, *low, *high, *rows.ravel())).detections
+    expected = [np.array(corner) @ axes + origin for corner in itertools.product(*extent)]
+    box = detection.bbox
+    turn, middle, half = quaternion(box.center.orientation), vector(box.center.position), np.array(vector(box.size)) / 2
+    found = [matrix(turn) @ (half * signs) + middle for signs in itertools.product((-1, 1), repeat=3)]
+    assert all(min(np.linalg.norm(corner - other) for other in found) < 1e-4 for corner in expected)
+
+
+INTRINSICS, SIZE, NEAR = (200.0, 200.0, 159.5, 119.5), (320, 240), 0.1
+inside = st.lists(st.tuples(*[st.floats(0.0, 1.0)] * 3), min_size=1, max_size=20)
+
+
+@given(quaternions, st.tuples(finite, finite, finite), st.tuples(corners, corners, corners), inside)
+def test_a_loose_box_holds_every_point_of_its_solid_that_is_in_the_picture(
+    q: Any, origin: Any, extent: Any, points: Any
+) -> None:
+    x, y, z, w = np.array(q) / np.linalg.norm(q)
+    solid = np.zeros(1, BOX_3D)
+    solid["semanticId"] = 7
+    solid["low"], solid["high"] = zip(*extent, strict=True)
+    solid["transform"][0, :3, :3], solid["transform"][0, 3, :3] = matrix((x, y, z, w)).T, origin
+    found = loose_boxes(solid, INTRINSICS, SIZE, NEAR)
+    low, high, rows = (solid[name][0].astype(float) for name in ("low", "high", "transform"))
+    for point in (low + np.array(points) * (high - low)) @ rows[:3, :3] + rows[3, :3]:
+        if point[2] >= NEAR:
+            across, down = point[:2] / point[2] * INTRINSICS[:2] + INTRINSICS[2:] + np.array(0.5)
+            if 1e-6 < across < SIZE[0] - 1e-6 and 1e-6 < down < SIZE[1] - 1e-6:
+                ((number, left, upper, right, lower, _),) = found.tolist()
+                assert number == 7
+                assert left - 1e-6 <= across <= right + 1e-6
+                assert upper - 1e-6 <= down <= lower + 1e-6
+
+
+@pytest.mark.parametrize("place", [(0.0, 0.0, -5.0), (90.0, 0.0, 5.0), (0.0, -90.0, 5.0)])
+def test_what_is_behind_the_camera_or_beside_the_picture_has_no_loose_box(place: tuple[float, float, float]) -> None:
+    solid = np.zeros(1, BOX_3D)
+    solid["low"], solid["high"], solid["transform"] = -1.0, 1.0, np.eye(4)
+    solid["transform"][0, 3, :3] = place
+    assert len(loose_boxes(solid, INTRINSICS, SIZE, NEAR)) == 0
+    assert len(loose_boxes(solid[:0], INTRINSICS, SIZE, NEAR)) == 0
+
+
+@pytest.mark.parametrize("scale", [0.0, np.nan, np.inf])
+def test_a_solid_box_without_a_volume_is_refused(scale: float) -> None:
+    flat = (1, -1, -1, -1, 1, 1, 1, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, scale, 0, 0, 0, 0, 1)
+    with pytest.raises(ValueError, match="box 1 has a transform without a volume"):
+        published_3d(BOXES[0], flat)
+
+
+publishers = pytest.mark.parametrize(("cls", "topic"), [(ROS2PublishBbox2D, "/bbox2d"), (ROS2PublishBbox3D, "/bbox3d")])
+
+
+@publishers
+def test_without_boxes_an_empty_array_goes_out(cls: type[BoxPublisher], topic: str) -> None:
+    context = RecordingContext()
+    ready(cls, context).compute()
+    assert context.transport.messages(topic)[0].detections == []
+
+
+@pytest.mark.parametrize(("cls", "size"), [(ROS2PublishBbox2D, BOX.itemsize), (ROS2PublishBbox3D, BOX_3D.itemsize)])
+def test_bytes_that_are_no_whole_boxes_are_refused(cls: type[BoxPublisher], size: int) -> None:
+    node = ready(cls, RecordingContext(), data=np.zeros(size + 1, np.uint8))
+    with pytest.raises(ValueError, match=f"data has {size + 1} bytes, a box has {size}"):
         node.compute()

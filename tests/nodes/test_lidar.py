@@ -15,7 +15,7 @@ from graphengine.context import QoS
 from graphengine.diagnostics import ContextError, PrimError
 from graphengine.ros import messages
 from graphengine.testing import RecordingContext, RecordingLidar
-from nodes.ros2.lidar import ROS2RtxLidarHelper
+from nodes.ros2.lidar import ROS2RtxLidarHelper, ROS2RtxLidarPointCloudConfig
 from tests.nodes.harness import Player, dd100, read_points, ready
 
 LIDAR = "/robot/Geometry/base_link/Lidar"
@@ -346,3 +346,41 @@ def test_in_a_graph_of_physics_steps_it_is_refused_because_samples_belong_to_tic
     context.runs = "physics_step"
     with pytest.raises(ContextError, match="runs: tick"):
         ready(ROS2RtxLidarHelper, context, render_product_path="/Lidar")
+
+
+# What else a cloud's points bear
+
+
+# isaacsim.ros2.nodes/python/nodes/OgnROS2RtxLidarPointCloudConfig.py, compute
+def test_chosen_outputs_are_names_in_the_order_of_a_points_fields() -> None:
+    node = ROS2RtxLidarPointCloudConfig(output_tick_state=True, output_channel_id=True, output_intensity=True)
+    node.compute()
+    assert node.selected_metadata == ("Intensity", "ChannelId", "TickState")
+    node = ROS2RtxLidarPointCloudConfig(**{port.field: True for port in node.fields.values() if port.side == "inputs"})
+    node.compute()
+    assert " ".join(node.selected_metadata) == (
+        "Intensity Timestamp EmitterId ChannelId MaterialId TickId HitNormal Velocity ObjectId EchoId TickState"
+    )
+
+
+def test_in_a_graph_a_cloud_bears_what_the_config_chooses(play: Player) -> None:
+    world = dd100()
+    lidar = world.lidar(world.stage.find("/dd100/base_link/chassis_link/sim_lidar/Lidar"))
+    playing = play.graph(
+        """
+        nodes:
+          Tick: OnPlaybackTick
+          Config: {type: RtxLidarPointCloudConfig, inputs: {outputIntensity: true}}
+          Helper:
+            type: RtxLidarHelper
+            inputs: {type: point_cloud, renderProductPath: /dd100/base_link/chassis_link/sim_lidar/Lidar, topicName: cloud}
+        connections:
+          - Tick.tick -> Helper.execIn
+          - Config.selectedMetadata -> Helper.selectedMetadata
+        """,
+        world,
+    )
+    lidar.see([1.0] * 5, 100.0)
+    playing.tick()
+    (cloud,) = playing.published(playing.topics["Helper"])
+    assert [field.name for field in cloud.fields] == ["x", "y", "z", "intensity"]

@@ -11,15 +11,17 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from graphengine.context import QoS
 from graphengine.diagnostics import GraphError, TopicError
+from graphengine.registry import default_registry
 from graphengine.ros import messages
 from graphengine.testing import RecordingContext
 from nodes.ros2.ackermann import ROS2PublishAckermannDrive
-from nodes.ros2.boxes import ROS2PublishBbox2D
+from nodes.ros2.boxes import ROS2PublishBbox2D, ROS2PublishBbox3D
 from nodes.ros2.camera_info import ROS2PublishCameraInfo
 from nodes.ros2.compressed_image import ROS2PublishCompressedImage
 from nodes.ros2.context import ROS2Context
 from nodes.ros2.image import ROS2PublishImage
 from nodes.ros2.imu import ROS2PublishImu
+from nodes.ros2.labels import ROS2PublishObjectIdMap, ROS2PublishSemanticLabels
 from nodes.ros2.laser_scan import ROS2PublishLaserScan
 from nodes.ros2.point_cloud import ROS2PublishPointCloud
 from nodes.ros2.publisher import PublisherNode, SensorPublisher
@@ -41,6 +43,9 @@ PUBLISHERS: dict[type[PublisherNode], tuple[str, dict[str, Any]]] = {
     ROS2PublishAckermannDrive: ("ackermann_cmd", {}),
     ROS2PublishCompressedImage: ("image_raw/compressed", {"data": [1, 2, 3]}),
     ROS2PublishBbox2D: ("bbox2d", {}),
+    ROS2PublishBbox3D: ("bbox3d", {}),
+    ROS2PublishSemanticLabels: ("labels", {}),
+    ROS2PublishObjectIdMap: ("labels", {}),
 }
 """Default topics, and inputs that a node cannot do without."""
 NODE = "/robot/Geometry/base_link/graph/Publish"
@@ -67,6 +72,10 @@ def claimed(cls: type[PublisherNode], context: RecordingContext, **inputs: Any) 
     publishing(cls, context, **inputs)
     (claim,) = context.services.claims
     return claim
+
+
+def test_what_follows_is_held_against_every_publisher_of_one_message() -> None:
+    assert {cls for cls in default_registry().types.values() if issubclass(cls, PublisherNode)} == set(PUBLISHERS)
 
 
 @every_publisher
@@ -163,6 +172,9 @@ def test_the_encoders_bytes_are_read_back_by_rosbags_as_what_was_sent(cls: type[
 
 def stamp(message: Any) -> tuple[int, int]:
     """Seconds and nanoseconds of any of these messages."""
+    if messages.message_type(message) == "std_msgs/msg/String":
+        told = json.loads(message.data)["time_stamp"]
+        return told["sec"], told["nanosec"]
     if hasattr(message, "transforms"):
         message = message.transforms[0]
     time = message.clock if hasattr(message, "clock") else message.header.stamp

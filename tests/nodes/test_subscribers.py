@@ -10,6 +10,7 @@ import pytest
 
 from graphengine.context import QoS
 from graphengine.diagnostics import TopicError
+from graphengine.registry import default_registry
 from graphengine.ros import messages
 from graphengine.testing import RecordingContext
 from nodes.ros2.subscribers import (
@@ -61,6 +62,10 @@ def outputs(node: Any) -> list[Any]:
 
 
 # What all of them have in common
+
+
+def test_what_follows_is_held_against_every_subscriber_of_one_kind_of_message() -> None:
+    assert {cls for cls in default_registry().types.values() if issubclass(cls, SubscriberNode)} == set(SUBSCRIBERS)
 
 
 @every_subscriber

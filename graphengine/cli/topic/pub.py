@@ -116,8 +116,8 @@ def _mismatches(graph: Graph, offer: Endpoint) -> str:
     for end in graph.subscribers(offer.topic):
         if end.message_type != offer.message_type:
             lines.append(f"{end.full_node} reads {end.message_type}")
-        elif reason := mismatch(offer.qos, end.qos):
-            lines.append(f"{end.full_node}: {reason}")
+        elif reason := mismatch(offer.qos, end.qos, "this publisher", end.full_node):
+            lines.append(reason)
     read = {end.topic for end in graph.endpoints if end.direction == "subscribe"}
     hint = "" if offer.topic in read else near_topic(offer.topic, read)
     return "".join(f"\n  {line}" for line in (*lines, hint) if line)

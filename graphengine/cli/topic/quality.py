@@ -65,6 +65,7 @@ def quality_for(arguments: argparse.Namespace, publishers: Sequence[Endpoint]) -
     asked = quality(arguments)
     overridden = [name for name, value in vars(arguments).items() if name.startswith("qos_") and value is not None]
     if overridden != ["qos_profile"] or not publishers:
+        _warn_of_mismatches(publishers, asked)
         return asked
     reliable = _offered_by_all("RELIABLE", "BEST_EFFORT", [end.qos.reliability == "reliable" for end in publishers])
     latched = _offered_by_all(
@@ -75,6 +76,14 @@ def quality_for(arguments: argparse.Namespace, publishers: Sequence[Endpoint]) -
         reliability="reliable" if reliable else "bestEffort",
         durability="transientLocal" if latched else "volatile",
     )
+
+
+def _warn_of_mismatches(publishers: Sequence[Endpoint], asked: QoS) -> None:
+    from graphengine.ros.qos import mismatch
+
+    for end in publishers:
+        if why := mismatch(end.qos, asked, end.full_node or "a publisher", "this subscription"):
+            print(f"WARNING: {why}: nothing arrives from there", file=sys.stderr)
 
 
 def _offered_by_all(more: str, less: str, offers: Sequence[bool]) -> bool:

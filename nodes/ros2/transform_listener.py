@@ -1,0 +1,96 @@
+"""Subscriber of TF that puts prims where the transforms say."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from graphengine.context import Context, Frame, Placement, Quaternion, Subscription, Vector3
+from graphengine.diagnostics import ContextError
+from graphengine.node import ExecOut, Fire, In, State
+from graphengine.rotation import compose
+from graphengine.types import String, Tokens
+from nodes.ros2.publisher import TopicNode
+
+_FARTHEST = 1e9
+"""Coordinates that are taken for a place, m; the physics counts up to 1e10."""
+_UNIT = 0.01
+"""How far the square of a quaternion's length may be from 1, as in tf2."""
+
+
+class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2SubscribeTransformTree", gated=True):
+    """Puts prims where tf2_msgs/TFMessage says, and fires when a message came.
+
+    A transform counts where `frameNamesMap` has both of its frames, and of several in a tick the newest of a child: its prim goes
+    to its place relative to the parent's, as that is then. From there on physics does not move it until the simulation stops: it
+    is an obstacle that gives way to nothing. A robot goes with whatever stands for it; a link below a joint goes as far as the
+    joint lets it. What is fixed to something else, such as a sensor, does not move, and is told. So are transforms that are
+    dropped, as tf2 drops them.
+    """
+
+    topic_name: String = In(default="tf", setup=True)
+    frame_names_map: Tokens = In(
+        required=True,
+        setup=True,
+        doc="path of a prim and name of its frame, pair after pair; no prim and no frame twice",
+    )
+    articulation_roots: Tokens = In(setup=True, doc="robots that move so; no effect but that they have to be there")
+    exec_out = ExecOut(doc="fires on a message")
+
+    subscription: Subscription = State()
+    frames: dict[str, tuple[str, Frame, Placement | None]] = State()
+    logger: Context = State()
+
+    def setup(self, context: Context) -> None:
+        """Find the prims and open the topic."""
+        self.logger = context
+        prims, names = self.frame_names_map[::2], self.frame_names_map[1::2]
+        if len(prims) != len(names):
+            odd = f"frameNamesMap has {len(self.frame_names_map)} texts, but a prim and a frame make a pair"
+            raise ContextError(odd, prims[-1])
+        for given in (prims, names):
+            twice = [text for text in dict.fromkeys(given) if given.count(text) > 1]
+            if twice:
+                raise ContextError(
+                    f"{twice[0]!r} is in frameNamesMap twice", twice[0], "a prim has one frame, a frame one prim"
+                )
+        for root in self.articulation_roots:
+            context.articulation(root)
+        self.frames = {
+            name: (prim, context.frame(prim), context.placement(prim)) for prim, name in zip(prims, names, strict=True)
+        }
+        topic = self.topic_name
+        self.subscription = self.listen(context, "tf2_msgs/msg/TFMessage", topic, outermost_namespace=True)
+
+    def compute(self) -> Fire:
+        """Go by the newest transform of each child; a parent that came before its child did has moved by then."""
+        arrived, frames = self.subscription.take(), self.frames
+        edges = (edge for message in arrived for edge in message.transforms)
+        newest = {e.child_frame_id: e for e in edges if e.child_frame_id in frames and e.header.frame_id in frames}
+        for edge in newest.values():
+            fault = self.follow(edge)
+            if fault:
+                self.logger.log("warning", f"{self.subscription.topic}: {fault}")
+        return self.exec_out if arrived else None
+
+    def follow(self, edge: Any) -> str:
+        """Put the child of an edge into its place; what is wrong with it, else the empty string."""
+        (_, parent, _), (prim, child, placement) = self.frames[edge.header.frame_id], self.frames[edge.child_frame_id]
+        if placement is None:
+            return f"{edge.child_frame_id} tells where {prim} is, which cannot be moved by itself"
+        pose = _pose(edge.transform)
+        place = compose(parent.pose(), pose) if pose is not None and parent is not child else None
+        if place is None or max(map(abs, place[0])) > _FARTHEST:
+            return f"a transform from {edge.header.frame_id} to {edge.child_frame_id} that leads nowhere was dropped"
+        placement.place(*place)
+        return ""
+
+
+def _pose(transform: Any) -> tuple[Vector3, Quaternion] | None:
+    """A transform as a pose; None where it is too far, or no rotation."""
+    t, r = transform.translation, transform.rotation
+    square = r.x * r.x + r.y * r.y + r.z * r.z + r.w * r.w
+    if not all(abs(value) <= _FARTHEST for value in (t.x, t.y, t.z)) or not abs(square - 1.0) <= _UNIT:
+        return None  # numbers that are none fail both
+    length = math.sqrt(square)
+    return (t.x, t.y, t.z), (r.x / length, r.y / length, r.z / length, r.w / length)

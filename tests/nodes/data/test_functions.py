@@ -1,0 +1,148 @@
+"""Absolute, Clamp, rounding, powers and roots, trigonometry."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from graphengine.diagnostics import CheckError
+from nodes.data import functions
+from nodes.data.functions import Absolute, ATan2, Ceil, Clamp, Exponent, Floor, NthRoot, Round, ToDeg, ToRad
+from tests.nodes.data.harness import computed, shown, typed
+from tests.nodes.harness import Player
+
+REALS = st.floats(-1e6, 1e6)
+
+
+def test_an_absolute_value_has_no_sign() -> None:
+    assert computed(Absolute, input_in=-2.5).absolute == 2.5
+    assert computed(Absolute, input_in=(-1, 2)).absolute == (1, 2)
+    assert computed(Absolute, input_in=np.array([-1.0, 2.0])).absolute.tolist() == [1.0, 2.0]
+
+
+@given(REALS, REALS, REALS)
+def test_a_clamped_value_is_between_its_bounds_and_otherwise_itself(value: float, one: float, other: float) -> None:
+    lower, upper = sorted((one, other))
+    result = computed(Clamp, input_in=value, lower=lower, upper=upper).result
+    assert lower <= result <= upper
+    assert result == value or not lower <= value <= upper
+
+
+def test_each_number_of_an_array_is_clamped_by_one_bound_or_its_own() -> None:
+    values = np.array([-2.0, 0.5, 9.0])
+    assert computed(Clamp, input_in=values, lower=-1.0, upper=1.0).result.tolist() == [-1.0, 0.5, 1.0]
+    own = computed(Clamp, input_in=values, lower=np.array([-5.0, 1.0, 1.0]), upper=np.array([0.0, 2.0, 10.0]))
+    assert own.result.tolist() == [-2.0, 1.0, 9.0]
+    assert computed(Clamp, input_in=(-2.0, 9.0), lower=0.0, upper=(1.0, 2.0)).result == (0.0, 2.0)
+
+
+@pytest.mark.parametrize("value", [1.0, np.array([1.0, 2.0])])
+def test_bounds_the_wrong_way_round_are_an_error(value: Any) -> None:
+    with pytest.raises(ValueError, match="lower bound is above"):
+        computed(Clamp, input_in=value, lower=2.0, upper=1.0)
+
+
+def test_what_is_no_number_stays_none_when_it_is_clamped() -> None:
+    assert math.isnan(computed(Clamp, input_in=math.nan, lower=0.0, upper=1.0).result)
+
+
+@given(REALS)
+def test_floor_and_ceiling_enclose_a_number(value: float) -> None:
+    floor, ceiling = computed(Floor, a=value).result, computed(Ceil, a=value).result
+    assert floor <= value <= ceiling
+    assert ceiling - floor == (0 if value.is_integer() else 1)
+    assert {type(floor), type(ceiling)} == {int}
+
+
+def test_floors_of_tuples_and_arrays_are_ints() -> None:
+    assert computed(Floor, a=(-1.5, 1.5)).result == (-2, 1)
+    ceilings = computed(Ceil, a=np.array([[-1.5, 1.5]])).result
+    assert (ceilings.tolist(), ceilings.dtype) == ([[-1, 2]], np.int32)
+
+
+@pytest.mark.parametrize(
+    ("value", "decimals", "expected"), [(1.2345, 2, 1.23), (1234.5, -2, 1200.0), (2.5, 0, 2.0), (3.5, 0, 4.0)]
+)
+def test_a_number_is_rounded_to_so_many_decimals(value: float, decimals: int, expected: float) -> None:
+    assert computed(Round, input_in=value, decimals=decimals).output == expected
+    assert computed(Round, input_in=(value, 0.0), decimals=decimals).output == (expected, 0.0)
+
+
+@given(st.floats(0.01, 100.0), st.integers(1, 6))
+def test_the_nth_root_of_the_nth_power_is_what_was(value: float, n: int) -> None:
+    power = computed(Exponent, base=value, exponent=n).result
+    assert computed(NthRoot, value=power, nth_root=n).result == pytest.approx(value, rel=1e-12)
+
+
+def test_powers_of_whole_numbers_are_doubles_and_may_be_negative() -> None:
+    node = typed(Exponent, {"base": "int"}, base=2, exponent=-1)
+    assert (node.result, str(node.settled["result"])) == (0.5, "double")
+    assert computed(Exponent, base=3.0).result == 9.0
+    assert computed(Exponent, base=10.0, exponent=400).result == math.inf
+
+
+def test_roots_of_negative_numbers_exist_where_the_degree_is_odd() -> None:
+    assert computed(NthRoot, value=-27.0, nth_root=3).result == -3.0
+    assert computed(NthRoot, value=-32.0, nth_root=5).result == pytest.approx(-2.0, rel=1e-15)
+    assert math.isnan(computed(NthRoot, value=-4.0).result)
+    assert math.isnan(computed(NthRoot, value=-16.0, nth_root=4).result)
+    assert computed(NthRoot, value=4.0, nth_root=0).result == math.inf
+    assert computed(NthRoot, value=(9.0, 16.0)).result == (3.0, 4.0)
+
+
+TRIGONOMETRY = [
+    ("Sin", 30.0, 0.5),
+    ("Cos", 60.0, 0.5),
+    ("Tan", 45.0, 1.0),
+    ("Asin", 0.5, 30.0),
+    ("Acos", 0.5, 60.0),
+    ("Atan", 1.0, 45.0),
+]
+
+
+@pytest.mark.parametrize(("name", "value", "expected"), TRIGONOMETRY)
+def test_angles_are_in_degrees(play: Player, name: str, value: float, expected: float) -> None:
+    cls = getattr(functions, name)
+    assert computed(cls, value_in=value).value_out == pytest.approx(expected, abs=1e-13)
+    many = typed(cls, {"value_in": "float[2][]"}, value_in=np.full((2, 2), value, np.float32)).value_out
+    assert many.dtype == np.float32
+    np.testing.assert_allclose(many, np.full((2, 2), expected), rtol=1e-6)
+    shows = shown(play, "double Here.value", {"Here": f"{{type: {name}, inputs: {{value: {value}}}}}"})
+    assert shows == pytest.approx(expected, abs=1e-13)
+
+
+@pytest.mark.parametrize("name", ["Asin", "Acos"])
+def test_there_is_no_angle_of_a_sine_or_cosine_above_1(name: str) -> None:
+    assert math.isnan(computed(getattr(functions, name), value_in=1.5).value_out)
+
+
+@given(st.floats(-179.9, 179.9), st.floats(0.1, 10.0))
+def test_the_angle_of_a_point_is_that_from_the_x_axis(angle: float, radius: float) -> None:
+    y, x = radius * math.sin(math.radians(angle)), radius * math.cos(math.radians(angle))
+    assert computed(ATan2, a=y, b=x).result == pytest.approx(angle, abs=1e-9)
+    assert computed(ATan2, a=(y, 1.0), b=(x, 0.0)).result == pytest.approx((angle, 90.0), abs=1e-9)
+
+
+@given(st.floats(-1e3, 1e3))
+def test_degrees_and_radians_are_the_inverse_of_each_other(angle: float) -> None:
+    radians = computed(ToRad, degrees=angle).radians
+    assert radians == pytest.approx(angle * math.pi / 180.0, rel=1e-15)
+    assert computed(ToDeg, radians=radians).degrees == pytest.approx(angle, rel=1e-14)
+
+
+def test_degrees_of_an_array_are_an_array() -> None:
+    assert computed(ToRad, degrees=np.array([0.0, 180.0])).radians.tolist() == [0.0, math.pi]
+
+
+def test_in_a_graph_a_real_number_that_no_int_is_is_told_at_its_node(play: Player) -> None:
+    with pytest.raises(CheckError, match=r"Low: 1e\+12 is no int, which is"):
+        shown(play, "int Low.result", {"Low": "{type: Floor, inputs: {a: 1.0e+12}}"})
+
+
+def test_in_a_graph_a_whole_literal_may_be_an_angle(play: Player) -> None:
+    assert shown(play, "double Sine.value", {"Sine": "{type: Sin, inputs: {value: 90}}"}) == 1.0

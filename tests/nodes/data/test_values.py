@@ -1,0 +1,336 @@
+"""SelectIf, texts, conversions, time, random numbers and paths of prims: alone, and in graphs."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from graphengine.build import Options
+from graphengine.diagnostics import CheckError
+from graphengine.node import grown
+from graphengine.ros.definitions import DEFINITIONS
+from graphengine.testing import RecordingContext
+from nodes.data import conversion
+from nodes.data.paths import GetGraphTargetPrim, GetPrimPath, GetPrimPaths, GraphTarget
+from nodes.data.random import (
+    RandomBoolean,
+    RandomGaussian,
+    RandomNode,
+    RandomNumeric,
+    RandomUnitQuaternion,
+    RandomUnitVector,
+)
+from nodes.data.selection import IsEmpty, SelectIf, SelectTargetIf
+from nodes.data.strings import AppendString, BuildString, EndsWith, StartsWith
+from nodes.data.time import ReadTime
+from tests.nodes.harness import Player, ready
+
+
+def computed(node: Any, output: str) -> Any:
+    """An output after a compute; arrays as lists."""
+    node.compute()
+    value = getattr(node, output)
+    return value.tolist() if isinstance(value, np.ndarray) else value
+
+
+# SelectIf, SelectTargetIf, IsEmpty
+
+
+@pytest.mark.parametrize(
+    ("condition", "if_true", "if_false", "expected"),
+    [
+        (True, 1, 2, 1),
+        (False, 1, 2.5, 2.5),
+        (True, 1, 2.5, 1.0),
+        (False, "a", "b", "b"),
+        (True, (1.0, 2.0), (3.0, 4.0), (1.0, 2.0)),
+        (np.array([True, False]), 1.5, 2.5, [1.5, 2.5]),
+        (np.array([True, False]), np.array([1, 2]), 9, [1, 9]),
+        (False, np.array([1, 2]), 9, [9, 9]),
+        (np.array([False, True]), (1.0, 2.0), (3.0, 4.0), [[3.0, 4.0], [1.0, 2.0]]),
+    ],
+)
+def test_a_condition_selects_a_value_or_element_by_element(
+    condition: Any, if_true: Any, if_false: Any, expected: Any
+) -> None:
+    node = SelectIf(condition=condition, if_true=if_true, if_false=if_false)
+    result = computed(node, "result")
+    assert (result, type(result)) == (expected, type(expected))
+
+
+def test_arrays_of_other_lengths_are_not_selected_from() -> None:
+    with pytest.raises(ValueError, match="arrays of 2, 3 elements"):
+        SelectIf(condition=np.array([True] * 3), if_true=np.array([1, 2]), if_false=0).compute()
+
+
+def test_values_that_do_not_go_together_are_told(play: Player) -> None:
+    with pytest.raises(CheckError, match="ifTrue is double and ifFalse is token, which do not go together"):
+        play.graph(
+            "nodes:\n  S: {type: SelectIf, inputs: {condition: true, ifTrue: 1.5, ifFalse: a}}\nconnections: []\n"
+        )
+
+
+def test_targets_are_selected_whole_or_prim_by_prim() -> None:
+    assert computed(SelectTargetIf(condition=False, if_true=("/a",), if_false=("/b", "/c")), "result") == ("/b", "/c")
+    each = SelectTargetIf(condition=np.array([True, False]), if_true=("/a", "/b"), if_false=("/c", "/d"))
+    assert computed(each, "result") == ("/a", "/d")
+    with pytest.raises(ValueError, match="1 conditions for 2 and 0 prims"):
+        SelectTargetIf(condition=np.array([True]), if_true=("/a", "/b")).compute()
+
+
+@pytest.mark.parametrize(
+    ("value", "empty"), [("", True), (" ", False), (np.zeros(0), True), (0.0, False), ((0, 0), False), ((), True)]
+)
+def test_what_is_empty_has_no_elements(value: Any, empty: bool) -> None:
+    assert computed(IsEmpty(input_in=value), "is_empty") is empty
+
+
+# Texts
+
+
+def test_texts_are_built_of_as_many_as_a_file_names() -> None:
+    made: Any = grown(BuildString, {"a": "", "b": "", "input3": "", "input2": ""}, DEFINITIONS)
+    assert computed(made(a="a", b="b", input2="c", input3="d"), "value") == "abcd"
+    assert computed(BuildString(a=("a", "b"), b="/x"), "value") == ("a/x", "b/x")
+    assert computed(BuildString(a=("a", "b"), b=("c", "d")), "value") == ("ac", "bd")
+    with pytest.raises(ValueError, match="2 texts cannot be appended to one"):
+        BuildString(a="a", b=("c", "d")).compute()
+    with pytest.raises(ValueError, match="1 texts cannot be appended to 2"):
+        BuildString(a=("a", "b"), b=("c",)).compute()
+
+
+def test_the_older_type_appends_one() -> None:
+    assert computed(AppendString(value_in="a", suffix="ß"), "value_out") == "aß"
+
+
+@pytest.mark.parametrize(("value", "part"), [("wheel_left", "wheel"), ("wheel", "wheel"), ("a", "")])
+def test_a_text_starts_with_its_prefix(value: str, part: str) -> None:
+    assert computed(StartsWith(value=value, prefix=part), "is_prefix") is True
+    assert computed(StartsWith(value=value, prefix="Wheel"), "is_prefix") is False
+
+
+@pytest.mark.parametrize(("value", "part"), [("left_wheel", "wheel"), ("wheel", "wheel"), ("a", "")])
+def test_a_text_ends_with_its_suffix(value: str, part: str) -> None:
+    assert computed(EndsWith(value=value, suffix=part), "is_suffix") is True
+    assert computed(EndsWith(value=value, suffix="heels"), "is_suffix") is False
+
+
+# Conversions
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "expected"),
+    [
+        ("ToBool", 0.0, False),
+        ("ToBool", np.array([0, -2]), [False, True]),
+        ("ToInt", -2.9, -2),
+        ("ToInt", (1.5, -1.5), (1, -1)),
+        ("ToInt64", np.array([2.0**40, -0.5]), [2**40, 0]),
+        ("ToUint", -1, 2**32 - 1),
+        ("ToUint64", -2.5, 2**64 - 2),
+        ("ToUint64", True, 1),
+        ("ToUchar", -1.0, 255),
+        ("ToUchar", "ab", [97, 98]),
+        ("ToFloat", 0.1, float(np.float32(0.1))),
+        ("ToFloat", 1e300, math.inf),
+        ("ToHalf", (1.0, 1e6), (1.0, math.inf)),
+        ("ToDouble", 3, 3.0),
+        ("ToDouble", True, 1.0),
+        ("ToDouble", np.array([[1, 2]]), [[1.0, 2.0]]),
+        ("ToString", 1234000.0, "1.234e+06"),
+        ("ToString", 2.0, "2"),
+        ("ToString", -3, "-3"),
+        ("ToString", True, "True"),
+        ("ToString", (1.5, -0.03), "[1.5, -0.03]"),
+        ("ToString", np.array([[1, 2], [3, 4]]), "[[1, 2], [3, 4]]"),
+        ("ToString", np.array([97, 98], np.uint8), "ab"),
+        ("ToString", "first", "first"),
+        ("ToString", ("first", "second"), '["first", "second"]'),
+        ("ToString", math.inf, "inf"),
+        ("ToToken", 0.5, "0.5"),
+        ("ToTarget", "/a", ("/a",)),
+        ("ToTarget", "", ()),
+        ("ToTarget", ("/a", "/b"), ("/a", "/b")),
+    ],
+)
+def test_a_value_as_another_type(name: str, value: Any, expected: Any) -> None:
+    result = computed(getattr(conversion, name)(value=value), "converted")
+    assert (result, type(result)) == (expected, type(expected))
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, 1e19])
+def test_a_number_that_is_no_integer_is_told(value: float) -> None:
+    with pytest.raises(ValueError, match="is no int"):
+        conversion.ToInt(value=value).compute()
+
+
+def test_a_role_is_given_where_the_shape_has_it(play: Player) -> None:
+    playing = play.graph(
+        """
+        nodes:
+          Tick: OnPlaybackTick
+          Three: {type: ToFloat, inputs: {role: Vector, value: {type: 'double[3]', value: [1, 2, 3]}}}
+          One: {type: ToFloat, inputs: {role: Vector, value: 1.5}}
+          Count: Counter
+        connections: [Tick.tick -> Count.execIn]
+        """
+    )
+    types = {name: str(playing.node(name).settled["converted"]) for name in ("Three", "One")}
+    assert types == {"Three": "vectorf[3]", "One": "float"}
+
+
+def test_a_converter_lets_a_wire_pass_what_it_may_not_by_itself(play: Player) -> None:
+    text = """
+        nodes:
+          Tick: OnPlaybackTick
+          Text: {type: ToToken}
+          Publish: {type: ROS2Publisher, inputs: {messagePackage: std_msgs, messageName: String, topicName: said}}
+        connections:
+          - Tick.tick -> Publish.execIn
+          - Tick.time -> Text.value
+          - Text.converted -> Publish.data
+        """
+    playing = play.graph(text)
+    playing.tick(2)
+    assert [message.data for message in playing.published("/said")] == ["0.0166667", "0.0333333"]
+    with pytest.raises(CheckError, match=r"is a double, Publish\.data takes a token"):
+        play.graph(text.replace("Text.converted", "Tick.time"))
+
+
+# ReadTime
+
+
+def test_time_is_read_in_every_form() -> None:
+    context = RecordingContext()
+    node = ready(ReadTime, context)
+    context.tick(3)
+    node.compute()
+    assert (node.time, node.frame, node.delta_seconds, node.is_playing) == (3 / 60, 3.0, 1 / 60, True)
+    assert node.time_since_start == node.absolute_sim_time == context.clock.monotonic_time
+
+
+# Random numbers
+
+
+def drawn(node: RandomNode, count: int = 4) -> list[Any]:
+    """Several values, one after the other."""
+    return [computed(node, "random") for _ in range(count)]
+
+
+RANDOM: list[tuple[type[RandomNode], dict[str, Any]]] = [
+    (RandomBoolean, {}),
+    (RandomUnitVector, {}),
+    (RandomUnitQuaternion, {}),
+    (RandomNumeric, {"minimum": 0.0, "maximum": 1.0}),
+    (RandomGaussian, {"mean": 0.0, "stdev": 1.0}),
+]
+every_random = pytest.mark.parametrize(("cls", "inputs"), RANDOM)
+
+
+@every_random
+def test_the_same_session_gives_the_same_again_and_so_does_a_play_after_a_stop(
+    cls: type[RandomNode], inputs: dict[str, Any]
+) -> None:
+    context = RecordingContext()
+    node = ready(cls, context, **inputs)
+    first = drawn(node, 30)
+    assert len({str(value) for value in first}) > 1
+    assert drawn(ready(cls, RecordingContext(), **inputs), 30) == first
+    context.stop(node)
+    assert drawn(node, 30) == first
+
+
+@every_random
+def test_two_nodes_differ_unless_they_have_one_seed(cls: type[RandomNode], inputs: dict[str, Any]) -> None:
+    one, other = RecordingContext("/World/graph/one"), RecordingContext("/World/graph/other")
+    assert drawn(ready(cls, one, **inputs), 30) != drawn(ready(cls, other, **inputs), 30)
+    seeded = [drawn(ready(cls, context, seed=7, use_seed=True, **inputs), 30) for context in (one, other)]
+    assert seeded[0] == seeded[1]
+
+
+@every_random
+def test_noise_is_one_value_for_each_seed(cls: type[RandomNode], inputs: dict[str, Any]) -> None:
+    node = ready(cls, RecordingContext(), is_noise=True, seed=3, **inputs)
+    assert len({str(value) for value in drawn(node)}) == 1
+
+
+def test_directions_and_orientations_have_length_one() -> None:
+    for cls in (RandomUnitVector, RandomUnitQuaternion):
+        lengths = [math.hypot(*value) for value in drawn(ready(cls, RecordingContext()), 20)]
+        assert lengths == pytest.approx([1.0] * 20)
+
+
+def test_whole_numbers_reach_both_ends_and_real_ones_stay_below() -> None:
+    whole = drawn(ready(RandomNumeric, RecordingContext(), minimum=-1, maximum=1), 100)
+    assert set(whole) == {-1, 0, 1}
+    real = drawn(ready(RandomNumeric, RecordingContext(), minimum=2.0, maximum=3.0), 100)
+    assert min(real) >= 2.0
+    assert max(real) < 3.0
+    with pytest.raises(ValueError, match="min is above max"):
+        ready(RandomNumeric, RecordingContext(), minimum=1, maximum=0).compute()
+
+
+def test_numbers_of_arrays_and_tuples_are_drawn_each() -> None:
+    node = ready(RandomNumeric, RecordingContext(), minimum=np.array([0, 10]), maximum=np.array([1, 11]))
+    assert all(low in (0, 1) and high in (10, 11) for low, high in drawn(node, 10))
+    both = ready(RandomGaussian, RecordingContext(), mean=(0.0, 100.0), stdev=1.0)
+    assert all(abs(a) < 10.0 and abs(b - 100.0) < 10.0 for a, b in drawn(both, 10))
+
+
+def test_a_normal_distribution_has_its_mean_and_deviation() -> None:
+    values = drawn(ready(RandomGaussian, RecordingContext(), mean=5.0, stdev=2.0), 2000)
+    assert np.mean(values) == pytest.approx(5.0, abs=5 * 2.0 / math.sqrt(2000))
+    assert np.std(values) == pytest.approx(2.0, rel=0.1)
+    logarithms = np.log(drawn(ready(RandomGaussian, RecordingContext(), mean=5.0, stdev=2.0, use_log=True), 2000))
+    assert np.mean(logarithms) == pytest.approx(5.0, abs=5 * 2.0 / math.sqrt(2000))
+
+
+def test_the_seed_of_the_session_decides_what_is_drawn(play: Player) -> None:
+    text = """
+        nodes:
+          Tick: OnPlaybackTick
+          Draw: {type: RandomNumeric, inputs: {min: 0.0, max: 1.0}}
+        connections: [Tick.tick -> Draw.execIn]
+        """
+    values = []
+    for seed in (1, 1, 2):
+        playing = play.graph(text, options=Options(seed=seed))
+        playing.tick(2)
+        values.append(playing.node("Draw").random)
+    assert values[0] == values[1] != values[2]
+
+
+# Paths
+
+
+def test_prims_are_told_by_their_paths() -> None:
+    node = GetPrimPath(prim=("/a", "/b"))
+    node.compute()
+    assert node.path == node.prim_path == "/a"
+    assert computed(GetPrimPath(), "path") == ""
+    assert computed(GetPrimPaths(prims=("/a", "/b")), "prim_paths") == ("/a", "/b")
+
+
+def test_a_graph_knows_the_prim_that_it_is_put_at(play: Player) -> None:
+    context = RecordingContext("/World/here/node")
+    assert computed(ready(GraphTarget, context), "prim_path") == "/World/here"
+    assert computed(ready(GetGraphTargetPrim, context), "prim") == ("/World/here",)
+    playing = play.graph(
+        """
+        at: /World/there
+        nodes:
+          Tick: OnPlaybackTick
+          Where: GraphTarget
+          Publish: {type: ROS2Publisher, inputs: {messagePackage: std_msgs, messageName: String, topicName: said}}
+          Text: ToToken
+        connections:
+          - Tick.tick -> Publish.execIn
+          - Where.primPath -> Text.value
+          - Text.converted -> Publish.data
+        """
+    )
+    playing.tick()
+    assert playing.published("/said")[0].data == "/World/there"

@@ -1,0 +1,284 @@
+"""Impulses, keys, the start of plays and messages for people: alone, in graphs, and in a replay."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from graphengine import build
+from graphengine.control import commands
+from graphengine.diagnostics import UsageError
+from graphengine.keys import KEYS, keys_of
+from graphengine.testing import RecordingContext
+from nodes.action.keyboard import OnKeyboardInput, ReadKeyboardState
+from nodes.action.logging import LogMessage, PrintText
+from nodes.action.stage_events import OnImpulseEvent, OnLoaded, OnStageEvent
+from tests.nodes.harness import Player, ready
+
+# OnImpulseEvent
+
+IMPULSE = """
+at: /World/graph
+nodes:
+  Impulse: OnImpulseEvent
+  Count: Counter
+connections:
+  - Impulse.execOut -> Count.execIn
+"""
+
+
+def test_an_impulse_fires_in_the_next_tick_and_once() -> None:
+    context = RecordingContext()
+    node = ready(OnImpulseEvent, context)
+    fired = []
+    for posted in (False, True, False):
+        if posted:
+            context.mailbox("impulse:/World/graph/node").post()
+        context.tick()
+        fired.append(node.compute() == node.exec_out)
+    assert fired == [False, True, False]
+
+
+@pytest.mark.parametrize("name", ["Impulse", "graph/Impulse", "/World/graph/Impulse"])
+def test_impulses_before_one_tick_are_one(play: Player, name: str) -> None:
+    playing = play.graph(IMPULSE)
+    for _ in range(3):
+        playing.session.impulse(name)
+    playing.tick(3)
+    assert playing.node("Count").count == 1
+    commands.parse("impulse", {"node": name}).apply(playing.session)
+    playing.tick()
+    assert playing.node("Count").count == 2
+
+
+def test_more_impulses_than_a_queue_holds_are_one_too(play: Player) -> None:
+    playing = play.graph(IMPULSE)
+    for _ in range(1001):
+        playing.session.impulse("Impulse")
+    playing.tick()
+    assert playing.node("Count").count == 1
+
+
+def test_an_impulse_is_forgotten_at_a_stop(play: Player) -> None:
+    playing = play.graph(IMPULSE)
+    playing.tick()
+    playing.session.impulse("Impulse")
+    playing.session.stop()
+    playing.tick(2)
+    assert playing.node("Count").count == 0
+
+
+@pytest.mark.parametrize("name", ["Impuls", "", "/", "pulse", "World/graph"])
+def test_an_impulse_for_nobody_is_told_with_who_waits(play: Player, name: str) -> None:
+    playing = play.graph(IMPULSE)
+    with pytest.raises(UsageError, match="/World/graph/Impulse"):
+        playing.session.impulse(name)
+
+
+def test_an_impulse_for_two_names_both(play: Player) -> None:
+    playing = play.graph(
+        IMPULSE.replace("  Count: Counter", "  In/Impulse: OnImpulseEvent\n  Count: Counter").replace("In/", "Other")
+    )
+    with pytest.raises(UsageError, match="no OnImpulseEvent 'mpulse'"):
+        playing.session.impulse("mpulse")
+    playing.session.impulse("OtherImpulse")
+
+
+# OnKeyboardInput, ReadKeyboardState
+
+
+def typed(node: OnKeyboardInput, context: RecordingContext, *steps: str) -> list[str]:
+    """What fires when in each tick the named keys are down."""
+    fired, down = [], set[str]()
+    for step in steps:
+        now = set(step.split())
+        context.services.keys.press(now - down)
+        context.services.keys.release(down - now)
+        down = now
+        context.tick()
+        result = node.compute()
+        fired.append({node.pressed: "pressed", node.released: "released", None: ""}[result])
+    return fired
+
+
+def test_a_key_is_pressed_once_and_released_once() -> None:
+    context = RecordingContext()
+    node = ready(OnKeyboardInput, context, key_in="W")
+    assert typed(node, context, "", "W", "W A", "A", "") == ["", "pressed", "", "released", ""]
+    assert (node.is_pressed, node.key_out) == (False, "W")
+
+
+def test_modifiers_have_to_be_held_before_and_either_ends_it() -> None:
+    context = RecordingContext()
+    node = ready(OnKeyboardInput, context, key_in="D", ctrl_in=True, shift_in=True)
+    steps = ["D", "D LeftControl LeftShift", "LeftControl LeftShift", "D LeftControl RightShift", "D LeftControl", ""]
+    assert typed(node, context, *steps) == ["", "", "", "pressed", "released", ""]
+
+
+def test_a_key_that_goes_up_before_the_tick_was_down_for_one() -> None:
+    context = RecordingContext()
+    node = ready(OnKeyboardInput, context, key_in="Space")
+    context.services.keys.press(["Space"])
+    context.services.keys.release(["Space"])
+    fired = []
+    for _ in range(3):
+        context.tick()
+        fired.append(node.compute())
+    assert fired == [node.pressed, node.released, None]
+
+
+def test_the_state_of_a_key_is_read() -> None:
+    context = RecordingContext()
+    node = ready(ReadKeyboardState, context, key="S")
+    context.services.keys.press(["S", "RightShift", "LeftAlt"])
+    context.tick()
+    node.compute()
+    assert (node.is_pressed, node.shift_out, node.alt_out, node.ctrl_out) == (True, True, True, False)
+    context.services.keys.release(["S"])
+    context.tick()
+    node.compute()
+    assert node.is_pressed is False
+
+
+@pytest.mark.parametrize(
+    ("sent", "keys"),
+    [
+        ("w", ("W",)),
+        ("W", ("LeftShift", "W")),
+        ("\x17", ("LeftControl", "W")),
+        ("7", ("Key7",)),
+        (" ", ("Space",)),
+        ("\r", ("Enter",)),
+        ("up", ("Up",)),
+        ("ß", ()),
+        ("é", ()),
+        ("\x00", ()),
+        ("", ()),
+        ("٣", ()),
+    ],
+)
+def test_what_a_terminal_sends_is_keys(sent: str, keys: tuple[str, ...]) -> None:
+    assert keys_of(sent) == keys
+    assert set(keys) <= set(KEYS)
+
+
+KEYBOARD = """
+nodes:
+  Key: {type: OnKeyboardInput, inputs: {keyIn: W}}
+  Down: Counter
+  Up: Counter
+connections:
+  - Key.pressed -> Down.execIn
+  - Key.released -> Up.execIn
+"""
+
+
+def test_keys_reach_a_graph_by_commands(play: Player) -> None:
+    playing = play.graph(KEYBOARD)
+    assert playing.session.services.keys.asked
+    commands.parse("press", {"keys": "W"}).apply(playing.session)
+    playing.tick(3)
+    commands.parse("release", {"keys": ["W"]}).apply(playing.session)
+    playing.tick(2)
+    assert (playing.node("Down").count, playing.node("Up").count) == (1, 1)
+    with pytest.raises(UsageError, match="no key 'w'"):
+        playing.session.press("w")
+
+
+class Notes:
+    """An inbox that remembers what a recorder would take down."""
+
+    exact = False
+
+    def __init__(self) -> None:
+        self.commands: list[tuple[str, Any]] = []
+
+    def begin_tick(self) -> float:
+        return 0.0
+
+    def end_tick(self) -> None: ...
+
+    def command(self, name: str, arguments: Any) -> None:
+        self.commands.append((name, arguments))
+
+
+def test_keys_and_impulses_are_recorded_as_commands_that_can_be_given_again(play: Player) -> None:
+    playing = play.graph(KEYBOARD.replace("  Down:", "  Impulse: OnImpulseEvent\n  Down:"))
+    playing.session.inbox = notes = Notes()
+    playing.session.press("W")
+    playing.session.impulse("Impulse")
+    playing.session.release("W")
+    assert [name for name, _ in notes.commands] == ["press", "impulse", "release"]
+    assert {name for name, _ in notes.commands} <= commands.RECORDED
+    again = play.graph((play.folder / "graph.yaml").read_text("utf-8").partition("graph: graph\n")[2])
+    for name, arguments in notes.commands:
+        commands.parse(name, arguments).apply(again.session)
+    again.tick(2)
+    assert (again.node("Down").count, again.node("Up").count) == (1, 1)
+
+
+# OnStageEvent, OnLoaded
+
+PLAYS = """
+nodes:
+  Start: {type: OnStageEvent, inputs: {eventName: Simulation Start Play}}
+  Loaded: OnLoaded
+  Starts: Counter
+  Loads: Counter
+connections:
+  - Start.execOut -> Starts.execIn
+  - Loaded.execOut -> Loads.execIn
+"""
+
+
+def test_a_start_fires_in_the_first_tick_of_every_play_and_a_pause_ends_none(play: Player) -> None:
+    playing = play.graph(PLAYS)
+    playing.tick(3)
+    playing.session.pause()
+    playing.tick(2)
+    assert (playing.node("Starts").count, playing.node("Loads").count) == (1, 1)
+    playing.session.stop()
+    playing.tick(3)
+    assert (playing.node("Starts").count, playing.node("Loads").count) == (1, 0)
+
+
+def test_alone_a_start_fires_once_a_play() -> None:
+    context = RecordingContext()
+    node, loaded = ready(OnStageEvent, context), ready(OnLoaded, context)
+    context.tick()
+    assert (node.compute(), loaded.compute()) == (node.exec_out, loaded.exec_out)
+    context.tick()
+    assert (node.compute(), loaded.compute()) == (None, None)
+    context.stop(node, loaded)
+    context.tick()
+    assert (node.compute(), loaded.compute()) == (node.exec_out, None)
+
+
+@pytest.mark.parametrize("name", ["Saved", "Animation Stop Play"])
+def test_an_event_that_never_comes_is_told_by_the_check(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "graph.yaml"
+    path.write_text("graph: graph\n" + PLAYS.replace("Simulation Start Play", name), "utf-8")
+    findings = build.assemble(path).findings.items
+    assert [(finding.code, finding.message) for finding in findings] == [
+        ("W101", f"Start never fires: {name!r} is no event of a tick")
+    ]
+
+
+# LogMessage, PrintText
+
+
+@pytest.mark.parametrize(
+    ("level", "severity"), [("Verbose", "info"), ("Info", "info"), ("Warn", "warning"), ("Error", "error")]
+)
+def test_a_message_is_told_with_its_severity(level: str, severity: str) -> None:
+    context = RecordingContext()
+    ready(LogMessage, context, message="at the dock", log_level=level).compute()
+    assert context.logged == [(severity, "at the dock")]
+
+
+def test_a_text_is_told() -> None:
+    context = RecordingContext()
+    ready(PrintText, context, text="at the dock", log_level="Warning", to_screen=True).compute()
+    assert context.logged == [("warning", "at the dock")]

@@ -1,0 +1,282 @@
+"""ROS2ServicePrim: prims and attributes as clients of isaac_ros2_messages see them."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import pytest
+
+from graphengine.context import QoS
+from graphengine.ros import messages
+from graphengine.ros.memory import MemoryTransport
+from graphengine.spec import RobotUse
+from graphengine.testing import RecordingContext, RecordingWorld
+from nodes.ros2.service_prim import ROS2ServicePrim
+from tests.nodes.harness import Player, ready, yaw
+
+PACKAGE = "isaac_ros2_messages/srv"
+ARM = """
+robot: arm
+urdf: arm.urdf
+joints:
+  turn: {drive: {stiffness: 100.0, damping: 10.0}}
+"""
+URDF = """
+<robot name="arm">
+  <link name="base_link"><inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="upper"><inertial><mass value="0.5"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="turn" type="revolute">
+    <parent link="base_link"/><child link="upper"/><origin xyz="0 0 0.5"/><axis xyz="0 0 1"/>
+    <limit lower="-3" upper="3" effort="100" velocity="10"/>
+  </joint>
+</robot>
+"""
+SCENE = """
+scene: hall
+world: world.xml
+robots:
+  arm: {use: arm.yaml, position: [1.0, 2.0, 0.5]}
+graphs:
+  prims: {use: prims.yaml, at: /World/prims}
+"""
+WORLD = """
+<mujoco>
+  <option gravity="0 0 0"/>
+  <worldbody><body name="box" pos="0 3 1"><freejoint/><geom type="box" size=".1 .1 .1" mass="3"/></body></worldbody>
+</mujoco>
+"""
+GRAPH = """
+graph: prims
+nodes:
+  Tick: OnPlaybackTick
+  Serve: ROS2ServicePrim
+connections:
+  - Tick.tick -> Serve.execIn
+"""
+FILES = {"arm.yaml": ARM, "arm.urdf": URDF, "scene.yaml": SCENE, "world.xml": WORLD, "prims.yaml": GRAPH}
+
+
+class Asking:
+    """Calls of all four services, and their answers."""
+
+    def __init__(self, transport: MemoryTransport, namespace: str = "") -> None:
+        self._answer: Any = None
+        self._clients = {
+            name: transport.client(
+                f"{namespace}/{service}", f"{PACKAGE}/{name}", QoS(), self._take(f"{PACKAGE}/{name}_Response")
+            )
+            for name, service in {
+                "GetPrims": "get_prims",
+                "GetPrimAttributes": "get_prim_attributes",
+                "GetPrimAttribute": "get_prim_attribute",
+                "SetPrimAttribute": "set_prim_attribute",
+            }.items()
+        }
+
+    def ask(self, name: str, *fields: str) -> None:
+        self._clients[name].call(messages.encode(messages.message_class(f"{PACKAGE}/{name}_Request")(*fields)))
+
+    def answer(self) -> Any:
+        answer, self._answer = self._answer, None
+        return answer
+
+    def _take(self, kind: str) -> Any:
+        def take(number: int, data: bytes) -> None:
+            self._answer = messages.decode(data, kind)
+
+        return take
+
+
+class Alone:
+    """The node, and a client."""
+
+    def __init__(self, world: RecordingWorld | None = None, **inputs: Any) -> None:
+        self.context = RecordingContext("/robot/graph/node")
+        if world is not None:
+            self.context.world = self.context.services.world = world
+        self.node = ready(ROS2ServicePrim, self.context, **inputs)
+        self.asking = Asking(self.context.transport, f"/{inputs['node_namespace']}" if inputs else "")
+
+    def ask(self, name: str, *fields: str) -> Any:
+        self.asking.ask(name, *fields)
+        self.context.tick()
+        assert self.node.compute() == self.node.exec_out
+        self.context.services.network.flush()
+        return self.asking.answer()
+
+
+def world() -> RecordingWorld:
+    made = RecordingWorld()
+    made.add_robot("/robot", ["left", "right"])
+    made.stage.add("/robot/Physics/left", "joint", facts={"joint": "left", "type": "continuous"})
+    made.stage.add("/robot/Physics/right", "joint", facts={"joint": "right", "type": "continuous"})
+    made.add_camera("/robot/Geometry/base_link/Camera", clip=(0.5, 20.0))
+    return made
+
+
+def test_prims_are_listed_with_their_types_depth_first() -> None:
+    answer = Alone(world()).ask("GetPrims", "/robot")
+    assert (answer.success, answer.message) == (True, "")
+    assert list(zip(answer.paths, answer.types, strict=True)) == [
+        ("/robot", "Xform"),
+        ("/robot/Geometry", "Scope"),
+        ("/robot/Geometry/base_link", "Xform"),
+        ("/robot/Geometry/base_link/Camera", "Camera"),
+        ("/robot/Physics", "Scope"),
+        ("/robot/Physics/left", "PhysicsRevoluteJoint"),
+        ("/robot/Physics/right", "PhysicsRevoluteJoint"),
+    ]
+
+
+@pytest.mark.parametrize("service", ["GetPrims", "GetPrimAttributes"])
+def test_a_prim_that_is_not_there_is_told_with_those_that_are_near(service: str) -> None:
+    answer = Alone(world()).ask(service, "/robt")
+    assert answer.success is False
+    assert answer.message == "no prim at '/robt': / has no child 'robt'; did you mean 'robot'?"
+
+
+def test_attributes_are_those_that_stand_for_something() -> None:
+    answer = Alone(world()).ask("GetPrimAttributes", "/robot/Physics/left")
+    assert dict(zip(answer.names, answer.types, strict=True)) == {
+        "physics:jointEnabled": "bool",
+        "state:angular:physics:position": "float",
+        "state:angular:physics:velocity": "float",
+    }
+    assert answer.displays == answer.names
+
+
+def test_a_value_is_json_of_usds_type() -> None:
+    stage = world()
+    stage.stage.find("/robot/base_link").namespace = "r2"
+    alone = Alone(stage)
+    found = {}
+    for prim, attribute in (("/robot/base_link", "isaac:namespace"), ("/robot/base_link/Camera", "clippingRange")):
+        answer = alone.ask("GetPrimAttribute", prim, attribute)
+        found[attribute] = (answer.type, json.loads(answer.value), answer.success)
+    assert found == {"isaac:namespace": ("string", "r2", True), "clippingRange": ("float2", [0.5, 20.0], True)}
+
+
+def test_a_pose_is_relative_to_the_parent_and_its_quaternion_begins_with_the_real_part() -> None:
+    stage = RecordingWorld()
+    stage.add_body("/World/table", (1.0, 2.0, 0.0), yaw(math.pi / 2))
+    stage.stage.add("/World/table/mark", "frame", position=(0.5, 0.0, 1.0), orientation=yaw(math.pi / 2))
+    alone = Alone(stage)
+    for prim, position in (("/World/table", [1.0, 2.0, 0.0]), ("/World/table/mark", [0.5, 0.0, 1.0])):
+        translate = json.loads(alone.ask("GetPrimAttribute", prim, "xformOp:translate").value)
+        orient = json.loads(alone.ask("GetPrimAttribute", prim, "xformOp:orient").value)
+        assert translate == pytest.approx(position)
+        assert orient == pytest.approx([math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)])
+
+
+def test_angles_of_joints_are_degrees() -> None:
+    stage = world()
+    stage.articulation(stage.stage.find("/robot")).state["position"] = [0.0, math.pi / 2]
+    answer = Alone(stage).ask("GetPrimAttribute", "/robot/Physics/right", "state:angular:physics:position")
+    assert json.loads(answer.value) == pytest.approx(90.0)
+
+
+@pytest.mark.parametrize(
+    ("attribute", "value", "fault"),
+    [
+        ("clippingRnge", "[0, 1]", "has no attribute 'clippingRnge'; did you mean 'clippingRange'?"),
+        (
+            "clippingRange",
+            "[0, 1]",
+            "clippingRange of /robot/base_link/Camera cannot be changed while the simulation runs",
+        ),
+        ("clippingRange", "[0, 1", "the value is not JSON: "),
+        ("clippingRange", "[" * 100_000, "the value is not JSON: "),
+    ],
+)
+def test_what_cannot_be_written_is_told(attribute: str, value: str, fault: str) -> None:
+    answer = Alone(world()).ask("SetPrimAttribute", "/robot/base_link/Camera", attribute, value)
+    assert answer.success is False
+    assert fault in answer.message
+
+
+def test_services_are_below_the_namespace_of_the_prims_above_or_the_nodes_own() -> None:
+    context = RecordingContext("/robot/graph/node")
+    context.world.stage.add("/robot", "robot", namespace="r2")
+    ready(ROS2ServicePrim, context)
+    ready(ROS2ServicePrim, context, node_namespace="own", prims_service_name="prims")
+    assert [claim.topic for claim in context.services.claims if claim.message_type.endswith("GetPrims")] == [
+        "/r2/get_prims",
+        "/own/prims",
+    ]
+
+
+def test_nothing_fires_in_a_tick_without_a_request() -> None:
+    context = RecordingContext()
+    node = ready(ROS2ServicePrim, context)
+    context.tick()
+    assert node.compute() is None
+
+
+def test_the_targets_of_a_drive_are_written_in_degrees_and_move_the_joint(play: Player) -> None:
+    playing = play.scene(FILES)
+    asking = Asking(playing.transport)
+
+    def ask(name: str, *fields: str) -> Any:
+        asking.ask(name, *fields)
+        playing.tick()
+        return asking.answer()
+
+    joint, target = "/arm/Physics/turn", "drive:angular:physics:targetPosition"
+    assert ask("SetPrimAttribute", joint, target, "45").success
+    assert json.loads(ask("GetPrimAttribute", joint, target).value) == pytest.approx(45.0)
+    playing.tick(600)
+    reached = json.loads(ask("GetPrimAttribute", joint, "state:angular:physics:position").value)
+    assert reached == pytest.approx(45.0, abs=1.0)
+    assert json.loads(ask("GetPrimAttribute", "/arm/Geometry/base_link/upper", "physics:mass").value) == 0.5
+    for wrong in ("true", "[1]", '"x"', "NaN", "1e400", "1e20"):
+        answer = ask("SetPrimAttribute", joint, target, wrong)
+        assert not answer.success
+        assert answer.message
+    assert json.loads(ask("GetPrimAttribute", joint, target).value) == pytest.approx(45.0)
+
+
+def test_a_free_body_and_a_robot_are_put_elsewhere_and_a_link_is_not(play: Player) -> None:
+    playing = play.scene(FILES)
+    asking = Asking(playing.transport)
+
+    def ask(name: str, *fields: str) -> Any:
+        asking.ask(name, *fields)
+        playing.tick()
+        return asking.answer()
+
+    half = math.sqrt(0.5)
+    for prim in ("/World/box", "/arm"):
+        assert ask("SetPrimAttribute", prim, "xformOp:translate", "[4.0, 5.0, 6.0]").message == ""
+        assert ask("SetPrimAttribute", prim, "xformOp:orient", "[1, 0, 0, 1]").message == ""
+        assert json.loads(ask("GetPrimAttribute", prim, "xformOp:translate").value) == pytest.approx(
+            [4.0, 5.0, 6.0], abs=1e-6
+        )
+        assert json.loads(ask("GetPrimAttribute", prim, "xformOp:orient").value) == pytest.approx(
+            [half, 0.0, 0.0, half]
+        )
+    for value in ("[1, 2]", "[1, 2, NaN]", "[true, 0, 0]", "[1e300, 0, 0]", "7"):
+        assert not ask("SetPrimAttribute", "/World/box", "xformOp:translate", value).success
+    assert not ask("SetPrimAttribute", "/World/box", "xformOp:orient", "[0, 0, 0, 0]").success
+    refused = ask("SetPrimAttribute", "/arm/Geometry/base_link/upper", "xformOp:translate", "[0, 0, 0]")
+    assert "cannot be changed while the simulation runs" in refused.message
+    assert json.loads(ask("GetPrimAttribute", "/World/box", "xformOp:translate").value) == pytest.approx(
+        [4.0, 5.0, 6.0], abs=1e-6
+    )
+
+
+def test_a_robot_that_comes_is_listed(play: Player) -> None:
+    playing = play.scene(FILES)
+    asking = Asking(playing.transport)
+
+    def second() -> bool:
+        asking.ask("GetPrims", "/")
+        playing.tick()
+        return "/second" in asking.answer().paths
+
+    assert not second()
+    playing.session.spawn("second", RobotUse(use="arm.yaml", position=(3.0, 3.0, 0.5)))
+    assert second()
+    playing.session.remove("second")
+    assert not second()

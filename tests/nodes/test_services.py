@@ -1,0 +1,480 @@
+"""Service nodes: ports of any service, requests one after the other, calls and their answers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from graphengine.build import Options
+from graphengine.context import QoS
+from graphengine.diagnostics import CheckError, ContextError
+from graphengine.node import Node, grown
+from graphengine.ros import messages
+from graphengine.ros.definitions import DEFINITIONS
+from graphengine.ros.memory import MemoryTransport
+from graphengine.ros.service_endpoints import MAX_OPEN
+from graphengine.testing import RecordingContext, check_node
+from nodes.ros2.services import OgnROS2ServiceClient as Client
+from nodes.ros2.services import OgnROS2ServiceServerRequest as Request
+from nodes.ros2.services import OgnROS2ServiceServerResponse as Response
+from tests.nodes.harness import Player, ready
+
+SET_BOOL = "std_srvs/srv/SetBool"
+ASK, ANSWER = messages.message_class(f"{SET_BOOL}_Request"), messages.message_class(f"{SET_BOOL}_Response")
+SERVER = """
+nodes:
+  Tick: OnPlaybackTick
+  Server:
+    type: ROS2ServiceServerRequest
+    inputs: {serviceName: light, messagePackage: std_srvs, messageName: SetBool}
+  Answer:
+    type: ROS2ServiceServerResponse
+    inputs: {messagePackage: std_srvs, messageName: SetBool, "Response:message": done}
+connections:
+  - Tick.tick -> Server.execIn
+  - Server.onReceived -> Answer.onReceived
+  - Server.serverHandle -> Answer.serverHandle
+  - Server.Request:data -> Answer.Response:success
+"""
+BOTH = SERVER.replace(
+    "connections:",
+    """  Client:
+    type: ROS2ServiceClient
+    inputs: {serviceName: light, messagePackage: std_srvs, messageName: SetBool, "Request:data": true}
+connections:
+  - Tick.tick -> Client.execIn""",
+)
+
+
+def names(service_type: str) -> dict[str, str]:
+    package, subfolder, name = service_type.split("/")
+    return {"messagePackage": package, "messageSubfolder": subfolder, "messageName": name}
+
+
+def ports(cls: type[Node], service_type: str) -> dict[str, str]:
+    made = grown(cls, names(service_type), DEFINITIONS)
+    own = {port.field for port in cls.fields.values()}
+    return {f"{port.side}:{port.name}": str(port.type) for port in made.fields.values() if port.field not in own}
+
+
+def of(cls: type[Node], context: RecordingContext, /, **inputs: Any) -> Any:
+    """A node of SetBool, set up."""
+    made = grown(cls, names(SET_BOOL), DEFINITIONS)
+    return ready(made, context, message_package="std_srvs", message_name="SetBool", **inputs)
+
+
+class Peer:
+    """A client that another program has."""
+
+    def __init__(self, transport: MemoryTransport, service: str = "/light") -> None:
+        self.answers: list[tuple[int, Any]] = []
+        self.client = transport.client(service, SET_BOOL, QoS(), self._take)
+
+    def ask(self, *wanted: bool) -> None:
+        for data in wanted:
+            self.client.call(messages.encode(ASK(data)))
+
+    def _take(self, number: int, data: bytes) -> None:
+        answer = messages.decode(data, f"{SET_BOOL}_Response")
+        self.answers.append((number, (answer.success, answer.message)))
+
+
+class PeerServer:
+    """A server that another program has."""
+
+    def __init__(self, transport: MemoryTransport, service: str = "/service_name") -> None:
+        self.requests: list[tuple[bytes, bool]] = []
+        self.server = transport.server(service, SET_BOOL, QoS(), self._take)
+
+    def answer(self, text: str, index: int = 0) -> None:
+        request_id, data = self.requests.pop(index)
+        self.server.answer(request_id, messages.encode(ANSWER(data, text)))
+
+    def _take(self, request_id: bytes, data: bytes) -> None:
+        self.requests.append((request_id, messages.decode(data, f"{SET_BOOL}_Request").data))
+
+
+# Ports
+
+
+def test_a_client_has_requests_for_inputs_and_responses_for_outputs() -> None:
+    assert ports(Client, SET_BOOL) == {
+        "inputs:Request:data": "bool",
+        "outputs:Response:success": "bool",
+        "outputs:Response:message": "token",
+    }
+
+
+def test_a_server_is_one_node_that_puts_requests_out_and_one_that_takes_responses() -> None:
+    assert ports(Request, SET_BOOL) == {"outputs:Request:data": "bool"}
+    assert ports(Response, SET_BOOL) == {"inputs:Response:success": "bool", "inputs:Response:message": "token"}
+
+
+# isaacsim.ros2.nodes/python/tests/test_service.py, SERVICE_FIELD_TYPE_CASES
+def test_fields_within_fields_have_the_references_names_and_types() -> None:
+    found = ports(Request, "nav_msgs/srv/GetPlan")
+    expected = {
+        "tolerance": "float",
+        "start:header:stamp:sec": "int",
+        "start:header:stamp:nanosec": "uint",
+        "start:header:frame_id": "token",
+        "start:pose:position:x": "double",
+    }
+    assert {name: found[f"outputs:Request:{name}"] for name in expected} == expected
+    assert ports(Request, "rcl_interfaces/srv/ListParameters")["outputs:Request:depth"] == "uint64"
+
+
+def test_a_service_without_fields_makes_no_ports() -> None:
+    assert ports(Client, "std_srvs/srv/Empty") == {}
+
+
+@pytest.mark.parametrize(
+    ("given", "fault"),
+    [
+        ({"messageName": "SetBol"}, "no message type 'std_srvs/srv/SetBol'"),
+        ({"messageName": ""}, "it has no message"),
+        (
+            {"messagePackage": "std_msgs", "messageSubfolder": "msg", "messageName": "Bool"},
+            "std_msgs/msg/Bool is no service",
+        ),
+    ],
+)
+def test_what_is_no_service_makes_no_ports(given: dict[str, str], fault: str) -> None:
+    with pytest.raises(ContextError, match=fault):
+        grown(Client, {**names(SET_BOOL), **given}, DEFINITIONS)
+
+
+def test_a_service_of_ones_own_is_served(play: Player) -> None:
+    folder = play.folder / "my_msgs" / "srv"
+    folder.mkdir(parents=True)
+    (folder / "Echo.srv").write_text("int64 a\n---\nint64 b\n", "utf-8")
+    text = """
+nodes:
+  Tick: OnPlaybackTick
+  Client:
+    type: ROS2ServiceClient
+    inputs: {messagePackage: my_msgs, messageName: Echo, "Request:a": 11}
+  Server: {type: ROS2ServiceServerRequest, inputs: {messagePackage: my_msgs, messageName: Echo}}
+  Answer: {type: ROS2ServiceServerResponse, inputs: {messagePackage: my_msgs, messageName: Echo}}
+connections:
+  - Tick.tick -> Client.execIn
+  - Tick.tick -> Server.execIn
+  - Server.onReceived -> Answer.onReceived
+  - Server.serverHandle -> Answer.serverHandle
+  - Server.Request:a -> Answer.Response:b
+"""
+    playing = play.graph(text, options=Options(message_paths=[play.folder]))
+    playing.tick(3)
+    assert playing.node("Client").response__b == 11
+
+
+# The server
+
+
+def test_a_request_is_put_out_and_answered_when_the_tick_ends() -> None:
+    context = RecordingContext()
+    request = of(Request, context, service_name="light")
+    response = of(
+        Response, context, server_handle=request.server_handle, response__success=True, response__message="on"
+    )
+    peer = Peer(context.transport)
+    peer.ask(True)
+    context.tick()
+    assert [request.request__data for _ in request.compute()] == [True]
+    assert response.compute() == response.exec_out
+    assert peer.answers == []
+    context.services.network.flush()
+    assert peer.answers == [(1, (True, "on"))]
+
+
+def test_requests_of_a_tick_are_answered_one_after_the_other(play: Player) -> None:
+    playing = play.graph(SERVER)
+    peer = Peer(playing.transport)
+    peer.ask(True, False, True)
+    playing.tick()
+    assert peer.answers == [(1, (True, "done")), (2, (False, "done")), (3, (True, "done"))]
+
+
+def test_requests_wait_while_the_node_is_not_executed() -> None:
+    context = RecordingContext()
+    request = of(Request, context, service_name="light")
+    peer = Peer(context.transport)
+    for wanted in (True, False):
+        peer.ask(wanted)
+        context.tick()
+    assert [request.request__data for _ in request.compute()] == [True, False]
+    assert list(request.compute()) == []
+
+
+def test_a_request_that_nobody_answered_is_given_up_when_the_next_one_comes_and_that_is_told() -> None:
+    context = RecordingContext()
+    request = of(Request, context, service_name="light")
+    response = of(Response, context, server_handle=request.server_handle)
+    peer = Peer(context.transport)
+    peer.ask(True, False)
+    context.tick()
+    list(request.compute())
+    assert response.compute() == response.exec_out
+    context.services.network.flush()
+    assert [number for number, _ in peer.answers] == [2]
+    assert context.logged == [("warning", "/light: a request was not answered before the next one came")]
+
+
+def test_a_request_is_answered_once() -> None:
+    context = RecordingContext()
+    request = of(Request, context, service_name="light")
+    response = of(Response, context, server_handle=request.server_handle)
+    peer = Peer(context.transport)
+    peer.ask(True)
+    context.tick()
+    list(request.compute())
+    assert [response.compute(), response.compute()] == [response.exec_out, None]
+    context.services.network.flush()
+    assert len(peer.answers) == 1
+    assert context.logged == [("warning", "/light: there is no request to answer")]
+
+
+def test_a_request_from_before_a_stop_is_not_answered() -> None:
+    context = RecordingContext()
+    request = of(Request, context, service_name="light")
+    response = of(Response, context, server_handle=request.server_handle)
+    peer = Peer(context.transport)
+    peer.ask(True)
+    context.tick()
+    list(request.compute())
+    context.stop(request, response)
+    assert response.compute() is None
+    context.services.network.flush()
+    assert peer.answers == []
+
+
+def test_a_server_answers_again_after_stop_and_play(play: Player) -> None:
+    playing = play.graph(SERVER)
+    peer = Peer(playing.transport)
+    for wanted in (True, False):
+        peer.ask(wanted)
+        playing.tick()
+        playing.session.stop()
+    assert [success for _, (success, _) in peer.answers] == [True, False]
+
+
+def test_more_requests_than_can_wait_are_refused_and_that_is_told() -> None:
+    context = RecordingContext()
+    request = of(Request, context, service_name="light")
+    peer = Peer(context.transport)
+    peer.ask(*[True] * (MAX_OPEN + 5))
+    context.tick()
+    assert len(list(request.compute())) == MAX_OPEN
+    ((kind, text),) = [said for said in context.logged if said[0] == "network"]
+    assert (kind, text) == (
+        "network",
+        f"/light: more than {MAX_OPEN} requests wait for the graph; those beyond are not answered",
+    )
+
+
+def test_a_handle_that_no_server_has_is_an_error_that_says_where_to_get_one() -> None:
+    context = RecordingContext()
+    with pytest.raises(ContextError, match="no service server has the handle 7") as caught:
+        of(Response, context, server_handle=7)
+    assert caught.value.help == ("wire serverHandle from a ROS2ServiceServerRequest",)
+
+
+def test_both_nodes_of_a_server_name_the_same_service(play: Player) -> None:
+    text = SERVER.replace(
+        'inputs: {messagePackage: std_srvs, messageName: SetBool, "Response:message": done}',
+        "inputs: {messagePackage: std_srvs, messageName: Trigger}",
+    ).replace("  - Server.Request:data -> Answer.Response:success\n", "")
+    with pytest.raises(
+        CheckError, match="Answer: it answers std_srvs/srv/Trigger, and the service /light is std_srvs/srv/SetBool"
+    ):
+        play.graph(text)
+
+
+def test_a_response_needs_a_handle(play: Player) -> None:
+    with pytest.raises(CheckError, match="serverHandle"):
+        play.graph(SERVER.replace("  - Server.serverHandle -> Answer.serverHandle\n", ""))
+
+
+def test_a_service_that_is_renamed_while_it_runs_leaves_the_old_name_and_answers_by_the_new_one(play: Player) -> None:
+    playing = play.graph(SERVER)
+    old, new = Peer(playing.transport), Peer(playing.transport, "/lamp")
+    playing.tick()
+    playing.set("Server", "service_name", "lamp")
+    old.ask(True)
+    new.ask(True)
+    playing.tick()
+    assert (old.client.ready, new.client.ready) == (False, True)
+    assert (len(old.answers), len(new.answers)) == (0, 1)
+    assert [claim.topic for claim in playing.session.services.claims] == ["/lamp"]
+
+
+# Names
+
+
+@pytest.mark.parametrize(
+    ("inputs", "name"),
+    [
+        ({}, "/service_name"),
+        ({"service_name": "a/b"}, "/a/b"),
+        ({"service_name": "light", "node_namespace": "robot"}, "/robot/light"),
+    ],
+)
+def test_a_service_is_below_the_nodes_own_namespace_and_not_that_of_prims(inputs: dict[str, str], name: str) -> None:
+    context = RecordingContext("/dd100/graph/node")
+    context.world.stage.add("/dd100", "robot", namespace="dd100_0000")
+    assert of(Request, context, **inputs).server.service == name
+    assert of(Client, context, **inputs).client.service == name
+
+
+def test_a_name_that_ros_refuses_is_told_where_it_stands(play: Player) -> None:
+    with pytest.raises(CheckError, match=r"graph.yaml:8:27: error G304: Server: service name '/1light'"):
+        play.graph(SERVER.replace("serviceName: light", "serviceName: 1light"))
+
+
+def test_two_servers_of_one_service_are_an_error(play: Player) -> None:
+    inputs = "{serviceName: /light, messagePackage: std_srvs, messageName: SetBool}"
+    second = f"  Second: {{type: ROS2ServiceServerRequest, inputs: {inputs}}}\n"
+    text = SERVER.replace("connections:", f"{second}connections:\n  - Tick.tick -> Second.execIn")
+    with pytest.raises(CheckError, match="error G309: the service /light is offered here and by"):
+        play.graph(text)
+
+
+def test_a_topic_may_have_the_name_of_a_service(play: Player) -> None:
+    clock = "  Clock: {type: ROS2PublishClock, inputs: {topicName: light}}\n"
+    playing = play.graph(SERVER.replace("connections:", f"{clock}connections:\n  - Tick.tick -> Clock.execIn"))
+    assert {claim.topic for claim in playing.session.services.claims} == {"/light"}
+
+
+def test_a_client_of_another_type_than_the_server_is_an_error(play: Player) -> None:
+    client = "  Client: {type: ROS2ServiceClient, inputs: {serviceName: light, messagePackage: std_srvs, messageName: Empty}}\n"
+    text = SERVER.replace("connections:", f"{client}connections:\n  - Tick.tick -> Client.execIn")
+    with pytest.raises(CheckError, match="/light is std_srvs/srv/Empty here and std_srvs/srv/SetBool at"):
+        play.graph(text)
+
+
+# The client
+
+
+def test_a_call_leaves_when_the_tick_ends_and_its_answer_fires_later() -> None:
+    context = RecordingContext()
+    client = of(Client, context, request__data=True)
+    peer = PeerServer(context.transport)
+    client.compute()
+    assert peer.requests == []
+    context.services.network.flush()
+    assert [data for _, data in peer.requests] == [True]
+    context.tick()
+    assert client.update() is None
+    peer.answer("on")
+    context.tick()
+    assert (client.update(), client.active) == (client.exec_out, False)
+    assert (client.response__success, client.response__message) == (True, "on")
+
+
+def test_every_execution_is_a_call_and_every_answer_fires_once_in_the_order_in_which_they_come() -> None:
+    context = RecordingContext()
+    client = of(Client, context)
+    peer = PeerServer(context.transport)
+    for data in (True, False, True):
+        client.request__data = data
+        client.compute()
+    context.services.network.flush()
+    assert [data for _, data in peer.requests] == [True, False, True]
+    for text, index in (("second", 1), ("first", 0), ("third", 0)):
+        peer.answer(text, index)
+    context.tick()
+    found = []
+    while client.active:
+        assert client.update() == client.exec_out
+        found.append((client.response__message, client.response__success))
+    assert found == [("second", False), ("first", True), ("third", True)]
+
+
+def test_calls_wait_for_a_server_up_to_the_depth_of_the_qos() -> None:
+    context = RecordingContext()
+    client = of(Client, context, qos_profile='{"depth": 2}')
+    for data in (True, False, True):
+        client.request__data = data
+        client.compute()
+        context.services.network.flush()
+    peer = PeerServer(context.transport)
+    context.services.network.flush()
+    assert [data for _, data in peer.requests] == [False, True]
+
+
+def test_a_server_that_never_comes_is_told_once() -> None:
+    context = RecordingContext()
+    client = of(Client, context)
+    client.compute()
+    for _ in range(700):
+        context.services.network.flush()
+    assert context.logged == [
+        ("network", f"/service_name: nobody offers it as {SET_BOOL}; the last 10 calls wait for a server")
+    ]
+
+
+def test_an_answer_from_before_a_stop_is_not_put_out() -> None:
+    context = RecordingContext()
+    client = of(Client, context)
+    peer = PeerServer(context.transport)
+    client.compute()
+    context.services.network.flush()
+    context.stop(client)
+    peer.answer("late")
+    client.compute()
+    context.services.network.flush()
+    peer.answer("in time")
+    context.tick()
+    assert client.update() == client.exec_out
+    assert (client.response__message, client.active) == ("in time", False)
+
+
+def test_a_request_that_no_message_can_hold_is_refused_at_setup() -> None:
+    context = RecordingContext()
+    made: Any = grown(Client, names("sensor_msgs/srv/SetCameraInfo"), DEFINITIONS)
+    field = made.ports["inputs:Request:camera_info:k"].field
+    with pytest.raises(ContextError, match="Request:camera_info:k has 1 elements, not 9"):
+        ready(made, context, message_package="sensor_msgs", message_name="SetCameraInfo", **{field: [1.0]})
+
+
+# In a graph
+
+
+# isaacsim.ros2.nodes/python/tests/test_service.py, test_service: a client and a server in one graph
+def test_a_client_is_answered_by_a_server_of_its_own_graph(play: Player) -> None:
+    playing = play.graph(BOTH)
+    client = playing.node("Client")
+    seen = []
+    for _ in range(4):
+        playing.tick()
+        seen.append((client.response__success, client.response__message))
+    assert seen == [(False, ""), (False, ""), (True, "done"), (True, "done")]
+
+
+def test_what_hangs_on_a_client_runs_once_for_each_answer(play: Player) -> None:
+    text = BOTH.replace(
+        "connections:", "  Count: omni.graph.action.Counter\nconnections:\n  - Client.execOut -> Count.execIn"
+    )
+    playing = play.graph(text)
+    counts = []
+    for _ in range(6):
+        playing.tick()
+        counts.append(playing.node("Count").count)
+    assert counts == [0, 0, 0, 1, 2, 3]
+
+
+@pytest.mark.parametrize("cls", [Client, Request, Response])
+def test_the_nodes_are_sound_with_their_ports(cls: type[Node]) -> None:
+    made = grown(cls, names(SET_BOOL), DEFINITIONS)
+    inputs = {"message_package": "std_srvs", "message_name": "SetBool"}
+
+    def surroundings() -> RecordingContext:
+        context = RecordingContext()
+        if cls is Response:
+            context.service_server(SET_BOOL, "light")
+        else:
+            Peer(context.transport, "/service_name").ask(True)
+        return context
+
+    check_node(made, surroundings, **inputs, **({"server_handle": 1} if cls is Response else {}))
