@@ -1,4 +1,5 @@
-"""What the engine costs: generated ticks of DAGs of adds against a hand-written loop over the same adds, in one run.
+"""What the engine costs: generated ticks of DAGs of adds against a hand-written loop over the same adds, in one run;
+and how long a graph with branches, gates, variables and types to be told takes from its file to the first tick.
 
 `python tests/bench/engine.py` prints ratios; nothing is asserted, because the machine is not ours alone.
 """
@@ -13,13 +14,17 @@ from collections.abc import Callable
 from pathlib import Path
 
 from graphengine.diagnostics import Findings
+from graphengine.dry import DryNetwork, DryWorld
 from graphengine.executor import Executor
 from graphengine.files import Files
+from graphengine.graph_run import make_graph_run
 from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out
-from graphengine.node_context import NodeContext
+from graphengine.node_context import NodeContext, Services
 from graphengine.planning import make_plan
-from graphengine.registry import Registry
+from graphengine.registry import Registry, default_registry
 from graphengine.resolve import resolve
+from graphengine.simulation_clock import SimulationClock
+from graphengine.stage import Stage
 from graphengine.template import load_graph
 
 
@@ -111,12 +116,65 @@ def by_hand(size: int) -> tuple[Callable[[], None], list[float]]:
     return loop, values
 
 
+def branching(size: int) -> str:
+    """Groups of a sum, a comparison, a branch, a gate and a variable that is written; each group follows the one before."""
+    nodes, wires = ["  Tick: OnPlaybackTick"], []
+    execution, value = "Tick.tick", "Tick.frame"
+    for i in range(size // 5):
+        nodes += [
+            f"  Add{i}: Add",
+            f"  Compare{i}: {{type: Compare, inputs: {{operation: '<'}}}}",
+            f"  Branch{i}: Branch",
+        ]
+        nodes += [f"  Gate{i}: IsaacSimulationGate"]
+        nodes += [f"  Write{i}: {{type: omni.graph.core.WriteVariable, inputs: {{variableName: x}}}}"]
+        wires += [f"{value} -> {end}" for end in (f"Add{i}.a", f"Add{i}.b", f"Compare{i}.b")]
+        wires += [
+            f"Add{i}.sum -> Compare{i}.a",
+            f"Compare{i}.result -> Branch{i}.condition",
+            f"Add{i}.sum -> Write{i}.value",
+        ]
+        wires += [f"{execution} -> Branch{i}.execIn", f"Branch{i}.execFalse -> Gate{i}.execIn"]
+        wires += [f"Branch{i}.execTrue -> Write{i}.execIn", f"Gate{i}.execOut -> Write{i}.execIn"]
+        execution, value = (f"Write{i}.execOut", value) if i % 5 else ("Tick.tick", f"Add{i}.sum")
+    lines = [*nodes, "connections:", *(f"  - {wire}" for wire in wires)]
+    return "\n".join(["graph: branching", "variables: {x: {type: double}}", "nodes:", *lines])
+
+
+def chain(size: int) -> str:
+    """Sums in a row, of which each gets its type from the one before."""
+    nodes = ["  Tick: OnPlaybackTick", *(f"  N{i}: Add" for i in range(size)), "  Show: ToString"]
+    sources = ["Tick.frame", *(f"N{i}.sum" for i in range(size))]
+    wires = [f"  - {sources[i]} -> N{i}.{port}" for i in reversed(range(size)) for port in "ab"]
+    return "\n".join(["graph: chain", "nodes:", *nodes, "connections:", *wires, f"  - {sources[-1]} -> Show.value"])
+
+
+def built(text: str) -> tuple[float, float]:
+    """Processor seconds from the file to the first tick, and of a pass."""
+    findings = Findings()
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "graph.yaml"
+        path.write_text(text)
+        start = time.process_time()
+        flat = load_graph(path, {}, Files.of(path), findings)
+        assert flat is not None
+        plan = make_plan(resolve(flat, "graph", "/graph", default_registry(), findings), findings)
+    findings.raise_errors()
+    assert plan is not None
+    clock = SimulationClock((1, 60))
+    run = make_graph_run(plan, Services(DryWorld(Stage()), DryNetwork()), clock)
+    run.executor.setup()
+    needed = time.process_time() - start
+    clock.set_frame(1)
+    return needed, min(seconds(run.executor.run_pass, 20) for _ in range(20))
+
+
 def seconds(function: Callable[[], None], repeats: int) -> float:
-    """Wall time of one call."""
-    start = time.perf_counter()
+    """Processor time of one call."""
+    start = time.process_time()
     for _ in range(repeats):
         function()
-    return (time.perf_counter() - start) / repeats
+    return (time.process_time() - start) / repeats
 
 
 def compare(size: int, gated: bool, rounds: int = 15) -> tuple[float, float]:
@@ -197,6 +255,16 @@ def main() -> None:
             print(
                 f"{size:5} nodes, {what:33}  x{ratio:.2f} {bar:10} {best:8.2f} us a pass, {best / size * 1e3:.0f} ns a node"
             )
+    (_, small), (needed, large) = (
+        min(built(branching(20)) for _ in range(5)),
+        min(built(branching(1000)) for _ in range(5)),
+    )
+    ratio = (large / 1000) / (small / 20)
+    print(
+        f" 1000 nodes with branches: built in {needed:.2f} s (bar 0.5), a node costs x{ratio:.2f} (bar 2) of one of 20"
+    )
+    short, long = (min(built(chain(size))[0] for _ in range(3)) for size in (250, 1000))
+    print(f" 1000 sums in a row, types told one by one: built in {long:.2f} s, x{long / short:.1f} of 250")
     for size in (20, 100):
         for name, other in (("csp, Python nodes", csp_microseconds), ("py_trees", py_trees_microseconds)):
             theirs = other(size)
