@@ -24,8 +24,62 @@ from graphengine.context import (
     Vector3,
 )
 from graphengine.diagnostics import JointError, did_you_mean, listing
-from graphengine.entity import Box, Entity, EntityState
+from graphengine.entity import Box, Entity, EntityState, Overlap
 from graphengine.stage import Prim, Stage
+
+
+class Entities(Protocol):
+    """The robots and objects of a world as wholes: looked at, put elsewhere and pushed from outside, between two steps."""
+
+    def all(self) -> Sequence[Entity]:
+        """Robots in the order they came, then what else stands in the world."""
+
+    def state(self, name: str) -> EntityState:
+        """Where an entity is, and how it moves.
+
+        Raises:
+            UnknownEntityError: there is none of that name, here and below.
+        """
+
+    def bounds(self, name: str, *, own: bool = False) -> Box | None:
+        """The box around an entity's geometry, in the world or in the entity's own frame; None where it has none that ends."""
+
+    def overlaps(self, name: str) -> Sequence[Overlap]:
+        """What an entity is stuck in, deepest first: physics pushes them apart at once. Light touches do not count."""
+
+    def place(
+        self,
+        name: str,
+        position: Vector3 | None = None,
+        orientation: Quaternion | None = None,
+        linear: Vector3 | None = None,
+        angular: Vector3 | None = None,
+    ) -> None:
+        """Put an entity elsewhere; its joints go on as they are, and `reset` puts it back.
+
+        Args:
+            name: of the entity.
+            position: of its prim in the world, m; None for the present one.
+            orientation: of its prim, of any length but zero; None for the present one.
+            linear: velocity of its prim's origin in the world frame, m/s; None for rest.
+            angular: velocity in the world frame, rad/s; None for rest.
+
+        Raises:
+            UsageError: a number is not finite or beyond all bounds, or the entity hangs on a joint; nothing has changed.
+        """
+
+    def push(self, name: str, force: Vector3, duration: float, point: Vector3 | None = None) -> None:
+        """Let a force act on an entity from the next step on, beside others that do; `reset` ends it.
+
+        Args:
+            name: of the entity.
+            force: in the world frame, N.
+            duration: how long, s; within a step the force acts for a part of it with that part of its strength.
+            point: of the world where it acts, which from then on moves with the entity, m; None for its centre of mass.
+
+        Raises:
+            UsageError: as for `place`, or nothing can move the entity.
+        """
 
 
 class World(Protocol):
@@ -49,6 +103,17 @@ class World(Protocol):
     @property
     def dropped_pictures(self) -> Mapping[str, int]:
         """How many pictures came too late since play, by prim path of the camera; only where some did."""
+
+    @property
+    def gravity(self) -> Vector3:
+        """Acceleration of free fall in the world frame, m/s2."""
+
+    def set_gravity(self, gravity: Vector3) -> None:
+        """Let bodies fall otherwise from the next step on; `reset_state` takes it back.
+
+        Args:
+            gravity: in the world frame, m/s2; finite.
+        """
 
     def body(self, prim: Prim) -> Body:
         """The rigid body at, or carrying, a prim."""
@@ -77,52 +142,9 @@ class World(Protocol):
     def contact_sensor(self, prim: Prim) -> ContactSensor:
         """The contact sensor at a contact prim."""
 
-    def entities(self) -> Sequence[Entity]:
-        """Robots in the order they came, then what else stands in the world."""
-
-    def entity_state(self, name: str) -> EntityState:
-        """Where an entity is, and how it moves.
-
-        Raises:
-            UnknownEntityError: there is none of that name, here and below.
-        """
-
-    def entity_bounds(self, name: str, *, own: bool = False) -> Box | None:
-        """The box around an entity's geometry, in the world or in the entity's own frame; None where it has none that ends."""
-
-    def place(
-        self,
-        name: str,
-        position: Vector3 | None = None,
-        orientation: Quaternion | None = None,
-        linear: Vector3 | None = None,
-        angular: Vector3 | None = None,
-    ) -> None:
-        """Put an entity elsewhere, between two steps; its joints go on as they are, and `reset` puts it back.
-
-        Args:
-            name: of the entity.
-            position: of its prim in the world, m; None for the present one.
-            orientation: of its prim, of any length but zero; None for the present one.
-            linear: velocity of its prim's origin in the world frame, m/s; None for rest.
-            angular: velocity in the world frame, rad/s; None for rest.
-
-        Raises:
-            UsageError: a number is not finite or beyond all bounds, or the entity hangs on a joint; nothing has changed.
-        """
-
-    def push(self, name: str, force: Vector3, duration: float, point: Vector3 | None = None) -> None:
-        """Let a force act on an entity from the next step on, beside others that do; `reset` ends it.
-
-        Args:
-            name: of the entity.
-            force: in the world frame, N.
-            duration: how long, s; within a step the force acts for a part of it with that part of its strength.
-            point: of the world where it acts, which from then on moves with the entity, m; None for its centre of mass.
-
-        Raises:
-            UsageError: as for `place`, or nothing can move the entity.
-        """
+    @property
+    def entities(self) -> Entities:
+        """Its robots and objects as wholes."""
 
     def step(self) -> None:
         """Apply the joints' targets and integrate one substep; afterwards every handle reads the new state.

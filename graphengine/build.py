@@ -19,6 +19,7 @@ from graphengine.graph_run import make_graph_run
 from graphengine.literals import Override
 from graphengine.namespaces import write_namespaces
 from graphengine.node_context import Services
+from graphengine.permissions import Permissions
 from graphengine.plan import Plan
 from graphengine.registry import Registry, default_registry
 from graphengine.ros.definitions import Definitions
@@ -59,6 +60,11 @@ class Assembly:
         return self.registry.definitions
 
     @property
+    def permissions(self) -> Permissions:
+        """What its graphs may do."""
+        return Permissions(self.files, self.options.environment, self.options.scripts)
+
+    @property
     def runnable(self) -> bool:
         """Whether nothing keeps it from running."""
         return not self.findings.errors
@@ -80,6 +86,8 @@ class Options:
         rays: what lidars see with: MuJoCo's own rays, the fast ones that need numba, or these where they serve.
         registry: node types; the installed ones when None.
         near: the working directory, where messages are to name paths from there.
+        environment: variables of the environment that graphs may read, with their values.
+        scripts: whether graphs may run Python.
     """
 
     overrides: Mapping[str, Any] = field(default_factory=dict)
@@ -93,6 +101,8 @@ class Options:
     rays: RaysChoice = "auto"
     registry: Registry | None = None
     near: Path | None = None
+    environment: Mapping[str, str] = field(default_factory=dict)
+    scripts: bool = False
 
 
 def assemble(path: Path, options: Options | None = None) -> Assembly:
@@ -190,7 +200,11 @@ def _plan(assembly: Assembly, uses: Sequence[GraphFile]) -> None:
     if unused and not findings.errors:
         raise UsageError(_unmatched(unused[0], assembly.plans))
     assembly.claims = check.check_plans(
-        assembly.plans, assembly.world, findings, prims_known=assembly.loaded is not None
+        assembly.plans,
+        assembly.world,
+        findings,
+        prims_known=assembly.loaded is not None,
+        permissions=assembly.permissions,
     )
 
 
@@ -236,6 +250,7 @@ def start(
     assembly.findings.raise_errors()
     world = assembly.world
     services = Services(world, network, assembly.options.seed, domain_id, domain_from_environment)
+    services.permissions = assembly.permissions
     if log is not None:
         services.log = log
     clock = SimulationClock(world.tick_period)

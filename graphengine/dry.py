@@ -27,9 +27,51 @@ from graphengine.context import (
     Vector3,
 )
 from graphengine.diagnostics import UnknownEntityError
-from graphengine.entity import Box, Entity, EntityState
+from graphengine.entity import Box, Entity, EntityState, Overlap
 from graphengine.sensor import beam_directions, pinhole
 from graphengine.stage import Prim, Stage
+
+
+class DryEntities:
+    """The robots and bodies of a stage, which nobody moves."""
+
+    def __init__(self, stage: Stage) -> None:
+        self._stage = stage
+
+    def all(self) -> Sequence[Entity]:
+        """Robots, and bodies that hang on no other prim with a body."""
+        robots = [Entity(prim.name, prim.path, "robot", False) for prim in self._stage.prims("robot")]
+        return [*robots, *(Entity(prim.name, prim.path, "object", False) for prim in self._stage.prims("body"))]
+
+    def state(self, name: str) -> EntityState:
+        """There is none."""
+        raise self._unknown(name)
+
+    def bounds(self, name: str, *, own: bool = False) -> Box | None:
+        """There is none."""
+        raise self._unknown(name)
+
+    def overlaps(self, name: str) -> Sequence[Overlap]:
+        """There is none."""
+        raise self._unknown(name)
+
+    def place(
+        self,
+        name: str,
+        position: Vector3 | None = None,
+        orientation: Quaternion | None = None,
+        linear: Vector3 | None = None,
+        angular: Vector3 | None = None,
+    ) -> None:
+        """There is none."""
+        raise self._unknown(name)
+
+    def push(self, name: str, force: Vector3, duration: float, point: Vector3 | None = None) -> None:
+        """There is none."""
+        raise self._unknown(name)
+
+    def _unknown(self, name: str) -> UnknownEntityError:
+        return UnknownEntityError(f"no entity {name!r}: the world has no physics")
 
 
 class DryWorld:
@@ -41,6 +83,11 @@ class DryWorld:
         self.substeps = substeps
         self.realtime = False
         self.dropped_pictures: dict[str, int] = {}
+        self.gravity: Vector3 = (0.0, 0.0, -9.81)
+
+    def set_gravity(self, gravity: Vector3) -> None:
+        """Nothing falls."""
+        self.gravity = gravity
 
     def body(self, prim: Prim) -> Body:
         """A body at rest."""
@@ -78,33 +125,10 @@ class DryWorld:
         """A sensor that nothing touches."""
         return DryContactSensor(prim)
 
-    def entities(self) -> Sequence[Entity]:
-        """Robots, and bodies that hang on no other prim with a body."""
-        robots = [Entity(prim.name, prim.path, "robot", False) for prim in self.stage.prims("robot")]
-        return [*robots, *(Entity(prim.name, prim.path, "object", False) for prim in self.stage.prims("body"))]
-
-    def entity_state(self, name: str) -> EntityState:
-        """There is none."""
-        raise UnknownEntityError(f"no entity {name!r}: the world has no physics")
-
-    def entity_bounds(self, name: str, *, own: bool = False) -> Box | None:
-        """There is none."""
-        raise UnknownEntityError(f"no entity {name!r}: the world has no physics")
-
-    def place(
-        self,
-        name: str,
-        position: Vector3 | None = None,
-        orientation: Quaternion | None = None,
-        linear: Vector3 | None = None,
-        angular: Vector3 | None = None,
-    ) -> None:
-        """There is none."""
-        raise UnknownEntityError(f"no entity {name!r}: the world has no physics")
-
-    def push(self, name: str, force: Vector3, duration: float, point: Vector3 | None = None) -> None:
-        """There is none."""
-        raise UnknownEntityError(f"no entity {name!r}: the world has no physics")
+    @property
+    def entities(self) -> DryEntities:
+        """Robots and bodies that nobody moves."""
+        return DryEntities(self.stage)
 
     def step(self) -> None:
         """Nothing moves."""

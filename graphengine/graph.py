@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 from graphengine.diagnostics import Span
 from graphengine.node import Node, Port
 from graphengine.template import FlatGraph, NodeEntry, WireEntry
-from graphengine.types import PortType, UnionType
+from graphengine.types import PortType, UnionType, brief
+
+T = TypeVar("T")
 
 
 @dataclass(slots=True, eq=False)
@@ -26,6 +28,8 @@ class Instance:
     """Fields of inputs whose value was told to be wrong: they are not missing as well."""
     settled: dict[str, PortType] = field(default_factory=dict)
     """Types that ports of several types were resolved to, by field."""
+    part_of: str = ""
+    """Of a gate, which stands in no file: the node that it was made for."""
 
     @property
     def cls(self) -> type[Node]:
@@ -78,9 +82,35 @@ class Graph:
         """`tick` or `physics_step`."""
         return self.flat.spec.runs
 
+    def reads(self, index: int) -> Iterator[str]:
+        """Keys of what a node reads beside its inputs; a variable's goes by its name in the flat graph."""
+        return self._keys(index, self.instances[index].node.reads())
+
+    def writes(self, index: int) -> Iterator[str]:
+        """Keys of what a node changes beside its outputs."""
+        return self._keys(index, self.instances[index].node.writes())
+
+    def _keys(self, index: int, keys: Iterable[str]) -> Iterator[str]:
+        for key in keys:
+            kind, _, name = key.partition(":")
+            if kind == "variable":
+                key = f"variable:{visible(self.instances[index].id, {n: n for n in self.variables}).get(name, name)}"
+            yield key
+
     def by_id(self, node_id: str) -> Instance:
         """The instance of a node's name."""
         return next(instance for instance in self.instances if instance.id == node_id)
+
+
+def visible(node_id: str, variables: Mapping[str, T]) -> Mapping[str, T]:
+    """Variables by the names that a node knows them by: those of its subgraph hide those of the graph around it."""
+    seen: dict[str, T] = {}
+    parts = node_id.split("/")
+    for depth in range(len(parts)):
+        prefix = "".join(f"{part}/" for part in parts[:depth])
+        inner = {name.removeprefix(prefix): it for name, it in variables.items() if name.startswith(prefix)}
+        seen |= {name: it for name, it in inner.items() if "/" not in name}
+    return seen
 
 
 def find_port(cls: type[Node], name: str, sides: Iterable[str]) -> Port | None:
@@ -113,5 +143,5 @@ def wired_ports(graph: Graph) -> set[tuple[str, str]]:
 
 def with_article(port_type: PortType | UnionType) -> str:
     """`a double`, `an int`."""
-    name = str(port_type)
+    name = brief(port_type)
     return f"{'an' if name[0] in 'aeio' else 'a'} {name}"

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import fnmatch
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from graphengine import types
 from graphengine.diagnostics import Findings, Span, did_you_mean, listing, shown
 from graphengine.graph import Graph, Instance, find_port, wired_ports, with_article
 from graphengine.node import Port
-from graphengine.template import UNKNOWN
-from graphengine.types import PortType, UnionType
+from graphengine.parameters import UNKNOWN
+from graphengine.types import PortType, UnionType, brief
 
 
 @dataclass(slots=True)
@@ -119,9 +119,7 @@ def _explicit(value: Any, port_type: PortType | UnionType) -> tuple[PortType, An
     """The type and value of a literal for a port of several types: `{type: double, value: 1}`, or the first that takes it."""
     alternatives = port_type.alternatives if isinstance(port_type, UnionType) else ()
     if isinstance(value, dict) and set(value) == {"type", "value"}:
-        named = types.parse(str(value["type"]))
-        if isinstance(named, UnionType) or (alternatives and named not in alternatives):
-            raise ValueError(f"expected one of {port_type}")
+        named = _alternative(types.parse(str(value["type"])), port_type)
         return named, types.coerce(value["value"], named)
     for alternative in alternatives or _PLAIN_TYPES:
         try:
@@ -129,6 +127,21 @@ def _explicit(value: Any, port_type: PortType | UnionType) -> tuple[PortType, An
         except (TypeError, ValueError):
             continue
     raise TypeError("write {type: …, value: …}")
+
+
+def _alternative(named: PortType | UnionType, port_type: PortType | UnionType) -> PortType:
+    """What a port takes for a type that the file names; roles do not matter.
+
+    Raises:
+        ValueError: the port takes nothing of the kind.
+    """
+    if isinstance(named, PortType):
+        if isinstance(port_type, PortType) or named in port_type.alternatives:
+            return named
+        for alternative in port_type.alternatives:
+            if replace(alternative, role=named.role) == named:
+                return alternative
+    raise ValueError(f"expected one of {brief(port_type)}")
 
 
 def set_overrides(graph: Graph, overrides: Sequence[Override], findings: Findings) -> None:
@@ -170,8 +183,8 @@ def check_required(graph: Graph, findings: Findings) -> None:
 
 def set_variables(graph: Graph, findings: Findings) -> None:
     """Give the graph's variables their defaults."""
-    document = graph.flat.loaded.document
-    for name, spec in graph.flat.spec.variables.items():
+    for name, entry in graph.flat.variables.items():
+        spec, document = entry.spec, entry.document
         try:
             port_type = types.parse(spec.type)
             if isinstance(port_type, UnionType):
@@ -179,8 +192,8 @@ def set_variables(graph: Graph, findings: Findings) -> None:
             graph.variable_types[name] = port_type
             graph.variables[name] = port_type.zero if spec.default is None else types.coerce(spec.default, port_type)
         except ValueError as error:
-            span = document.span("variables", name, "type")
+            span = document.span("variables", entry.name, "type")
             findings.add("G211", f"variable {name!r}: {error}", span, "types are double, int, string, vectord[3], …")
         except TypeError as error:
-            span = document.span("variables", name, "default")
+            span = document.span("variables", entry.name, "default")
             findings.add("G211", f"variable {name!r} is a {spec.type}: {error}, got {shown(spec.default)}", span)

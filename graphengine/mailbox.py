@@ -32,6 +32,11 @@ class QueueMailbox:
             )
         self._posted.append(item)
 
+    @property
+    def waiting(self) -> bool:
+        """Whether something waits for the next tick."""
+        return bool(self._posted)
+
     def freeze(self) -> None:
         """Begin a tick."""
         self.visible, self._posted = self._posted, []

@@ -83,7 +83,7 @@ class NodeMeta(type):
                 )
         for field_name in fields:
             del namespace[field_name]
-        slots = [k for k, v in fields.items() if not isinstance(v, ExecOut)]
+        slots = [*namespace.get("__slots__", ()), *(k for k, v in fields.items() if not isinstance(v, ExecOut))]
         namespace["__slots__"] = (*slots, "active") if "update" in namespace and "active" not in taken else tuple(slots)
         cls = super().__new__(mcs, name, bases, namespace)
         cls._make_ports(fields)  # type: ignore[attr-defined]
@@ -111,7 +111,7 @@ class Node(metaclass=NodeMeta):
         ValueError: a value out of range.
     """
 
-    __slots__ = ("__weakref__",)
+    __slots__ = ("__weakref__", "settled")
 
     type_name: ClassVar[str]
     aliases: ClassVar[tuple[str, ...]]
@@ -134,6 +134,8 @@ class Node(metaclass=NodeMeta):
 
     def __init__(self, **values: Any) -> None:
         cls = type(self)
+        # What its graph settled ports of several types to, by Python name; a node of no graph goes by its values.
+        self.settled: Mapping[str, PortType] = {}
         for port in cls.fields.values():
             if port.side == "inputs":
                 setattr(self, port.field, 0 if port.is_exec else port.default)
@@ -222,10 +224,11 @@ class Node(metaclass=NodeMeta):
         return bool(cls.numbered) or cls.dynamic_ports.__func__ is not Node.dynamic_ports.__func__  # type: ignore[attr-defined]
 
     def clear(self) -> None:
-        """Set Out and State back to their defaults."""
+        """Set Out and State back to their defaults; an output of several types to the zero of the one it was settled to."""
         for port in type(self).fields.values():
             if port.side == "outputs" and not port.is_exec:
-                setattr(self, port.field, port.default)
+                settled = self.settled.get(port.field)
+                setattr(self, port.field, settled.zero if settled else port.default)
             elif port.side == "state" and not port.bound_in_setup:
                 factory = self._factories.get(port.field)
                 setattr(self, port.field, factory() if factory else port.default)
@@ -240,7 +243,7 @@ class Node(metaclass=NodeMeta):
         for base in reversed(cls.__mro__[1:]):
             inherited |= base.__dict__.get("fields", {})
             factories |= base.__dict__.get("_factories", {})
-        hints = typing.get_type_hints(cls, include_extras=True) if fields else {}
+        hints = inspect.get_annotations(cls, eval_str=True) if fields else {}
         mask = 1 << sum(1 for port in inherited.values() if port.is_exec and port.side == "outputs")
         for name, field in fields.items():
             if isinstance(field, ExecIn | ExecOut):

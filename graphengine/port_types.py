@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
+import heapq
 from collections.abc import Mapping
 from dataclasses import replace
 
 from graphengine import types
 from graphengine.diagnostics import Findings
-from graphengine.graph import Graph, Instance, Wire, known_type, wired_ports, with_article
-from graphengine.node import Port
+from graphengine.graph import Graph, Instance, Wire, known_type, visible, wired_ports, with_article
+from graphengine.node import Node, Port
 from graphengine.types import PortType, UnionType
 
 
 def settle_types(graph: Graph, findings: Findings) -> None:
     """Resolve ports of several types along the wires until nothing changes, then check every wire."""
-    contradicted: dict[int, str] = {}
-    while _settle_forwards(graph, contradicted) or _settle_backwards(graph):
-        pass
+    contradicted = _settle(graph)
     for index, message in contradicted.items():
         instance = graph.instances[index]
         findings.add("G206", f"{instance.id}: {message}", instance.span, related=instance.entry.via)
@@ -39,7 +38,7 @@ def settle_types(graph: Graph, findings: Findings) -> None:
                 related=wire.entry.via,
             )
         elif takes is None or converter is None:
-            legal = target.cls.fields[wire.target_field].type
+            legal = takes or target.cls.fields[wire.target_field].type
             hint = "put a converter node between them" if gives.is_number else ""
             if gives.count == 3 and not gives.array and isinstance(legal, PortType) and legal.count == 1:
                 hint = "take it apart with BreakVector3"
@@ -57,33 +56,62 @@ def settle_types(graph: Graph, findings: Findings) -> None:
                 Wire(wire.source, wire.source_field, wire.target, wire.target_field, converter, wire.entry, wire.order)
             )
     graph.data_wires = checked
-
-
-def _settle_forwards(graph: Graph, contradicted: dict[int, str]) -> bool:
-    """Carry types along the wires and through the nodes, once; whether that settled anything."""
-    changed = False
     for instance in graph.instances:
-        changed |= _settle_couples(instance)
-        if instance.index not in contradicted:
-            try:
-                changed |= _settle_what_follows(instance, graph.variable_types)
-            except ValueError as error:
-                contradicted[instance.index] = str(error)
-    for wire in graph.data_wires:
-        source, target = graph.instances[wire.source], graph.instances[wire.target]
-        out, into = source.cls.fields[wire.source_field], target.cls.fields[wire.target_field]
-        changed |= _settle(target, into, known_type(source, out), widening=True)
-    return changed
+        instance.node.settled = instance.settled
+        instance.node.clear()
 
 
-def _settle_backwards(graph: Graph) -> bool:
-    """Where nothing else tells what a port gives, it is what the other end of its wire takes."""
-    for wire in graph.data_wires:
-        source, target = graph.instances[wire.source], graph.instances[wire.target]
-        out, into = source.cls.fields[wire.source_field], target.cls.fields[wire.target_field]
-        if _settle(source, out, known_type(target, into), widening=False):
-            return True
-    return False
+def _settle(graph: Graph) -> dict[int, str]:
+    """Carry types through nodes and along wires; what nodes of which the types contradict each other say.
+
+    It goes in rounds, of which each looks at nodes that the one before changed. Where nothing else tells what a port gives, it
+    is what the other end of its wire takes: the first such wire of the file, and on it goes.
+    """
+    contradicted: dict[int, str] = {}
+    instances, wires = graph.instances, graph.data_wires
+    out_of, into = dict[int, list[int]](), dict[int, list[int]]()
+    for number, wire in enumerate(wires):
+        out_of.setdefault(wire.source, []).append(number)
+        into.setdefault(wire.target, []).append(number)
+    changed, backwards = set(range(len(instances))), list[int]()
+    while changed or backwards:
+        if not changed:
+            wire = wires[heapq.heappop(backwards)]
+            if _settle_source(graph, wire):
+                changed = {wire.source}
+            continue
+        for index in changed:
+            for number in into.get(index, ()):
+                heapq.heappush(backwards, number)
+        looked_at, changed = sorted(changed), set()
+        changed.update(index for index in looked_at if _settle_node(graph, instances[index], contradicted))
+        onwards = sorted(number for index in looked_at for number in out_of.get(index, ()))
+        changed.update(wires[number].target for number in onwards if _settle_target(graph, wires[number]))
+    return contradicted
+
+
+def _settle_node(graph: Graph, instance: Instance, contradicted: dict[int, str]) -> bool:
+    """Settle what follows within a node; whether that was anything."""
+    changed = _settle_couples(instance)
+    if instance.index in contradicted or instance.cls.resolve_types is Node.resolve_types:
+        return changed
+    try:
+        return _settle_what_follows(instance, visible(instance.id, graph.variable_types)) or changed
+    except ValueError as error:
+        contradicted[instance.index] = str(error)
+        return changed
+
+
+def _settle_target(graph: Graph, wire: Wire) -> bool:
+    source, target = graph.instances[wire.source], graph.instances[wire.target]
+    out, into = source.cls.fields[wire.source_field], target.cls.fields[wire.target_field]
+    return _choose(target, into, known_type(source, out), widening=True)
+
+
+def _settle_source(graph: Graph, wire: Wire) -> bool:
+    source, target = graph.instances[wire.source], graph.instances[wire.target]
+    out, into = source.cls.fields[wire.source_field], target.cls.fields[wire.target_field]
+    return _choose(source, out, known_type(target, into), widening=False)
 
 
 def _tell_unsettled(graph: Graph, findings: Findings) -> set[int]:
@@ -118,16 +146,18 @@ def _tell_unsettled(graph: Graph, findings: Findings) -> set[int]:
     return unknown
 
 
-def _settle(instance: Instance, port: Port, other: PortType | None, *, widening: bool) -> bool:
+def _choose(instance: Instance, port: Port, other: PortType | None, *, widening: bool) -> bool:
     """Choose a union port's alternative by the type at the other end of a wire."""
     if other is None or other == types.ANY or not isinstance(port.type, UnionType) or port.field in instance.settled:
         return False
-    exact = [a for a in port.type.alternatives if (a.base, a.count, a.array) == (other.base, other.count, other.array)]
-    wider = [a for a in port.type.alternatives if types.conversion(other, a) is not None] if widening else []
-    for chosen in (*exact, *wider):
-        instance.settled[port.field] = chosen
-        return True
-    return False
+    form = (other.base, other.count, other.array)
+    chosen = next((a for a in port.type.alternatives if (a.base, a.count, a.array) == form), None)
+    if chosen is None and widening:
+        chosen = next((a for a in port.type.alternatives if types.conversion(other, a) is not None), None)
+    if chosen is None:
+        return False
+    instance.settled[port.field] = chosen
+    return True
 
 
 def _settle_what_follows(instance: Instance, variables: Mapping[str, PortType]) -> bool:
@@ -168,7 +198,8 @@ def _counterpart(settled: PortType, port: Port, other: Port) -> PortType | None:
     """The alternative of a port that belongs to what another one of its couple was settled to."""
     assert isinstance(other.type, UnionType)
     if port.component != other.component:
-        return next((a for a in other.type.alternatives if a.base == settled.base), None)
+        form = (settled.base, settled.array)
+        return next((a for a in other.type.alternatives if (a.base, a.array) == form), None)
     if port.element != other.element:
         settled = replace(settled, array=port.element)
     return settled if settled in other.type.alternatives else None

@@ -1,8 +1,9 @@
 """Prims as USD shows them: types, and attributes with their values as JSON has them.
 
 Attributes are those that something here stands behind: poses relative to the parent prim, masses, what joints and their drives
-do, the clipping range of cameras, and the two names that the reference writes on prims. Angles are in degrees, as USD has them.
-What the physics can be told while it runs can be written: where a robot or a free body is, and the targets of drives.
+do, gravity, the clipping range of cameras, and the two names that the reference writes on prims. Angles are in degrees, as USD
+has them. What the physics can be told while it runs can be written: where a robot or a free body is, the targets of drives, and
+gravity.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from graphengine.backend import World
 from graphengine.context import Articulation
 from graphengine.diagnostics import ContextError, did_you_mean, listing, shown
 from graphengine.rotation import Pose, compose, relative
-from graphengine.stage import Prim, PrimKind
+from graphengine.stage import PHYSICS_SCENE, Prim, PrimKind
 from graphengine.types import PortType, coerce
 
 USD_TYPES: Mapping[PrimKind, str] = MappingProxyType(
@@ -45,6 +46,8 @@ _JOINT_TYPES = {
     "prismatic": "PhysicsPrismaticJoint",
     "fixed": "PhysicsFixedJoint",
 }
+STRONGEST_GRAVITY = 1000.0
+"""m/s2, some forty times that of Jupiter."""
 _WITHOUT_POSE = ("scope", "joint", "material", "graph")
 
 
@@ -56,6 +59,7 @@ PORT_TYPES: Mapping[str, PortType] = MappingProxyType(
         "float2": PortType("float", 2),
         "quatd": PortType("double", 4, role="quat"),
         "string": PortType("string"),
+        "vector3f": PortType("float", 3, role="vector"),
     }
 )
 """OmniGraph's types by those of USD, for all that attributes have."""
@@ -69,6 +73,7 @@ def type_of_attribute(name: str) -> PortType | None:
 
 
 _TYPES = {"xformOp:translate": "double3", "xformOp:orient": "quatd", "physics:mass": "float", "clippingRange": "float2"}
+_TYPES |= {"physics:gravityDirection": "vector3f", "physics:gravityMagnitude": "float"}
 _TYPES |= {"physics:jointEnabled": "bool", "isaac:namespace": "string", "isaac:nameOverride": "string"}
 _OF_JOINTS = re.compile(
     r"(state:(angular|linear):physics:|drive:(angular|linear):physics:target)([Pp]osition|[Vv]elocity)"
@@ -195,6 +200,8 @@ class StagePrims:
             found |= _pose_attributes(_Pose(world, prim))
         if prim.body is not None:
             found["physics:mass"] = Attribute("float", partial(world.mass, prim))
+        if _is_physics_scene(prim):
+            found |= _gravity_attributes(world)
         if prim.kind == "joint":
             found |= _joint_attributes(world, prim)
         if prim.kind == "camera":
@@ -210,7 +217,7 @@ class _Pose:
     """Where a prim is, relative to its parent."""
 
     def __init__(self, world: World, prim: Prim) -> None:
-        self.movable = any(entity.prim_path == prim.path for entity in world.entities())
+        self.movable = any(entity.prim_path == prim.path for entity in world.entities.all())
         self._world = world
         self._prim = prim
 
@@ -242,7 +249,7 @@ class _Pose:
 
     def _put(self, pose: Pose) -> None:
         """Let it go on from there as fast as it was."""
-        self._world.place(self._prim.path, *compose(self._parent(), pose), *self._world.body(self._prim).velocity())
+        self._world.entities.place(self._prim.path, *compose(self._parent(), pose), *self._world.body(self._prim).velocity())
 
 
 def _pose_attributes(pose: _Pose) -> dict[str, Attribute]:
@@ -304,8 +311,40 @@ def _joint_attributes(world: World, prim: Prim) -> dict[str, Attribute]:
     return found
 
 
+def _gravity_attributes(world: World) -> dict[str, Attribute]:
+    """How bodies fall: which way, as a vector of length 1, and how fast, m/s2."""
+
+    def direction() -> list[float]:
+        size = math.hypot(*world.gravity)
+        return [part / size for part in world.gravity] if size else [0.0, 0.0, -1.0]
+
+    def fall(way: Sequence[float], magnitude: float) -> None:
+        size = math.hypot(*way)
+        if not 0.0 < size < math.inf or not 0.0 <= magnitude <= STRONGEST_GRAVITY:
+            raise ContextError(
+                f"gravity has a direction, and a magnitude of 0 to {STRONGEST_GRAVITY:g} m/s2", magnitude
+            )
+        x, y, z = (magnitude * part / size for part in way)
+        world.set_gravity((x, y, z))
+
+    return {
+        "physics:gravityDirection": Attribute(
+            "vector3f", direction, lambda value: fall(_numbers(value, 3), math.hypot(*world.gravity))
+        ),
+        "physics:gravityMagnitude": Attribute(
+            "float", lambda: math.hypot(*world.gravity), lambda value: fall(direction(), _numbers([value], 1)[0])
+        ),
+    }
+
+
+def _is_physics_scene(prim: Prim) -> bool:
+    return prim.path == PHYSICS_SCENE and prim.kind == "scope"
+
+
 def usd_type(prim: Prim) -> str:
     """The name of a prim's type."""
+    if _is_physics_scene(prim):
+        return "PhysicsScene"
     if prim.kind == "joint":
         return _JOINT_TYPES.get(prim.facts.get("type", ""), "PhysicsJoint")
     return USD_TYPES[prim.kind]

@@ -12,7 +12,7 @@ from typing import Any
 from graphengine.node import Node, Port
 from graphengine.registry import Registry, short_names
 from graphengine.spec import KINDS
-from graphengine.types import PortType
+from graphengine.types import PortType, brief
 
 _PARAMETER = {"type": "string", "pattern": r"\$\([A-Za-z_][A-Za-z0-9_]*\)"}
 """What may stand in place of any value of a graph file, also within a list."""
@@ -26,6 +26,10 @@ def make_schema(kind: str, registry: Registry) -> dict[str, Any]:
         node = schema["$defs"]["NodeSpec"]
         types = {name: cls for name, cls in registry.types.items() if cls.type_name == name}
         node["properties"]["type"]["examples"] = sorted(types)
+        every = {"description": node["properties"]["every"]["description"]}
+        node["properties"]["every"] = {"anyOf": [{"$ref": "#/$defs/EverySpec"}, {"const": "once"}, _PARAMETER], **every}
+        paces = schema["$defs"]["EverySpec"]["properties"]
+        paces |= {name: _or_parameter(paces[name]) for name in ("ticks", "hz")}
         node["allOf"] = [_inputs_of(cls) for _, cls in sorted(types.items())]
         names = sorted({*registry.types, *registry.short_names})
         schema["properties"]["nodes"]["additionalProperties"] = {
@@ -54,7 +58,11 @@ def _inputs_of(cls: type[Node]) -> dict[str, Any]:
 
 
 def _port(port: Port) -> dict[str, Any]:
-    facts = [f"{port.doc}." if port.doc else "", f"Unit: {port.unit}." if port.unit else "", f"Type: {port.type}."]
+    facts = [
+        f"{port.doc}." if port.doc else "",
+        f"Unit: {port.unit}." if port.unit else "",
+        f"Type: {brief(port.type)}.",
+    ]
     value = _value(port.type) if isinstance(port.type, PortType) else {}
     bounds = {"minimum": port.ge, "exclusiveMinimum": port.gt, "maximum": port.le, "exclusiveMaximum": port.lt}
     value |= {key: bound for key, bound in bounds.items() if bound is not None}

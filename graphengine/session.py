@@ -18,6 +18,7 @@ from graphengine.diagnostics import (
     did_you_mean,
     listing,
 )
+from graphengine.entity import warning
 from graphengine.graph_run import GraphRun
 from graphengine.inbox import Inbox, LiveInbox
 from graphengine.keys import KEYS
@@ -120,7 +121,7 @@ class Session:
         """Names of the robots that came while the session ran and are still there, oldest first."""
         return self._roster.spawned if self._roster is not None else ()
 
-    def spawn(self, name: str, use: RobotUse) -> None:
+    def spawn(self, name: str, use: RobotUse) -> str:
         """Put a robot into the scene, between two ticks: time goes on, what others do and publish stays as it is.
 
         Its graphs run after those that are there. On `stop` it goes back to where it was put.
@@ -128,6 +129,9 @@ class Session:
         Args:
             name: in the scene, as a scene file's key would be.
             use: as in a scene file; one robot.
+
+        Returns:
+            A warning, where it is in what stands there; else nothing.
 
         Raises:
             CheckError: with all that is wrong with it.
@@ -139,6 +143,7 @@ class Session:
             raise UsageError("a session without a scene has no place for robots")
         self._take([*self.graphs, *self._roster.add(name, use)])
         self.inbox.command("spawn", {"name": name, "use": use.model_dump(mode="json")})
+        return self._warn_of_overlaps(name)
 
     def remove(self, name: str) -> None:
         """Take a robot, its graphs and its topics away, between two ticks; time and the others' state stay.
@@ -161,7 +166,7 @@ class Session:
         orientation: Quaternion | None = None,
         linear: Vector3 | None = None,
         angular: Vector3 | None = None,
-    ) -> None:
+    ) -> str:
         """Put an entity somewhere else, between two ticks; its joints go on as they are.
 
         Args:
@@ -171,15 +176,25 @@ class Session:
             linear: velocity in the world, m/s; at rest if not given.
             angular: velocity about the axes of the world, rad/s; likewise.
 
+        Returns:
+            A warning, where it is in what stands there; else nothing.
+
         Raises:
             UnknownEntityError: there is none of that name.
             UsageError: it cannot be moved, or within a tick.
         """
         self._refuse_within_tick()
-        self.services.world.place(name, position, orientation, linear, angular)
+        self.services.world.entities.place(name, position, orientation, linear, angular)
         turned = {"quaternion_xyzw": orientation} if orientation is not None else None
         told = {"entity": name, "position": position, "orientation": turned, "linear": linear, "angular": angular}
         self.inbox.command("move", told)
+        return self._warn_of_overlaps(name)
+
+    def _warn_of_overlaps(self, name: str) -> str:
+        text = warning(name, self.services.world.entities.overlaps(name))
+        if text:
+            self.services.log("warning", "", text)
+        return text
 
     def push(self, name: str, force: Vector3, duration: float, point: Vector3 | None = None) -> None:
         """Let a force act on an entity from the next physics step on, beside others that do.
@@ -195,7 +210,7 @@ class Session:
             UsageError: it cannot be moved, or within a tick.
         """
         self._refuse_within_tick()
-        self.services.world.push(name, force, duration, point)
+        self.services.world.entities.push(name, force, duration, point)
         self.inbox.command("push", {"entity": name, "force": force, "duration": duration, "at": point})
 
     def impulse(self, node: str) -> None:

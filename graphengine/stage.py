@@ -37,6 +37,8 @@ PrimKind = Literal[
     "sensor",
 ]
 
+PHYSICS_SCENE = "/physicsScene"
+"""Where Isaac Sim has the prim with the settings of the physics, and scenes here have gravity."""
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 ORIGIN: Vector3 = (0.0, 0.0, 0.0)
 

@@ -182,6 +182,28 @@ class RecordingContactSensor(dry.DryContactSensor):
         return self.felt or super().reading()
 
 
+class RecordingEntities(dry.DryEntities):
+    """The robots and bodies of a test's world, by their prim paths."""
+
+    def __init__(self, world: RecordingWorld) -> None:
+        super().__init__(world.stage)
+        self._world = world
+
+    def place(
+        self,
+        name: str,
+        position: Vector3 | None = None,
+        orientation: Quaternion | None = None,
+        linear: Vector3 | None = None,
+        angular: Vector3 | None = None,
+    ) -> None:
+        """Put one somewhere else."""
+        body = self._world.body(self._world.stage.find(name))
+        present = body.pose()
+        body.place(position or present[0], orientation or present[1])
+        body.linear, body.angular = linear or body.linear, angular or body.angular
+
+
 class RecordingWorld(dry.DryWorld):
     """Bodies, robots and lidars that tests define and move; other prims are defined on `stage`. It serves sessions too."""
 
@@ -232,19 +254,10 @@ class RecordingWorld(dry.DryWorld):
 
     frame = body
 
-    def place(
-        self,
-        name: str,
-        position: Vector3 | None = None,
-        orientation: Quaternion | None = None,
-        linear: Vector3 | None = None,
-        angular: Vector3 | None = None,
-    ) -> None:
-        """Put the body at a prim path somewhere else."""
-        body = self.body(self.stage.find(name))
-        present = body.pose()
-        body.place(position or present[0], orientation or present[1])
-        body.linear, body.angular = linear or body.linear, angular or body.angular
+    @property
+    def entities(self) -> RecordingEntities:
+        """Robots and bodies as wholes."""
+        return RecordingEntities(self)
 
     def placement(self, prim: Prim) -> RecordingBody | None:
         """The prim's handle if it is a body, which stays where nodes put it."""

@@ -104,6 +104,16 @@ class UnionType:
         return " | ".join(str(alternative) for alternative in self.alternatives)
 
 
+def brief(port_type: PortType | UnionType) -> str:
+    """A type's name; of a long union the first few, and how many more there are."""
+    if isinstance(port_type, UnionType) and len(port_type.alternatives) > 24:
+        first = port_type.alternatives[:8]
+        return (
+            f"{UnionType(first)} | … ({len(port_type.alternatives) - len(first)} more: `graphrun nodes --format json`)"
+        )
+    return str(port_type)
+
+
 ANY = PortType("any")
 EXECUTION = PortType("execution")
 TARGET = PortType("target")
@@ -188,9 +198,18 @@ def _element(value: Any, port_type: PortType) -> Any:
         return _scalar(value, port_type.base)
     if isinstance(value, str) or not isinstance(value, Sequence | np.ndarray):
         raise TypeError(f"expected a list of {port_type.count} values")
+    if port_type.role in _MATRICES and len(value) == math.isqrt(port_type.count):
+        value = _joined_rows(value)
     if len(value) != port_type.count:
         raise ValueError(f"expected {port_type.count} values, got {len(value)}")
     return tuple(_scalar(item, port_type.base) for item in value)
+
+
+def _joined_rows(rows: Sequence[Any] | NDArray[Any]) -> list[Any]:
+    """The numbers of a matrix that is written row by row."""
+    if not all(isinstance(row, Sequence | np.ndarray) and not isinstance(row, str) for row in rows):
+        raise TypeError("expected the rows of a matrix, or all its numbers in one list")
+    return [number for row in rows for number in row]
 
 
 def _scalar(value: Any, base: str) -> Any:
@@ -270,17 +289,17 @@ def equal(one: Any, other: Any) -> bool:
     return bool(one == other)
 
 
-_VALUES = "bool|uchar|int|uint|int64|uint64|half|float|double|timecode|token|int[2]|int[3]|int[4]"
+_VALUES = "bool|int|int64|uint64|uint|uchar|double|float|half|timecode|token|int[2]|int[3]|int[4]"
 ELEMENTS = "|".join(
     (
         _VALUES,
-        *(f"{real}[{count}]" for real in ("half", "float", "double") for count in (2, 3, 4)),
+        *(f"{real}[{count}]" for real in ("double", "float", "half") for count in (2, 3, 4)),
         *(f"{role}{bits}[3]" for role in ("color", "normal", "point", "vector") for bits in "dfh"),
         *(f"color{bits}[4]|quat{bits}[4]|texcoord{bits}[2]|texcoord{bits}[3]" for bits in "dfh"),
         "matrixd[2]|matrixd[3]|matrixd[4]|frame[4]|transform[4]",
     )
 )
-"""What an array may hold, as nodes that take every array list it."""
+"""What an array may hold, as nodes that take every array list it; a literal without a type is of the first that fits."""
 ARRAYS = "|".join(f"{element}[]" for element in ELEMENTS.split("|"))
 
 Double = Annotated[float, parse("double")]
@@ -307,5 +326,6 @@ Point3fs = Annotated[NDArray[np.float32], parse("pointf[3][]")]
 Double3s = Annotated[NDArray[np.float64], parse("double[3][]")]
 Double4s = Annotated[NDArray[np.float64], parse("double[4][]")]
 Quaterniond = Annotated[tuple[float, float, float, float], parse("quatd[4]")]
+Matrix4d = Annotated[tuple[float, ...], parse("matrixd[4]")]
 Buffer = Annotated[Any, POINTER]
 """Of pointer ports: an object with Python's buffer protocol, such as an array; 0 for none."""

@@ -11,13 +11,14 @@ from graphengine import check, document
 from graphengine.diagnostics import Findings
 from graphengine.files import Files, NotFoundError
 from graphengine.literals import Override
+from graphengine.parameters import Use
 from graphengine.plan import Plan
 from graphengine.planning import make_plan
 from graphengine.registry import Registry
 from graphengine.resolve import resolve
 from graphengine.spec import GraphUse
 from graphengine.stage import Stage, normalize
-from graphengine.template import Use, load_graph
+from graphengine.template import load_graph
 
 if TYPE_CHECKING:
     from graphengine.world.robot import Robot

@@ -7,6 +7,7 @@ import json
 import math
 import os
 import re
+import sys
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli import Parser
@@ -178,11 +179,14 @@ def _push(given: argparse.Namespace) -> dict[str, Any]:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when it was done, 1 when it was refused or nothing runs."""
+    from graphengine.cli.common import clean
     from graphengine.control.client import Client, find
 
     with Client(find(arguments.run)) as client:
-        client.ask(arguments.command, arguments.arguments(arguments))
+        told = client.ask(arguments.command, arguments.arguments(arguments))
         state = _state(client) if arguments.command != "quit" else None
+    for warning in told.get("warnings", ()) if isinstance(told, dict) else ():
+        print(clean(f"warning: {warning}"), file=sys.stderr)
     if state is not None and arguments.json:
         print(json.dumps({"run": client.entry.name, "process": client.entry.pid, **state}))
     elif state is not None:

@@ -22,22 +22,26 @@ _KEY = re.compile(r"\x1b[\[O][0-9;]*([A-Za-z~])|(.)", re.DOTALL)
 class Keyboard:
     """A terminal that neither shows nor gathers what is typed, where Ctrl-C is a key as others are.
 
+    Args:
+        signals: leave Ctrl-C what it is elsewhere.
+
     Raises:
         UsageError: the standard input is no terminal.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, signals: bool = False) -> None:
         from graphengine.diagnostics import UsageError
 
         if sys.stdin is None or not sys.stdin.isatty():
             raise UsageError("keys are read from a terminal, and the standard input is none")
         self._file = sys.stdin.fileno()
+        self._left_out = termios.ECHO | termios.ICANON | (0 if signals else termios.ISIG)
         self._before: list[Any] = []
 
     def __enter__(self) -> Keyboard:
         self._before = termios.tcgetattr(self._file)
         changed = termios.tcgetattr(self._file)
-        changed[3] &= ~(termios.ECHO | termios.ICANON | termios.ISIG)
+        changed[3] &= ~self._left_out
         termios.tcsetattr(self._file, termios.TCSADRAIN, changed)
         return self
 

@@ -31,7 +31,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--message", metavar="TYPE", help="show the ports of this message or service too, as geometry_msgs/msg/Twist"
     )
     add_message_path(parser)
-    parser.add_argument("--format", choices=("text", "json"), default="text")
+    form = parser.add_mutually_exclusive_group()
+    form.add_argument("--format", choices=("text", "json"), default="text")
+    form.add_argument("--markdown", action="store_true", help="the reference of all types, or of the one, as Markdown")
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -52,11 +54,17 @@ def execute(arguments: argparse.Namespace) -> int:
         constants: Constants = ()
         if arguments.message is not None:
             cls, constants = _with_message(found.cls, registry, arguments)
-        print(json.dumps(_record(cls), indent=2) if arguments.format == "json" else describe(cls, constants))
+        if arguments.markdown:
+            print(_reference([cls]), end="")
+        else:
+            print(json.dumps(_record(cls), indent=2) if arguments.format == "json" else describe(cls, constants))
         return 0
     if arguments.message is not None:
         raise UsageError("--message: name the node type whose ports it makes, such as ROS2Publisher")
     types = [registry.types[name] for name in sorted(registry.types) if registry.types[name].type_name == name]
+    if arguments.markdown:
+        print(_reference(types), end="")
+        return 0
     if arguments.format == "json":
         print(json.dumps([_record(cls) for cls in types], indent=2))
         return 0
@@ -64,6 +72,12 @@ def execute(arguments: argparse.Namespace) -> int:
     for owner, problem in registry.broken.items():
         print(f"plugin {owner} could not be loaded: {problem}")
     return 0
+
+
+def _reference(types: Sequence[type[Node]]) -> str:
+    from graphengine.cli.node_reference import write_reference
+
+    return write_reference(types)
 
 
 def _with_message(cls: type[Node], registry: Registry, arguments: argparse.Namespace) -> tuple[type[Node], Constants]:
@@ -118,9 +132,18 @@ def describe(cls: type[Node], constants: Constants = ()) -> str:
 def _row(cls: type[Node], port: Port) -> tuple[str, ...]:
     from graphengine.types import brief
 
-    default = "" if port.is_exec or port.side == "outputs" else _shown(port.default)
+    return port.name, brief(port.type), port.unit, default_of(port), "; ".join(facts_of(cls, port))
+
+
+def default_of(port: Port) -> str:
+    """An input's default, of a long list that repeats one value how often; empty where there is none."""
+    return "" if port.is_exec or port.side == "outputs" else _shown(port.default)
+
+
+def facts_of(cls: type[Node], port: Port) -> list[str]:
+    """What is legal, what the port is for, whether it must be given, and whether Isaac Sim's type lacks it."""
     facts = [port.constraint, port.doc, _required(cls, port), "extension" if port.extension else ""]
-    return port.name, brief(port.type), port.unit, default, "; ".join(fact for fact in facts if fact)
+    return [fact for fact in facts if fact]
 
 
 def _required(cls: type[Node], port: Port) -> str:

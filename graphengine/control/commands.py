@@ -111,8 +111,8 @@ class Spawn(Command):
     name: EntityName
     use: RobotUse
 
-    def _apply(self, session: Session) -> None:
-        session.spawn(self.name, self.use)
+    def _apply(self, session: Session) -> dict[str, Any]:
+        return _warned(session.spawn(self.name, self.use))
 
 
 class Delete(Command):
@@ -141,15 +141,20 @@ class Move(Command):
             raise ValueError("give a position, an orientation, or a velocity")
         return self
 
-    def _apply(self, session: Session) -> None:
+    def _apply(self, session: Session) -> dict[str, Any]:
         orientation = _quaternion(self.orientation) if self.orientation is not None else None
-        session.place(self.entity, self._place(session), orientation, self.linear, self.angular)
+        return _warned(session.place(self.entity, self._place(session), orientation, self.linear, self.angular))
 
     def _place(self, session: Session) -> Vector3 | None:
         if self.position is None:
             return None
         x, y, *height = self.position
-        return x, y, height[0] if height else session.services.world.entity_state(self.entity).position[2]
+        return x, y, height[0] if height else session.services.world.entities.state(self.entity).position[2]
+
+
+def _warned(warning: str) -> dict[str, Any]:
+    """What came of putting something somewhere, with what is to be known of it."""
+    return {"warnings": [warning] if warning else []}
 
 
 def _quaternion(orientation: Orientation) -> Quaternion:
@@ -229,7 +234,7 @@ class State(Command):
             "robots": [_robot(session, robot) for robot in robots],
             "objects": [
                 entity.name
-                for entity in session.services.world.entities()
+                for entity in session.services.world.entities.all()
                 if entity.kind == "object" and entity.prim_path not in paths
             ],
         }
@@ -237,7 +242,7 @@ class State(Command):
 
 def _robot(session: Session, prim: Prim) -> dict[str, Any]:
     """A robot, the namespace that its topics are in, and where it is."""
-    state = session.services.world.entity_state(prim.name)
+    state = session.services.world.entities.state(prim.name)
     return {
         "name": prim.name,
         "namespace": join_namespaces(session.services.stage.namespaces(prim.facts["base_link"])),

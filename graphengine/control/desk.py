@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import queue
 import threading
+import traceback
 from collections import deque
 from collections.abc import Mapping
 from concurrent.futures import Future
@@ -87,6 +88,11 @@ class CommandDesk:
             answer.set_exception(error)
             raise
         except (GraphError, OSError) as error:
+            answer.set_exception(error)
+        except Exception as error:  # a fault of ours, which whoever asked is not to end the run with
+            place = traceback.extract_tb(error.__traceback__)[-1]
+            text = f"what was asked for went wrong: {type(error).__name__}: {error}"
+            session.services.log("error", "", f"{text}\n  {place.filename}:{place.lineno}, in {place.name}")
             answer.set_exception(error)
         except BaseException as error:
             answer.set_exception(error)

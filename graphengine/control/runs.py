@@ -21,6 +21,8 @@ from graphengine.diagnostics import ControlError
 _ENTRY = re.compile(r"([A-Za-z0-9_]+)\.([0-9]+)")
 MAX_NAME = 40
 """Characters of a run's name: the path of a socket has at most 107."""
+RUNTIME = "/run/user"
+"""Where systemd keeps what XDG_RUNTIME_DIR names; `su`, cron and some shells leave the variable out, and meant is the same."""
 PATIENCE = 5.0
 """Seconds in which a run that is there lets others connect."""
 
@@ -43,9 +45,9 @@ def folder(environment: Mapping[str, str]) -> Path:
     Raises:
         ControlError: it cannot be made, or others than the user could write to it.
     """
-    runtime = environment.get("XDG_RUNTIME_DIR", "")
-    parent = Path(runtime) if os.path.isabs(runtime) and os.path.isdir(runtime) else None
-    path = parent / "graphrun" if parent is not None else Path(tempfile.gettempdir()) / f"graphrun-{os.getuid()}"
+    named, usual = environment.get("XDG_RUNTIME_DIR", ""), f"{RUNTIME}/{os.getuid()}"
+    runtime = next((path for path in (named, usual) if os.path.isabs(path) and os.path.isdir(path)), None)
+    path = Path(runtime, "graphrun") if runtime else Path(tempfile.gettempdir(), f"graphrun-{os.getuid()}")
     try:
         with contextlib.suppress(FileExistsError):
             path.mkdir(mode=0o700)

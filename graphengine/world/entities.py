@@ -13,11 +13,12 @@ import numpy as np
 
 from graphengine.context import Quaternion, Vector3
 from graphengine.diagnostics import PhysicsError, UnknownEntityError, UsageError, did_you_mean, listing
-from graphengine.entity import Box, Entity, EntityKind, EntityState
+from graphengine.entity import Box, Entity, EntityKind, EntityState, Overlap
 from graphengine.rotation import Pose, compose, relative, unrotate
 from graphengine.stage import Prim
 from graphengine.world.engine import mujoco
 from graphengine.world.extents import extents
+from graphengine.world.overlaps import overlaps
 
 if TYPE_CHECKING:
     from graphengine.world.simulation import Simulation
@@ -94,7 +95,7 @@ class Entities:
         angular, linear = np.split(acceleration, 2)
         return EntityState(*handle.pose(), *handle.velocity(), _vector(linear), _vector(angular))
 
-    def bounds(self, name: str, *, own: bool) -> Box | None:
+    def bounds(self, name: str, *, own: bool = False) -> Box | None:
         """The box around an entity's geometry, along the world's axes or its own."""
         model, data, prim = self._simulation.model, self._simulation.data, self._find(name)
         geoms = np.flatnonzero(np.isin(model.body_rootid[model.geom_bodyid], self._roots(prim)))
@@ -105,15 +106,23 @@ class Entities:
             found = extents(model, data, geoms)
         return Box(_vector(found[0]), _vector(found[1])) if found is not None else None
 
+    def overlaps(self, name: str) -> list[Overlap]:
+        """What an entity is stuck in, deepest first."""
+        model, data = self._simulation.model, self._simulation.data
+        owners = {root: other for other, prim in self._prims().items() for root in self._roots(prim)}
+        found = overlaps(model, data, self._roots(self._find(name)))
+        others = {geom: owners.get(int(model.body_rootid[model.geom_bodyid[geom]])) for geom in found}
+        return [Overlap(others[geom] or model.geom(geom).name or "the world", depth) for geom, depth in found.items()]
+
     def place(
         self,
         name: str,
-        position: Vector3 | None,
-        orientation: Quaternion | None,
-        linear: Vector3 | None,
-        angular: Vector3 | None,
+        position: Vector3 | None = None,
+        orientation: Quaternion | None = None,
+        linear: Vector3 | None = None,
+        angular: Vector3 | None = None,
     ) -> None:
-        """Put an entity elsewhere; see `backend.World`."""
+        """Put an entity elsewhere; see `backend.Entities`."""
         prim = self._find(name)
         linear, angular = linear or REST, angular or REST
         now = self._simulation.body(prim).pose()
@@ -160,8 +169,8 @@ class Entities:
             self._simulation.refresh()
             raise
 
-    def push(self, name: str, force: Vector3, duration: float, point: Vector3 | None) -> None:
-        """Let a force act on an entity; see `backend.World`."""
+    def push(self, name: str, force: Vector3, duration: float, point: Vector3 | None = None) -> None:
+        """Let a force act on an entity; see `backend.Entities`."""
         prim = self._find(name)
         for what, values in (("force", force), ("duration", (duration,)), ("point", point or ())):
             _check(name, what, values)

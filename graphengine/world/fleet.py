@@ -18,7 +18,7 @@ class Placement:
 
     Attributes:
         name: in the scene.
-        key: of the scene file's `robots` that it comes from.
+        key: of the scene file's `robots` that it comes from; empty for one that comes later.
         use: what the scene says about it.
         pose: of its base link in the world.
         namespace: of its base link; None for the robot file's own.

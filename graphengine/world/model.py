@@ -10,7 +10,7 @@ from graphengine.diagnostics import Findings, PhysicsError, Span
 from graphengine.files import Files, NotFoundError
 from graphengine.spec import SceneSpec
 from graphengine.spec_reader import Loaded
-from graphengine.stage import Stage
+from graphengine.stage import PHYSICS_SCENE, Stage
 from graphengine.world.engine import REFUSALS, mujoco
 from graphengine.world.fleet import placements
 from graphengine.world.force_limits import tell_limits
@@ -84,6 +84,8 @@ def load_world(
     bodies = body_names(model)
     for robot in robots.values():
         add_robot(stage, robot, bodies, findings)
+    if PHYSICS_SCENE not in stage:  # a robot may have that name
+        stage.add(PHYSICS_SCENE, "scope")
     if len(findings.errors) > before:
         return None
     physics, settle = scene.spec.physics, scene.spec.settle

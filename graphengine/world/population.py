@@ -7,6 +7,7 @@ state along, by name.
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 from graphengine.diagnostics import Findings
 from graphengine.spec import RobotUse
@@ -55,16 +56,15 @@ class Population:
 
     def _placement(self, name: str, use: RobotUse, findings: Findings) -> Placement:
         """Where a robot is to be put; nothing else has its name."""
-        span = self._loaded.scenery.scene.document.key_span("robots")
         placement, *others = place(name, use)
         if others or placement.name != name:
-            findings.add("G109", f"{name!r} is a fleet: robots are added one by one", span)
+            findings.add("G109", f"{name!r} is a fleet: robots are added one by one")
         elif not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
-            findings.add("G109", f"{name!r} is not a name: letters, digits and '_', not beginning with a digit", span)
-        elif f"/{name}" in self._loaded.stage or name in {one.name for one in self._loaded.simulation.entities()}:
-            findings.add("S105", f"{name!r} is taken", span)
+            findings.add("G109", f"{name!r} is not a name: letters, digits and '_', not beginning with a digit")
+        elif f"/{name}" in self._loaded.stage or name in {one.name for one in self._loaded.simulation.entities.all()}:
+            findings.add("S105", f"{name!r} is taken")
         findings.raise_errors()
-        return placement
+        return replace(placement, key="")
 
     def remove(self, name: str) -> None:
         """Take one robot out; whoever still holds something of it holds nothing."""

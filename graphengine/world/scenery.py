@@ -73,10 +73,9 @@ class Scenery:
         kind = self._kinds[key]
         return replace(kind.robot, placement=placement) if kind is not None else None
 
-    def _place_of(self, placement: Placement) -> Span:
-        """Where the scene names a robot's file, or, as it may have come later, where it has its robots."""
-        named, document = ("robots", placement.key, "use"), self.scene.document
-        return document.span(*named) if document.find(*named) is not None else document.key_span("robots")
+    def _place_of(self, placement: Placement) -> Span | None:
+        """Where the scene names a robot's file; nowhere for one that comes later."""
+        return self.scene.document.span("robots", placement.key, "use") if placement.key else None
 
     def forget(self, robots: Mapping[str, Robot]) -> None:
         """Read anew what was wrong, and the texts that no robot is made of."""

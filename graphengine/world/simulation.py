@@ -8,9 +8,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from graphengine.context import Quaternion, Vector3
+from graphengine.context import Vector3
 from graphengine.diagnostics import PrimError, listing
-from graphengine.entity import Box, Entity, EntityState
 from graphengine.rotation import Pose
 from graphengine.stage import Prim, PrimKind, Stage, at_or_below
 from graphengine.world.common import Common
@@ -88,11 +87,12 @@ class Simulation:
         self._rays_choice = rays
         self._rays: Rays | None = None
         self._handles = HandleTable()
-        self._entities = Entities(self)
+        self.entities = Entities(self)
         self._mounts = Mounts()
         self.pushes = Pushes()
         self.held: list[PlacedBody] = []
         """Bodies that stay where they were put."""
+        self._built_gravity = model.opt.gravity.copy()
         self.rebind(model, data_at_start(model))
         if settle:
             self.settled_after = settle_bodies(self.model, self.data, self.step)
@@ -137,6 +137,7 @@ class Simulation:
     def continue_with(self, model: mujoco.MjModel) -> None:
         """Go on with a model that has a robot more or less; what is in both keeps its state, its commands and its start."""
         self._mounts.carry_over(model)
+        model.opt.gravity = self.model.opt.gravity
         before, origin, points, limits = self.data, mujoco.MjData(self.model), self.set_points, self.limits
         mujoco.mj_setState(self.model, origin, self._start, _STATE)
         common, data, start = Common(self.model, model), data_at_start(model), data_at_start(model)
@@ -264,6 +265,7 @@ class Simulation:
         self.pushes.clear()
         if (built := self._mounts.put_back(self.model)) is not None:
             self.continue_with(built)
+        self.model.opt.gravity = self._built_gravity
         mujoco.mj_resetData(self.model, self.data)
         mujoco.mj_setState(self.model, self.data, self._start, _STATE)
         mujoco.mj_step1(self.model, self.data)
@@ -297,6 +299,17 @@ class Simulation:
     def rays_in_use(self) -> str:
         """Name of the rays that lidars cast; empty while nobody has asked for a lidar."""
         return self._rays.name if self._rays is not None else ""
+
+    @property
+    def gravity(self) -> Vector3:
+        """Acceleration of free fall in the world frame, m/s2."""
+        x, y, z = self.model.opt.gravity.tolist()
+        return x, y, z
+
+    def set_gravity(self, gravity: Vector3) -> None:
+        """Let bodies fall otherwise from the next step on; the second half of it has been begun, and is begun again."""
+        self.model.opt.gravity = gravity
+        self.refresh()
 
     def body(self, prim: Prim) -> CarriedPrim:
         """The rigid body at, or carrying, a prim."""
@@ -337,33 +350,6 @@ class Simulation:
     def contact_sensor(self, prim: Prim) -> BodyContactSensor:
         """The contact sensor at a contact prim."""
         return self._handle(BodyContactSensor, prim, "contact")
-
-    def entities(self) -> list[Entity]:
-        """Robots in the order they came, then what else stands in the world."""
-        return self._entities.all()
-
-    def entity_state(self, name: str) -> EntityState:
-        """Where an entity is, and how it moves."""
-        return self._entities.state(name)
-
-    def entity_bounds(self, name: str, *, own: bool = False) -> Box | None:
-        """The box around an entity's geometry, along the world's axes or in its own frame; None where it has none that ends."""
-        return self._entities.bounds(name, own=own)
-
-    def place(
-        self,
-        name: str,
-        position: Vector3 | None = None,
-        orientation: Quaternion | None = None,
-        linear: Vector3 | None = None,
-        angular: Vector3 | None = None,
-    ) -> None:
-        """Put an entity elsewhere, between two steps."""
-        self._entities.place(name, position, orientation, linear, angular)
-
-    def push(self, name: str, force: Vector3, duration: float, point: Vector3 | None = None) -> None:
-        """Let a force act on an entity for a while, from the next step on."""
-        self._entities.push(name, force, duration, point)
 
     def forget(self, prim_path: str) -> None:
         """Let go of the handles of a prim and of all below it."""

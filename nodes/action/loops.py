@@ -1,7 +1,7 @@
 """What runs several times in one tick (`omni.graph.action`).
 
-The body of a loop runs to its end for each element. A break acts when the body that asked for it has ended; `finished` fires
-after a break too. Outputs keep what they were in the last round.
+The body of a loop runs to its end for each element. A break acts when the body that asked for it has ended, and is nothing to a
+loop that does not run; `finished` fires after a break too. Outputs keep what they were in the last round.
 """
 
 from __future__ import annotations
@@ -31,6 +31,8 @@ class ForLoop(Node, type="omni.graph.action.ForLoop"):
         Raises:
             ValueError: the step is 0.
         """
+        if self.break_loop and not self.exec_in:
+            return
         if not self.step:
             raise ValueError("step is 0, so the loop has no end; give a positive or a negative number")
         for index, value in enumerate(range(self.start, self.stop, self.step)):
@@ -92,6 +94,8 @@ class WhileLoop(Node, type="graphengine.action.WhileLoop"):
 
     def compute(self) -> Pushes:
         """Round by round."""
+        if self.break_loop and not self.exec_in:
+            return
         self.index = 0
         while self.condition:
             yield self.loop_body

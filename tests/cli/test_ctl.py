@@ -113,8 +113,35 @@ def test_what_can_be_moved_is_told(ctl: Graphrun) -> None:
         objects = ctl("state").lines[-1]
         assert objects.startswith("  objects: ")
         assert "box_01" in objects
-        ctl("move", "box_01", "1", "2", "3")
+        ctl("move", "box_01", "-3", "2", "3")
         ctl("push", "box_1", "--impulse", "1,0,0", refused="did you mean 'box_01'")
+
+
+def test_what_is_put_into_something_is_told_to_who_did_it_and_in_the_run(graphrun: Graphrun) -> None:
+    with paused("dd100_flat", *MEMORY) as run:
+        done = graphrun("ctl", "spawn", "late", "robots/dd100.yaml", "--at", "0,3,-0.07", "--namespace", "late")
+        into_ground, _, _ = done.err.partition("\n")
+        assert into_ground.startswith("warning: late is 0.0")
+        assert " m deep in floor: physics pushes them apart at once" in into_ground
+        assert done.lines[-1].endswith("spawned")
+        done = graphrun("ctl", "move", "late", "0.2", "0", "0.03")
+        assert done.code == 0
+        assert done.err.startswith("warning: late is 0.")
+        assert " m deep in dd100" in done.err
+        assert graphrun("ctl", "move", "late", "5", "0", "0.03").err == ""
+        assert run.hear(lambda said: into_ground in said and " m deep in dd100" in said)
+
+
+def test_a_command_that_is_refused_is_not_blamed_on_the_scenes_file(ctl: Graphrun) -> None:
+    with paused("dd100_flat", *MEMORY):
+        for name, use, words in (
+            ("dd100", "robots/dd100.yaml", "'dd100' is taken"),
+            ("a/b", "x.yaml", "is not a name"),
+        ):
+            assert "dd100_flat.yaml" not in ctl("spawn", name, use, refused=words).err
+        ctl("delete", "dd100")
+        refused = ctl("spawn", "dd100", "nothing.yaml", refused="error S101: no file 'nothing.yaml'").err
+        assert "dd100_flat.yaml" not in refused
 
 
 def test_the_run_decides_which_files_it_reads(ctl: Graphrun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -256,3 +257,59 @@ def test_a_graph_with_a_users_message_is_checked_shown_and_run(graphrun: Graphru
     unknown = graphrun("check", "tag.yaml")
     assert unknown.code == 1
     assert "error G308: Say: no message type 'my_msgs/msg/Tag'" in unknown.out + unknown.err
+
+
+# The reference
+
+
+def test_the_reference_has_every_type_once_with_an_anchor_that_is_its_name(graphrun: Graphrun) -> None:
+    text = graphrun("nodes", "--markdown").out
+    names = [line.split()[0] for line in graphrun("nodes").lines]
+    anchors = re.findall(r'^<a id="([^"]+)"></a>$', text, re.MULTILINE)
+    families = {name.rpartition(".")[0] for name in names}
+    assert sorted(anchors) == sorted([*names, *families])
+    assert set(re.findall(r"\]\(#([^)]+)\)", text)) == set(anchors)
+
+
+def test_the_reference_has_for_each_port_type_unit_default_and_what_is_legal(graphrun: Graphrun) -> None:
+    records = json.loads(graphrun("nodes", "--format", "json").out)
+    text = graphrun("nodes", "--markdown").out
+    sections = dict(re.findall(r'^<a id="([^"]+)"></a>\n\n### (.*?)(?=^<a |\Z)', text, re.MULTILINE | re.DOTALL))
+    assert sections.keys() == {record["type"] for record in records}
+    for record in records:
+        rows = [line for line in sections[record["type"]].splitlines() if line.startswith("| `")]
+        assert sorted(row.split("`")[1] for row in rows) == sorted(port["name"] for port in record["ports"])
+    assert (
+        "| `wheelRadius` | `double` | m | `0.0` |" in sections["isaacsim.robot.wheeled_robots.DifferentialController"]
+    )
+    assert "| `timeout` | `double` | s | `0.0` | ≥ 0; " in sections["isaacsim.ros2.bridge.ROS2SubscribeTwist"]
+    assert "| one of laser_scan, point_cloud; " in sections["isaacsim.ros2.bridge.ROS2RtxLidarHelper"]
+
+
+def test_every_row_of_the_reference_has_as_many_cells_as_its_head(graphrun: Graphrun) -> None:
+    cells = 0
+    for line in graphrun("nodes", "--markdown").lines:
+        if not line.startswith("|"):
+            cells = 0
+            continue
+        count = len(re.findall(r"(?<!\\)\|", line))
+        cells = cells or count
+        assert count == cells, line
+
+
+def test_what_a_type_says_of_itself_is_text_in_the_reference(graphrun: Graphrun, project: Path) -> None:
+    (project / "odd_nodes.py").write_text(
+        "from graphengine.node import In, Node, Out\n\n\n"
+        'class Odd(Node, type="cli_odd.Odd"):\n'
+        '    """Not <b>bold</b> nor [a](link) | a `code | x`."""\n\n'
+        '    value: str = In(default="``|<i>", doc="*stars*")\n'
+        "    other: float = Out()\n",
+        encoding="utf-8",
+    )
+    lines = graphrun("nodes", "--import", "odd_nodes", "--markdown", "cli_odd.Odd").lines
+    assert "Not &lt;b&gt;bold&lt;/b&gt; nor \\[a\\](link) | a `code | x`." in lines
+    assert "| `value` | `string` |  | ``` '``\\|<i>' ``` | \\*stars\\* |" in lines
+
+
+def test_markdown_and_json_are_not_asked_for_at_once(graphrun: Graphrun) -> None:
+    assert graphrun("nodes", "--markdown", "--format", "json").code == 2

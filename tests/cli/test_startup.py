@@ -23,7 +23,7 @@ HEAVY = [
     "xacro",
     "yaml",
 ]
-VERBS = ["run", "replay", "check", "show", "snapshot", "map", "import-urdf", "topics"]
+VERBS = ["run", "ctl", "replay", "check", "show", "snapshot", "map", "import-urdf", "topics"]
 VERBS += ["topic", "tf", "teleop", "nodes", "schema"]
 
 SCRIPT = """

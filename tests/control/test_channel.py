@@ -193,9 +193,23 @@ def test_without_a_runtime_folder_there_is_one_among_the_temporary_files(
     runtime: Runtime, monkeypatch: pytest.MonkeyPatch, runtime_folder: str
 ) -> None:
     monkeypatch.setattr("tempfile.tempdir", runtime["XDG_RUNTIME_DIR"])
+    monkeypatch.setattr(runs, "RUNTIME", "/nowhere")
     folder = runs.folder({"XDG_RUNTIME_DIR": runtime_folder})
     assert folder == Path(runtime["XDG_RUNTIME_DIR"]) / f"graphrun-{os.getuid()}"
     assert stat.S_IMODE(folder.stat().st_mode) == 0o700
+
+
+def test_who_does_not_know_the_runtime_folder_finds_the_same_runs(
+    ticking: MakeTicking, runtime: Runtime, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(runs, "RUNTIME", runtime["XDG_RUNTIME_DIR"])
+    users = Path(runtime["XDG_RUNTIME_DIR"]) / f"{os.getuid()}"
+    users.mkdir(mode=0o700)
+    with controlled(ticking().session, paused=True) as run:
+        with Channel(run.desk, "hall", {"XDG_RUNTIME_DIR": str(users)}):
+            assert find("hall", {}).pid == os.getpid()
+        with Channel(run.desk, "hall", {}):
+            assert find("hall", {"XDG_RUNTIME_DIR": str(users)}).pid == os.getpid()
 
 
 def test_a_path_that_is_too_long_for_a_socket_is_told(ticking: MakeTicking, runtime: Runtime) -> None:

@@ -10,6 +10,7 @@ import pytest
 
 from graphengine.control.desk import MAX_WAITING, CommandDesk
 from graphengine.diagnostics import NodeError, StateError, UsageError
+from graphengine.session import Session
 from tests.control.conftest import MakeTicking
 from tests.control.harness import PATIENCE, controlled
 
@@ -60,6 +61,25 @@ def test_a_command_that_is_refused_leaves_the_run_going(ticking: MakeTicking) ->
             run.ask("stepp")
         run.ask("step")
         assert run.ask("state")["tick"] == 1
+
+
+class Broken:
+    def apply(self, session: Session) -> None:
+        raise KeyError("left out")
+
+
+def test_a_mistake_in_what_answers_leaves_the_run_going_and_is_told(ticking: MakeTicking) -> None:
+    session, told = ticking().session, list[tuple[str, str, str]]()
+    session.services.log = lambda *entry: told.append(entry)
+    with controlled(session, paused=True) as run:
+        with pytest.raises(KeyError):
+            run.desk.ask(Broken()).result(PATIENCE)
+        run.ask("step")
+    assert run.error is None
+    (entry,) = told
+    assert entry[:2] == ("error", "")
+    assert entry[2].startswith("what was asked for went wrong: KeyError: 'left out'")
+    assert "test_desk.py" in entry[2]
 
 
 def test_what_was_cancelled_in_time_is_not_done(ticking: MakeTicking) -> None:

@@ -11,7 +11,31 @@ from hypothesis import strategies as st
 from graphengine import build
 from graphengine.files import shipped
 
+FLOW = """graph: flow
+evaluator: execution
+parameters: {rate: {type: double, default: 10}}
+variables:
+  count: {type: int, default: 0}
+nodes:
+  Tick: {type: OnPlaybackTick, every: {ticks: 2}}
+  Order: Multisequence
+  Loop: {type: omni.graph.action.ForLoop, inputs: {stop: 3}}
+  Branch: Branch
+  Gate: {type: Gate, every: once, inputs: {startClosed: true}}
+  Write: {type: omni.graph.core.WriteVariable, every: {hz: $(rate)}, inputs: {variableName: count}}
+  Part: {subgraph: graphs/clock.yaml, inputs: {context: 1}}
+connections:
+  - Tick.tick -> Order.execIn
+  - Order.output0 -> Loop.execIn
+  - Order.output1 -> Gate.enter
+  - Loop.loopBody -> Branch.execIn
+  - Loop.index -> Write.value
+  - Branch.execTrue -> Loop.breakLoop
+  - Branch.execFalse -> Write.execIn
+  - Gate.exit -> Gate.toggle
+"""
 FILES = [path.read_text() for folder in ("graphs",) for path in sorted((shipped() / folder).rglob("*.yaml"))]
+FILES += [FLOW] * len(FILES)
 WORD = re.compile(r"[A-Za-z0-9_./$()-]+")
 WORDS = sorted({word for text in FILES for word in WORD.findall(text)})
 SCALARS = [

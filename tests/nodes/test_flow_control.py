@@ -271,6 +271,29 @@ connections:
 """
 
 
+@pytest.mark.parametrize(
+    "loop", ["omni.graph.action.ForLoop, inputs: {stop: 3}", "WhileLoop, inputs: {condition: true}"]
+)
+def test_a_break_starts_no_loop(play: Player, loop: str) -> None:
+    playing = play.graph(
+        f"""
+        nodes:
+          Tick: OnPlaybackTick
+          Never: {{type: IsaacSimulationGate, inputs: {{step: 0}}}}
+          Loop: {{type: {loop}}}
+          Count: omni.graph.action.Counter
+        connections:
+          - Tick.tick -> Never.execIn
+          - Never.execOut -> Loop.execIn
+          - Tick.tick -> Loop.breakLoop
+          - Loop.loopBody -> Count.execIn
+          - Loop.finished -> Count.execIn
+        """
+    )
+    playing.tick(3)
+    assert playing.node("Count").count == 0
+
+
 def test_in_a_graph_a_break_ends_the_loop_after_the_round(play: Player) -> None:
     playing = play.graph(LOOP)
     playing.tick(3)

@@ -110,10 +110,10 @@ CONNECTIONS
 """
 
 
-def arm(play: Player, nodes: str, connections: str) -> Playing:
+def arm(play: Player, nodes: str, connections: str, world: str = WORLD) -> Playing:
     """An arm that can turn, a free box, and some nodes."""
     lines = GRAPH.replace("NODES", nodes.strip("\n")).replace("CONNECTIONS", connections.strip("\n"))
-    files = {"arm.yaml": ARM, "arm.urdf": URDF, "scene.yaml": SCENE, "world.xml": WORLD, "prims.yaml": lines}
+    files = {"arm.yaml": ARM, "arm.urdf": URDF, "scene.yaml": SCENE, "world.xml": world, "prims.yaml": lines}
     return play.scene(files)
 
 
@@ -181,6 +181,70 @@ READING_WIRES = """
   - Pose.localToWorldTransform -> Point.matrix
   - Point.translation -> Last.position
 """
+
+
+FALLING = """
+<mujoco>
+  <worldbody><body name="box" pos="0 3 100"><freejoint/><geom type="box" size=".1 .1 .1" mass="3"/></body></worldbody>
+</mujoco>
+"""
+GRAVITY = """
+  Weaken: {type: WritePrimAttribute, inputs: {prim: /physicsScene, name: 'physics:gravityMagnitude', value: 2}}
+  Strength: {type: ReadPrimAttribute, inputs: {prim: /physicsScene, name: 'physics:gravityMagnitude'}}
+  Way: {type: ReadPrimAttribute, inputs: {prim: /physicsScene, name: 'physics:gravityDirection'}}
+  Loaded: OnLoaded
+  Print: PrintText
+  Text: ToString
+  WayText: ToString
+  PrintWay: PrintText
+"""
+GRAVITY_WIRES = """
+  - Loaded.execOut -> Weaken.execIn
+  - Tick.tick -> Print.execIn
+  - Tick.tick -> PrintWay.execIn
+  - Strength.value -> Text.value
+  - Text.converted -> Print.text
+  - Way.value -> WayText.value
+  - WayText.converted -> PrintWay.text
+"""
+
+
+def test_gravity_that_is_written_is_what_bodies_fall_by_and_a_stop_takes_it_back(play: Player) -> None:
+    playing = arm(play, GRAVITY, GRAVITY_WIRES, FALLING)
+    world = playing.session.services.world
+    assert world.gravity == (0.0, 0.0, -9.81)
+    playing.tick(60)
+    assert (playing.node("Print").text, playing.node("PrintWay").text) == ("2", "[0, 0, -1]")
+    fallen = [world.entities.state("box").position[2]]
+    playing.tick(60)
+    fallen.append(world.entities.state("box").position[2])
+    speed = world.entities.state("box").linear_velocity[2]
+    playing.tick(60)
+    assert world.entities.state("box").linear_velocity[2] - speed == pytest.approx(-2.0)
+    playing.session.stop()
+    assert world.gravity == (0.0, 0.0, -9.81)
+    assert fallen[1] < fallen[0] < 100.0
+
+
+@pytest.mark.parametrize("value", [-1.0, 1e9, math.nan, "up"])
+def test_gravity_of_no_sense_is_refused(value: Any) -> None:
+    context = RecordingContext()
+    context.world.stage.add("/physicsScene", "scope")
+    node = ready(WritePrimAttribute, context, prim="/physicsScene", name="physics:gravityMagnitude")
+    node.value = value
+    with pytest.raises(ContextError):
+        node.compute()
+    node = ready(WritePrimAttribute, context, prim="/physicsScene", name="physics:gravityDirection", value=(0, 0, 0))
+    with pytest.raises(ContextError, match="gravity has a direction"):
+        node.compute()
+    assert context.world.gravity == (0.0, 0.0, -9.81)
+
+
+def test_a_direction_is_of_length_one_and_keeps_the_magnitude() -> None:
+    context = RecordingContext()
+    context.world.stage.add("/physicsScene", "scope")
+    ready(WritePrimAttribute, context, prim="/physicsScene", name="physics:gravityDirection", value=(3, 0, 4)).compute()
+    assert context.world.gravity == pytest.approx((9.81 * 0.6, 0.0, 9.81 * 0.8))
 
 
 def test_a_wrong_value_stops_the_run_and_names_the_attribute(play: Player) -> None:

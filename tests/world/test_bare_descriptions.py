@@ -33,14 +33,14 @@ def test_a_description_stands_in_a_scene_as_it_is(project: Project, text: str, k
     loaded = project.write("thing.urdf", text).load()
     spawn(loaded, "thing", "thing.urdf" if from_file else text)
     simulation = loaded.simulation
-    assert {entity.name: entity.kind for entity in simulation.entities()} == {"bot": "robot", "thing": kind}
-    assert simulation.entity_state("thing").position == pytest.approx((3, 0, 1))
-    bounds = simulation.entity_bounds("thing")
+    assert {entity.name: entity.kind for entity in simulation.entities.all()} == {"bot": "robot", "thing": kind}
+    assert simulation.entities.state("thing").position == pytest.approx((3, 0, 1))
+    bounds = simulation.entities.bounds("thing")
     assert bounds is not None
     assert np.add(bounds.low, bounds.high)[0] / 2 == pytest.approx(3.0, abs=0.05)
     for _ in range(24):
         simulation.step()
-    fallen = simulation.entity_state("thing").position[2] < 0.99
+    fallen = simulation.entities.state("thing").position[2] < 0.99
     assert fallen == (kind != "static")
 
 
@@ -48,7 +48,7 @@ def test_what_is_built_on_the_world_stays_where_it_is(project: Project) -> None:
     loaded = project.load()
     spawn(loaded, "table", TABLE)
     with pytest.raises(UsageError, match="its root link is the world itself"):
-        loaded.simulation.place("table", (0, 0, 0))
+        loaded.simulation.entities.place("table", (0, 0, 0))
 
 
 def test_a_scene_file_names_a_description_too(project: Project) -> None:
@@ -68,7 +68,7 @@ def test_a_text_says_where_it_is_wrong_and_nothing_is_left_of_it(project: Projec
     loaded = project.load()
     with pytest.raises(CheckError, match=r"description:4:.* error S103: link 'crate': there is no shape 'blob'"):
         spawn(loaded, "crate", BOX.replace("<box ", "<blob "))
-    assert [entity.name for entity in loaded.simulation.entities()] == ["bot"]
+    assert [entity.name for entity in loaded.simulation.entities.all()] == ["bot"]
     spawn(loaded, "crate", BOX)
 
 
@@ -119,19 +119,19 @@ def test_a_mujoco_model_of_one_body_stands_in_a_scene(project: Project, from_fil
     timestep = simulation.model.opt.timestep
     spawn(loaded, "can", "can.xml" if from_file else CAN)
     spawn(loaded, "other", "can.xml" if from_file else CAN)
-    assert [(entity.name, entity.kind) for entity in simulation.entities()][1:] == [
+    assert [(entity.name, entity.kind) for entity in simulation.entities.all()][1:] == [
         ("can", "object"),
         ("other", "object"),
     ]
-    assert simulation.entity_state("can").position == pytest.approx((3, 0, 1))
+    assert simulation.entities.state("can").position == pytest.approx((3, 0, 1))
     assert (simulation.model.opt.timestep, simulation.model.opt.gravity[2]) == (timestep, -9.81)
-    simulation.place("other", (0, 3, 1))
+    simulation.entities.place("other", (0, 3, 1))
     for _ in range(24):
         simulation.step()
-    assert simulation.entity_state("can").linear_velocity[2] == pytest.approx(-0.981)
+    assert simulation.entities.state("can").linear_velocity[2] == pytest.approx(-0.981)
     Population(loaded).remove("can")
-    assert simulation.entity_state("other").linear_velocity[2] == pytest.approx(-0.981)
-    bounds = simulation.entity_bounds("other", own=True)
+    assert simulation.entities.state("other").linear_velocity[2] == pytest.approx(-0.981)
+    bounds = simulation.entities.bounds("other", own=True)
     assert bounds is not None
     assert (bounds.low[2], bounds.high[2]) == pytest.approx((-0.1, 0.3), abs=1e-3)
 
@@ -153,4 +153,4 @@ def test_a_mujoco_model_that_cannot_be_one_says_why(project: Project, text: str,
     with pytest.raises(CheckError) as caught:
         spawn(loaded, "thing", text)
     assert words in "\n".join("\n  ".join((finding.message, *finding.help)) for finding in caught.value.findings)
-    assert [entity.name for entity in loaded.simulation.entities()] == ["bot"]
+    assert [entity.name for entity in loaded.simulation.entities.all()] == ["bot"]

@@ -45,7 +45,7 @@ def get_entity_state(session: Session, request: Any, response: Any) -> None:
 
 
 def set_entity_state(session: Session, request: Any, response: Any) -> None:
-    """Answer SetEntityState; accelerations follow from forces and cannot be set."""
+    """Answer SetEntityState, with a warning where it has come into something; accelerations follow from forces."""
     entity, state = _entity(session, request.entity), request.state
     if state.header.frame_id not in ("", WORLD):
         raise RefusedError(FAILED, f"states are set in the frame {WORLD!r}, not in {state.header.frame_id!r}")
@@ -54,7 +54,7 @@ def set_entity_state(session: Session, request: Any, response: Any) -> None:
     asked = (*linear, *angular, *_vector(state.acceleration.linear), *_vector(state.acceleration.angular))
     if entity.kind == "static" and any(asked):
         raise RefusedError(FAILED, f"{entity.name} is bolted to the world: it has no velocity and no acceleration")
-    session.place(entity.name, position, orientation, linear, angular)
+    response.result.error_message = session.place(entity.name, position, orientation, linear, angular)
 
 
 def delete_entity(session: Session, request: Any, response: Any) -> None:
@@ -83,7 +83,7 @@ def set_entity_info(session: Session, request: Any, response: Any) -> None:
 
 def get_entity_bounds(session: Session, request: Any, response: Any) -> None:
     """Answer GetEntityBounds: a box in the entity's own frame, or none where it has no geometry that ends."""
-    box = session.services.world.entity_bounds(_entity(session, request.entity).name, own=True)
+    box = session.services.world.entities.bounds(_entity(session, request.entity).name, own=True)
     if box is not None:
         response.bounds.type = filters.BOX
         response.bounds.points = [messages.Vector3(*box.high), messages.Vector3(*box.low)]
@@ -99,7 +99,7 @@ def pose_in_world(session: Session, stamped: Any, invalid: int) -> Pose:
     if frame in ("", WORLD):
         return pose
     try:
-        there = session.services.world.entity_state(frame)
+        there = session.services.world.entities.state(frame)
     except UnknownEntityError:
         raise RefusedError(invalid, f"no frame {frame!r}; known are {WORLD!r} and the names of entities") from None
     return compose((there.position, there.orientation), pose)
@@ -123,7 +123,7 @@ def plain_pose(pose: Any, invalid: int) -> Pose:
 def _matching(session: Session, wanted: Any) -> list[Entity]:
     """The entities that an EntityFilters means, in their order."""
     overlaps = filters.overlap(wanted.bounds)
-    entities = {entity.name: entity for entity in session.services.world.entities()}
+    entities = {entity.name: entity for entity in session.services.world.entities.all()}
     found = [entities[name] for name in filters.name_filter(wanted.filter, list(entities))]
     categories = {category.category for category in wanted.categories}
     if categories or wanted.tags.tags:
@@ -134,7 +134,7 @@ def _matching(session: Session, wanted: Any) -> list[Entity]:
             if (not categories or info.category.category in categories) and filters.has_tags(wanted.tags, info.tags)
         ]
     if overlaps is not None:
-        boxes = [session.services.world.entity_bounds(entity.name) for entity in found]
+        boxes = [session.services.world.entities.bounds(entity.name) for entity in found]
         found = [entity for entity, box in zip(found, boxes, strict=True) if box is not None and overlaps(box)]
     return found
 
@@ -145,10 +145,10 @@ def _entity(session: Session, name: str) -> Entity:
     Raises:
         UnknownEntityError: there is none.
     """
-    for entity in session.services.world.entities():
+    for entity in session.services.world.entities.all():
         if name in (entity.name, entity.prim_path):
             return entity
-    session.services.world.entity_state(name)  # which says what is near
+    session.services.world.entities.state(name)  # which says what is near
     raise UnknownEntityError(f"no entity {name!r}")
 
 
@@ -163,7 +163,7 @@ def _info(session: Session, entity: Entity) -> Any:
 
 
 def _write_state(session: Session, name: str, message: Any) -> None:
-    state: EntityState = session.services.world.entity_state(name)
+    state: EntityState = session.services.world.entities.state(name)
     message.header = messages.header(session.time, WORLD)
     message.pose = messages.Pose(messages.Point(*state.position), messages.Quaternion(*state.orientation))
     message.twist = messages.Twist(_message(state.linear_velocity), _message(state.angular_velocity))

@@ -32,7 +32,8 @@ class Spawning:
 
     def spawn_entity(self, session: Session, request: Any, response: Any) -> None:
         """Answer SpawnEntity."""
-        response.entity_name = self._spawn(session, request, request.uri, request.resource_string)
+        name, warning = self._spawn(session, request, request.uri, request.resource_string)
+        response.entity_name, response.result.error_message = name, warning
 
     def spawn_entities(self, session: Session, request: Any, response: Any) -> None:
         """Answer SpawnEntities, one by one; what failed keeps no other from coming."""
@@ -45,7 +46,8 @@ class Spawning:
             result.result.result = OK
             try:
                 resource = one.entity_resource
-                result.entity_name = self._spawn(session, one, resource.uri, resource.resource_string)
+                name, warning = self._spawn(session, one, resource.uri, resource.resource_string)
+                result.entity_name, result.result.error_message = name, warning
             except RecordingError:
                 raise
             except GraphError as error:
@@ -65,8 +67,8 @@ class Spawning:
             names = ", ".join(source[:200] for source in unknown[:20])
             response.result.error_message = f"not folders that may be read: {names}"
 
-    def _spawn(self, session: Session, request: Any, uri: str, text: str) -> str:
-        """Let an entity come; its name."""
+    def _spawn(self, session: Session, request: Any, uri: str, text: str) -> tuple[str, str]:
+        """Let an entity come; its name, and a warning where it is in something."""
         use = use_of(self._assembly, uri, text)
         name = _free_name(session, request.name or name_of(use), allow_renaming=request.allow_renaming)
         position, orientation = pose_in_world(session, request.initial_pose, _INVALID_POSE)
@@ -80,13 +82,12 @@ class Spawning:
         except ValidationError as error:
             raise RefusedError(_NAMESPACE_INVALID, error.errors()[0]["msg"].removeprefix("Value error, ")) from None
         try:
-            session.spawn(name, robot)
+            return name, session.spawn(name, robot)
         except CheckError as error:
             missing = any(finding.code == "S101" for finding in error.findings)
             raise RefusedError(_MISSING_ASSETS if missing else _PARSE_ERROR, str(error)) from error
         except PhysicsError as error:
             raise RefusedError(_INVALID_POSE, str(error)) from error
-        return name
 
 
 def _free_name(session: Session, wanted: str, *, allow_renaming: bool) -> str:
@@ -97,7 +98,7 @@ def _free_name(session: Session, wanted: str, *, allow_renaming: bool) -> str:
     if _NAME.fullmatch(name) is None:
         legal = "letters, digits and '_', not beginning with a digit"
         raise RefusedError(_NAME_INVALID, f"{name[:200]!r} is not a name: {legal}")
-    taken = {entity.name for entity in session.services.world.entities()}
+    taken = {entity.name for entity in session.services.world.entities.all()}
     taken |= {prim.name for prim in session.services.stage.root.children.values()}
     if name not in taken:
         return name

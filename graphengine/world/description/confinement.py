@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import resource
 import signal
 import subprocess
 import sys
+import threading
 import warnings
+from collections.abc import Collection
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from graphengine.files import Files
 
 MAX_CPU_SECONDS = 20
 MAX_MEMORY_BYTES = 1 << 30
+MAX_ANSWER_BYTES = 256_000_000
+MAX_COMPLAINT_BYTES = 1_000_000
+"""Of what a process tells on its two outputs; who reads it has not more memory than it."""
 
 _HARMLESS = frozenset(
     ("compile", "exec", "builtins.id", "glob.glob", "glob.glob/2", "object.__getattr__", "sys._getframe")
@@ -44,25 +51,53 @@ def ask(module: str, request: bytes, seconds: float) -> bytes:
     command = [sys.executable, "-P", "-s", "-m", module]
     environment = {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PYTHONHASHSEED": "0"}
     environment["OPENBLAS_NUM_THREADS"] = "1"  # each thread takes of the memory that the process may have
-    try:
-        done = subprocess.run(command, input=request, capture_output=True, timeout=seconds, env=environment)
-    except subprocess.TimeoutExpired as error:
-        raise ProcessError(f"takes more than {seconds:g} s", error.stdout or b"") from None
-    if done.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
-        raise ProcessError("takes more time or memory than it may", done.stdout)
-    if done.returncode < 0:
-        raise ProcessError(f"breaks off: {signal.strsignal(-done.returncode)}", done.stdout)
-    if done.returncode > 0:
-        told = done.stderr.decode("utf-8", "replace").split("\n")
-        raise ProcessError(next(filter(None, reversed(told)), f"ended with {done.returncode}"), done.stdout)
-    return done.stdout
+    piped = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen(command, env=environment, **piped) as process, ThreadPoolExecutor(2) as pool:
+        assert process.stdin
+        assert process.stdout
+        assert process.stderr
+        late = threading.Event()
+
+        def stop() -> None:
+            late.set()
+            process.kill()
+
+        timer = threading.Timer(seconds, stop)
+        timer.start()
+        complaint = pool.submit(process.stderr.read, MAX_COMPLAINT_BYTES)
+        asking = pool.submit(_write, process.stdin, request)
+        answer = process.stdout.read(MAX_ANSWER_BYTES + 1)
+        if len(answer) > MAX_ANSWER_BYTES:
+            process.kill()
+        told = complaint.result().decode("utf-8", "replace").split("\n")
+        code = process.wait()
+        timer.cancel()
+        asking.result()
+    if len(answer) > MAX_ANSWER_BYTES:
+        raise ProcessError(f"says more than {MAX_ANSWER_BYTES // 1_000_000} MB", b"")
+    if late.is_set():
+        raise ProcessError(f"takes more than {seconds:g} s", answer)
+    if code in (-signal.SIGXCPU, -signal.SIGKILL):
+        raise ProcessError("takes more time or memory than it may", answer)
+    if code < 0:
+        raise ProcessError(f"breaks off: {signal.strsignal(-code)}", answer)
+    if code > 0:
+        raise ProcessError(next(filter(None, reversed(told)), f"ended with {code}"), answer)
+    return answer
 
 
-def bound() -> None:
-    """Bound the time and memory of this process for good; it writes no file."""
+def _write(stream: IO[bytes], request: bytes) -> None:
+    with contextlib.suppress(BrokenPipeError):  # the process ended before it read what it was asked
+        stream.write(request)
+    with contextlib.suppress(BrokenPipeError):
+        stream.close()
+
+
+def bound(memory: int = MAX_MEMORY_BYTES) -> None:
+    """Bound the time and memory, in bytes, of this process for good; it writes no file."""
     for kind, value in (
         (resource.RLIMIT_CPU, MAX_CPU_SECONDS),
-        (resource.RLIMIT_AS, MAX_MEMORY_BYTES),
+        (resource.RLIMIT_AS, memory),
         (resource.RLIMIT_FSIZE, 0),
     ):
         hard = resource.getrlimit(kind)[1]
@@ -71,17 +106,23 @@ def bound() -> None:
     warnings.simplefilter("ignore")  # their text comes from source files
 
 
-def confine(files: Files) -> None:
+def confine(files: Files, also: Collection[str] = (), memory: int = MAX_MEMORY_BYTES) -> None:
     """Bound this process: from here on it also reads only what `files` lets it, which notes it, and only pipes leave it.
 
     An audit hook is told of everything that Python does to the outside. It is a second wall: what is evaluated here should
     not get that far.
+
+    Args:
+        files: what may be read.
+        memory: in bytes.
+        also: audit events of what may be done beside, which changes nothing outside of the process.
+        memory: in bytes.
     """
-    bound()
+    bound(memory)
     os.environ.clear()
 
     def judge(event: str, arguments: tuple[Any, ...]) -> None:
-        if event in _HARMLESS:
+        if event in _HARMLESS or event in also:
             return
         if event not in _READING or not isinstance(arguments[0], str | os.PathLike):
             raise RefusedError(f"{event} is not allowed here")

@@ -13,7 +13,8 @@ from graphengine.diagnostics import CheckError, NodeError
 from graphengine.node import Node, grown
 from graphengine.ros.definitions import DEFINITIONS
 from nodes.data import arrays
-from nodes.data.arrays import MAX_LENGTH, ConstructArray, MakeArray
+from nodes.data.construction import ConstructArray, MakeArray
+from nodes.data.sequences import MAX_LENGTH
 from tests.nodes.harness import Player
 
 NUMBERS = np.array([4.0, 5.0, 6.0])

@@ -121,6 +121,12 @@ def test_real_numbers_of_an_array_are_rounded_once() -> None:
     np.testing.assert_array_equal(lift(operator.add, [floats, floats], floats)(a, b), a + b)
 
 
+def test_single_floats_and_tuples_of_them_stay_as_exact_as_they_are() -> None:
+    one, three = concrete("half"), concrete("half[3]")
+    assert lift(operator.mul, [one, one], one, operator.mul)(0.1, 2.0) == 0.2
+    assert lift(operator.mul, [three, one], three, operator.mul)((0.1, 0.25, 0.5), 2.0) == (0.2, 0.5, 1.0)
+
+
 @pytest.mark.parametrize("wrong", [float("nan"), float("inf"), 3.0e9])
 def test_a_real_number_that_no_int_is_is_told(wrong: float) -> None:
     with pytest.raises(ValueError, match=r"is no int, which is -2147483648 to 2147483647"):

@@ -1,0 +1,56 @@
+"""Keys of a run's terminal, held down for its graphs.
+
+A terminal sends a character when a key goes down and again and again while it is held, but nothing when it goes up. So a key
+counts as let go when nothing came for longer than a terminal waits before the first repetition.
+"""
+
+from __future__ import annotations
+
+from time import monotonic
+from types import TracebackType
+from typing import TYPE_CHECKING
+
+from graphengine.cli.keyboard import ENDS, Keyboard
+from graphengine.keys import keys_of
+
+if TYPE_CHECKING:
+    from graphengine.session import Session
+
+RELEASE_AFTER = 0.6
+"""Seconds of wall time; a common wait before the first repetition is 0.5 s (X11 0.66 s, Linux console 0.25 s)."""
+
+
+class HeldTerminalKeys:
+    """The terminal's keys, as long as a run goes on.
+
+    Raises:
+        UsageError: the standard input is no terminal.
+    """
+
+    def __init__(self) -> None:
+        self._keyboard = Keyboard(signals=True)
+        self._last: dict[tuple[str, ...], float] = {}
+
+    def __enter__(self) -> HeldTerminalKeys:
+        self._keyboard.__enter__()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._keyboard.__exit__(kind, error, trace)
+
+    def on_tick(self, session: Session) -> None:
+        """Press what was pressed, and let go of what is no longer repeated."""
+        now = monotonic()
+        for character in self._keyboard.pressed(0.0):
+            keys = keys_of(character)
+            if not keys or character in ENDS:
+                continue
+            if keys not in self._last:
+                session.press(*keys)
+            self._last[keys] = now
+        for keys, last in list(self._last.items()):
+            if now - last > RELEASE_AFTER:
+                del self._last[keys]
+                session.release(*(key for key in keys if not any(key in others for others in self._last)))

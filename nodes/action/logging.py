@@ -1,0 +1,53 @@
+"""Messages for people (`omni.graph.action`, `omni.graph.ui_nodes`). One that was told already is not told again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from graphengine.context import Context
+from graphengine.node import ExecIn, ExecOut, In, Node, State
+from graphengine.types import String, Token
+
+_SEVERITIES = {"Verbose": "info", "Info": "info", "Warn": "warning", "Warning": "warning", "Error": "error"}
+
+
+class LogMessage(Node, type="omni.graph.action.LogMessage"):
+    """Tells a message, with the node's path in front."""
+
+    exec_in = ExecIn()
+    channel: Token = In(default="omni.graph.nodes_core.plugin", doc="means nothing here: there is one log")
+    log_level: Token = In(default="Info", tokens=("Verbose", "Info", "Warn", "Error"))
+    message: String = In(default="", doc="what is told")
+    exec_out = ExecOut()
+
+    log: Callable[[Any, str], None] = State()
+
+    def setup(self, context: Context) -> None:
+        """Bind the log."""
+        self.log = context.log
+
+    def compute(self) -> None:
+        """Tell it."""
+        self.log(_SEVERITIES[self.log_level], self.message)
+
+
+class PrintText(Node, type="omni.graph.ui_nodes.PrintText"):
+    """Tells a text, with the node's path in front."""
+
+    exec_in = ExecIn()
+    text: String = In(default="", doc="what is told")
+    log_level: Token = In(default="Info", tokens=("Info", "Warning", "Error"))
+    to_screen: bool = In(default=False, doc="means nothing here: there is no viewport")
+    viewport: Token = In(default="", doc="means nothing here: there is no viewport")
+    exec_out = ExecOut()
+
+    log: Callable[[Any, str], None] = State()
+
+    def setup(self, context: Context) -> None:
+        """Bind the log."""
+        self.log = context.log
+
+    def compute(self) -> None:
+        """Tell it."""
+        self.log(_SEVERITIES[self.log_level], self.text)

@@ -1,0 +1,236 @@
+"""Arrays changed and taken apart (`omni.graph.nodes`).
+
+Every node makes a new array. A string counts as the array of its UTF-8 bytes. Isaac's menu says Get Array Size for
+ArrayGetSize; ArrayLength there is a node of bundles, which are not modelled.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from graphengine.node import In, Node, Numbered, Out
+from graphengine.types import ARRAYS, ELEMENTS, Int, PortType, UnionType, plain
+from nodes.data.sequences import as_array, checked_length, element_of, fits, joined, places, position, zeros
+
+SEQUENCES = f"{ARRAYS}|string"
+
+
+class ArrayNode(Node):
+    """A node whose arrays are all of one type, and whose single values are elements of it."""
+
+    def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
+        """Types of the other arrays and of the elements, when that of one array is known."""
+        fields = type(self).fields.items()
+        unions = {name: port.type for name, port in fields if isinstance(port.type, UnionType)}
+        arrays = [name for name, union in unions.items() if PortType("bool", array=True) in union.alternatives]
+        array = next((known[name] for name in arrays if name in known), None)
+        if array is None:
+            return {}
+        element = element_of(array)
+        elements = [
+            name for name in unions if name not in arrays and not (name in known and fits(known[name], element))
+        ]
+        return dict.fromkeys(arrays, array) | dict.fromkeys(elements, element)
+
+
+class ArrayGetSize(Node, type="omni.graph.nodes.ArrayGetSize"):
+    """Number of elements of an array; of a string, that of its bytes."""
+
+    array: Any = In(type=SEQUENCES, required=True)
+    size: Int = Out()
+
+    def compute(self) -> None:
+        """Count."""
+        self.size = len(as_array(self.array))
+
+
+class ArrayIndex(ArrayNode, type="omni.graph.nodes.ArrayIndex"):
+    """The element of an array at an index."""
+
+    array: Any = In(type=SEQUENCES, required=True)
+    index: Int = In(
+        default=0, doc="from 0; negative ones count from the end: -1 is the last; beyond either end is an error"
+    )
+    value: Any = Out(type=ELEMENTS, doc="the element there")
+
+    def compute(self) -> None:
+        """Look it up.
+
+        Raises:
+            ValueError: there is no such element.
+        """
+        array = as_array(self.array)
+        self.value = plain(array[position(self.index, len(array))])
+
+
+class ArraySetIndex(ArrayNode, type="omni.graph.nodes.ArraySetIndex"):
+    """An array with another value at an index."""
+
+    array_in: Any = In(type=SEQUENCES, name="array", required=True)
+    index: Int = In(
+        default=0, doc="from 0; negative ones count from the end: -1 is the last; beyond either end is an error"
+    )
+    resize_to_fit: bool = In(default=False, doc="an index beyond the end makes the array longer, by zeros")
+    value: Any = In(type=ELEMENTS, required=True, doc="what is to be there")
+    array_out: Any = Out(type=SEQUENCES, name="array")
+
+    def compute(self) -> None:
+        """Replace it.
+
+        Raises:
+            ValueError: there is no such element.
+        """
+        array = as_array(self.array_in)
+        if self.resize_to_fit and self.index >= len(array):
+            array = joined(array, array, zeros(array, checked_length(self.index + 1) - len(array)))
+        index = position(self.index, len(array))
+        self.array_out = joined(self.array_in, array[:index], [self.value], array[index + 1 :])
+
+
+class ArrayAppendValue(ArrayNode, type="omni.graph.nodes.ArrayAppendValue"):
+    """An array with one more value at its end."""
+
+    array_in: Any = In(type=SEQUENCES, name="array", required=True)
+    value: Any = In(type=ELEMENTS, required=True, doc="comes last")
+    array_out: Any = Out(type=SEQUENCES, name="array")
+
+    def compute(self) -> None:
+        """Append it."""
+        self.array_out = joined(self.array_in, as_array(self.array_in), [self.value])
+
+
+class ArrayInsertValue(ArrayNode, type="omni.graph.nodes.ArrayInsertValue"):
+    """An array with one more value before the one at an index."""
+
+    array_in: Any = In(type=SEQUENCES, name="array", required=True)
+    index: Int = In(default=0, doc="0 or less puts it first, the array's length or more last")
+    value: Any = In(type=ELEMENTS, required=True, doc="is put in")
+    array_out: Any = Out(type=SEQUENCES, name="array")
+
+    def compute(self) -> None:
+        """Insert it."""
+        array, index = as_array(self.array_in), max(self.index, 0)
+        self.array_out = joined(self.array_in, array[:index], [self.value], array[index:])
+
+
+class ArrayRemoveIndex(ArrayNode, type="omni.graph.nodes.ArrayRemoveIndex"):
+    """An array without the element at an index."""
+
+    array_in: Any = In(type=SEQUENCES, name="array", required=True)
+    index: Int = In(
+        default=0, doc="from 0; negative ones count from the end: -1 is the last; beyond either end is an error"
+    )
+    array_out: Any = Out(type=SEQUENCES, name="array")
+
+    def compute(self) -> None:
+        """Leave it out.
+
+        Raises:
+            ValueError: there is no such element.
+        """
+        array = as_array(self.array_in)
+        index = position(self.index, len(array))
+        self.array_out = joined(self.array_in, array[:index], array[index + 1 :])
+
+
+class ArrayRemoveValue(ArrayNode, type="omni.graph.nodes.ArrayRemoveValue"):
+    """An array without the first element that has a value, or without all of them."""
+
+    array_in: Any = In(type=SEQUENCES, name="array", required=True)
+    value: Any = In(type=ELEMENTS, required=True, doc="is taken out")
+    remove_all: bool = In(default=False, doc="an older name of removeAllFound; either will do")
+    remove_all_found: bool = In(default=False, doc="takes out every element that has the value, not only the first")
+    array_out: Any = Out(type=SEQUENCES, name="array")
+    found: bool = Out(doc="whether there was one")
+
+    def compute(self) -> None:
+        """Leave it out."""
+        array = as_array(self.array_in)
+        gone = places(array, self.value)
+        self.found = bool(gone)
+        if not (self.remove_all or self.remove_all_found):
+            gone = gone[:1]
+        ends = itertools.pairwise([-1, *gone, len(array)])
+        self.array_out = joined(self.array_in, *(array[start + 1 : stop] for start, stop in ends))
+
+
+class ArrayFindValue(ArrayNode, type="omni.graph.nodes.ArrayFindValue"):
+    """Index of the first element that has a value."""
+
+    array: Any = In(type=SEQUENCES, required=True)
+    value: Any = In(type=ELEMENTS, required=True, doc="is looked for")
+    index: Int = Out(doc="from 0; -1 where no element has the value")
+
+    def compute(self) -> None:
+        """Look for it."""
+        self.index = next(iter(places(as_array(self.array), self.value)), -1)
+
+
+class ArrayFill(ArrayNode, type="omni.graph.nodes.ArrayFill"):
+    """An array as long as another, with one value everywhere."""
+
+    array_in: Any = In(type=SEQUENCES, name="array", required=True, doc="gives the length and the type")
+    fill_value: Any = In(type=ELEMENTS, required=True)
+    array_out: Any = Out(type=SEQUENCES, name="array")
+
+    def compute(self) -> None:
+        """Repeat the value."""
+        self.array_out = joined(self.array_in, [self.fill_value] * len(as_array(self.array_in)))
+
+
+class ArrayResize(ArrayNode, type="omni.graph.nodes.ArrayResize"):
+    """An array with another length: cut off at its end, or made longer by zeros."""
+
+    array_in: Any = In(type=SEQUENCES, name="array", required=True)
+    new_size: Int = In(default=0, doc="less than 0 is 0")
+    array_out: Any = Out(type=SEQUENCES, name="array")
+
+    def compute(self) -> None:
+        """Cut or fill."""
+        array, size = as_array(self.array_in), checked_length(self.new_size)
+        self.array_out = joined(self.array_in, array[:size], zeros(array, size - len(array)))
+
+
+class ArrayRotate(ArrayNode, type="omni.graph.nodes.ArrayRotate"):
+    """An array shifted to the right; what leaves it at the end comes in at the front."""
+
+    array_in: Any = In(type=SEQUENCES, name="array", required=True)
+    steps: Int = In(default=0, doc="how far; negative ones shift to the left")
+    array_out: Any = Out(type=SEQUENCES, name="array")
+
+    def compute(self) -> None:
+        """Cut in two and exchange."""
+        array = as_array(self.array_in)
+        cut = -self.steps % len(array) if len(array) else 0
+        self.array_out = joined(self.array_in, array[cut:], array[:cut])
+
+
+class ArraySlice(ArrayNode, type="omni.graph.nodes.ArraySlice"):
+    """The part of an array from one index up to, and without, another."""
+
+    array_in: Any = In(type=SEQUENCES, name="array", required=True)
+    start: Int = In(default=0, doc="negative ones count from the end; beyond an end is that end")
+    end: Int = In(default=0, doc="as start; not above start gives an empty array; unused while useLength is set")
+    use_length: bool = In(default=True, doc="whether the part goes to the end of the array")
+    array_out: Any = Out(type=SEQUENCES, name="array")
+
+    def compute(self) -> None:
+        """Cut."""
+        part = as_array(self.array_in)[self.start : None if self.use_length else self.end]
+        self.array_out = joined(self.array_in, part)
+
+
+class AppendArray(ArrayNode, type="omni.graph.nodes.AppendArray"):
+    """Arrays one after the other."""
+
+    numbered: ClassVar[Numbered] = {"input": lambda: In(type=SEQUENCES)}
+
+    input0: Any = In(type=SEQUENCES, required=True, doc="comes first")
+    input1: Any = In(type=SEQUENCES, required=True, doc="comes next; input2 and so on are there when a file names them")
+    array: Any = Out(type=SEQUENCES)
+
+    def compute(self) -> None:
+        """Join them."""
+        self.array = joined(self.input0, *(as_array(getattr(self, name)) for name in self.series["input"]))

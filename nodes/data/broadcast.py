@@ -1,0 +1,150 @@
+"""Numbers of several types and sizes computed together: which type comes out, and a function of arrays as one of port values.
+
+Sizes: a single number goes with everything; a tuple with tuples that are as long; an array with single values, and with arrays
+that are as long. Bases widen as in C++: uchar, int, uint, int64, uint64, half, float, double, in this order, so an int and a
+float make a float. Only timecodes make a timecode. Tuples of integers are always of int.
+
+Real numbers are computed in double and rounded to the base of the result where that is an array; a single float is a Python
+float, which is as exact as a double. Integers that grow out of their base wrap around.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from graphengine import types
+from graphengine.types import PortType
+
+Operation = Callable[..., Any]
+
+_WIDENING = ("bool", "uchar", "int", "uint", "int64", "uint64", "half", "float", "double")
+_REALS = ("half", "float", "double", "timecode")
+
+
+def is_real(port_type: PortType) -> bool:
+    """Whether it is of numbers with a fraction."""
+    return port_type.base in _REALS
+
+
+def common(operands: Mapping[str, PortType]) -> PortType:
+    """The type that holds what is computed of some operands, by the names of their ports.
+
+    Raises:
+        ValueError: two of them have tuples of other lengths.
+    """
+    tuples = {name: operand for name, operand in operands.items() if operand.count > 1}
+    first = next(iter(tuples), "")
+    for name, operand in tuples.items():
+        if operand.count != tuples[first].count:
+            raise ValueError(f"{first} is {tuples[first]} and {name} is {operand}; tuples go together when as long")
+    count = tuples[first].count if tuples else 1
+    base = _widest((operand.base for operand in operands.values()), count)
+    role = tuples[first].role if tuples and base in _REALS else ""
+    return PortType(base, count, any(operand.array for operand in operands.values()), role)
+
+
+def _widest(bases: Iterable[str], count: int) -> str:
+    found = set(bases)
+    if found == {"timecode"} and count == 1:
+        return "timecode"
+    base = max(("double" if base == "timecode" else base for base in found), key=_WIDENING.index)
+    return "int" if count > 1 and base not in (*_REALS, "bool") else base
+
+
+def type_of(value: Any) -> PortType:
+    """The type that a value of a node alone is taken to have."""
+    if isinstance(value, np.ndarray):
+        base = next(base for base in _WIDENING if PortType(base).dtype == value.dtype)
+        return PortType(base, value.shape[1] if value.ndim == 2 else 1, True)
+    if isinstance(value, tuple):
+        texts = not value or isinstance(value[0], str)
+        return PortType("token", 1, True) if texts else PortType(type_of(sum(value)).base, len(value))
+    names = {bool: "bool", int: "int", float: "double", str: "token"}
+    return PortType(names[type(value)])
+
+
+def lift(
+    function: Operation, inputs: Sequence[PortType], output: PortType, on_numbers: Operation | None = None
+) -> Operation:
+    """A function of numpy arrays as one of values as ports carry them.
+
+    Args:
+        function: takes arrays that broadcast, whose last axis is that of tuples, if there are any.
+        inputs: types of its arguments.
+        output: type of what it returns.
+        on_numbers: the same for Python numbers, where numpy would be slow.
+
+    Raises:
+        ValueError: when it is called: two arrays are not as long.
+    """
+    if on_numbers is not None and not any(one.array or one.count > 1 for one in (*inputs, output)):
+        return _of_numbers(on_numbers, inputs, output)
+    real = any(map(is_real, (*inputs, output)))
+    dtype = np.dtype(np.float64) if real else common({str(i): one for i, one in enumerate(inputs)}).dtype
+    kinds = [np.float64 if is_real(one) else one.dtype for one in inputs]
+    arrays_in = [i for i, one in enumerate(inputs) if one.array]
+    tuples = any(one.count > 1 for one in inputs)
+    columns = [i for i in arrays_in if tuples and inputs[i].count == 1]  # one number for each tuple of another array
+
+    def lifted(*values: Any) -> Any:
+        arrays = [np.asarray(value, kind).astype(dtype, copy=False) for value, kind in zip(values, kinds, strict=True)]
+        if len(arrays_in) > 1:
+            _check_lengths([len(arrays[i]) for i in arrays_in])
+        for i in columns:
+            arrays[i] = arrays[i][:, None]
+        with np.errstate(all="ignore"):
+            return represented(function(*arrays), output)
+
+    return lifted
+
+
+def _check_lengths(lengths: Sequence[int]) -> None:
+    """Refuse arrays that are not as long; one of a single element goes with any."""
+    differing = sorted(set(lengths) - {1})
+    if len(differing) > 1:
+        raise ValueError(f"arrays of {differing[0]} and {differing[1]} elements do not go together")
+
+
+def _of_numbers(function: Operation, inputs: Sequence[PortType], output: PortType) -> Operation:
+    if is_real(output):
+        return function if all(map(is_real, inputs)) else lambda *values: function(*map(float, values))
+    if output.base == "bool":
+        return function
+    if any(map(is_real, inputs)):
+        return lambda *values: _whole(function(*values), output)
+    low, high = _range(output.base)
+    return lambda *values: (function(*values) - low) % (high - low + 1) + low
+
+
+def _whole(number: float, output: PortType) -> int:
+    low, high = _range(output.base)
+    if not low <= number <= high:
+        raise ValueError(f"{number:g} is no {output.base}, which is {low} to {high}")
+    return int(number)
+
+
+@functools.cache
+def _range(base: str) -> tuple[int, int]:
+    """The least and the largest integer of a base."""
+    limits = np.iinfo(PortType(base).dtype)
+    return int(limits.min), int(limits.max)
+
+
+def represented(result: Any, output: PortType) -> Any:
+    """What numpy computed, as a port of a type carries it.
+
+    Raises:
+        ValueError: a real number that is to be an integer is too large, or none at all.
+    """
+    array = np.asarray(result)
+    if array.dtype.kind == "f" and not is_real(output) and output.base != "bool":
+        low, high = _range(output.base)
+        for wrong in array[~((array >= low) & (array <= high))][:1]:
+            _whole(wrong, output)
+    if output.array:
+        return np.ascontiguousarray(array, output.dtype)
+    return types.plain(array if is_real(output) else array.astype(output.dtype))

@@ -1,0 +1,118 @@
+"""Arrays made of single values (`omni.graph.nodes`). Isaac's menu says Make Array for ConstructArray."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
+
+from graphengine import types
+from graphengine.node import In, Node, Numbered, Out
+from graphengine.types import ARRAYS, ELEMENTS, Int, PortType, Token
+from nodes.data.broadcast import type_of
+from nodes.data.sequences import checked_length, element_of, fits, made
+
+_SPECIFIC = "bool double float half int int64 token uchar uint uint64 double[2] double[3] double[4]"
+_SPECIFIC += " matrixd[2] matrixd[3] matrixd[4]"
+_SPECIFIC += " float[2] float[3] float[4] half[2] half[3] half[4] int[2] int[3] int[4] timecode frame[4]"
+_SPECIFIC += " colord[3] colorf[3] colorh[3] colord[4] colorf[4] colorh[4] normald[3] normalf[3] normalh[3]"
+_SPECIFIC += " pointd[3] pointf[3] pointh[3] quatd[4] quatf[4] quath[4] texcoordd[2] texcoordf[2] texcoordh[2]"
+_SPECIFIC += " texcoordd[3] texcoordf[3] texcoordh[3] vectord[3] vectorf[3] vectorh[3]"
+ARRAY_TYPES = ("auto", *(f"{element}[]" for element in _SPECIFIC.split()))
+_FIVE = "|".join(element for element in ELEMENTS.split("|") if element not in ("bool", "matrixd[2]"))
+
+
+class ConstructedNode(Node):
+    """A node that makes an array of single values, of which the last is repeated."""
+
+    array_size: Int
+
+    def element_type(self, known: Mapping[str, PortType]) -> PortType | None:
+        """The type of the first element to which all others convert; None as long as not all are known.
+
+        Raises:
+            ValueError: there is no such element.
+        """
+        elements = self.elements()
+        given = [known[name] for name in elements if name in known]
+        if len(given) < len(elements):
+            return None
+        for element in given:
+            if all(fits(other, element) for other in given):
+                return element
+        raise ValueError(
+            f"elements of {', '.join(map(str, dict.fromkeys(given)))} make no array; put converters before them"
+        )
+
+    def elements(self) -> Sequence[str]:
+        """Python names of the inputs that are elements, in order."""
+        raise NotImplementedError
+
+    def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
+        """The array's type, and with it that of literals among the elements.
+
+        Raises:
+            ValueError: the elements do not go together.
+        """
+        element = self.element_type(known)
+        if element is None:
+            return {}
+        misfits = [name for name in self.elements() if name in known and not fits(known[name], element)]
+        return dict.fromkeys(misfits, element) | {"array": PortType(element.base, element.count, True, element.role)}
+
+    def constructed(self) -> Any:
+        """The array."""
+        size = checked_length(self.array_size)
+        values = [getattr(self, name) for name in self.elements()][:size]
+        values += values[-1:] * (size - len(values))
+        if "array" in self.settled:
+            return made(values, element_of(self.settled["array"]))
+        element = self.element_type({name: type_of(getattr(self, name)) for name in self.elements()})
+        assert element is not None
+        return made(values, element)
+
+
+class ConstructArray(ConstructedNode, type="omni.graph.nodes.ConstructArray"):
+    """An array of arraySize elements: input0, input1 and so on, of which the last is repeated to the end."""
+
+    numbered: ClassVar[Numbered] = {"input": lambda: In(type=ELEMENTS)}
+
+    array_size: Int = In(default=1, ge=0)
+    array_type: Token = In(default="auto", tokens=ARRAY_TYPES)
+    input0: Any = In(type=ELEMENTS, required=True, doc="the first; input1 and so on are there when a file names them")
+    array: Any = Out(type=ARRAYS, doc="of arrayType, else of the type of the first element to which all others convert")
+
+    def elements(self) -> Sequence[str]:
+        """The numbered inputs."""
+        return self.series["input"]
+
+    def element_type(self, known: Mapping[str, PortType]) -> PortType | None:
+        """The one that was asked for, else one that follows from the elements."""
+        if self.array_type == "auto":
+            return super().element_type(known)
+        asked = types.parse(self.array_type)
+        assert isinstance(asked, PortType)
+        return element_of(asked)
+
+    def compute(self) -> None:
+        """Put them together."""
+        self.array = self.constructed()
+
+
+class MakeArray(ConstructedNode, type="omni.graph.nodes.MakeArray"):
+    """An array of arraySize elements: a to e, of which the last is repeated; an older type than ConstructArray."""
+
+    array_size: Int = In(default=0, ge=0)
+    a: Any = In(type=_FIVE, required=True, doc="element 1")
+    b: Any = In(type=_FIVE, required=True, doc="element 2")
+    c: Any = In(type=_FIVE, required=True, doc="element 3")
+    d: Any = In(type=_FIVE, required=True, doc="element 4")
+    e: Any = In(type=_FIVE, required=True, doc="element 5, and every further one")
+    array: Any = Out(type="|".join(f"{element}[]" for element in _FIVE.split("|")))
+
+    def elements(self) -> Sequence[str]:
+        """All five."""
+        return ("a", "b", "c", "d", "e")
+
+    def compute(self) -> None:
+        """Put them together."""
+        self.array = self.constructed()

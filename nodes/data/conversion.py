@@ -1,0 +1,229 @@
+"""Values as another type (`omni.graph.nodes`). Unlike what wires do by themselves, these may lose something."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, ClassVar
+
+import numpy as np
+
+from graphengine import types
+from graphengine.node import In, Node, Out
+from graphengine.types import PortType, String, Target, Token, UnionType, plain
+from nodes.data.broadcast import type_of
+from nodes.data.unions import PLAIN_NUMERICS, with_arrays
+
+_SCALARS = with_arrays("bool|int|int64|uint64|uint|uchar|double|float|half")
+_NUMBERS = f"{PLAIN_NUMERICS}|bool|bool[]"
+_ROLES = {"Color": "color", "Normal": "normal", "Point": "point", "Quaternion": "quat", "TexCoord": "texcoord"}
+_ROLES |= {"Vector": "vector", "Frame": "frame", "Timecode": "", "None": ""}
+_HALF_ROLES = ("None", "Color", "Frame", "Normal", "Point", "Quaternion", "TexCoord", "Timecode", "Vector")
+
+
+def _tuples(base: str) -> str:
+    return with_arrays("|".join((base, *(f"{base}[{count}]" for count in (2, 3, 4)))))
+
+
+def _with_roles(base: str) -> str:
+    bits, words = base[0], ("vector{}[3]", "point{}[3]", "normal{}[3]", "color{}[3]", "color{}[4]", "quat{}[4]")
+    roles = [word.format(bits) for word in (*words, "texcoord{}[2]", "texcoord{}[3]")]
+    return f"{_tuples(base)}|{with_arrays('|'.join(roles))}"
+
+
+class Conversion(Node):
+    """A node that gives a value's numbers another type and leaves its shape."""
+
+    base: ClassVar[str]
+
+    value: Any
+    converted: Any
+
+    def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
+        """The shape of the value, with the node's own type of numbers."""
+        return {"converted": self.result_type(known["value"])} if "value" in known else {}
+
+    def result_type(self, given: PortType) -> PortType:
+        """The type of a value of a type, converted."""
+        return PortType(self.base, given.count, given.array or given.base == "string")
+
+    def compute(self) -> None:
+        """Convert.
+
+        Raises:
+            ValueError: a number has no counterpart in the other type.
+        """
+        value = np.frombuffer(self.value.encode(), np.uint8) if isinstance(self.value, str) else self.value
+        given = self.settled.get("value") or type_of(self.value)
+        result = numbers(np.asarray(value, None if isinstance(value, np.ndarray) else given.dtype), self.base)
+        self.converted = result if isinstance(value, np.ndarray) else plain(result)
+
+
+def numbers(array: np.ndarray[Any, Any], base: str) -> np.ndarray[Any, Any]:
+    """Numbers of another type: real ones are cut off towards 0, whole ones that do not fit wrap around as in C.
+
+    Raises:
+        ValueError: a real number is too large, or none at all.
+    """
+    dtype = PortType(base).dtype
+    if array.dtype.kind == "f" and np.dtype(dtype).kind in "iu":
+        whole, bits = np.trunc(array.astype(np.float64)), np.iinfo(dtype).bits
+        wrong = whole[~(np.abs(whole) < 2.0**bits)]
+        if wrong.size:
+            raise ValueError(f"{wrong.flat[0]:g} is no {base}")
+        wrapped = [int(number) % 2**bits for number in whole.ravel().tolist()]
+        return np.array(wrapped, np.uint64).reshape(array.shape).astype(dtype)
+    with np.errstate(over="ignore"):
+        return array.astype(dtype)
+
+
+class RoledConversion(Conversion):
+    """A conversion to real numbers, which can be given a role; one that has no tuples of that length gives none."""
+
+    role: Token
+
+    def result_type(self, given: PortType) -> PortType:
+        """The shape of the value, with the role that was asked for."""
+        bare, role = super().result_type(given), _ROLES[self.role]
+        wanted, legal = replace(bare, role=role), type(self).fields["converted"].type
+        assert isinstance(legal, UnionType)
+        return wanted if wanted in legal.alternatives else bare
+
+
+class ToBool(Conversion, type="omni.graph.nodes.ToBool"):
+    """False for 0 and true for every other number."""
+
+    base = "bool"
+
+    value: Any = In(type=_SCALARS, required=True, doc="number, or an array of them")
+    converted: Any = Out(type="bool|bool[]", doc="of the value's shape")
+
+
+class ToInt(Conversion, type="omni.graph.nodes.ToInt"):
+    """Numbers as 32 bit integers: cut off towards 0, and wrapped around where they are too large."""
+
+    base = "int"
+
+    value: Any = In(type=_NUMBERS, required=True, doc="number, tuple or array")
+    converted: Any = Out(type=_tuples("int"), doc="of the value's shape")
+
+
+class ToInt64(Conversion, type="omni.graph.nodes.ToInt64"):
+    """Numbers as 64 bit integers: cut off towards 0."""
+
+    base = "int64"
+
+    value: Any = In(type=_SCALARS, required=True, doc="number, or an array of them")
+    converted: Any = Out(type="int64|int64[]", doc="of the value's shape")
+
+
+class ToUint(Conversion, type="omni.graph.nodes.ToUint"):
+    """Numbers as 32 bit integers without a sign: cut off towards 0; -1 is 2^32 - 1."""
+
+    base = "uint"
+
+    value: Any = In(type=_SCALARS, required=True, doc="number, or an array of them")
+    converted: Any = Out(type="uint|uint[]", doc="of the value's shape")
+
+
+class ToUint64(Conversion, type="omni.graph.nodes.ToUint64"):
+    """Numbers as 64 bit integers without a sign: cut off towards 0; -1 is 2^64 - 1."""
+
+    base = "uint64"
+
+    value: Any = In(type=_SCALARS, required=True, doc="number, or an array of them")
+    converted: Any = Out(type="uint64|uint64[]", doc="of the value's shape")
+
+
+class ToUchar(Conversion, type="omni.graph.nodes.ToUchar"):
+    """Numbers as 8 bit integers without a sign: cut off towards 0; -1 is 255. Of a text, its UTF-8 bytes."""
+
+    base = "uchar"
+
+    value: Any = In(type=f"{_SCALARS}|string", required=True, doc="number, an array of them, or a text")
+    converted: Any = Out(type="uchar|uchar[]", doc="of the value's shape")
+
+
+class ToHalf(RoledConversion, type="omni.graph.nodes.ToHalf"):
+    """Numbers rounded to 16 bit real numbers; from 65520 on they are infinite."""
+
+    base = "half"
+
+    role: Token = In(
+        default="None",
+        tokens=("None", "Color", "Frame", "Normal", "Point", "Quaternion", "TexCoord", "Timecode", "Vector"),
+    )
+    value: Any = In(type=_NUMBERS, required=True, doc="number, tuple or array")
+    converted: Any = Out(type=_with_roles("half"), doc="of the value's shape")
+
+
+class ToFloat(RoledConversion, type="omni.graph.nodes.ToFloat"):
+    """Numbers rounded to 32 bit real numbers."""
+
+    base = "float"
+
+    role: Token = In(default="None", tokens=("None", "Color", "Normal", "Point", "Quaternion", "TexCoord", "Vector"))
+    value: Any = In(type=_NUMBERS, required=True, doc="number, tuple or array")
+    converted: Any = Out(type=_with_roles("float"), doc="of the value's shape")
+
+
+class ToDouble(Conversion, type="omni.graph.nodes.ToDouble"):
+    """Numbers as 64 bit real numbers."""
+
+    base = "double"
+
+    value: Any = In(type=_NUMBERS, required=True, doc="number, tuple or array")
+    converted: Any = Out(type=_tuples("double"), doc="of the value's shape")
+
+
+class ToString(Node, type="omni.graph.nodes.ToString"):
+    """A value as text.
+
+    Real numbers have six digits, as in C++; tuples and arrays are written as Python lists, an array of texts with quotation
+    marks. A uchar[] is the text that its bytes make.
+    """
+
+    value: Any = In(required=True, doc="of any type")
+    converted: String = Out(doc="the text")
+
+    def compute(self) -> None:
+        """Write."""
+        self.converted = text_of(self.value)
+
+
+class ToToken(Node, type="omni.graph.nodes.ToToken"):
+    """A value as a token, with the text that ToString gives."""
+
+    value: Any = In(required=True, doc="of any type")
+    converted: Token = Out(doc="the text")
+
+    def compute(self) -> None:
+        """Write."""
+        self.converted = text_of(self.value)
+
+
+def text_of(value: Any) -> str:
+    """A port's value as text."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, np.ndarray):
+        return bytes(value).decode(errors="replace") if value.dtype == np.uint8 else text_of(value.tolist())
+    if isinstance(value, tuple | list):
+        items = [f'"{item}"' if isinstance(item, str) else text_of(item) for item in value]
+        return f"[{', '.join(items)}]"
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+class ToTarget(Node, type="omni.graph.nodes.ToTarget"):
+    """Prim paths as a target."""
+
+    value: Any = In(type="path|string|token|token[]", required=True, doc="a path, or several; empty for no prim")
+    converted: Target = Out(doc="the prims")
+
+    def compute(self) -> None:
+        """Take the paths.
+
+        Raises:
+            TypeError: not texts.
+        """
+        self.converted = types.coerce(self.value, types.TARGET)

@@ -1,0 +1,100 @@
+"""Bases of nodes that compute with numbers of whatever type: a subclass has ports, and says what is done to arrays."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from graphengine.context import Context
+from graphengine.node import In, Node, Numbered, State
+from graphengine.types import PortType, UnionType
+from nodes.data.broadcast import Operation, common, lift, type_of
+from nodes.data.unions import NUMERICS
+
+
+class TypedNode(Node):
+    """A node whose outputs have types that follow from those of its inputs."""
+
+    def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
+        """Types of the outputs, when those of all inputs are known.
+
+        Raises:
+            ValueError: the inputs do not go together.
+        """
+        ports = [port for port in type(self).fields.values() if isinstance(port.type, UnionType)]
+        inputs = [port for port in ports if port.side == "inputs"]
+        if not all(port.field in known for port in inputs):
+            return {}
+        given = {port.name: known[port.field] for port in inputs}
+        result = self.result_type(given)
+        return {port.field: result for port in ports if port.side == "outputs"}
+
+    def result_type(self, given: Mapping[str, PortType]) -> PortType:
+        """The type of the outputs.
+
+        Args:
+            given: types of the inputs that take several, by their names.
+
+        Raises:
+            ValueError: they do not go together.
+        """
+        return common(given)
+
+    def port_types(self) -> Mapping[str, PortType]:
+        """Types of all ports by Python name: as the graph settled them; of a node alone, as its values have them."""
+        fields = type(self).fields.values()
+        known = {port.field: port.type for port in fields if isinstance(port.type, PortType)} | dict(self.settled)
+        for port in fields:
+            if port.side == "inputs" and port.field not in known:
+                known[port.field] = type_of(getattr(self, port.field))
+        return {**self.resolve_types(known, {}), **known}
+
+
+class Elementwise(TypedNode):
+    """A node that does one thing to all numbers, and has one output.
+
+    `operation` gets the inputs with numbers as arrays that broadcast, in the order of the ports; `on_numbers` gets single
+    numbers and is there where numpy would be slow.
+    """
+
+    operation: ClassVar[Operation]
+    on_numbers: ClassVar[Operation | None] = None
+
+    operate: Operation = State()
+
+    def setup(self, context: Context) -> None:
+        """Choose how to compute, now that the types are settled."""
+        cls, known = type(self), self.port_types()
+        output = next(port.field for port in cls.fields.values() if port.side == "outputs")
+        self.operate = self.lifted([known[field] for field in self.operands()], known[output])
+
+    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
+        """The operation on values of some types."""
+        return lift(type(self).operation, inputs, output, type(self).on_numbers)
+
+    @classmethod
+    def operands(cls) -> list[str]:
+        """Python names of the inputs that are computed with."""
+        inputs = [port for port in cls.fields.values() if port.side == "inputs"]
+        return [port.field for port in inputs if isinstance(port.type, UnionType) or port.type.is_number]
+
+
+class Folded(Elementwise):
+    """A node that joins `a` and `b`, and any further `input2`, `input3` that a file names, from left to right."""
+
+    numbered: ClassVar[Numbered] = {"input": lambda: In(type=NUMERICS, required=True)}
+
+    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
+        """The operation on a and b, which looks for what is beyond itself."""
+        more = self.operands()[2:]
+        if not more:
+            return super().lifted(inputs, output)
+        cls = type(self)
+        fold = functools.partial(_fold, cls.operation)
+        joined = lift(fold, inputs, output, cls.on_numbers and functools.partial(_fold, cls.on_numbers))
+        return lambda a, b: joined(a, b, *(getattr(self, field) for field in more))
+
+
+def _fold(function: Operation, *values: Any) -> Any:
+    return functools.reduce(function, values)

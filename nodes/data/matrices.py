@@ -1,0 +1,274 @@
+"""Matrices put together, taken apart and multiplied (`omni.graph.nodes`).
+
+A matrix acts on row vectors from the right, so the fourth row of one with four is where it moves the origin.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from graphengine.node import In, Out
+from graphengine.types import PortType, Token
+from nodes.data.broadcast import Operation, common, lift
+from nodes.data.elementwise import Elementwise, TypedNode
+from nodes.data.unions import (
+    DECIMAL_TUPLES,
+    FRAMES,
+    MATRICES,
+    REAL_TUPLES,
+    REALS,
+    VECTORS,
+    matrices,
+    with_arrays,
+)
+
+_LARGEST_FLOAT = float(np.finfo(np.float32).max)
+
+
+def square(flat: Any) -> Any:
+    """Matrices (..., n, n) of their numbers (..., n * n)."""
+    size = math.isqrt(flat.shape[-1])
+    return flat.reshape(*flat.shape[:-1], size, size)
+
+
+def flat(squares: Any) -> Any:
+    """Numbers (..., n * n) of matrices (..., n, n)."""
+    return squares.reshape(*squares.shape[:-2], -1)
+
+
+class _MakeMatrix(Elementwise):
+    """A matrix of its rows."""
+
+    @staticmethod
+    def operation(*rows: Any) -> Any:
+        """Put arrays of rows together; a row of three in a matrix of four ends with 0, the last one with 1."""
+        size = len(rows)
+        ends = [0.0] * (size - 1) + [1.0]
+        whole = [
+            row
+            if row.shape[-1] == size
+            else np.concatenate([row, np.full((*row.shape[:-1], size - row.shape[-1]), end)], axis=-1)
+            for row, end in zip(rows, ends, strict=True)
+        ]
+        return flat(np.stack(np.broadcast_arrays(*whole), axis=-2))
+
+    def result_type(self, given: Mapping[str, PortType]) -> PortType:
+        """A matrix, or an array of them where a row is an array."""
+        return PortType("double", len(given) ** 2, any(row.array for row in given.values()), "matrixd")
+
+
+class MakeMatrix2(_MakeMatrix, type="omni.graph.nodes.MakeMatrix2"):
+    """A matrix of two rows."""
+
+    x: Any = In(type=with_arrays("double[2]"), required=True, doc="first row")
+    y: Any = In(type=with_arrays("double[2]"), required=True, doc="second row")
+    matrix: Any = Out(type=matrices(2))
+
+    def compute(self) -> None:
+        """Put it together."""
+        self.matrix = self.operate(self.x, self.y)
+
+
+class MakeMatrix3(_MakeMatrix, type="omni.graph.nodes.MakeMatrix3"):
+    """A matrix of three rows."""
+
+    x: Any = In(type=with_arrays("double[3]"), required=True, doc="first row")
+    y: Any = In(type=with_arrays("double[3]"), required=True, doc="second row")
+    z: Any = In(type=with_arrays("double[3]"), required=True, doc="third row")
+    matrix: Any = Out(type=matrices(3))
+
+    def compute(self) -> None:
+        """Put it together."""
+        self.matrix = self.operate(self.x, self.y, self.z)
+
+
+class MakeMatrix4(_MakeMatrix, type="omni.graph.nodes.MakeMatrix4"):
+    """A matrix of four rows; where rows have three numbers, the fourth column is 0, 0, 0, 1."""
+
+    x: Any = In(type=with_arrays("double[4]|double[3]"), required=True, doc="first row")
+    y: Any = In(type=with_arrays("double[4]|double[3]"), required=True, doc="second row")
+    z: Any = In(type=with_arrays("double[4]|double[3]"), required=True, doc="third row")
+    w: Any = In(type=with_arrays("double[4]|double[3]"), required=True, doc="fourth row")
+    matrix: Any = Out(type=matrices(4))
+
+    def compute(self) -> None:
+        """Put it together."""
+        self.matrix = self.operate(self.x, self.y, self.z, self.w)
+
+
+class BreakMatrix2(TypedNode, type="omni.graph.nodes.BreakMatrix2"):
+    """The two rows of a matrix."""
+
+    matrix: Any = In(type=matrices(2), required=True)
+    x: Any = Out(type=with_arrays("double[2]"), doc="first row")
+    y: Any = Out(type=with_arrays("double[2]"), doc="second row")
+
+    def result_type(self, given: Mapping[str, PortType]) -> PortType:
+        """Rows of two numbers."""
+        return PortType("double", 2, given["matrix"].array)
+
+    def compute(self) -> None:
+        """Take it apart."""
+        self.x, self.y = _rows(self.matrix, 2)
+
+
+class BreakMatrix3(TypedNode, type="omni.graph.nodes.BreakMatrix3"):
+    """The three rows of a matrix."""
+
+    matrix: Any = In(type=matrices(3), required=True)
+    x: Any = Out(type=with_arrays("double[3]"), doc="first row")
+    y: Any = Out(type=with_arrays("double[3]"), doc="second row")
+    z: Any = Out(type=with_arrays("double[3]"), doc="third row")
+
+    def result_type(self, given: Mapping[str, PortType]) -> PortType:
+        """Rows of three numbers."""
+        return PortType("double", 3, given["matrix"].array)
+
+    def compute(self) -> None:
+        """Take it apart."""
+        self.x, self.y, self.z = _rows(self.matrix, 3)
+
+
+class BreakMatrix4(TypedNode, type="omni.graph.nodes.BreakMatrix4"):
+    """The four rows of a matrix, whole or but for their last numbers."""
+
+    matrix: Any = In(type=matrices(4), required=True)
+    output_type: Token = In(default="double[4]", tokens=("double[3]", "double[4]"), setup=True)
+    x: Any = Out(type=with_arrays("double[4]|double[3]"), doc="first row")
+    y: Any = Out(type=with_arrays("double[4]|double[3]"), doc="second row")
+    z: Any = Out(type=with_arrays("double[4]|double[3]"), doc="third row")
+    w: Any = Out(type=with_arrays("double[4]|double[3]"), doc="fourth row")
+
+    def result_type(self, given: Mapping[str, PortType]) -> PortType:
+        """Rows as long as the output type says."""
+        return PortType("double", self._width(), given["matrix"].array)
+
+    def _width(self) -> int:
+        return int(self.output_type[-2])
+
+    def compute(self) -> None:
+        """Take it apart."""
+        self.x, self.y, self.z, self.w = _rows(self.matrix, 4, self._width())
+
+
+def _rows(matrix: Any, size: int, width: int | None = None) -> Any:
+    """The rows of one matrix, or of each in an array, as far as a width."""
+    columns = [slice(size * row, size * row + (width or size)) for row in range(size)]
+    return [matrix[part] if type(matrix) is tuple else np.ascontiguousarray(matrix[:, part]) for part in columns]
+
+
+_FACTORS = "|".join((with_arrays(f"{REAL_TUPLES}|{MATRICES}"), DECIMAL_TUPLES.removeprefix(f"{REAL_TUPLES}|"), FRAMES))
+
+
+class MatrixMultiply(Elementwise, type="omni.graph.nodes.MatrixMultiply"):
+    """The matrix product of two matrices, of a row vector and a matrix, a matrix and a column vector, or two vectors."""
+
+    a: Any = In(type=_FACTORS, required=True, doc="matrix or row vector, or an array of them")
+    b: Any = In(type=_FACTORS, required=True, doc="matrix or column vector, or an array of them")
+    output: Any = Out(type=f"{_FACTORS}|{with_arrays(REALS)}", doc="the product")
+
+    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
+        """A product of rows, columns and squares."""
+        a_is_matrix, b_is_matrix = map(_is_matrix, inputs)
+
+        def multiply(a: Any, b: Any) -> Any:
+            left = square(a) if a_is_matrix else a[..., None, :]
+            right = square(b) if b_is_matrix else b[..., :, None]
+            product = flat(left @ right)
+            return product if a_is_matrix or b_is_matrix else product[..., 0]
+
+        return lift(multiply, inputs, output)
+
+    def result_type(self, given: Mapping[str, PortType]) -> PortType:
+        """A matrix, a vector or a number.
+
+        Raises:
+            ValueError: the columns of a are not as many as the rows of b.
+        """
+        a, b = given["a"], given["b"]
+        sizes = [math.isqrt(one.count) if _is_matrix(one) else one.count for one in (a, b)]
+        if sizes[0] != sizes[1]:
+            raise ValueError(f"a is {a} and b is {b}; give as many columns in a as rows in b")
+        array = a.array or b.array
+        if _is_matrix(a) and _is_matrix(b):
+            return replace(a, array=array, role="matrixd" if array or a.role != b.role else a.role)
+        vector = b if _is_matrix(a) else a
+        widest = common({"a": replace(a, count=1), "b": replace(b, count=1)}).base
+        if not _is_matrix(a) and not _is_matrix(b):
+            return PortType(widest, 1, array)
+        return PortType(widest, vector.count, array, "" if array else vector.role)
+
+    def compute(self) -> None:
+        """Multiply."""
+        self.output = self.operate(self.a, self.b)
+
+
+def _is_matrix(port_type: PortType) -> bool:
+    return port_type.role in ("matrixd", "frame", "transform") or port_type.count > 4
+
+
+class Transpose(Elementwise, type="omni.graph.nodes.Transpose"):
+    """A matrix with its rows for columns."""
+
+    matrix: Any = In(type=matrices(2, 3, 4), required=True, doc="one, or an array of them")
+    result: Any = Out(type=matrices(2, 3, 4), doc="of the type of the matrix")
+
+    @staticmethod
+    def operation(matrix: Any) -> Any:
+        """Transpose arrays."""
+        return flat(np.swapaxes(square(matrix), -1, -2))
+
+    def compute(self) -> None:
+        """Transpose."""
+        self.result = self.operate(self.matrix)
+
+
+class InvertMatrix(Elementwise, type="omni.graph.nodes.OgnInvertMatrix"):
+    """The inverse of a matrix; where there is none, the identity times the largest float."""
+
+    matrix: Any = In(type=matrices(2, 3, 4), required=True, doc="one, or an array of them")
+    inverted_matrix: Any = Out(type=matrices(2, 3, 4))
+
+    @staticmethod
+    def operation(matrix: Any) -> Any:
+        """Invert arrays."""
+        squares = square(matrix)
+        identity = np.eye(squares.shape[-1])
+        singular = (np.linalg.matrix_rank(squares) < len(identity))[..., None, None]
+        inverses = np.linalg.inv(np.where(singular, identity, squares))
+        return flat(np.where(singular, _LARGEST_FLOAT * identity, inverses))
+
+    def compute(self) -> None:
+        """Invert."""
+        self.inverted_matrix = self.operate(self.matrix)
+
+
+class TransformVector(Elementwise, type="omni.graph.nodes.TransformVector"):
+    """A row vector times a matrix; one of three numbers is a point to a matrix of four rows, so it is moved too."""
+
+    matrix: Any = In(type=matrices(3, 4), required=True, doc="one, or an array of them")
+    vector: Any = In(type=VECTORS, required=True, doc="one, or an array of them")
+    result: Any = Out(type=VECTORS, doc="of the type of the vector")
+
+    @staticmethod
+    def operation(matrix: Any, vector: Any) -> Any:
+        """Transform arrays of vectors."""
+        squares = square(matrix)
+        if squares.shape[-1] == 3:
+            return (vector[..., None, :] @ squares)[..., 0, :]
+        moved = np.concatenate([vector, np.ones((*vector.shape[:-1], 1))], axis=-1)
+        moved = (moved[..., None, :] @ squares)[..., 0, :]
+        return moved[..., :3] / moved[..., 3:]
+
+    def result_type(self, given: Mapping[str, PortType]) -> PortType:
+        """That of the vector, an array where the matrix is one."""
+        return replace(given["vector"], array=given["vector"].array or given["matrix"].array)
+
+    def compute(self) -> None:
+        """Transform."""
+        self.result = self.operate(self.matrix, self.vector)

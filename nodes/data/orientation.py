@@ -1,0 +1,141 @@
+"""Rotations as quaternions, matrices and angles, any number of them at once: the last axes are those of one.
+
+Quaternions are (x, y, z, w). Matrices act on row vectors from the right, as everywhere in OmniGraph: the columns of a textbook's
+matrix are rows here. Angles are those about x, y and z in degrees, turned in the order that is named, each about a fixed axis.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+ORDERS = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
+
+
+def matrix_of_quaternions(quaternions: Array) -> Array:
+    """Rotation matrices (..., 3, 3) of quaternions (..., 4) of any length but 0."""
+    x, y, z, w = np.moveaxis(unit(quaternions), -1, 0)
+    rows = [
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)],
+        [2.0 * (x * y - w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + w * x)],
+        [2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def quaternions_of(matrices: Array) -> Array:
+    """Unit quaternions (..., 4), w >= 0, of rotation matrices (..., 3, 3).
+
+    The matrix gives all products of two components; the row of the largest square is the quaternion but for its length.
+    """
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = np.moveaxis(matrices, (-2, -1), (0, 1))
+    products = np.array(
+        [
+            [1.0 + xx - yy - zz, xy + yx, xz + zx, yz - zy],
+            [xy + yx, 1.0 - xx + yy - zz, yz + zy, zx - xz],
+            [xz + zx, yz + zy, 1.0 - xx - yy + zz, xy - yx],
+            [yz - zy, zx - xz, xy - yx, 1.0 + xx + yy + zz],
+        ]
+    )
+    products = np.moveaxis(products, (0, 1), (-2, -1))
+    largest = np.argmax(np.diagonal(products, axis1=-2, axis2=-1), axis=-1)
+    found = unit(np.take_along_axis(products, largest[..., None, None], axis=-2)[..., 0, :])
+    return np.where(found[..., 3:] < 0.0, -found, found)
+
+
+def matrix_of_angles(degrees: Array, order: str) -> Array:
+    """Rotation matrices (..., 3, 3) of angles (..., 3) about x, y and z."""
+    total: Array = np.broadcast_to(np.eye(3), (*degrees.shape[:-1], 3, 3))
+    for axis in map("XYZ".index, order):
+        total = total @ _about_own_axis(axis, degrees[..., axis])
+    return total
+
+
+def _about_own_axis(axis: int, degrees: Array) -> Array:
+    """Rotation matrices (..., 3, 3) about x, y or z, by number."""
+    cosine, sine = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    second, third = (axis + 1) % 3, (axis + 2) % 3
+    turn = np.zeros((*degrees.shape, 3, 3))
+    turn[..., axis, axis] = 1.0
+    turn[..., second, second] = turn[..., third, third] = cosine
+    turn[..., second, third], turn[..., third, second] = sine, -sine
+    return turn
+
+
+def angles_of(matrices: Array, order: str) -> Array:
+    """Angles (..., 3) about x, y and z, degrees, of rotation matrices (..., 3, 3).
+
+    Where the second turn is by 90 degrees the first and the last are about one axis; the last is 0 then.
+    """
+    first, second, third = map("XYZ".index, order)
+    sign = 1.0 if order in ("XYZ", "YZX", "ZXY") else -1.0
+    sine = np.clip(-sign * matrices[..., first, third], -1.0, 1.0)
+    locked = np.abs(sine) > 1.0 - 1e-12
+    angles = np.empty(matrices.shape[:-1])
+    angles[..., second] = np.arcsin(sine)
+    angles[..., first] = np.where(
+        locked,
+        np.arctan2(-sign * matrices[..., third, second], matrices[..., second, second]),
+        np.arctan2(sign * matrices[..., second, third], matrices[..., third, third]),
+    )
+    free = np.arctan2(sign * matrices[..., first, second], matrices[..., first, first])
+    angles[..., third] = np.where(locked, 0.0, free)
+    return np.degrees(angles)
+
+
+def matrix_about(axis: Array, degrees: Array) -> Array:
+    """Rotation matrices (..., 3, 3) about axes (..., 3) of any length but 0."""
+    half = np.radians(degrees)[..., None] / 2.0
+    vector = unit(axis) * np.sin(half)
+    return matrix_of_quaternions(
+        np.concatenate([vector, np.broadcast_to(np.cos(half), (*vector.shape[:-1], 1))], axis=-1)
+    )
+
+
+def without_scale(matrices: Array) -> Array:
+    """The rotation in linear maps (..., 3, 3) that scale, then turn; a mirrored one is turned as if all axes were mirrored."""
+    rows = unit(matrices)
+    mirrored = np.linalg.det(rows)[..., None, None] < 0.0
+    turned: Array = np.where(mirrored, -rows, rows)
+    return turned
+
+
+def rotation_matrix(values: Array, order: str = "XYZ") -> Array:
+    """Rotation matrices (..., 3, 3) of what ports take for a rotation, which the number of its components tells.
+
+    Args:
+        values: 16 or 9 of a matrix, 4 of a quaternion, 3 angles in degrees.
+        order: in which the angles are turned.
+    """
+    match values.shape[-1]:
+        case 16:
+            return without_scale(values.reshape(*values.shape[:-1], 4, 4)[..., :3, :3])
+        case 9:
+            return without_scale(values.reshape(*values.shape[:-1], 3, 3))
+        case 4:
+            return matrix_of_quaternions(values)
+    return matrix_of_angles(values, order)
+
+
+def unit(vectors: Any) -> Array:
+    """Vectors (..., n) of length 1 in the same direction; 0 stays 0."""
+    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    units: Array = np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0.0)
+    return units
+
+
+def slerp(start: Array, end: Array, alpha: Array) -> Array:
+    """Quaternions (..., 4) at a share of the shorter arc between others."""
+    one, other = unit(start), unit(end)
+    cosine = np.sum(one * other, axis=-1, keepdims=True)
+    other, cosine = np.where(cosine < 0.0, -other, other), np.minimum(np.abs(cosine), 1.0)
+    angle = np.arccos(cosine)
+    near = angle < 1e-6  # the arc is a line as far as a double can tell
+    sine = np.where(near, 1.0, np.sin(angle))
+    left = np.where(near, 1.0 - alpha, np.sin((1.0 - alpha) * angle) / sine)
+    gone = np.where(near, alpha, np.sin(alpha * angle) / sine)
+    return unit(left * one + gone * other)

@@ -1,0 +1,298 @@
+"""Translation, rotation and scale in transformation matrices (`omni.graph.nodes`).
+
+Matrices act on row vectors, so the translation is the fourth row. Angles are in degrees about x, y and z, turned in the order
+that `rotationOrder` names. Quaternions are (x, y, z, w).
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from graphengine.node import In, Node, Out
+from graphengine.types import Matrix4d, PortType, Token, Vector3d
+from nodes.data.broadcast import Operation, lift
+from nodes.data.elementwise import Elementwise
+from nodes.data.matrices import flat, square
+from nodes.data.orientation import ORDERS, angles_of, matrix_about, quaternions_of, rotation_matrix, unit
+from nodes.data.unions import QUATERNIONS, VECTORS, matrices, with_arrays
+
+_MATRIX4 = matrices(4)
+_VECTOR3 = with_arrays("vectord[3]")
+_AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
+
+
+class _FromMatrix(Elementwise):
+    """Something read from a matrix, or from what else says a rotation."""
+
+    part = PortType("double", 3, False, "vector")
+
+    def result_type(self, given: Mapping[str, PortType]) -> PortType:
+        """Of the base of the input, as many."""
+        (source,) = given.values()
+        return replace(self.part, base=source.base, array=source.array)
+
+
+class GetMatrix4Translation(_FromMatrix, type="omni.graph.nodes.GetMatrix4Translation"):
+    """Where a transformation matrix moves the origin."""
+
+    matrix: Any = In(type=_MATRIX4, required=True, doc="one, or an array of them")
+    translation: Any = Out(type=_VECTOR3, unit="m")
+
+    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
+        """A part of one matrix, or of each in an array."""
+        if output.array:
+            return lambda matrices: np.ascontiguousarray(matrices[:, 12:15])
+        return operator.itemgetter(slice(12, 15))
+
+    def compute(self) -> None:
+        """Read it."""
+        self.translation = self.operate(self.matrix)
+
+
+class GetMatrix4Scale(_FromMatrix, type="omni.graph.nodes.GetMatrix4Scale"):
+    """How much a transformation matrix stretches along x, y and z."""
+
+    matrix: Any = In(type=matrices(3, 4), required=True, doc="one, or an array of them")
+    scale: Any = Out(type=_VECTOR3)
+
+    @staticmethod
+    def operation(matrix: Any) -> Any:
+        """Of arrays of matrices."""
+        return np.linalg.norm(square(matrix)[..., :3, :3], axis=-1)
+
+    def compute(self) -> None:
+        """Read it."""
+        self.scale = self.operate(self.matrix)
+
+
+class GetMatrix4Quaternion(_FromMatrix, type="omni.graph.nodes.GetMatrix4Quaternion"):
+    """The rotation of a transformation matrix, or of angles, as a quaternion."""
+
+    part = PortType("double", 4, False, "quat")
+
+    matrix: Any = In(type=f"{matrices(3, 4)}|{VECTORS}", required=True, doc="matrix or angles, or an array of them")
+    rotation_order: Token = In(default="XYZ", tokens=ORDERS)
+    quaternion: Any = Out(type=QUATERNIONS, doc="of length 1, with w not below 0")
+
+    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
+        """In the order of the time."""
+        return lift(lambda one: quaternions_of(rotation_matrix(one, self.rotation_order)), inputs, output)
+
+    def compute(self) -> None:
+        """Read it."""
+        self.quaternion = self.operate(self.matrix)
+
+
+class GetMatrix4Rotation(_FromMatrix, type="omni.graph.nodes.GetMatrix4Rotation"):
+    """The rotation of a transformation matrix, or of a quaternion, as angles."""
+
+    matrix: Any = In(
+        type=f"{matrices(3, 4)}|{QUATERNIONS}", required=True, doc="matrix or quaternion, or an array of them"
+    )
+    rotation_order: Token = In(default="XYZ", tokens=ORDERS)
+    rotation: Any = Out(type=VECTORS, unit="deg")
+
+    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
+        """In the order of the time."""
+        return lift(lambda one: angles_of(rotation_matrix(one), self.rotation_order), inputs, output)
+
+    def compute(self) -> None:
+        """Read it."""
+        self.rotation = self.operate(self.matrix)
+
+
+class GetMatrix4RotationMatrix(_FromMatrix, type="omni.graph.nodes.GetMatrix4RotationMatrix"):
+    """The rotation of a transformation matrix, of angles or of a quaternion, as a matrix of three rows."""
+
+    part = PortType("double", 9, False, "matrixd")
+
+    matrix: Any = In(type=f"{_MATRIX4}|{with_arrays('quatd[4]|vectord[3]')}", required=True, doc="any of these")
+    rotation_order: Token = In(default="XYZ", tokens=ORDERS)
+    rotation: Any = Out(type=matrices(3), doc="without the scale")
+
+    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
+        """In the order of the time."""
+        return lift(lambda one: flat(rotation_matrix(one, self.rotation_order)), inputs, output)
+
+    def compute(self) -> None:
+        """Read it."""
+        self.rotation = self.operate(self.matrix)
+
+
+class _OnMatrix(Elementwise):
+    """A matrix with a part of it set."""
+
+    def result_type(self, given: Mapping[str, PortType]) -> PortType:
+        """That of the matrix, an array where what is set is one."""
+        return replace(given["matrix"], array=any(one.array for one in given.values()))
+
+
+def _with_rotation(matrix: Any, rotation: Any) -> Any:
+    """Matrices of four rows with another rotation (..., 3, 3), and no scale."""
+    changed = np.broadcast_to(
+        square(matrix), np.broadcast_shapes(square(matrix).shape, (*rotation.shape[:-2], 4, 4))
+    ).copy()
+    changed[..., :3, :3] = rotation
+    return flat(changed)
+
+
+class SetMatrix4Translation(_OnMatrix, type="omni.graph.nodes.SetMatrix4Translation"):
+    """A transformation matrix that moves the origin elsewhere."""
+
+    matrix_in: Any = In(type=_MATRIX4, name="matrix", required=True, doc="one, or an array of them")
+    translation: Any = In(type=_VECTOR3, required=True, unit="m")
+    matrix_out: Any = Out(type=_MATRIX4, name="matrix", doc="with its fourth row set")
+
+    @staticmethod
+    def operation(matrix: Any, translation: Any) -> Any:
+        """Of arrays."""
+        shape = np.broadcast_shapes(matrix.shape[:-1], translation.shape[:-1])
+        changed = np.broadcast_to(matrix, (*shape, 16)).copy()
+        changed[..., 12:15] = translation
+        return changed
+
+    def compute(self) -> None:
+        """Set it."""
+        self.matrix_out = self.operate(self.matrix_in, self.translation)
+
+
+class SetMatrix4Scale(_OnMatrix, type="omni.graph.nodes.SetMatrix4Scale"):
+    """A transformation matrix that stretches otherwise."""
+
+    matrix_in: Any = In(type=matrices(3, 4), name="matrix", required=True, doc="one, or an array of them")
+    scale: Any = In(type=_VECTOR3, required=True, doc="along x, y and z")
+    matrix_out: Any = Out(type=matrices(3, 4), name="matrix", doc="with its first three rows as long as the scale")
+
+    @staticmethod
+    def operation(matrix: Any, scale: Any) -> Any:
+        """Of arrays."""
+        squares = square(matrix)
+        changed = np.broadcast_to(squares, np.broadcast_shapes(squares.shape, (*scale.shape[:-1], 1, 1))).copy()
+        changed[..., :3, :3] = unit(changed[..., :3, :3]) * scale[..., None]
+        return flat(changed)
+
+    def compute(self) -> None:
+        """Set it."""
+        self.matrix_out = self.operate(self.matrix_in, self.scale)
+
+
+class SetMatrix4Quaternion(_OnMatrix, type="omni.graph.nodes.SetMatrix4Quaternion"):
+    """A transformation matrix that turns as a quaternion does, and does not scale; SetMatrix4Rotation took its place."""
+
+    matrix_in: Any = In(type=_MATRIX4, name="matrix", required=True, doc="one, or an array of them")
+    quaternion: Any = In(type=with_arrays("quatd[4]"), required=True, doc="of any length but 0")
+    matrix_out: Any = Out(type=_MATRIX4, name="matrix", doc="with its rotation set")
+
+    @staticmethod
+    def operation(matrix: Any, quaternion: Any) -> Any:
+        """Of arrays."""
+        return _with_rotation(matrix, rotation_matrix(quaternion))
+
+    def compute(self) -> None:
+        """Set it."""
+        self.matrix_out = self.operate(self.matrix_in, self.quaternion)
+
+
+class SetMatrix4Rotation(_OnMatrix, type="omni.graph.nodes.SetMatrix4Rotation"):
+    """A transformation matrix that turns otherwise, and does not scale."""
+
+    fixed_rotation_axis: Token = In(default="Y", tokens=("X", "Y", "Z", "Custom"), doc="of a single angle")
+    matrix_in: Any = In(type=_MATRIX4, name="matrix", required=True, doc="one, or an array of them")
+    rotation_angle: Any = In(
+        type=with_arrays("double|vectord[3]|quatd[4]|matrixd[3]"),
+        required=True,
+        unit="deg",
+        doc="about the axis, or about x, y and z; or a quaternion or matrix",
+    )
+    rotation_axis: Vector3d = In(default=(0.0, 1.0, 0.0), doc="where the fixed axis is Custom")
+    rotation_order: Token = In(default="XYZ", tokens=ORDERS)
+    matrix_out: Any = Out(type=_MATRIX4, name="matrix", doc="with its rotation set")
+
+    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
+        """About an axis, or as the components tell."""
+        angles = inputs[1]
+
+        def turned(matrix: Any, rotation: Any, axis: Any) -> Any:
+            if angles.count > 1:
+                return _with_rotation(matrix, rotation_matrix(rotation, self.rotation_order))
+            return _with_rotation(matrix, matrix_about(axis, rotation[..., 0] if angles.array else rotation))
+
+        return lift(turned, inputs, output)
+
+    def compute(self) -> None:
+        """Set it."""
+        axis = self.rotation_axis
+        if self.fixed_rotation_axis != "Custom":
+            axis = _AXES[self.fixed_rotation_axis]
+        self.matrix_out = self.operate(self.matrix_in, self.rotation_angle, axis)
+
+
+class MakeTransform(Node, type="omni.graph.nodes.MakeTransform"):
+    """A transformation matrix that scales, then turns, then moves."""
+
+    rotation_order: Token = In(default="XYZ", tokens=ORDERS)
+    rotation_xyz: Vector3d = In(default=(0.0, 0.0, 0.0), name="rotationXYZ", unit="deg")
+    scale: Vector3d = In(default=(1.0, 1.0, 1.0), doc="along x, y and z")
+    translation: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m")
+    transform: Matrix4d = Out()
+
+    def compute(self) -> None:
+        """Put it together."""
+        matrix = np.eye(4)
+        matrix[:3, :3] = np.array(self.scale)[:, None] * rotation_matrix(
+            np.array(self.rotation_xyz), self.rotation_order
+        )
+        matrix[3, :3] = self.translation
+        self.transform = tuple(matrix.ravel().tolist())
+
+
+class MakeTransformLookAt(Node, type="omni.graph.nodes.MakeTransformLookAt"):
+    """The pose of an eye that looks along its -z at a point, with its y as far up as may be and its x to the right."""
+
+    center: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m", doc="what is looked at")
+    eye: Vector3d = In(default=(1.0, 0.0, 0.0), unit="m", doc="where the eye is")
+    up: Vector3d = In(default=(0.0, 1.0, 0.0), doc="direction")
+    transform: Matrix4d = Out()
+
+    def compute(self) -> None:
+        """Put it together."""
+        matrix, eye = np.eye(4), np.array(self.eye)
+        backward = unit(eye - np.array(self.center))
+        right = unit(np.cross(self.up, backward))
+        matrix[:3, :3] = right, np.cross(backward, right), backward
+        matrix[3, :3] = eye
+        self.transform = tuple(matrix.ravel().tolist())
+
+
+class RotateVector(Elementwise, type="omni.graph.nodes.RotateVector"):
+    """A vector turned by angles, a quaternion or a matrix, whose translation is left out."""
+
+    rotation: Any = In(
+        type=f"{matrices(3, 4)}|{QUATERNIONS}|{VECTORS}", required=True, doc="any of these, angles in degrees"
+    )
+    rotation_order: Token = In(default="XYZ", tokens=ORDERS)
+    vector: Any = In(type=VECTORS, required=True, doc="one, or an array of them")
+    result: Any = Out(type=VECTORS, doc="of the type of the vector")
+
+    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
+        """By the linear part of a matrix, or by a rotation."""
+        linear = inputs[0].count > 4
+
+        def turned(rotation: Any, vector: Any) -> Any:
+            by = square(rotation)[..., :3, :3] if linear else rotation_matrix(rotation, self.rotation_order)
+            return (vector[..., None, :] @ by)[..., 0, :]
+
+        return lift(turned, inputs, output)
+
+    def result_type(self, given: Mapping[str, PortType]) -> PortType:
+        """That of the vector, an array where the rotation is one."""
+        return replace(given["vector"], array=any(one.array for one in given.values()))
+
+    def compute(self) -> None:
+        """Turn it."""
+        self.result = self.operate(self.rotation, self.vector)

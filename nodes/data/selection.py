@@ -1,0 +1,106 @@
+"""One value or the other (`omni.graph.nodes`)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from graphengine import types
+from graphengine.node import In, Node, Out
+from graphengine.types import ARRAYS, ELEMENTS, PortType, Target
+from nodes.data.broadcast import type_of
+from nodes.data.sequences import fits, made
+
+ANYTHING = f"{ELEMENTS}|{ARRAYS}|string|path"
+_BOOLEANS = "bool|bool[]"
+
+
+class SelectIf(Node, type="omni.graph.nodes.SelectIf"):
+    """One of two values, as a condition says; with an array of conditions, element by element."""
+
+    condition: Any = In(type=_BOOLEANS, required=True, doc="whether it is ifTrue")
+    if_true: Any = In(type=ANYTHING, required=True)
+    if_false: Any = In(type=ANYTHING, required=True)
+    result: Any = Out(
+        type=ANYTHING, doc="an array where any of the inputs is one; single values stand for all its elements"
+    )
+
+    def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
+        """The type that both values convert to.
+
+        Raises:
+            ValueError: there is none.
+        """
+        if not {"condition", "if_true", "if_false"} <= known.keys():
+            return {}
+        array = any(known[name].array for name in ("condition", "if_true", "if_false"))
+        values = [replace(known[name], array=False) for name in ("if_true", "if_false")]
+        for wanted in values:
+            if all(fits(value, wanted) for value in values) and not (array and wanted.base in ("string", "path")):
+                return {"result": replace(wanted, array=array)}
+        raise ValueError(f"ifTrue is {known['if_true']} and ifFalse is {known['if_false']}, which do not go together")
+
+    def compute(self) -> None:
+        """Choose.
+
+        Raises:
+            ValueError: arrays differ in length.
+        """
+        known = dict(self.settled)
+        for name in ("condition", "if_true", "if_false"):
+            known.setdefault(name, type_of(getattr(self, name)))
+        result = known.get("result") or self.resolve_types(known, {})["result"]
+        if not result.array:
+            chosen = "if_true" if self.condition else "if_false"
+            converter = types.conversion(known[chosen], result)
+            value = getattr(self, chosen)
+            self.result = types.CONVERTERS[converter](value) if converter else value
+            return
+        lengths = {len(getattr(self, name)) for name in known if name != "result" and known[name].array}
+        if len(lengths) > 1:
+            raise ValueError(
+                f"arrays of {', '.join(map(str, sorted(lengths)))} elements; they have to be of one length"
+            )
+        parts = [
+            value if known[name].array else [value] * max(lengths)
+            for name, value in (("condition", self.condition), ("if_true", self.if_true), ("if_false", self.if_false))
+        ]
+        self.result = made([yes if c else no for c, yes, no in zip(*parts, strict=True)], replace(result, array=False))
+
+
+class SelectTargetIf(Node, type="omni.graph.nodes.SelectTargetIf"):
+    """The prims of one of two targets, as a condition says; with an array of conditions, prim by prim."""
+
+    condition: Any = In(type=_BOOLEANS, required=True, doc="whether it is ifTrue")
+    if_true: Target = In(default=())
+    if_false: Target = In(default=())
+    result: Target = Out(doc="the prims that were chosen")
+
+    def compute(self) -> None:
+        """Choose.
+
+        Raises:
+            ValueError: there is not a prim for each condition.
+        """
+        if not isinstance(self.condition, np.ndarray):
+            self.result = self.if_true if self.condition else self.if_false
+            return
+        if not len(self.condition) == len(self.if_true) == len(self.if_false):
+            counts = len(self.condition), len(self.if_true), len(self.if_false)
+            raise ValueError("{} conditions for {} and {} prims; give as many".format(*counts))
+        both = zip(self.condition, self.if_true, self.if_false, strict=True)
+        self.result = tuple(yes if chosen else no for chosen, yes, no in both)
+
+
+class IsEmpty(Node, type="omni.graph.nodes.IsEmpty"):
+    """Whether a text or an array has no elements; numbers and tuples are never empty."""
+
+    input_in: Any = In(type=ANYTHING, name="input", required=True, doc="text, array, or what cannot be empty")
+    is_empty: bool = Out()
+
+    def compute(self) -> None:
+        """Look."""
+        self.is_empty = isinstance(self.input_in, str | tuple | np.ndarray) and len(self.input_in) == 0

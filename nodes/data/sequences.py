@@ -1,0 +1,92 @@
+"""Arrays as ports carry them, cut and joined: numpy arrays, tuples of texts, and strings as arrays of their UTF-8 bytes."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from graphengine import types
+from graphengine.types import PortType
+
+MAX_LENGTH = 10_000_000
+"""Elements of an array that a node makes of its own accord."""
+_BYTE = PortType("uchar")
+
+
+def element_of(array: PortType) -> PortType:
+    """What an array of a type holds."""
+    return _BYTE if not array.array else PortType(array.base, array.count, False, array.role)
+
+
+def fits(given: PortType, element: PortType) -> bool:
+    """Whether an array of some elements takes a value of a type."""
+    return types.conversion(given, element) is not None
+
+
+def as_array(value: Any) -> Any:
+    """What a port carries as something that can be cut and joined: an array, or a tuple of texts."""
+    if isinstance(value, str):
+        return np.frombuffer(value.encode(), np.uint8)
+    if isinstance(value, np.ndarray) or (isinstance(value, tuple) and all(isinstance(text, str) for text in value)):
+        return value
+    return np.asarray(value)
+
+
+def joined(like: Any, *parts: Any) -> Any:
+    """Parts one after the other, as a port carries an array of the type of another; a part is an array or a list of elements."""
+    if isinstance(like, str):
+        return bytes(joined(as_array(like), *parts)).decode(errors="replace")
+    if isinstance(like, tuple):
+        return tuple(itertools.chain(*parts))
+    kind = as_array(like)
+    return np.concatenate([np.asarray(part, kind.dtype).reshape(-1, *kind.shape[1:]) for part in parts])
+
+
+def made(elements: Sequence[Any], element_type: PortType) -> Any:
+    """An array of some elements."""
+    if not element_type.is_number:
+        return tuple(elements)
+    shape = (-1,) if element_type.count == 1 else (-1, element_type.count)
+    return np.array(elements, element_type.dtype).reshape(shape)
+
+
+def checked_length(length: int) -> int:
+    """A length that an array can be given.
+
+    Raises:
+        ValueError: it is too long.
+    """
+    if length > MAX_LENGTH:
+        raise ValueError(f"an array of {length} elements is too long; {MAX_LENGTH} are the most")
+    return max(length, 0)
+
+
+def position(index: int, length: int) -> int:
+    """The place that an index means, which counts from the end where it is negative.
+
+    Raises:
+        ValueError: there is none.
+    """
+    if not -length <= index < length:
+        legal = f"legal: {-length} to {length - 1}" if length else "it is empty"
+        raise ValueError(f"the array of {length} elements has no index {index}; {legal}")
+    return index % length
+
+
+def zeros(array: Any, count: int) -> Any:
+    """So many zeros, or empty texts, as elements of an array; none where the number is negative."""
+    if isinstance(array, tuple):
+        return ("",) * count
+    return np.zeros((max(count, 0), *array.shape[1:]), array.dtype)
+
+
+def places(array: Any, value: Any) -> list[int]:
+    """Where elements are equal to a value."""
+    if isinstance(array, tuple):
+        return [index for index, text in enumerate(array) if text == value]
+    same = array == np.asarray(value, array.dtype)
+    found: list[int] = np.flatnonzero(same.all(axis=1) if same.ndim == 2 else same).tolist()
+    return found

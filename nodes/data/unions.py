@@ -1,0 +1,54 @@
+"""Types that ports of data nodes take, by OmniGraph's names for such groups.
+
+Where a file does not say a literal's type, the first of a group that takes it counts. So whole numbers come first, since they
+widen by themselves; lists of two to four numbers are tuples; and matrices come last, since they say their type.
+"""
+
+from __future__ import annotations
+
+
+def arrays_of(union: str) -> str:
+    """Arrays of each of some types."""
+    return "|".join(f"{element}[]" for element in union.split("|"))
+
+
+def with_arrays(union: str) -> str:
+    """Some types, and arrays of each."""
+    return f"{union}|{arrays_of(union)}"
+
+
+def _tuples(*bases: str) -> str:
+    return "|".join(f"{base}[{count}]" for base in bases for count in (2, 3, 4))
+
+
+INTEGRAL_SCALARS = "int|int64|uint64|uint|uchar"
+REALS = "double|float|half"
+DECIMAL_SCALARS = f"{REALS}|timecode"
+REAL_TUPLES = _tuples("double", "float", "half")
+_ROLES = [
+    "vector{}[3]",
+    "point{}[3]",
+    "normal{}[3]",
+    "color{}[3]",
+    "color{}[4]",
+    "quat{}[4]",
+    "texcoord{}[2]",
+    "texcoord{}[3]",
+]
+DECIMAL_TUPLES = "|".join((REAL_TUPLES, *(role.format(bits) for role in _ROLES for bits in "dfh")))
+INTEGRAL_TUPLES = _tuples("int")
+MATRICES = "matrixd[2]|matrixd[3]|matrixd[4]"
+FRAMES = "frame[4]|transform[4]"
+
+DECIMALS = with_arrays(f"{DECIMAL_SCALARS}|{DECIMAL_TUPLES}")
+PLAIN_NUMERICS = with_arrays(f"{INTEGRAL_SCALARS}|{DECIMAL_SCALARS}|{INTEGRAL_TUPLES}|{DECIMAL_TUPLES}")
+"""Numbers and tuples of them, no matrices."""
+NUMERICS = f"{PLAIN_NUMERICS}|{with_arrays(f'{MATRICES}|{FRAMES}')}"
+BOOLEANS = "bool|bool[]"
+VECTORS = with_arrays("vectord[3]|vectorf[3]|vectorh[3]")
+QUATERNIONS = with_arrays("quatd[4]|quatf[4]|quath[4]")
+
+
+def matrices(*sizes: int) -> str:
+    """Square matrices of some sizes, and arrays of them."""
+    return with_arrays("|".join(f"matrixd[{size}]" for size in sizes))

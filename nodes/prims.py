@@ -1,0 +1,188 @@
+"""Attributes and poses of prims (`omni.graph.nodes`).
+
+Attributes are those that something here stands behind, under USD's names and in USD's units: `xformOp:translate` (m) and
+`xformOp:orient` relative to the parent prim, `physics:mass` (kg), `physics:jointEnabled`, `clippingRange` of cameras,
+`isaac:namespace` and `isaac:nameOverride`; of a joint that turns `state:angular:physics:position` and `:velocity` and, where its
+drive has them, `drive:angular:physics:targetPosition` and `targetVelocity`, in degrees; of one that slides the same with
+`linear`, in m; of /physicsScene `physics:gravityDirection` and `physics:gravityMagnitude` (m/s2). Where a robot or a free body
+is, what drives are told, and gravity can be written.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from graphengine.context import Context, Frame, PrimAttribute
+from graphengine.diagnostics import ContextError
+from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
+from graphengine.prim_attributes import type_of_attribute
+from graphengine.rotation import Pose, rotate
+from graphengine.types import PortType, Target, Token
+
+_UNUSED = "means nothing here: there is one value, that of now, and no layers"
+_ANY, _WIRED = "prim:any", "prim:*"
+
+
+class PrimNode(Node):
+    """A node that has to do with a prim, which is given as a target or by its path."""
+
+    prim: Target = In(default=(), setup=True, required="prim", doc="the prim, while usePath is false")
+    prim_path: Token = In(default="", setup=True, required="prim", doc="path of the prim, while usePath is true")
+
+    use_path: bool
+
+    def path(self) -> str:
+        """Path of the prim.
+
+        Raises:
+            ContextError: there is none.
+        """
+        path = self.prim_path if self.use_path else next(iter(self.prim), "")
+        if not path:
+            name, other = ("primPath", "prim") if self.use_path else ("prim", "primPath")
+            given = self.prim if self.use_path else self.prim_path
+            hint = (
+                f"{other} is set, which counts while usePath is {'false' if self.use_path else 'true'}" if given else ""
+            )
+            raise ContextError(f"{name} is empty", "", hint)
+        return path
+
+    def keys(self, subject: str) -> list[str]:
+        """What it reads or writes, for the order of readers and writers; nothing where a wire decides which prim it is.
+
+        Poses hang together along the tree, so that those of one robot, or of all objects, are one subject.
+        """
+        path = self.prim_path if self.use_path else next(iter(self.prim), "")
+        if not path or not subject:
+            return []
+        if subject.startswith("xformOp:") or subject == "pose":
+            return [f"pose:/{path.split('/')[1] if '/' in path else path}"]
+        return [f"prim:{path.replace('/Geometry/', '/')}.{subject}"]
+
+
+class AttributeNode(PrimNode):
+    """A node that has to do with an attribute of a prim."""
+
+    name: Token = In(default="", setup=True, required=True, doc="of the attribute, as USD calls it: xformOp:translate")
+    use_path: bool = In(default=False, setup=True)
+
+    attribute: PrimAttribute = State()
+
+
+class ReadPrimAttribute(AttributeNode, type="omni.graph.nodes.ReadPrimAttribute", volatile=True):
+    """The value of an attribute of a prim."""
+
+    usd_timecode: Any = In(type="timecode", unit="s", doc=_UNUSED)
+    value: Any = Out(type="any", doc="of the attribute's type; quaternions are (x, y, z, w)")
+
+    def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
+        """The attribute's type, which its name tells."""
+        found = type_of_attribute(self.name)
+        return {"value": found} if found is not None else {}
+
+    def setup(self, context: Context) -> None:
+        """Bind the attribute.
+
+        Raises:
+            ContextError: there is no such prim, or it has no such attribute.
+        """
+        self.attribute = context.attribute(self.path(), self.name)
+
+    def compute(self) -> None:
+        """Read it."""
+        self.value = self.attribute.read()
+
+    def reads(self) -> Iterable[str]:
+        """The attribute."""
+        return (*(self.keys(self.name) or [_ANY]), _WIRED)
+
+
+class WritePrimAttribute(AttributeNode, type="omni.graph.nodes.WritePrimAttribute"):
+    """Changes an attribute of a prim; who reads it later in the same pass sees it."""
+
+    exec_in = ExecIn()
+    value: Any = In(required=True, doc="to be written; numbers of any type will do where the attribute has numbers")
+    usd_write_back: bool = In(default=True, doc=_UNUSED)
+    layer_identifier: Token = In(default="", doc=_UNUSED)
+    exec_out = ExecOut()
+
+    def setup(self, context: Context) -> None:
+        """Bind the attribute.
+
+        Raises:
+            ContextError: there is no such prim or attribute, or it cannot be changed while the simulation runs.
+        """
+        self.attribute = context.attribute(self.path(), self.name, writable=True)
+
+    def compute(self) -> None:
+        """Write it.
+
+        Raises:
+            ContextError: the value is of another type, or not finite.
+        """
+        self.attribute.write(self.value)
+
+    def writes(self) -> Iterable[str]:
+        """The attribute."""
+        return (*(self.keys(self.name) or [_WIRED]), _ANY)
+
+
+class GetPrimLocalToWorldTransform(PrimNode, type="omni.graph.nodes.GetPrimLocalToWorldTransform", volatile=True):
+    """Pose of a prim in the world as a matrix for row vectors, with the position (m) in its last row."""
+
+    use_path: bool = In(default=True, setup=True)
+    local_to_world_transform: Any = Out(type="matrixd[4]")
+
+    frame: Frame = State()
+
+    def setup(self, context: Context) -> None:
+        """Bind the prim.
+
+        Raises:
+            ContextError: there is no such prim.
+        """
+        self.frame = context.frame(self.path())
+
+    def compute(self) -> None:
+        """Read the pose."""
+        self.local_to_world_transform = matrix_of(self.frame.pose())
+
+    def reads(self) -> Iterable[str]:
+        """The pose."""
+        return (*(self.keys("pose") or [_ANY]), _WIRED)
+
+
+class ReadPrimLocalTransform(Node, type="omni.graph.nodes.ReadPrimLocalTransform", volatile=True):
+    """Pose of a prim relative to its parent prim as a matrix for row vectors, with the position (m) in its last row."""
+
+    prim: Target = In(required=True, setup=True, doc="any prim")
+    value: Any = Out(type="matrixd[4]", doc="row by row")
+
+    translate: PrimAttribute = State()
+    orient: PrimAttribute = State()
+
+    def setup(self, context: Context) -> None:
+        """Bind the prim's pose.
+
+        Raises:
+            ContextError: there is no such prim, or it has no pose.
+        """
+        self.translate = context.attribute(self.prim[0], "xformOp:translate")
+        self.orient = context.attribute(self.prim[0], "xformOp:orient")
+
+    def compute(self) -> None:
+        """Read the pose."""
+        self.value = matrix_of((self.translate.read(), self.orient.read()))
+
+    def reads(self) -> Iterable[str]:
+        """The pose."""
+        return (f"pose:/{self.prim[0].split('/')[1]}" if self.prim else _ANY, _WIRED)
+
+
+def matrix_of(pose: Pose) -> tuple[float, ...]:
+    """A pose as a matrix M by which a row vector is turned and moved, p' = p M: the axes, row by row, then the position."""
+    position, orientation = pose
+    axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    rows = [(*rotate(orientation, axis), 0.0) for axis in axes]
+    return (*rows[0], *rows[1], *rows[2], *position, 1.0)

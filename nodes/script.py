@@ -1,0 +1,229 @@
+"""Python in a graph (`omni.graph.scriptnode`).
+
+    Double:
+      type: ScriptNode
+      inputs:
+        attributes: ["inputs:speed double", "outputs:command double[]"]
+        script: |
+          def compute(db):
+              db.outputs.command = [db.inputs.speed, db.inputs.speed]
+
+A script is code of whoever wrote the file, so it runs only when whoever runs the graph allowed it by `--allow-scripts`; it is
+then not confined in any way. Without that a check refuses the graph.
+"""
+
+from __future__ import annotations
+
+import linecache
+import types as python
+from collections.abc import Callable, Mapping
+from typing import Any, Literal
+
+import numpy as np
+
+from graphengine import types
+from graphengine.context import Context
+from graphengine.diagnostics import ContextError, did_you_mean, listing
+from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out, State
+from graphengine.port import Port
+from graphengine.ros.definitions import Definitions
+from graphengine.types import PortType, String, Token, Tokens
+
+Log = Callable[[Literal["info", "warning", "error"], str], None]
+
+
+class Attributes(python.SimpleNamespace):
+    """Values by the names that a graph declared."""
+
+    def __getattr__(self, name: str) -> Any:
+        """There is none of that name."""
+        near = did_you_mean(name, vars(self)) or listing(vars(self), "declared")
+        raise AttributeError(f"the node declares no {name!r}; {near}")
+
+
+class Database:
+    """What a script sees of its node.
+
+    Attributes:
+        inputs: values by the names of the declared inputs; arrays cannot be changed.
+        outputs: by the names of the declared outputs; what `compute` leaves there is what the outputs carry.
+        per_instance_state: anything that the script keeps, until the simulation stops.
+        internal_state: the same.
+    """
+
+    def __init__(self, log: Log) -> None:
+        self.inputs = Attributes()
+        self.outputs = Attributes()
+        self.per_instance_state = self.internal_state = python.SimpleNamespace()
+        self._log = log
+
+    def log_info(self, message: object) -> None:
+        """Tell the user."""
+        self._log("info", str(message))
+
+    def log_warning(self, message: object) -> None:
+        """Warn the user."""
+        self._log("warning", str(message))
+
+    def log_error(self, message: object) -> None:
+        """Tell the user of an error; the run goes on."""
+        self._log("error", str(message))
+
+    log_warn = log_warning
+
+
+class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
+    """Runs Python: `compute(db)` whenever it is executed, before the first time `setup(db)`, at a stop `cleanup(db)`.
+
+    Fires execOut unless `compute` returns False. Inputs and outputs of the script are those that `attributes` declares.
+    """
+
+    exec_in = ExecIn()
+    script: String = In(default="", setup=True, doc="the code, while usePath is false")
+    use_path: bool = In(default=False, setup=True)
+    script_path: Token = In(
+        default="", setup=True, doc="file with the code, while usePath is true; from the graph file's folder"
+    )
+    attributes: Tokens = In(
+        default=(), extension=True, doc='"inputs:NAME TYPE" and "outputs:NAME TYPE", as "inputs:speed double"'
+    )
+    exec_out = ExecOut()
+
+    code: python.CodeType = State()
+    log: Log = State()
+    running: tuple[dict[str, Any], Database] | None = State(default=None)
+
+    @classmethod
+    def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
+        """The declared inputs and outputs.
+
+        Raises:
+            ValueError: a declaration is none, or a name is taken.
+        """
+        declared = literals.get("attributes", ())
+        fields: dict[str, Any] = {}
+        for text in declared if isinstance(declared, list | tuple) else ():
+            side, name, port_type = _declaration(text)
+            if f"{side}:{name}" in cls.ports or f"{side}_{name}" in fields:
+                raise ValueError(f"{text!r}: {side}:{name} is there already")
+            make = In if side == "inputs" else Out
+            fields[f"{side}_{name}"] = make(type=str(port_type), name=name, doc="declared by the graph")
+        return fields
+
+    def setup(self, context: Context) -> None:
+        """Compile the script.
+
+        Raises:
+            ContextError: scripts are not allowed, the file cannot be read, or it is no Python.
+        """
+        context.allow_scripts()
+        name, text = f"<script of {context.prim_path}>", self.script
+        if self.use_path:
+            path, text = context.read_file(self.script_path)
+            name = str(path)
+        try:
+            self.code = compile(text, name, "exec", dont_inherit=True)
+        except (SyntaxError, ValueError) as error:
+            line = f" line {error.lineno}:" if isinstance(error, SyntaxError) and error.lineno else ""
+            what = error.msg if isinstance(error, SyntaxError) else error
+            raise ContextError(f"{name}:{line} {what}", self.script_path if self.use_path else self.script) from None
+        linecache.cache[name] = (len(text), None, text.splitlines(keepends=True), name)
+        self.log = context.log
+        context.when_closed(self.reset)
+
+    def compute(self) -> Fire:
+        """Run the script.
+
+        Raises:
+            RuntimeError: the script raised; in which line.
+            TypeError: it gave an output that is not declared, or what its type does not take.
+            ValueError: likewise, out of range.
+        """
+        if self.running is None:
+            self.running = {"__name__": "__script__"}, Database(self.log)
+            self._call(exec, self.code, self.running[0])
+            self._call_own("setup")
+        db = self.running[1]
+        for port in declared(self, "inputs"):
+            setattr(db.inputs, port.name, _shared(getattr(self, port.field)))
+        for port in declared(self, "outputs"):
+            setattr(db.outputs, port.name, getattr(self, port.field))
+        if self._call_own("compute") is False:
+            return None
+        self._take(db)
+        return self.exec_out
+
+    def _take(self, db: Database) -> None:
+        ports = {port.name: port for port in declared(self, "outputs")}
+        for name, value in vars(db.outputs).items():
+            if name not in ports:
+                hint = did_you_mean(name, ports) or listing(ports, "outputs")
+                raise TypeError(
+                    f'db.outputs.{name} is no output; declare it by attributes, as "outputs:{name} double"; {hint}'
+                )
+            port_type = ports[name].type
+            assert isinstance(port_type, PortType)
+            try:
+                setattr(self, ports[name].field, types.coerce(value, port_type))
+            except (TypeError, ValueError) as error:
+                raise type(error)(f"db.outputs.{name} is {port_type}: {error}, got {value!r}") from None
+
+    def reset(self) -> None:
+        """Let the script clean up and forget it."""
+        if self.running is not None:
+            try:
+                self._call_own("cleanup")
+            finally:
+                self.running = None
+
+    def _call_own(self, name: str) -> Any:
+        """Call a function of the script, if it has one of that name."""
+        assert self.running is not None
+        namespace, db = self.running
+        function = namespace.get(name)
+        return self._call(function, db) if callable(function) else None
+
+    def _call(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        try:
+            return function(*arguments)
+        except (Exception, SystemExit) as error:
+            lines, traceback = [self.code.co_firstlineno], error.__traceback__
+            while traceback is not None:
+                if traceback.tb_frame.f_code.co_filename == self.code.co_filename:
+                    lines.append(traceback.tb_lineno)
+                traceback = traceback.tb_next
+            text = linecache.getline(self.code.co_filename, lines[-1]).strip()
+            where = f"{self.code.co_filename}, line {lines[-1]}{f' ({text})' if text else ''}"
+            raise RuntimeError(f"{where}: {type(error).__name__}: {error}") from error
+
+
+def declared(node: ScriptNode, side: Literal["inputs", "outputs"]) -> list[Port]:
+    """The ports that a graph declared for its script."""
+    own = ScriptNode.fields
+    return [port for field, port in type(node).fields.items() if port.side == side and field not in own]
+
+
+def _declaration(text: object) -> tuple[str, str, PortType]:
+    """Side, name and type of `inputs:speed double`.
+
+    Raises:
+        ValueError: it is something else.
+    """
+    path, _, type_name = text.partition(" ") if isinstance(text, str) else ("", "", "")
+    side, _, name = path.partition(":")
+    if side not in ("inputs", "outputs") or not name.isidentifier() or name.startswith("_"):
+        raise ValueError(
+            f'{text!r} declares no attribute; write it as "inputs:speed double" or "outputs:command double[]"'
+        )
+    port_type = types.parse(type_name.strip())
+    if not isinstance(port_type, PortType) or port_type.base in ("any", "bundle", "execution"):
+        raise ValueError(f"{text!r}: a script's attributes have one type of values, such as double, token, int[]")
+    return side, name, port_type
+
+
+def _shared(value: Any) -> Any:
+    """An input as a script may see it: an array that others have too cannot be written to."""
+    if isinstance(value, np.ndarray):
+        value = value.view()
+        value.setflags(write=False)
+    return value

@@ -1,0 +1,108 @@
+"""Keys of a run's terminal: pressed when they come, let go when they no longer do, and the terminal as it was afterwards."""
+
+from __future__ import annotations
+
+import os
+import pty
+import sys
+import termios
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from graphengine.cli import held_keys
+from graphengine.cli.held_keys import RELEASE_AFTER, HeldTerminalKeys
+from graphengine.diagnostics import UsageError
+
+
+class Told:
+    """A session that remembers what keys it was told of."""
+
+    def __init__(self) -> None:
+        self.told: list[tuple[str, ...]] = []
+
+    def press(self, *keys: str) -> None:
+        self.told.append(("press", *keys))
+
+    def release(self, *keys: str) -> None:
+        self.told.append(("release", *keys))
+
+
+class Terminal:
+    """A terminal on which a test types, at times that the test says."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.keyboard, self.screen = pty.openpty()
+        self.now = 100.0
+        self.stdin = os.fdopen(self.screen, closefd=False)
+        monkeypatch.setattr(sys, "stdin", self.stdin)
+        monkeypatch.setattr(held_keys, "monotonic", lambda: self.now)
+
+    def type(self, text: str) -> None:
+        os.write(self.keyboard, text.encode())
+
+    def close(self) -> None:
+        self.stdin.close()
+        os.close(self.keyboard)
+        os.close(self.screen)
+
+
+@pytest.fixture
+def terminal(monkeypatch: pytest.MonkeyPatch) -> Iterator[Terminal]:
+    made = Terminal(monkeypatch)
+    yield made
+    made.close()
+
+
+def test_a_key_is_held_as_long_as_it_is_repeated(terminal: Terminal) -> None:
+    session: Any = Told()
+    with HeldTerminalKeys() as keys:
+        for _ in range(4):
+            terminal.type("w")
+            keys.on_tick(session)
+            terminal.now += 0.9 * RELEASE_AFTER
+        assert session.told == [("press", "W")]
+        terminal.now += 0.2 * RELEASE_AFTER
+        keys.on_tick(session)
+    assert session.told == [("press", "W"), ("release", "W")]
+
+
+def test_a_key_that_two_share_is_held_until_both_are_let_go(terminal: Terminal) -> None:
+    session: Any = Told()
+    with HeldTerminalKeys() as keys:
+        terminal.type("W")
+        keys.on_tick(session)
+        terminal.now += 0.9 * RELEASE_AFTER
+        terminal.type("A")
+        keys.on_tick(session)
+        terminal.now += 0.2 * RELEASE_AFTER
+        keys.on_tick(session)
+        assert session.told[2:] == [("release", "W")]
+        terminal.now += RELEASE_AFTER
+        keys.on_tick(session)
+    assert session.told[3:] == [("release", "LeftShift", "A")]
+
+
+def test_what_no_key_has_a_name_for_is_left_alone(terminal: Terminal) -> None:
+    session: Any = Told()
+    with HeldTerminalKeys() as keys:
+        terminal.type("ß€\x00")
+        keys.on_tick(session)
+    assert session.told == []
+
+
+def test_the_terminal_is_given_back_as_it_was_and_ctrl_c_stays_what_it_is(terminal: Terminal) -> None:
+    before = termios.tcgetattr(terminal.screen)
+    with HeldTerminalKeys():
+        during = termios.tcgetattr(terminal.screen)[3]
+        assert not during & (termios.ECHO | termios.ICANON)
+        assert during & termios.ISIG
+    assert termios.tcgetattr(terminal.screen) == before
+
+
+def test_without_a_terminal_there_are_no_keys(monkeypatch: pytest.MonkeyPatch) -> None:
+    with open(os.devnull) as nothing:
+        monkeypatch.setattr(sys, "stdin", nothing)
+        with pytest.raises(UsageError, match="the standard input is none"):
+            HeldTerminalKeys()
