@@ -5,6 +5,7 @@ Positions are in the world frame, m; quaternions are (x, y, z, w).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -12,6 +13,8 @@ from graphengine.sensor import Quaternion, Vector3
 
 EntityKind = Literal["robot", "object", "static"]
 """A `robot` has joints or sensors, an `object` moves, and what is `static` stands where it was put."""
+MOST_TOLD = 3
+"""Overlaps that a warning names."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,8 +46,27 @@ class EntityState:
 
 
 @dataclass(frozen=True, slots=True)
+class Overlap:
+    """What an entity is stuck in."""
+
+    other: str
+    """Name of the other entity; for what belongs to none, such as a floor, that of the shape."""
+    depth: float
+    """How far they are to be pushed apart, m."""
+
+
+@dataclass(frozen=True, slots=True)
 class Box:
     """A box along the axes of a frame, by two opposite corners, m."""
 
     low: Vector3
     high: Vector3
+
+
+def warning(name: str, overlaps: Sequence[Overlap]) -> str:
+    """What to tell who put an entity somewhere; empty where it is free."""
+    if not overlaps:
+        return ""
+    told = [f"{overlap.depth:.2g} m deep in {overlap.other}" for overlap in overlaps[:MOST_TOLD]]
+    told += [f"in {more} more"] if (more := len(overlaps) - MOST_TOLD) > 0 else []
+    return f"{name} is {', '.join(told)}: physics pushes them apart at once, which may throw them far"

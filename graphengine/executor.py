@@ -49,7 +49,16 @@ class Executor:
         self._set_pins()
 
     def _set_pins(self) -> None:
-        """The input of a node with a single wire always fires once and is told so now; no other has fired."""
+        """The input of a node with a single wire always fires once and is told so now; no other has fired.
+
+        In a push graph all have fired but control pins.
+        """
+        if self.plan.graph.flat.spec.evaluator == "push":
+            for node in self.nodes:
+                for port in type(node).fields.values():
+                    if port.is_exec and port.side == "inputs":
+                        setattr(node, port.field, 0 if port.control else 1)
+            return
         told = {call.node for region in self.plan.regions for call in region.calls if call.pins}
         for wire in self.plan.graph.exec_wires:
             setattr(self.nodes[wire.target], wire.target_field, 0 if wire.target in told else 1)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from graphengine.gates import Gate
 from graphengine.graph import Graph
 
 
@@ -129,8 +130,8 @@ class Plan:
     """Every node that can run, in schedule order, each data node before its first consumer; setup follows it."""
     early: set[int] = field(default_factory=set)
     """Data nodes that change while the graph runs, but whose values inputs that are read in `setup` need before."""
-    certain: set[int] = field(default_factory=set)
-    """Nodes that run in every pass."""
+    gates: dict[int, tuple[int, ...]] = field(default_factory=dict)
+    """Of nodes that run in every pass but for gates that they are behind: these gates."""
     keep_going: bool = False
     """A node that raises ends its branch only, so what follows it is never certain to run."""
 
@@ -138,3 +139,11 @@ class Plan:
     def root(self) -> Region:
         """The region that starts from the events of a pass."""
         return self.regions[0]
+
+    def rate(self, index: int, passes: float) -> float | None:
+        """How often a node runs in a second of so many passes; None where that cannot be told beforehand."""
+        rate: float | None = passes if index in self.gates else None
+        for gate in self.gates.get(index, ()):
+            node = self.graph.instances[gate].node
+            rate = node.rate(rate) if rate is not None and isinstance(node, Gate) else None
+        return rate

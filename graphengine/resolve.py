@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from graphengine.diagnostics import MAX_ERRORS, ContextError, Findings, did_you_mean, listing
+from graphengine.gates import add_gates
 from graphengine.graph import Graph, Instance, Wire, find_port, port_names
 from graphengine.literals import Override, check_required, set_literals, set_overrides, set_variables
 from graphengine.node import Port, grown
+from graphengine.parameters import UNKNOWN
 from graphengine.port_types import settle_types
 from graphengine.registry import Registry
-from graphengine.template import UNKNOWN, FlatGraph, WireEnd, WireEntry
+from graphengine.template import FlatGraph, WireEnd, WireEntry
 from graphengine.types import UnionType
 
 
@@ -37,6 +39,7 @@ def resolve(
     set_literals(graph, known, findings)
     set_overrides(graph, overrides, findings)
     _connect(graph, known, findings)
+    add_gates(graph, findings)
     set_variables(graph, findings)
     settle_types(graph, findings)
     check_required(graph, findings)

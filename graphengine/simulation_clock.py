@@ -14,12 +14,13 @@ class SimulationClock:
         "delta",
         "frame",
         "monotonic_time",
+        "period",
         "time",
         "wall_time_was_read",
     )
 
     def __init__(self, period: tuple[int, int]) -> None:
-        self._numerator, self._denominator = period
+        self.period = self._numerator, self._denominator = period
         self.delta: float = period[0] / period[1]
         self.wall_time = 0.0
         self._past = 0

@@ -14,6 +14,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 from graphengine.diagnostics import shown
 
 FORMAT = 1
+MAX_TICKS = 2**32 - 1
 
 
 def _name_keys(schema: dict[str, Any]) -> None:
@@ -35,6 +36,15 @@ class Spec(BaseModel):
 def _whole_number(value: Any) -> Any:
     if type(value) is not int:
         raise ValueError(f"expected 1, got {shown(value)}")
+    return value
+
+
+def _evaluator(value: Any) -> Any:
+    if value in ("dirty_push", "lazy"):
+        raise ValueError(
+            f"{value!r} graphs, of which only what changed is computed, are not supported; use push, which computes every node, "
+            "or execution, in which data nodes are computed when something reads them"
+        )
     return value
 
 
@@ -97,12 +107,36 @@ class VariableSpec(Spec):
     doc: str = ""
 
 
+class EverySpec(Spec):
+    """How often a node is executed, or an event fires: `once`, at every n-th time, or so often a second."""
+
+    once: bool = Field(default=False, description="The first time since play, and then no more.")
+    ticks: int | None = Field(default=None, ge=1, le=MAX_TICKS, description="Every n-th time, beginning with the n-th.")
+    hz: Positive | None = Field(
+        default=None, le=10_000, description="The first time at or after each k / hz seconds of simulation."
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _short_form(cls, data: Any) -> Any:
+        if isinstance(data, str) and data != "once":
+            raise ValueError(f"{data!r} is not `once`; else give {{ticks: 3}} or {{hz: 10}}")
+        return {"once": True} if isinstance(data, str) else data
+
+    @model_validator(mode="after")
+    def _one_form(self) -> EverySpec:
+        if self.once + (self.ticks is not None) + (self.hz is not None) != 1:
+            raise ValueError("give one of once, {ticks: 3} and {hz: 10}")
+        return self
+
+
 class NodeSpec(Spec):
     """A node: its type, or the subgraph that stands in its place, and the values of its inputs."""
 
     type: str = Field(default="", description="Registered OmniGraph name, or for built-ins its last part.")
     subgraph: str = Field(default="", description="A graph file with declared inputs and outputs, in place of type.")
     inputs: dict[str, Any] = Field(default={}, description="Values by port name.")
+    every: EverySpec | None = Field(default=None, description="How often it is executed: once, {ticks: 3} or {hz: 10}.")
     doc: str = ""
 
     @model_validator(mode="before")
@@ -116,6 +150,8 @@ class NodeSpec(Spec):
             raise ValueError("a node needs a type, or a subgraph in its place")
         if self.type and self.subgraph:
             raise ValueError("a node has a type or a subgraph, not both")
+        if self.subgraph and self.every:
+            raise ValueError("a subgraph has no `every`; give it to nodes in the subgraph's own file")
         return self
 
 
@@ -128,6 +164,10 @@ class GraphSpec(Spec):
     at: PrimPath = Field(default="", description="The graph's own prim; namespaces are collected from here.")
     parameters: dict[Name, ParameterSpec] = Field(default={}, description="Name to {type: …, default: …}.")
     runs: Literal["tick", "physics_step"] = Field(default="tick", description="How often the graph runs.")
+    evaluator: Annotated[Literal["execution", "push"], BeforeValidator(_evaluator)] = Field(
+        default="execution",
+        description="Whether nodes run that execution reaches, or every node whenever the graph runs.",
+    )
     variables: dict[Name, VariableSpec] = Field(default={}, description="Name to {type: …, default: …}.")
     nodes: dict[Name, NodeSpec] = Field(default={}, description="Name to a type, or to {type: …, inputs: {…}}.")
     connections: tuple[Connection, ...] = Field(
@@ -187,7 +227,9 @@ class PlaceSpec(Spec):
 class RobotUse(Spec):
     """A robot file put into a scene, once or as a fleet: `NAME_0000`, `NAME_0001` and so on."""
 
-    use: str
+    use: str = Field(
+        description="Robot file, or a description alone: a file of URDF, xacro or MJCF, or the text of a URDF or MJCF."
+    )
     position: Vector = (0.0, 0.0, 0.0)
     orientation: Orientation = UPRIGHT
     count: int | None = Field(

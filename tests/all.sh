@@ -12,4 +12,4 @@ ruff check .
 ruff format --check --quiet .
 mypy
 lint-imports --no-cache
-python -m pytest "$@"
+python -m pytest -n auto --dist loadgroup "$@"

@@ -8,7 +8,9 @@ from graphengine.diagnostics import Findings
 from graphengine.graph import Graph
 from graphengine.plan import Plan, Refresh
 from graphengine.planning.calls import RegionWriter
+from graphengine.planning.dependencies import DependencyGraph
 from graphengine.planning.lints import lint_reads_and_writes
+from graphengine.planning.push import PushGraph
 from graphengine.planning.regions import RegionGraph
 
 __all__ = ["make_plan"]
@@ -22,23 +24,25 @@ def make_plan(graph: Graph, findings: Findings, *, keep_going: bool = False) -> 
         findings: where mistakes go.
         keep_going: a node that raises is to end its branch only.
     """
+    if graph.flat.spec.evaluator == "push":
+        pushed = PushGraph(graph, findings, keep_going)
+        return _ordered(pushed, pushed.plan(), pushed.order) if pushed.acyclic else None
     regions = RegionGraph(graph, findings, keep_going)
     if not regions.acyclic:
         return None
     lint_reads_and_writes(regions)
-    plan = Plan(graph, certain=regions.certain, keep_going=keep_going)
+    plan = Plan(graph, gates=regions.gates, keep_going=keep_going)
     count = -1
     while count != len(regions.flagged):  # a data node that needs a flag changes what other steps must do
         count = len(regions.flagged)
         plan.regions = [RegionWriter(regions, index).write() for index in range(len(regions.members))]
     plan.flagged = tuple(sorted(regions.flagged))
     plan.latent_marks = {i: regions.marks(i) for i, kind in enumerate(regions.kinds) if kind == "latent"}
-    _order_setup(regions, plan)
-    return plan
+    return _ordered(regions, plan, _executed(regions))
 
 
-def _order_setup(regions: RegionGraph, plan: Plan) -> None:
-    """Order every node that can run for setup, and find what is constant."""
+def _executed(regions: RegionGraph) -> Iterable[int]:
+    """Every node that can run but data nodes, in schedule order."""
     executed: dict[int, None] = {}
     pending = regions.members[0][::-1]
     while pending:
@@ -47,20 +51,26 @@ def _order_setup(regions: RegionGraph, plan: Plan) -> None:
             executed[index] = None
             below = [regions.pin_region.get((index, port), -1) for port in regions.exec_outputs(index)]
             pending += [n for region in reversed(below) if region >= 0 for n in reversed(regions.members[region])]
+    return executed
+
+
+def _ordered(graph: DependencyGraph, plan: Plan, executed: Iterable[int]) -> Plan:
+    """A plan that knows the order of setup, and what is constant."""
     order: dict[int, None] = {}
     for index in executed:
-        needs = regions.upstream(index)
-        order |= dict.fromkeys([*needs, *_read_off(regions, [*needs, index]), index])
-    constants = sorted(regions.constant & order.keys(), key=lambda data: regions.data_rank[data])
-    plan.constants = [Refresh(data, regions.copies(data, constant=None)) for data in constants]
+        needs = graph.upstream(index)
+        order |= dict.fromkeys([*needs, *_read_off(graph, [*needs, index]), index])
+    constants = sorted(graph.constant & order.keys(), key=lambda data: graph.data_rank[data])
+    plan.constants = [Refresh(data, graph.copies(data, constant=None)) for data in constants]
     plan.order = list(dict.fromkeys([*constants, *order]))
-    plan.constant_copies = [copy for i in plan.order for copy in regions.copies(i, constant=True)]
-    for wire in (wire for index in order for wire in regions.data_in.get(index, [])):
-        if regions.node(wire.target).cls.fields[wire.target_field].setup and wire.source in regions.data_rank:
-            plan.early |= {*regions.data_needs(wire.source), wire.source} - regions.constant
+    plan.constant_copies = [copy for i in plan.order for copy in graph.copies(i, constant=True)]
+    for wire in (wire for index in order for wire in graph.data_in.get(index, [])):
+        if graph.node(wire.target).cls.fields[wire.target_field].setup and wire.source in graph.data_rank:
+            plan.early |= {*graph.data_needs(wire.source), wire.source} - graph.constant
+    return plan
 
 
-def _read_off(regions: RegionGraph, readers: Iterable[int]) -> list[int]:
+def _read_off(graph: DependencyGraph, readers: Iterable[int]) -> list[int]:
     """Data nodes whose unwired inputs a wire begins at; they need not be computed for it."""
-    wires = [wire for reader in readers for wire in regions.data_in.get(reader, [])]
-    return [wire.source for wire in wires if regions.reads_input(wire) and wire.source in regions.data_rank]
+    wires = [wire for reader in readers for wire in graph.data_in.get(reader, [])]
+    return [wire.source for wire in wires if graph.reads_input(wire) and wire.source in graph.data_rank]

@@ -20,6 +20,7 @@ class DependencyGraph(WiredGraph):
     def __init__(self, graph: Graph, findings: Findings, keep_going: bool) -> None:
         super().__init__(graph, findings, keep_going)
         self.flagged: set[int] = set()
+        self._upstream: dict[int, list[int]] = {}
         self._find_dependencies()
 
     def _find_dependencies(self) -> None:
@@ -32,7 +33,7 @@ class DependencyGraph(WiredGraph):
         self.volatile: set[int] = set()
         writers: dict[str, set[int]] = {}
         for instance in self.graph.instances:
-            for key in instance.node.writes():
+            for key in self.graph.writes(instance.index):
                 writers.setdefault(key, set()).add(instance.index)
         for index in self.data_rank:
             instance = self.node(index)
@@ -40,7 +41,7 @@ class DependencyGraph(WiredGraph):
             written: set[int] = set()
             if instance.cls.volatile:
                 self.volatile.add(index)
-                written.update(*(writers.get(key, ()) for key in instance.node.reads()))
+                written.update(*(writers.get(key, ()) for key in self.graph.reads(index)))
             for source in self._sources_of_value(index):
                 if self.kinds[source] != "data":
                     shows.add(source)
@@ -60,6 +61,11 @@ class DependencyGraph(WiredGraph):
 
     def upstream(self, index: int) -> list[int]:
         """Data nodes that a node reads, directly or through others, in the order to compute them."""
+        if index not in self._upstream:
+            self._upstream[index] = self._find_upstream(index)
+        return self._upstream[index]
+
+    def _find_upstream(self, index: int) -> list[int]:
         found: set[int] = set()
         pending = list(self._sources_of_value(index))
         while pending:

@@ -13,12 +13,12 @@ def lint_reads_and_writes(regions: RegionGraph) -> None:
     """Tell where only the tie rule decides whether a reader sees a write of the same pass."""
     writers: dict[str, list[int]] = {}
     for instance in regions.graph.instances:
-        for name in instance.node.writes():
+        for name in regions.graph.writes(instance.index):
             writers.setdefault(name, []).append(instance.index)
     if not writers:
         return
     for instance in regions.graph.instances:
-        for name in instance.node.reads():
+        for name in regions.graph.reads(instance.index):
             readers = (
                 [instance.index] if regions.kinds[instance.index] != "data" else _consumers(regions, instance.index)
             )

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import networkx as nx
 
 from graphengine.diagnostics import Findings
+from graphengine.gates import Gate
 from graphengine.graph import Graph, Wire
 from graphengine.planning.dependencies import DependencyGraph
 
@@ -37,7 +38,7 @@ class RegionGraph(DependencyGraph):
         pin_region: the region that a pusher's port opens, -1 for one without nodes.
         covers: for each pusher every node in the regions below it.
         port_covers: the same for each of its ports, in order.
-        certain: nodes that run in every pass, whatever fires.
+        gates: of nodes that run in every pass but for gates that they are behind, these gates.
     """
 
     def __init__(self, graph: Graph, findings: Findings, keep_going: bool) -> None:
@@ -48,11 +49,11 @@ class RegionGraph(DependencyGraph):
         self.pin_region: dict[tuple[int, str], int] = {}
         self.covers = {i: nx.descendants(self.execution, i) for i, kind in enumerate(self.kinds) if kind == "pusher"}
         self.port_covers = {pusher: self._cover_ports(pusher) for pusher in self.covers}
-        self.certain: set[int] = set()
+        self.gates: dict[int, tuple[int, ...]] = {}
         if self.acyclic:
             self._open_regions()
             self._order_regions()
-            self._find_certain()
+            self._find_gates()
 
     def _open_regions(self) -> None:
         starts = [i for i, kind in enumerate(self.kinds) if kind in ("event", "pusher") and not self.exec_in_ports(i)]
@@ -190,10 +191,19 @@ class RegionGraph(DependencyGraph):
             related=wire.entry.via,
         )
 
-    def _find_certain(self) -> None:
-        """Nodes of the root region that run in every pass, whatever fires."""
+    def _find_gates(self) -> None:
+        """Nodes of the root region that run in every pass, whatever fires, but for gates that they are behind."""
         for index in self.members[0]:
             wires = [wire for wire in self.exec_in.get(index, []) if self.forward(wire)]
-            fired = any(wire.source in self.certain and self.fires_surely(wire.source) for wire in wires)
-            if index in self.events or fired:
-                self.certain.add(index)
+            if index in self.events or any(self._fired_behind(wire) == () for wire in wires):
+                self.gates[index] = ()
+            elif len(wires) == 1 and (behind := self._fired_behind(wires[0])) is not None:
+                self.gates[index] = behind
+
+    def _fired_behind(self, wire: Wire) -> tuple[int, ...] | None:
+        """The gates through which a wire fires in every pass; None where something else decides as well."""
+        behind = self.gates.get(wire.source)
+        if behind is not None and isinstance(self.node(wire.source).node, Gate):
+            alone = not self.fired_often(wire.source) and not self.keep_going
+            return (*behind, wire.source) if alone else None
+        return behind if self.fires_surely(wire.source) else None

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from graphengine.check import LintContext
+from typing import TYPE_CHECKING
+
 from graphengine.context import Clock, Context, Mailbox
 from graphengine.node import ExecOut, Fire, In, Node, State
 from graphengine.registry import lint
 from graphengine.types import Token
+
+if TYPE_CHECKING:
+    from graphengine.check import LintContext
 
 STARTS = ("OmniGraph Start Play", "Simulation Start Play", "Animation Start Play")
 _STOPS = ("OmniGraph Stop Play", "Simulation Stop Play", "Animation Stop Play")

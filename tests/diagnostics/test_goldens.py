@@ -133,6 +133,10 @@ def test_a_cycle_is_told_whole_with_its_lines(code: str, loop: str, monkeypatch:
     assert len(finding.related) == len(nodes)
 
 
+TOLD_ELSEWHERE = {"G401", "G402", "W301", "W302", "N301", "N302"}
+"""Of files that are imported and exported, which no check reads."""
+
+
 def test_every_code_has_a_golden_and_every_golden_a_code() -> None:
     named = {path.stem.partition("_")[0] for path in FILES if not path.stem.startswith("many_")}
-    assert named == set(CODES)
+    assert named | TOLD_ELSEWHERE == set(CODES)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -14,7 +15,7 @@ from graphengine.files import Files
 from graphengine.graph import Graph
 from graphengine.graph_run import GraphRun, make_graph_run
 from graphengine.literals import Override
-from graphengine.node_context import NodeContext, Services
+from graphengine.node_context import Services
 from graphengine.plan import Plan
 from graphengine.planning import make_plan
 from graphengine.registry import Registry
@@ -27,6 +28,8 @@ from tests.engine import nodes_for_tests
 
 REGISTRY = Registry()
 REGISTRY.add_module(nodes_for_tests, "tests", built_in=True)
+for flow_control in ("nodes.action", "nodes.core.flow"):  # by their full names only
+    REGISTRY.add_module(importlib.import_module(flow_control), "graphengine")
 
 
 class Journal(DryNetwork):
@@ -103,13 +106,7 @@ class Bench:
         self.faults: list[NodeError] = []
         fault = self.faults.append if keep_going else None
         run = make_graph_run(plan, self.services, self.clock, fault)
-        self.executor, self.variables = run.executor, run.variables
-
-    def context_of(self, index: int) -> NodeContext:
-        """What a node would be set up with."""
-        graph = self.plan.graph
-        path = f"{graph.prim_path}/{graph.instances[index].id}"
-        return NodeContext(self.services, self.clock, graph.name, path, None, self.variables)
+        self.executor, self.variables, self.context_of = run.executor, run.variables, run.contexts
 
     def __getitem__(self, node_id: str) -> Any:
         """A node by its name in the file."""
@@ -122,11 +119,17 @@ class Bench:
         self.executor.setup()
         return self
 
-    def tick(self) -> list[str]:
-        """One pass, then the latent nodes; what was written meanwhile."""
+    def begin_tick(self) -> None:
+        """What a session does before a pass."""
         for mailbox in self.services.mailboxes.values():
             mailbox.freeze()
+        for variable in self.variables.values():
+            variable.freeze()
         self.clock.set_frame(self.clock.frame + 1)
+
+    def tick(self) -> list[str]:
+        """One pass, then the latent nodes; what was written meanwhile."""
+        self.begin_tick()
         self.executor.run_pass()
         self.executor.run_latent()
         return self.journal.read()

@@ -8,7 +8,7 @@ from typing import Any
 from graphengine.context import Clock, Context, Mailbox, Publisher, Variable
 from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out, Pushes, State, node
 from graphengine.ros.definitions import Definitions
-from graphengine.types import Double, Int64, String
+from graphengine.types import Double, Int64, String, Token
 
 
 class Journaling(Node):
@@ -386,6 +386,25 @@ class ForLoop(Journaling, type="test.ForLoop"):
         yield self.finished
 
 
+class WhileLoop(Node, type="test.WhileLoop"):
+    """Fires while a condition holds that is read before each round, but four times at most."""
+
+    rereads = True
+
+    exec_in = ExecIn()
+    condition: bool = In(default=False)
+    loop_body = ExecOut()
+    index: float = Out()
+    finished = ExecOut()
+
+    def compute(self) -> Pushes:
+        self.index = 0.0
+        while self.condition and self.index < 4.0:
+            yield self.loop_body
+            self.index += 1.0
+        yield self.finished
+
+
 # Latent
 
 
@@ -455,6 +474,16 @@ class FailsLater(Node, type="test.FailsLater"):
 
 
 # Data
+
+
+class Word(Node, type="test.Word"):
+    """A word by a number."""
+
+    number: float = In(default=0.0)
+    word: Token = Out()
+
+    def compute(self) -> None:
+        self.word = "a" if self.number % 2 else "b"
 
 
 class Add(Node, type="test.Add"):

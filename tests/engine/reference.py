@@ -32,8 +32,9 @@ class Reference:
         self.events = [i for i, kind in enumerate(self.kinds) if kind in ("event", "pusher") and not self.pins(i)]
         self.backward = self.find_backward()
         self.reachable = self.find_reachable()
+        self.push_all = graph.flat.spec.evaluator == "push"
         for index, node in enumerate(self.nodes):
-            if self.kinds[index] == "data" or index in self.reachable:
+            if self.kinds[index] == "data" or index in self.reachable or self.push_all:
                 node.setup(context_of(index))
 
     # What the file says
@@ -123,9 +124,9 @@ class Reference:
 
     def depends_on(self, index: int) -> set[int]:
         """The same, and those that write what it reads beside its inputs."""
-        volatile = [self.nodes[data] for data in self.data_above(index) if type(self.nodes[data]).volatile]
-        keys = {key for node in volatile for key in node.reads()}
-        return self.shows(index) | {i for i, node in enumerate(self.nodes) if keys & set(node.writes())}
+        volatile = [data for data in self.data_above(index) if type(self.nodes[data]).volatile]
+        keys = {key for data in volatile for key in self.graph.reads(data)}
+        return self.shows(index) | {i for i in range(len(self.nodes)) if keys & set(self.graph.writes(i))}
 
     def is_volatile(self, index: int) -> bool:
         return any(type(self.nodes[data]).volatile for data in self.data_above(index))
@@ -170,11 +171,14 @@ class Reference:
             if self.kinds[source.source] == "data" and not self.is_constant(wire):
                 self.refresh(source.source)
         for wire in self.data_wires_into(index):
-            source = self.origin(wire)
-            value = getattr(self.nodes[source.source], source.source_field)
-            for step in (source, wire) if source is not wire else (wire,):
-                value = types.CONVERTERS[step.converter](value) if step.converter else value
-            setattr(self.nodes[index], wire.target_field, value)
+            self.hand_over(wire)
+
+    def hand_over(self, wire: Wire) -> None:
+        source = self.origin(wire)
+        value = getattr(self.nodes[source.source], source.source_field)
+        for step in (source, wire) if source is not wire else (wire,):
+            value = types.CONVERTERS[step.converter](value) if step.converter else value
+        setattr(self.nodes[wire.target], wire.target_field, value)
 
     def refresh(self, index: int) -> None:
         now = [self.version[i] for i in sorted(self.depends_on(index))], self.passes if self.is_volatile(index) else 0
@@ -187,12 +191,46 @@ class Reference:
 
     def run_pass(self) -> None:
         self.passes += 1
+        if self.push_all:
+            self.run_all()
+            return
         fired: list[Wire] = []
         for index, ports in self.fired_by_latent.items():
             fired += [w for w in self.wires_out(index) if ports & self.port(index, w.source_field).mask]
         self.fired_by_latent = {}
         latent = [i for i in self.reachable if self.kinds[i] == "latent"]
         self.run_region([*self.events, *(w.target for i in latent for w in self.wires_out(i))], fired)
+
+    def run_all(self) -> None:
+        """The pass of a push graph: whatever could run does, what it fires leads to nothing."""
+        for index in self.order_of_all():
+            for wire in self.data_wires_into(index):
+                self.hand_over(wire)
+            for pin in self.pins(index):
+                setattr(self.nodes[index], pin.field, 0 if pin.control else 1)
+            result = self.nodes[index].compute()
+            if self.kinds[index] == "pusher":
+                list(result)
+            if self.kinds[index] == "latent" and self.nodes[index].active:
+                self.active.setdefault(index)
+
+    def order_of_all(self) -> list[int]:
+        everything = set(range(len(self.nodes)))
+        after = {i: {w.target for w in self.forward(i)} for i in everything}
+        wires = [w for w in self.graph.data_wires if not self.is_constant(w)]
+        wires.sort(key=lambda w: (not self.between_data(w), w.order))
+        for wire in wires:
+            source = self.origin(wire).source
+            if source not in reach([wire.target], lambda i: after[i]):
+                after[source].add(wire.target)
+        ordered: list[int] = []
+        while len(ordered) < len(everything):
+            blocked = {a for unit in everything - set(ordered) for a in after[unit]}
+            ordered.append(min(everything - set(ordered) - blocked))
+        return ordered
+
+    def between_data(self, wire: Wire) -> bool:
+        return self.kinds[self.origin(wire).source] == self.kinds[wire.target] == "data"
 
     def run_region(self, starts: Iterable[int], entering: Iterable[Wire]) -> None:
         fired = Counter(wire.order for wire in entering)
@@ -226,6 +264,8 @@ class Reference:
                 for port in self.pins(index, "outputs"):
                     if ports & port.mask:
                         self.push(index, port)
+                if node.rereads:
+                    self.read_inputs(index)
             for pin in self.pins(index):
                 self.waiting.pop((index, pin.field), None)
         elif self.kinds[index] == "latent":

@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 
 from graphengine.diagnostics import Findings
-from graphengine.graph import Graph, settled_type
+from graphengine.graph import Graph, settled_type, with_article
 from graphengine.literals import Override
 from graphengine.node import In, Node, Out
-from graphengine.types import UnionType
+from graphengine.types import UnionType, parse
 from tests.engine import harness
 from tests.engine.conftest import MakeBench, MakeFile
 
@@ -131,6 +131,53 @@ def test_a_wire_into_a_settled_port_is_converted(bench: MakeBench) -> None:
           - M.product -> Show.value
     """)
     assert run.tick() == ["Show 1.5"]
+
+
+def test_a_node_is_told_what_its_ports_were_settled_to_and_its_outputs_start_at_the_zero_of_it(file: MakeFile) -> None:
+    graph, _ = resolve(file, "{graph: g, nodes: {V: Vectors, M: {type: Multiply, inputs: {a: {type: int, value: 2}}}}}")
+    node: Any = graph.by_id("M").node
+    assert {field: str(settled) for field, settled in node.settled.items()} == {
+        "a": "int",
+        "b": "int",
+        "product": "int",
+    }
+    assert repr(node.product) == "0"
+    node.product = 7
+    node.clear()
+    assert repr(node.product) == "0"
+    alone = Multiply(a=2, b=3)
+    assert (alone.settled, alone.product) == ({}, None)
+
+
+def test_before_its_first_pass_a_settled_output_can_be_converted_too(bench: MakeBench) -> None:
+    run = bench("""
+        nodes: {Tick: Tick, V: Vectors, M: {type: Multiply, inputs: {b: {type: int, value: 2}}}, Do: Do}
+        connections:
+          - Tick.tick -> Do.execIn
+          - V.whole -> M.a
+          - M.product -> Do.a
+    """)
+    assert run.tick() == ["Do 6"]
+
+
+@pytest.mark.parametrize("role", ["pointd[3]", "colord[3]", "vectord[3]", "double[3]"])
+def test_the_role_in_the_type_of_a_literal_does_not_matter(file: MakeFile, role: str) -> None:
+    text = f"{{graph: g, nodes: {{B: {{type: Break, inputs: {{vector: {{type: '{role}', value: [1, 2, 3]}}}}}}}}}}"
+    graph, findings = resolve(file, text)
+    assert (codes(findings), types_of(graph, "B")["x"]) == ([], "double")
+
+
+def test_a_long_union_is_told_in_few_words() -> None:
+    union = parse(
+        "|".join(
+            f"{base}{size}" for base in NUMBERS.split("|") for size in ("", "[]", "[2]", "[3]", "[2][]", "[3][]", "[4]")
+        )
+    )
+    assert with_article(union) == (
+        "a double | double[] | double[2] | double[3] | double[2][] | double[3][] | double[4] | float"
+        " | … (20 more: `graphrun nodes --format json`)"
+    )
+    assert with_article(parse(NUMBERS)) == "a double | float | half | int"
 
 
 def test_a_port_whose_type_nothing_settles_is_an_error_that_names_it(file: MakeFile) -> None:

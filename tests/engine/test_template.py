@@ -191,11 +191,136 @@ def test_a_port_that_a_subgraph_does_not_declare_is_told_at_the_wire(file: MakeF
     assert (found.code, place(found)) == ("G204", ("outer.yaml", 11))
 
 
-def test_values_for_inputs_of_a_subgraph_are_wired_and_not_set(file: MakeFile) -> None:
+SET = """
+    graph: outer
+    nodes:
+      Tick: Tick
+      One: {subgraph: inner.yaml, inputs: {speed: 5}}
+      Two: {subgraph: inner.yaml, inputs: {inputs:speed: 7}}
+    connections: [Tick.tick -> One.go, One.done -> Two.go]
+"""
+
+
+def test_values_of_a_subgraphs_inputs_are_set_where_it_is_used(file: MakeFile) -> None:
+    file(INNER, "inner.yaml")
+    run = Bench(file(SET, "outer.yaml")).setup()
+    assert run.tick() == ["First 5", "Second 6", "First 7", "Second 8"]
+
+
+def test_a_value_from_outside_takes_the_place_of_one_inside(file: MakeFile) -> None:
+    file(INNER.replace("First: Do", "First: {type: Do, inputs: {inputs:a: 2.0}}"), "inner.yaml")
+    assert Bench(file(SET, "outer.yaml")).setup().tick()[0] == "First 5"
+
+
+@pytest.mark.parametrize(
+    ("value", "code", "column"),
+    [("speed: fast", "G211", 47), ("sped: 5", "G204", 40), ("go: 1", "G211", 40), ("speed: [1, fast]", "G211", 47)],
+)
+def test_a_wrong_value_for_a_subgraphs_input_is_told_where_it_was_written(
+    file: MakeFile, value: str, code: str, column: int
+) -> None:
+    found = tell(file, INNER, SET.replace("speed: 5", value))[0]
+    assert (found.code, place(found)) == (code, ("outer.yaml", 4))
+    assert found.span is not None
+    assert found.span.column == column
+
+
+def test_a_value_and_a_wire_into_one_input_of_a_subgraph_are_told(file: MakeFile) -> None:
     found = tell(
         file, INNER, OUTER.replace("Two: {subgraph: inner.yaml}", "Two: {subgraph: inner.yaml, inputs: {speed: 1}}")
-    )[0]
-    assert (found.code, place(found)) == ("G214", ("outer.yaml", 5))
+    )
+    assert [(finding.code, place(finding)) for finding in found] == [("W103", ("outer.yaml", 5))]
+
+
+MIDDLE = """
+    graph: middle
+    inputs: {run: Inner.go, speed: Inner.speed}
+    outputs: {end: Inner.done, total: Inner.sum}
+    nodes: {Inner: {subgraph: inner.yaml}}
+"""
+
+
+def test_ports_of_a_subgraph_lead_into_another_subgraph(file: MakeFile) -> None:
+    file(INNER, "inner.yaml")
+    file(MIDDLE, "middle.yaml")
+    run = Bench(
+        file(
+            """
+            graph: outer
+            nodes:
+              Tick: Tick
+              Wired: {subgraph: middle.yaml}
+              Set: {subgraph: middle.yaml, inputs: {speed: 10}}
+            connections:
+              - Tick.tick -> Wired.run
+              - Tick.number -> Wired.speed
+              - Wired.end -> Set.run
+            """,
+            "outer.yaml",
+        )
+    ).setup()
+    assert run.tick() == ["First 1", "Second 2", "First 10", "Second 11"]
+
+
+def test_a_mistake_two_subgraphs_deep_says_through_which_both(file: MakeFile) -> None:
+    file(MIDDLE.replace("speed: Inner.speed", "speed: Inner.sped"), "middle.yaml")
+    outer = "{graph: o, nodes: {T: Tick, A: {subgraph: middle.yaml}}, connections: [T.number -> A.speed]}"
+    found = tell(file, INNER, outer)[0]
+    assert (found.code, place(found)) == ("G204", ("middle.yaml", 2))
+
+
+STORE = """
+    graph: store
+    variables: {speed: {type: double, default: 1}}
+    inputs: {go: Write.execIn, value: Write.value}
+    outputs: {done: Show.execOut}
+    nodes:
+      Read: ReadVariable
+      Write: WriteVariable
+      Show: Do
+    connections: [Write.execOut -> Show.execIn, Read.value -> Show.a]
+"""
+STORES = """
+    graph: outer
+    variables: {speed: {type: double, default: 9}}
+    nodes:
+      Tick: Tick
+      Here: ReadVariable
+      Show: Do
+      A: {subgraph: store.yaml, inputs: {value: 3}}
+      B: {subgraph: store.yaml, inputs: {value: 4}}
+    connections:
+      - Tick.tick -> A.go
+      - A.done -> B.go
+      - B.done -> Show.execIn
+      - Here.value -> Show.a
+"""
+
+
+def test_each_use_of_a_subgraph_has_variables_of_its_own(file: MakeFile) -> None:
+    file(STORE, "store.yaml")
+    run = Bench(file(STORES, "outer.yaml")).setup()
+    assert run.tick() == ["Write 3", "Show 3", "Write 4", "Show 4", "Show 9"]
+    assert {name: variable.value for name, variable in run.variables.items()} == {
+        "speed": 9,
+        "A/speed": 3,
+        "B/speed": 4,
+    }
+    assert run.findings.items == []
+
+
+def test_a_subgraph_without_a_variable_means_that_of_the_graph_around_it(file: MakeFile) -> None:
+    file(STORE.replace("variables: {speed: {type: double, default: 1}}", "doc: none"), "store.yaml")
+    run = Bench(file(STORES, "outer.yaml")).setup()
+    assert run.tick()[-1] == "Show 4"
+    assert list(run.variables) == ["speed"]
+
+
+def test_a_wrong_default_of_a_subgraphs_variable_is_told_where_it_was_declared(file: MakeFile) -> None:
+    file(STORE.replace("default: 1", "default: fast"), "store.yaml")
+    findings = Findings()
+    planned(file("{graph: o, nodes: {A: {subgraph: store.yaml}}}", "o.yaml"), findings)
+    assert [(found.code, place(found)) for found in findings.errors] == [("G211", ("store.yaml", 2))]
 
 
 def test_a_subgraph_that_is_not_there_is_told_at_its_name(file: MakeFile) -> None:

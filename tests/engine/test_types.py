@@ -164,6 +164,21 @@ def test_an_array_literal_has_the_exact_dtype_and_shape_and_cannot_be_written(
         value[...] = 0
 
 
+def test_a_matrix_may_be_written_row_by_row() -> None:
+    rows = [[1, 2, 3], [4, 5, 6], [7, 8, 9]]
+    assert coerce(rows, concrete("matrixd[3]")) == tuple(float(n) for n in range(1, 10))
+    assert coerce([rows, rows], concrete("matrixd[3][]")).tolist() == [list(range(1, 10))] * 2
+
+
+@pytest.mark.parametrize(
+    ("rows", "error"),
+    [([[1, 2], [3, 4, 5]], ValueError), ([[1, 2], 3], TypeError), (["ab", "cd"], TypeError), ([1, 2, 3], ValueError)],
+)
+def test_rows_that_make_no_matrix_are_refused(rows: object, error: type[Exception]) -> None:
+    with pytest.raises(error, match="expected"):
+        coerce(rows, concrete("matrixd[2]"))
+
+
 NUMBERS = [concrete(name) for name in NAMES if concrete(name).is_number]
 
 

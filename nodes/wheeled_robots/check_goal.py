@@ -1,0 +1,27 @@
+"""Whether a base is where it was to go."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from graphengine.node import In, Out
+from graphengine.types import Bools, Double2, Double3
+from nodes.wheeled_robots.planar import PlanarNode, wrapped
+
+
+class CheckGoal2D(PlanarNode, type="isaacsim.robot.wheeled_robots.CheckGoal2D"):
+    """Whether a base is within a distance of a target, and within an angle of its yaw, the shorter way round."""
+
+    target: Double3 = In(default=(0.0, 0.0, 0.0), unit="m, m, rad", doc="x, y and yaw in the world")
+    target_changed: bool = In(default=False, doc="means nothing here: the target counts as it is")
+    thresholds: Double2 = In(default=(0.1, 0.1), unit="m, rad", doc="what still counts as reached")
+    reached_goal: Bools = Out(doc="[position reached, yaw reached]")
+
+    def compute(self) -> None:
+        """Compare."""
+        x, y, yaw = self.heading()
+        distance = math.hypot(x - self.target[0], y - self.target[1])
+        turn = abs(wrapped(yaw - self.target[2]))
+        self.reached_goal = np.array((distance <= self.thresholds[0], turn <= self.thresholds[1]))

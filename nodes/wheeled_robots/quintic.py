@@ -1,0 +1,161 @@
+"""Paths as polynomials of degree five (A. Takahashi et al., Local path planning and motion control for AGV in positioning, 1989).
+
+Six coefficients are what it takes to meet position, velocity and acceleration at both ends.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.polynomial import polynomial
+from numpy.typing import NDArray
+
+from graphengine.context import Context, Frame
+from graphengine.node import In, Out, State
+from graphengine.types import Double3, Doubles, Quaterniond, Target, Vector3d
+from nodes.wheeled_robots.planar import Heading, PlanarNode, wrapped, yaw_of
+
+Floats = NDArray[np.float64]
+
+DURATIONS = range(5, 100, 5)
+"""Seconds that a path may take; the first that keeps to the limits is taken."""
+SHORTEST_STEP = 0.001
+MOVED, TURNED = 0.1, 0.05
+"""m in x or y, and rad, by which a target differs that is worth another path."""
+
+_ENDS = np.array(
+    [
+        [1, 0, 0, 0, 0, 0],
+        [0, 1, 0, 0, 0, 0],
+        [0, 0, 2, 0, 0, 0],
+        [1, 1, 1, 1, 1, 1],
+        [0, 1, 2, 3, 4, 5],
+        [0, 0, 2, 6, 12, 20],
+    ]
+)
+"""By it, coefficients of p(s) become p, p' and p'' at s = 0 and at s = 1."""
+
+
+class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.QuinticPathPlanner"):
+    """A path from where the base is to a target, which meets position, velocity and acceleration at both ends.
+
+    x and y are polynomials of degree five of the time; at both ends velocity and acceleration lie along the yaw. Of durations of
+    5, 10 ... 95 s the path takes the first with which it keeps to the limits. It is planned when the target has moved by 0.1 m
+    in x or y, or turned by 0.05 rad, since the last plan.
+    """
+
+    target_prim: Target = In(setup=True, doc="a prim to go to, in the place of targetPosition and targetOrientation")
+    target_position: Vector3d = In(unit="m", doc="in the world; z does not count")
+    target_orientation: Quaterniond = In(doc="in the world, (x, y, z, w); its yaw counts")
+    initial_velocity: float = In(default=0.5, ge=0.0, unit="m/s", doc="along the yaw, as the base sets out")
+    initial_accel: float = In(default=0.02, unit="m/s2", doc="along the yaw, as the base sets out")
+    goal_velocity: float = In(default=0.5, ge=0.0, unit="m/s", doc="along the yaw, at the target")
+    goal_accel: float = In(default=0.02, unit="m/s2", doc="along the yaw, at the target")
+    max_accel: float = In(default=1.5, unit="m/s2")
+    max_jerk: float = In(default=0.3, unit="m/s3")
+    step: float = In(default=0.16666666667, ge=SHORTEST_STEP, unit="s", doc="longest time between two points")
+    path_arrays: Doubles = Out(unit="m/s, m, m, rad", doc="of all points: the speeds, then the x, the y and the yaws")
+    target: Double3 = Out(unit="m, m, rad", doc="x, y and yaw at which the path ends")
+    target_changed: bool = Out(doc="whether the path is another than before")
+
+    goal: Frame | None = State()
+    planned: Heading | None = State(default=None)
+
+    def setup(self, context: Context) -> None:
+        """Bind the prim to go to.
+
+        Raises:
+            ContextError: there is no such prim.
+        """
+        self.goal = context.frame(self.target_prim[0]) if self.target_prim else None
+
+    def compute(self) -> None:
+        """Plan, where there is something to plan."""
+        target = self.target_now()
+        self.target_changed = self.planned is None or _differs(target, self.planned)
+        if self.target_changed:
+            self.path_arrays = self.plan(self.heading(), target)
+            self.target = self.planned = target
+
+    def target_now(self) -> Heading:
+        """Where to go.
+
+        Raises:
+            ValueError: it is not finite.
+        """
+        goal = self.goal
+        position, orientation = goal.pose() if goal else (self.target_position, self.target_orientation)
+        target = position[0], position[1], yaw_of(orientation)
+        if not all(map(math.isfinite, target)):
+            raise ValueError(f"the target must be finite, it is at {position}, turned by {orientation}")
+        return target
+
+    def plan(self, start: Heading, target: Heading) -> Floats:
+        """The path as arrays.
+
+        Raises:
+            ValueError: no duration keeps to the limits, or points are too close in time.
+        """
+        if not self.step >= SHORTEST_STEP:
+            raise ValueError(f"step must be {SHORTEST_STEP} s or more, it is {self.step:g}")
+        ends = np.array(
+            [
+                *_end(start, self.initial_velocity, self.initial_accel),
+                *_end(target, self.goal_velocity, self.goal_accel),
+            ]
+        )
+        for duration in DURATIONS:
+            coefficients = quintic(ends, duration)
+            acceleration, jerk = (_most(derivative(coefficients, order, duration)) for order in (2, 3))
+            if acceleration <= self.max_accel and jerk <= self.max_jerk:
+                return _arrays(coefficients, duration, math.ceil(duration / self.step), start[2], target[2])
+        raise ValueError(
+            f"no path to ({target[0]:g}, {target[1]:g}) keeps to maxAccel {self.max_accel:g} m/s2 and maxJerk "
+            f"{self.max_jerk:g} m/s3: even one of {duration} s needs {acceleration:.3g} m/s2 and {jerk:.3g} m/s3"
+        )
+
+
+def quintic(ends: Floats, duration: float) -> Floats:
+    """Coefficients (6, n), of powers 0 to 5 of the share of the duration (s) that has passed.
+
+    Args:
+        ends: (6, n), position (m), velocity (m/s) and acceleration (m/s2) at the start, then at the end.
+        duration: from start to end, s.
+    """
+    scale = np.array((1.0, duration, duration**2) * 2)
+    return np.linalg.solve(_ENDS, ends * scale[:, None])
+
+
+def derivative(coefficients: Floats, order: int, duration: float, intervals: int = 100) -> Floats:
+    """The position (order 0, m), velocity, acceleration or jerk, (n, intervals + 1), at even times from start to end."""
+    shares = np.linspace(0.0, 1.0, intervals + 1)
+    found: Floats = polynomial.polyval(shares, polynomial.polyder(coefficients, order)) / duration**order
+    return found
+
+
+def _end(heading: Heading, speed: float, acceleration: float) -> Floats:
+    """Position, velocity and acceleration, (3, 2), at one end."""
+    along = np.array((math.cos(heading[2]), math.sin(heading[2])))
+    return np.array((heading[:2], speed * along, acceleration * along))
+
+
+def _most(vectors: Floats) -> float:
+    """The greatest length of vectors (2, n)."""
+    return float(np.hypot(*vectors).max())
+
+
+def _arrays(coefficients: Floats, duration: float, intervals: int, first_yaw: float, last_yaw: float) -> Floats:
+    """Speeds, x, y and yaws of a path's points in one row. A point at which nothing moves looks as the one before it."""
+    x, y = derivative(coefficients, 0, duration, intervals)
+    vx, vy = derivative(coefficients, 1, duration, intervals)
+    speeds, yaws = np.hypot(vx, vy), np.arctan2(vy, vx)
+    yaws[0] = first_yaw
+    yaws = yaws[np.maximum.accumulate(np.where(speeds > 1e-9, np.arange(len(yaws)), 0))]
+    yaws[-1] = last_yaw
+    return np.concatenate((speeds, x, y, yaws))
+
+
+def _differs(target: Heading, planned: Heading) -> bool:
+    moved = max(abs(target[0] - planned[0]), abs(target[1] - planned[1]))
+    return moved >= MOVED or abs(wrapped(target[2] - planned[2])) >= TURNED

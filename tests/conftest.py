@@ -1,0 +1,19 @@
+"""What all tests share: those that open networks or start programs run one after the other in one of pytest-xdist's processes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+ONE_AT_A_TIME = ("cli", "control", "jobs", "readme", "ros")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Put the rooms that share sockets, ROS 2 domains and patience into one group."""
+    if not config.pluginmanager.hasplugin("xdist"):
+        return
+    here = Path(__file__).parent
+    for item in items:
+        if item.path.is_relative_to(here) and item.path.relative_to(here).parts[0] in ONE_AT_A_TIME:
+            item.add_marker(pytest.mark.xdist_group("network"))
