@@ -5,9 +5,11 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from graphengine.build import Assembly
     from graphengine.plan import Call, Plan, Region
 
 
@@ -22,6 +24,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     form.add_argument("--plan", action="store_true", help="the generated source of the tick")
     form.add_argument("--mermaid", action="store_true", help="a picture, as Mermaid text")
+    form.add_argument("--svg", metavar="FILE", type=Path, help="a drawing with ports, values and findings, as SVG")
+    form.add_argument(
+        "--html", metavar="FILE", type=Path, help="the drawing as a page to zoom in and to ask about ports"
+    )
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -31,6 +37,8 @@ def execute(arguments: argparse.Namespace) -> int:
 
     assembly = assemble(arguments)
     assembly.world.close()
+    if arguments.svg or arguments.html:
+        return draw(assembly, arguments)
     if assembly.findings.errors:
         print_findings(assembly.findings, notes=False)
         return 1
@@ -49,12 +57,36 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def draw(assembly: Assembly, arguments: argparse.Namespace) -> int:
+    """Write the drawing of all graphs, those with errors too; 1 if there are any."""
+    from graphengine.cli.common import clean, counted, near, print_findings
+    from graphengine.diagnostics import UsageError
+    from graphengine.drawing import page, svg
+    from graphengine.drawing.scheme import make_scheme
+    from graphengine.output import write_together
+
+    print_findings(assembly.findings, notes=False)
+    schemes = [make_scheme(plan.graph, assembly.findings) for plan in assembly.plans]
+    if not schemes:
+        return 1
+    path: Path = arguments.svg or arguments.html
+    if path.suffix.lower() not in ((".svg",) if arguments.svg else (".html", ".htm")):
+        raise UsageError(
+            f"{path}: a drawing's name ends in {'.svg' if arguments.svg else '.html'}; another file is not written over"
+        )
+    text = svg.draw(schemes) if arguments.svg else page.draw(schemes)
+    write_together({path: text.encode()})
+    print(clean(f"{near(str(path))}: {counted(len(schemes), 'graph')}"))
+    return 1 if assembly.findings.errors else 0
+
+
 def _at(plan: Plan) -> str:
     """Name, place and pace of a graph, on one line."""
     from graphengine.diagnostics import printable
 
     graph = plan.graph
-    return printable(f"{graph.name}  at {graph.prim_path}, every {graph.runs.replace('_', ' ')}")
+    pushed = ", all nodes" if graph.flat.spec.evaluator == "push" else ""
+    return printable(f"{graph.name}  at {graph.prim_path}, every {graph.runs.replace('_', ' ')}{pushed}")
 
 
 def _value(value: Any) -> str:
@@ -69,14 +101,17 @@ def outline(plan: Plan) -> str:
     """Nodes with their types and set values, then the wires."""
     graph = plan.graph
     lines = [_at(plan)]
-    for instance in graph.instances:
-        lines.append(f"  {instance.id}: {instance.cls.type_name}")
+    gates = {instance.part_of: instance.node for instance in graph.instances if instance.part_of}
+    for instance in (instance for instance in graph.instances if not instance.part_of):
+        pace = f", {gates[instance.id]}" if instance.id in gates else ""
+        lines.append(f"  {instance.id}: {instance.cls.type_name}{pace}")
         for port in instance.cls.fields.values():
             if port.field in instance.literals:
                 unit = f" {port.unit}" if port.unit else ""
                 lines.append(f"    {port.name} = {_value(getattr(instance.node, port.field))}{unit}")
-    lines += [f"  {wire}" for wire in sorted([*graph.exec_wires, *graph.data_wires], key=lambda wire: wire.order)]
-    return "\n".join(lines)
+    wires = sorted([*graph.exec_wires, *graph.data_wires], key=lambda wire: wire.order)
+    written = {id(entry) for entry in graph.flat.wires}
+    return "\n".join([*lines, *(f"  {wire}" for wire in wires if id(wire.entry) in written)])
 
 
 def schedule(plan: Plan) -> str:
@@ -97,7 +132,9 @@ def _calls(plan: Plan, region: Region) -> Iterator[str]:
         for refresh in call.refreshes:
             when = "when something it reads has changed" if refresh.if_stale else ""
             yield _line(plan, refresh.node, "data", when)
-        yield _line(plan, call.node, call.kind, _when(plan, call))
+        instance = plan.graph.instances[call.node]
+        kind, pace = ("gate", str(instance.node)) if instance.part_of else (call.kind, "")
+        yield _line(plan, call.node, kind, ", ".join(said for said in (pace, _when(plan, call)) if said))
 
 
 def _when(plan: Plan, call: Call) -> str:

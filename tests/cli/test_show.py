@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import sys
 from pathlib import Path
 
 import pytest
@@ -90,3 +91,67 @@ def test_a_graph_with_errors_is_not_shown_but_explained(graphrun: Graphrun, proj
     result = graphrun("show", "mine.yaml")
     assert (result.code, result.out) == (1, "")
     assert result.err.startswith("mine.yaml:2:15: error G201")
+
+
+# Drawings
+
+
+@pytest.mark.parametrize("form", ["svg", "html"])
+def test_a_scene_is_drawn_into_one_file_with_all_of_its_graphs(graphrun: Graphrun, project: Path, form: str) -> None:
+    result = graphrun("show", "dd100_warehouse", f"--{form}", f"out.{form}")
+    assert (result.code, result.err, result.out) == (0, "", f"out.{form}: 4 graphs\n")
+    text = (project / f"out.{form}").read_text(encoding="utf-8")
+    titles = re.findall(r'<text class="title"[^>]*>([^<]*)<', text)
+    assert titles == ["clock", "dd100/joint_states", "dd100/scan", "dd100/cmd_vel"]
+    assert sorted(path.name for path in project.iterdir()) == ["mine.yaml", f"out.{form}"]
+
+
+def test_a_graph_with_errors_is_drawn_with_them_on_it_and_they_are_told_too(graphrun: Graphrun, project: Path) -> None:
+    (project / "bad.yaml").write_text("graph: bad\nnodes: {Tick: OnPlaybackTik}\n", encoding="utf-8")
+    result = graphrun("show", "bad.yaml", "--svg", "bad.svg")
+    assert result.code == 1
+    assert result.err.startswith("bad.yaml:2:15: error G201")
+    assert "error G201</text>" in (project / "bad.svg").read_text(encoding="utf-8")
+
+
+def test_of_a_file_that_is_no_graph_nothing_is_drawn(graphrun: Graphrun, project: Path) -> None:
+    (project / "bad.yaml").write_text("graph: [\n", encoding="utf-8")
+    assert graphrun("show", "bad.yaml", "--svg", "bad.svg").code == 1
+    assert not (project / "bad.svg").exists()
+
+
+def test_a_drawing_that_cannot_be_written_leaves_what_was_there(graphrun: Graphrun, project: Path) -> None:
+    result = graphrun("show", "mine.yaml", "--svg", "nowhere/out.svg")
+    assert (result.code, result.out) == (1, "")
+    assert "nowhere/out.svg: No such file or directory" in result.err
+
+
+def test_what_is_set_from_outside_is_on_the_drawing(graphrun: Graphrun, project: Path) -> None:
+    assert graphrun("show", "dd100/cmd_vel", "--set", "DiffController.wheelRadius=0.0625", "--svg", "out.svg").code == 0
+    assert " 0.0625 m</tspan>" in (project / "out.svg").read_text(encoding="utf-8")
+
+
+def test_without_the_layout_library_it_is_told_how_to_get_it(
+    graphrun: Graphrun, project: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "graphlay", None)
+    result = graphrun("show", "mine.yaml", "--svg", "out.svg")
+    assert result.code == 2
+    assert "pip install 'graphengine[draw]'" in result.err
+
+
+def test_a_graph_that_is_too_large_to_be_drawn_is_told(graphrun: Graphrun, project: Path) -> None:
+    nodes = "\n".join(f"  N{number}: BooleanNot" for number in range(3001))
+    (project / "large.yaml").write_text(f"graph: large\nnodes:\n{nodes}\n", encoding="utf-8")
+    result = graphrun("show", "large.yaml", "--svg", "out.svg")
+    assert (result.code, "large has 3001 nodes; a drawing takes 3000" in result.err) == (2, True)
+
+
+@pytest.mark.parametrize("option", ["--svg", "--html"])
+def test_a_drawing_does_not_write_over_a_file_of_another_kind(graphrun: Graphrun, tmp_path: Path, option: str) -> None:
+    graph = tmp_path / "mine.yaml"
+    graph.write_text("kept")
+    result = graphrun("show", "tutorial/clock", option, str(graph))
+    assert result.code == 2
+    assert "a drawing's name ends in" in result.err
+    assert graph.read_text() == "kept"

@@ -1,0 +1,85 @@
+"""The node reference as Markdown: every type with its ports, by family, each with an anchor that is its registered name."""
+
+from __future__ import annotations
+
+import html
+import inspect
+import re
+from collections.abc import Iterable, Sequence
+from itertools import groupby
+
+from graphengine.cli.nodes import default_of, facts_of, summary
+from graphengine.node import Node, Port
+from graphengine.types import brief
+
+
+def write_reference(types: Sequence[type[Node]]) -> str:
+    """The reference of some types, in the order of their names."""
+    ordered = sorted(types, key=lambda cls: (family_of(cls), cls.type_name))
+    families = [(family, list(members)) for family, members in groupby(ordered, family_of)]
+    parts = ["# Nodes", "", f"{len(ordered)} node types. Units are SI unless a port says otherwise.", ""]
+    parts += [f"- [{code(family)}](#{family}): {len(members)}" for family, members in families]
+    for family, members in families:
+        parts += ["", f'<a id="{family}"></a>', "", f"## {code(family)}", ""]
+        rows = [(f"[{code(_last(cls))}](#{cls.type_name})", cls.kind(), prose(summary(cls))) for cls in members]
+        parts += table(("type", "kind", "what it does"), rows)
+        for cls in members:
+            parts += _of_type(cls)
+    return "\n".join([*parts, ""])
+
+
+def family_of(cls: type[Node]) -> str:
+    """Everything of a registered name but its last part."""
+    return cls.type_name.rpartition(".")[0] or "nodes"
+
+
+def _last(cls: type[Node]) -> str:
+    return cls.type_name.rpartition(".")[2]
+
+
+def _of_type(cls: type[Node]) -> Iterable[str]:
+    yield from ("", f'<a id="{html.escape(cls.type_name)}"></a>', "", f"### {code(_last(cls))}", "")
+    yield f"{code(cls.type_name)}, {cls.kind()}" + (
+        f"; also called {', '.join(map(code, cls.aliases))}" if cls.aliases else ""
+    )
+    yield from ("", prose(inspect.getdoc(cls) or ""))
+    for side in ("inputs", "outputs"):
+        ports = sorted((port for port in cls.fields.values() if port.side == side), key=lambda port: not port.is_exec)
+        if ports:
+            heads = (side[:-1], "type", "unit", "default", "") if side == "inputs" else (side[:-1], "type", "unit", "")
+            yield ""
+            yield from table(heads, [_row(cls, port) for port in ports])
+    for stem in cls.numbered:
+        yield from ("", f"As many ports {code(f'{stem}0')}, {code(f'{stem}1')} and so on as a file names.")
+
+
+def _row(cls: type[Node], port: Port) -> tuple[str, ...]:
+    default = default_of(port)
+    facts = prose("; ".join(facts_of(cls, port)))
+    cells = (code(port.name), code(brief(port.type)), prose(port.unit))
+    return (*cells, code(default) if default else "", facts) if port.side == "inputs" else (*cells, facts)
+
+
+def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterable[str]:
+    """Lines of a table."""
+    yield f"| {' | '.join(heads)} |"
+    yield f"|{'---|' * len(heads)}"
+    for row in rows:
+        yield f"| {' | '.join(cell.replace('|', chr(92) + '|').replace(chr(10), ' ') for cell in row)} |"
+
+
+def prose(text: str) -> str:
+    """A text in which nothing but backticks means something to Markdown."""
+    parts = re.split(r"(`[^`\n]+`)", text)
+    return "".join(part if number % 2 else _inert(part) for number, part in enumerate(parts))
+
+
+def _inert(text: str) -> str:
+    return re.sub(r"([\\`*\[\]#~]|\b_(?!\w)|(?<!\w)_)", r"\\\1", html.escape(text, quote=False))
+
+
+def code(text: str) -> str:
+    """A text as it is, between more backticks than stand together in it."""
+    fence = "`" * (1 + max((len(run) for run in re.findall("`+", text)), default=0))
+    room = " " if "`" in text else ""
+    return f"{fence}{room}{text}{room}{fence}"

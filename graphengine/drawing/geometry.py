@@ -1,0 +1,72 @@
+"""What the two ways to arrange boxes share: boxes with ports on their left and right sides, and the links between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+Point = tuple[float, float]
+Route = tuple[Point, ...]
+
+GAP = (44.0, 28.0)
+"""Least distance of two boxes that stand beside each other, and of two above each other."""
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A rectangle to be placed; `edge` keeps it in the first or the last column, `place` is where its file puts it."""
+
+    width: float
+    height: float
+    edge: Literal["", "first", "last"] = ""
+    place: Point | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """From the right side of one box to the left side of another; heights count from the top of each box."""
+
+    source: int
+    source_y: float
+    target: int
+    target_y: float
+
+
+@dataclass(frozen=True, slots=True)
+class Arrangement:
+    """Top left corners of the boxes, and for each link a polyline of horizontal and vertical lines."""
+
+    corners: tuple[Point, ...]
+    routes: tuple[Route, ...]
+
+
+def bounds(
+    boxes: Sequence[Box], corners: Sequence[Point], routes: Iterable[Route]
+) -> tuple[float, float, float, float]:
+    """Left, top, right and bottom of everything; zeros when there is nothing."""
+    points = [point for route in routes for point in route]
+    points += corners
+    points += [(x + box.width, y + box.height) for box, (x, y) in zip(boxes, corners, strict=True)]
+    if not points:
+        return (0.0, 0.0, 0.0, 0.0)
+    xs, ys = zip(*points, strict=True)
+    return min(xs), min(ys), max(xs), max(ys)
+
+
+def ends(boxes: Sequence[Box], corners: Sequence[Point], link: Link) -> tuple[Point, Point]:
+    """Where a link begins and where it ends."""
+    (x, y), (other_x, other_y) = corners[link.source], corners[link.target]
+    return (x + boxes[link.source].width, y + link.source_y), (other_x, other_y + link.target_y)
+
+
+def simplified(points: Iterable[Point]) -> Route:
+    """A polyline without the points that change nothing."""
+    kept: list[Point] = []
+    for point in points:
+        if kept and point == kept[-1]:
+            continue
+        if len(kept) > 1 and any(kept[-2][axis] == kept[-1][axis] == point[axis] for axis in (0, 1)):
+            kept.pop()
+        kept.append(point)
+    return tuple(kept)

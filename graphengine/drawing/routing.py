@@ -1,0 +1,172 @@
+"""Links around boxes that stand already: a short way for each, with few bends.
+
+Around each box lies a frame at half the least distance between boxes. Frames never overlap, so along them every port can be
+reached from every other. The lines that the frames lie on are the grid of an A* search. Links that end up on one line are
+spread over the strip that is free on both sides of it.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import count, pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.drawing.geometry import GAP, Box, Link, Point, Route, ends, simplified
+
+_FRAME = (GAP[0] / 2, GAP[1] / 2)
+_SPREAD = 10.0
+"""How far from its line a link may be moved."""
+_LANE = 5.0
+_BEND = 60.0
+"""A bend is worth this much of a way."""
+_HASTE = 2.0
+"""How much what is left of a way weighs against what lies behind: at 1 the search is exact, and slow."""
+
+
+def routes(boxes: Sequence[Box], corners: Sequence[Point], links: Sequence[Link]) -> list[Route]:
+    """A polyline for each link; boxes are at least `GAP` apart."""
+    router = _Router(boxes, corners, links)
+    ways = [router.lines(*pair) for pair in router.ends]
+    drawn = [_drawn(*pair, way) for pair, way in zip(router.ends, ways, strict=True)]
+    apart = _spread(links, ways, drawn)
+    return [_drawn(*pair, way) for pair, way in zip(router.ends, apart, strict=True)]
+
+
+Line = tuple[int, float]
+"""A column (axis 0) at an x, or a row (axis 1) at a y."""
+
+
+class _Router:
+    """The grid: every line along a frame, and a row for each port."""
+
+    def __init__(self, boxes: Sequence[Box], corners: Sequence[Point], links: Sequence[Link]) -> None:
+        self.ends = [ends(boxes, corners, link) for link in links]
+        low = np.array(corners, float).reshape(-1, 2) - np.array(_FRAME)
+        high = low + np.array([(box.width, box.height) for box in boxes]).reshape(-1, 2) + np.array(GAP)
+        self.frames = np.round(np.stack([low, high], axis=1), 2)
+        self.columns = np.unique(self.frames[:, :, 0])
+        shared = np.unique(self.frames[:, :, 1])
+        self.rows = np.unique([*shared, *(y for pair in self.ends for _, y in pair)])
+        self.shared = np.isin(self.rows, shared).tolist()
+        """Rows along which every link may run; that of a port is left to the links of the port."""
+        self.places = (self.columns.tolist(), self.rows.tolist())
+        self.open = (
+            self._open(0, self.columns, self.rows).tolist(),
+            self._open(1, self.rows, self.columns).tolist(),
+        )
+
+    def _open(self, axis: int, lines: NDArray[np.float64], along: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Whether each line of an axis may be followed from each place along it to the next, which no frame is across."""
+        free = np.ones((len(lines), len(along)), bool)
+        for (low, high), (begin, end) in zip(self.frames[:, :, axis], self.frames[:, :, 1 - axis], strict=True):
+            across = slice(np.searchsorted(lines, low, "right"), np.searchsorted(lines, high, "left"))
+            free[across, np.searchsorted(along, begin) : np.searchsorted(along, end)] = False
+        return free
+
+    def lines(self, begin: Point, end: Point) -> list[Line]:
+        """Columns and rows in turn, from the row of one port to the row of another: A* with a price on bends."""
+        start = self._column(begin[0] + _FRAME[0]), int(np.searchsorted(self.rows, begin[1]))
+        goal = self._column(end[0] - _FRAME[0]), int(np.searchsorted(self.rows, end[1]))
+        columns, rows = self.places
+        goal_x, goal_y = columns[goal[0]], rows[goal[1]]
+        best: dict[tuple[int, int, int], float] = {(*start, 1): 0.0}
+        before: dict[tuple[int, int, int], tuple[int, int, int]] = {}
+        queue = [(0.0, (*start, 1))]  # the last number is the axis of the line that the way came along
+        while queue:
+            _, here = heapq.heappop(queue)
+            if here[:2] == goal:
+                return self._lines_to(here, before, goal[1])
+            for step in self._steps(here, (start[1], goal[1])):
+                axis = step[2]
+                along = self.places[1 - axis]
+                way = abs(along[step[1 - axis]] - along[here[1 - axis]])
+                cost = best[here] + way + _BEND * (axis != here[2])
+                if cost < best.get(step, np.inf):
+                    best[step], before[step] = cost, here
+                    left = abs(columns[step[0]] - goal_x) + abs(rows[step[1]] - goal_y)
+                    heapq.heappush(queue, (cost + _HASTE * left, step))
+        raise AssertionError("frames that do not overlap leave a way between all ports")
+
+    def _column(self, x: float) -> int:
+        """The column of a frame's side, which is at most a rounding away."""
+        return int(np.abs(self.columns - x).argmin())
+
+    def _steps(self, here: tuple[int, int, int], own: tuple[int, int]) -> Iterator[tuple[int, int, int]]:
+        """The places next to one, rows of other ports passed over."""
+        column, row, _ = here
+        for way in (-1, 1):
+            other = row
+            while 0 <= other + way < len(self.shared) and self.open[0][column][other + min(way, 0)]:
+                other += way
+                if self.shared[other] or other in own:
+                    yield column, other, 0
+                    break
+        if column > 0 and self.open[1][row][column - 1]:
+            yield column - 1, row, 1
+        if column + 1 < len(self.columns) and self.open[1][row][column]:
+            yield column + 1, row, 1
+
+    def _lines_to(
+        self, here: tuple[int, int, int], before: Mapping[tuple[int, int, int], tuple[int, int, int]], last: int
+    ) -> list[Line]:
+        found: list[Line] = [(1, self.places[1][last])]
+        while True:
+            axis = here[2]
+            line = (axis, self.places[axis][here[axis]])
+            if line != found[-1]:
+                found.append(line)
+            if here not in before:
+                return found[::-1]
+            here = before[here]
+
+
+def _drawn(begin: Point, end: Point, lines: Sequence[Line]) -> Route:
+    """The polyline along lines, of which the first and the last are the rows of its ports."""
+    corners = []
+    for (axis, place), (_, other) in pairwise(lines):
+        corners.append((other, place) if axis == 1 else (place, other))
+    return simplified([begin, *corners, end])
+
+
+def _spread(links: Sequence[Link], ways: Sequence[Sequence[Line]], routes: Sequence[Route]) -> list[list[Line]]:
+    """The same ways, those of different ports moved apart where they run along one line."""
+    spread = [list(way) for way in ways]
+    stretches: dict[Line, dict[tuple[int, float], list[tuple[int, int]]]] = {}
+    for number, way in enumerate(ways):
+        for position, line in enumerate(way[1:-1], 1):
+            port = (links[number].source, links[number].source_y)
+            stretches.setdefault(line, {}).setdefault(port, []).append((number, position))
+    for (axis, place), users in sorted(stretches.items()):
+        lanes = _lanes([_extent(axis, place, routes, members) for members in users.values()])
+        middle = max(lanes) / 2
+        distance = min(_LANE, _SPREAD / middle) if middle else 0.0
+        for lane, members in zip(lanes, users.values(), strict=True):
+            for number, position in members:
+                spread[number][position] = (axis, place + (lane - middle) * distance)
+    return spread
+
+
+def _extent(
+    axis: int, place: float, routes: Sequence[Route], members: Sequence[tuple[int, int]]
+) -> tuple[float, float]:
+    """From where to where some links run along a line."""
+    along = [
+        point[1 - axis]
+        for number, _ in members
+        for pair in pairwise(routes[number])
+        if pair[0][axis] == pair[1][axis] == place
+        for point in pair
+    ]
+    return (min(along), max(along)) if along else (0.0, 0.0)
+
+
+def _lanes(extents: Sequence[tuple[float, float]]) -> list[int]:
+    """The first lane of each in which nothing before it is in the way."""
+    lanes: list[int] = []
+    for number, (low, high) in enumerate(extents):
+        taken = {lane for lane, (a, b) in zip(lanes, extents[:number], strict=False) if a <= high and low <= b}
+        lanes.append(next(lane for lane in count() if lane not in taken))
+    return lanes

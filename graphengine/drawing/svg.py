@@ -1,0 +1,290 @@
+"""A drawing as SVG, whole in itself: no script, no font, no picture from elsewhere.
+
+Whatever a file says goes through `escape`. Colours are those of a light page, and of a dark one where the viewer prefers that.
+What carries execution is told from what carries a value by weight and arrow head too, not by colour alone.
+"""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from graphengine.diagnostics import Finding, printable
+from graphengine.drawing.arrange import arrange
+from graphengine.drawing.figure import HEAD, MARGIN, NAME_SIZE, PORT_SIZE, TYPE_SIZE, Label, NodeBox
+from graphengine.drawing.geometry import Point, Route
+from graphengine.drawing.scheme import Scheme, WireView
+from graphengine.drawing.text import FONTS, fitted, width
+
+_SPACE = 18.0
+"""Around the drawing, and between parts of it."""
+_TITLE_SIZE = 16.0
+_LINE = 17.0
+_ROUND = 6.0
+"""Radius of a wire's corner."""
+_ARROW = 9.0
+_LEAST = 560.0
+"""Width of a small drawing, for the line of signs below it."""
+_ABOUT = 2000
+"""Characters of a tooltip."""
+
+_MEANINGS = {
+    "exec": "execution",
+    "later": "execution in a later tick",
+    "data-wire": "value",
+    "refused": "connection with a mistake",
+}
+"""Of each style of a wire."""
+_TIPS = {"exec": "exec-tip", "later": "exec-tip", "data-wire": "data-tip", "refused": "refused-tip"}
+
+STYLE = f"""
+svg {{ font-family: {FONTS}; background: #ffffff }}
+.page {{ fill: #ffffff }}
+text {{ fill: #1f2328; font-size: {PORT_SIZE:g}px; white-space: pre }}
+.title {{ font-size: {_TITLE_SIZE:g}px; font-weight: bold }}
+.name {{ font-size: {NAME_SIZE:g}px; font-weight: bold }}
+.type, .sign {{ font-size: {TYPE_SIZE:g}px; fill: #59636e }}
+.caption {{ fill: #59636e }}
+.value {{ fill: #0b4f9e }}
+.box {{ fill: #ffffff; stroke: #818b98; stroke-width: 1.2 }}
+.head {{ fill: #e7ecf1 }}
+.event .head {{ fill: #d5f0db }}
+.data .head {{ fill: #dcebfc }}
+.latent .head {{ fill: #ece4fb }}
+.group {{ fill: #f3f5f8; stroke: #818b98; stroke-width: 1.2; stroke-dasharray: 2 3 }}
+.error .box {{ stroke: #d1242f; stroke-width: 3 }}
+.warning .box {{ stroke: #b56a00; stroke-width: 2.4 }}
+.mark {{ font-size: {TYPE_SIZE:g}px; font-weight: bold }}
+text.error {{ fill: #b31d28 }}
+text.warning {{ fill: #8a5200 }}
+.wire {{ fill: none; stroke-linejoin: round }}
+.exec, .later {{ stroke: #1f2328; stroke-width: 2.6 }}
+.later {{ stroke-dasharray: 9 5 }}
+.data-wire {{ stroke: #0969da; stroke-width: 1.3 }}
+.refused {{ stroke: #d1242f; stroke-dasharray: 3 4 }}
+.exec-tip {{ fill: #1f2328; stroke: #1f2328 }}
+.data-tip {{ fill: #ffffff; stroke: #0969da; stroke-width: 1.3 }}
+.refused-tip {{ fill: #d1242f; stroke: #d1242f }}
+@media (prefers-color-scheme: dark) {{
+svg {{ background: #0d1117 }}
+.page {{ fill: #0d1117 }}
+text {{ fill: #f0f6fc }}
+.type, .sign, .caption {{ fill: #b1bac4 }}
+.value {{ fill: #8fc2ff }}
+.box {{ fill: #161b22; stroke: #7d8590 }}
+.head {{ fill: #2a313c }}
+.event .head {{ fill: #173d26 }}
+.data .head {{ fill: #16365c }}
+.latent .head {{ fill: #3b2a63 }}
+.group {{ fill: #12171e; stroke: #7d8590 }}
+.error .box {{ stroke: #ff6a69 }}
+.warning .box {{ stroke: #e3a008 }}
+text.error {{ fill: #ff9a94 }}
+text.warning {{ fill: #f0b72f }}
+.exec, .later {{ stroke: #f0f6fc }}
+.data-wire {{ stroke: #58a6ff }}
+.exec-tip {{ fill: #f0f6fc; stroke: #f0f6fc }}
+.data-tip {{ fill: #0d1117; stroke: #58a6ff }}
+.refused {{ stroke: #ff6a69 }}
+.refused-tip {{ fill: #ff6a69; stroke: #ff6a69 }}
+}}
+"""
+"""Of every drawing. What knows no media queries draws the light one."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """One graph, drawn with its corner at zero."""
+
+    lines: list[str]
+    width: float
+    height: float
+
+
+def draw(schemes: Sequence[Scheme]) -> str:
+    """One SVG with all graphs, one below the other.
+
+    Raises:
+        UsageError: the layout library is not installed.
+    """
+    parts = [_draw_graph(scheme) for scheme in schemes]
+    wide = max([_LEAST, *(part.width for part in parts)]) + 2 * _SPACE
+    body: list[str] = []
+    top = _SPACE
+    for part in parts:
+        body += [f'<g transform="translate({_number(_SPACE)} {_number(top)})">', *part.lines, "</g>"]
+        top += part.height + 2 * _SPACE
+    body += _signs({_style(wire) for scheme in schemes for wire in scheme.wires}, _SPACE, top)
+    high = top + _SPACE + 4
+    size = f'width="{_number(wide)}" height="{_number(high)}" viewBox="0 0 {_number(wide)} {_number(high)}"'
+    names = ", ".join(scheme.title for scheme in schemes)
+    return "\n".join(
+        [
+            f'<svg xmlns="http://www.w3.org/2000/svg" {size}>',
+            f"<title>{escape(f'ActionGraph {names}')}</title>",
+            f"<style>{STYLE}</style>",
+            f'<rect class="page" width="{_number(wide)}" height="{_number(high)}"/>',
+            *body,
+            "</svg>",
+            "",
+        ]
+    )
+
+
+def escape(text: str) -> str:
+    """A text of a stranger as it may stand in the SVG: one line each, no character that XML refuses."""
+    lines = text[:_ABOUT].split("\n")
+    return html.escape("\n".join(map(printable, lines)))
+
+
+def _number(value: float) -> str:
+    return f"{round(value, 1) + 0.0:g}" if abs(value) < 1e5 else f"{round(value)}"
+
+
+def _rectangle(x: float, y: float, wide: float, high: float) -> str:
+    return f'x="{_number(x)}" y="{_number(y)}" width="{_number(wide)}" height="{_number(high)}"'
+
+
+def _text(x: float, y: float, text: str, kind: str, *, end: bool = False) -> str:
+    anchor = ' text-anchor="end"' if end else ""
+    return f'<text class="{kind}" x="{_number(x)}" y="{_number(y)}"{anchor}>{escape(text)}</text>'
+
+
+def _draw_graph(scheme: Scheme) -> _Part:
+    layout = arrange(scheme)
+    heading, head_width, head_height = _heading(scheme, max(layout.width, _LEAST))
+    lines = [*heading, f'<g transform="translate(0 {_number(head_height)})">']
+    for frame in layout.frames:
+        x, y = frame.corner
+        file = scheme.groups[frame.name][0]
+        caption = f"{frame.name.rpartition('/')[2]}  {file}".rstrip()
+        lines += [
+            '<g class="subgraph">',
+            f'<rect class="group" {_rectangle(x, y, frame.width, frame.height)} rx="8"/>',
+            f"<title>{escape(f'subgraph {frame.name} {file}')}</title>",
+            _text(x + MARGIN, y + 17, fitted(caption, PORT_SIZE, frame.width - 2 * MARGIN), "caption"),
+            "</g>",
+        ]
+    order = sorted(zip(scheme.wires, layout.routes, strict=True), key=lambda pair: pair[0].form != "data")
+    lines += [line for wire, route in order if route for line in _wire(wire, route)]
+    for node, box in layout.boxes.items():
+        lines += _node(box, layout.corners[node])
+    lines.append("</g>")
+    return _Part(lines, max(layout.width, head_width), head_height + layout.height)
+
+
+def _heading(scheme: Scheme, limit: float) -> tuple[list[str], float, float]:
+    """Name, place and pace of the graph, and the findings that no node has; its width and height."""
+    title = fitted(scheme.title, _TITLE_SIZE, limit, bold=True)
+    caption = fitted(scheme.caption, PORT_SIZE, limit)
+    lines = [_text(0, 14, title, "title"), _text(0, 33, caption, "caption")]
+    wide = max(width(title, _TITLE_SIZE, bold=True), width(caption, PORT_SIZE))
+    y = 33.0
+    for finding in scheme.findings:
+        y += _LINE
+        text = fitted(_sentence(finding), TYPE_SIZE, limit, bold=True)
+        about = f"<title>{escape(_about(finding))}</title>"
+        lines.append(f"<g>{_text(0, y, text, f'mark {finding.severity}')}{about}</g>")
+    return lines, wide, y + 16
+
+
+def _sentence(finding: Finding) -> str:
+    return f"{finding.severity} {finding.code}: {finding.message}"
+
+
+def _about(finding: Finding) -> str:
+    return "\n".join((_sentence(finding), *finding.help))
+
+
+def _node(box: NodeBox, corner: Point) -> list[str]:
+    """A box with its texts and ports; what is told of it stands in its `title`."""
+    told = [_about(finding) for finding in box.view.findings]
+    about = "\n\n".join([box.view.about, *told])
+    kind = f"node {box.view.kind} {box.severity}".rstrip()
+    wide, high = _number(box.width), _number(box.height)
+    round_head = f"M0 {HEAD:g}V6q0-6 6-6H{_number(box.width - 6)}q6 0 6 6V{HEAD:g}z"
+    lines = [
+        f'<g class="{kind}" transform="translate({_number(corner[0])} {_number(corner[1])})">',
+        f"<title>{escape(about)}</title>",
+        f'<rect class="box" width="{wide}" height="{high}" rx="6"/>',
+        f'<path class="head" d="{round_head}"/>',
+        f'<rect class="box" width="{wide}" height="{high}" rx="6" fill-opacity="0"/>',
+        _text(MARGIN, 17, box.name, "name"),
+        _text(MARGIN, 33, box.type_name, "type"),
+    ]
+    for label in box.labels:
+        lines += _port(label, box.width)
+    for mark in box.marks:
+        lines.append(
+            f"<g>{_text(MARGIN, mark.y + 4, mark.text, f'mark {mark.severity}')}<title>{escape(mark.about)}</title></g>"
+        )
+    return [*lines, "</g>"]
+
+
+def _port(label: Label, box_width: float) -> list[str]:
+    right = label.side == "right"
+    x = box_width - MARGIN if right else MARGIN
+    value = f'<tspan class="value"> {escape(label.value)}</tspan>' if label.value else ""
+    anchor = ' text-anchor="end"' if right else ""
+    text = f'<text x="{_number(x)}" y="{_number(label.y + 4)}"{anchor}>{escape(label.name)}{value}</text>'
+    return [f'<g class="port"><title>{escape(label.view.about)}</title>{text}</g>']
+
+
+def _wire(wire: WireView, route: Route) -> list[str]:
+    """A line with round corners, and its tip: full and heavy for execution, open and light for a value."""
+    style = _style(wire)
+    x, y = route[-1]
+    line = _path([*route[:-1], (x - _ARROW, y)])
+    return [
+        f'<g class="connection"><title>{escape(wire.about)}</title>',
+        f'<path class="wire {style}" d="{line}"/>',
+        f'<path class="{_TIPS[style]}" d="{_tip(x, y, style)}"/>',
+        "</g>",
+    ]
+
+
+def _style(wire: WireView) -> str:
+    """How a wire is drawn."""
+    return "refused" if wire.refused else "data-wire" if wire.form == "data" else wire.form
+
+
+def _tip(x: float, y: float, style: str) -> str:
+    half = 3.5 if style == "data-wire" else 5.0
+    return f"M{_number(x - 1)} {_number(y)}l-{_ARROW:g}-{half:g}v{2 * half:g}z"
+
+
+def _path(route: Sequence[Point]) -> str:
+    """The polyline with its corners rounded off."""
+    parts = [f"M{_number(route[0][0])} {_number(route[0][1])}"]
+    for before, (corner, after) in zip(route, pairwise(route[1:]), strict=False):
+        radius = min(_ROUND, _length(before, corner) / 2, _length(corner, after) / 2)
+        begin, end = _towards(corner, before, radius), _towards(corner, after, radius)
+        parts.append(f"L{_number(begin[0])} {_number(begin[1])}")
+        parts.append(f"Q{_number(corner[0])} {_number(corner[1])} {_number(end[0])} {_number(end[1])}")
+    parts.append(f"L{_number(route[-1][0])} {_number(route[-1][1])}")
+    return "".join(parts)
+
+
+def _length(one: Point, other: Point) -> float:
+    return abs(one[0] - other[0]) + abs(one[1] - other[1])
+
+
+def _towards(corner: Point, other: Point, distance: float) -> Point:
+    length = _length(corner, other) or 1.0
+    return (
+        corner[0] + (other[0] - corner[0]) / length * distance,
+        corner[1] + (other[1] - corner[1]) / length * distance,
+    )
+
+
+def _signs(styles: Collection[str], x: float, y: float) -> Iterator[str]:
+    """What the kinds of wires on the drawing mean."""
+    for style, meaning in _MEANINGS.items():
+        if style not in styles:
+            continue
+        yield f'<path class="wire {style}" d="M{_number(x)} {_number(y)}h24"/>'
+        yield f'<path class="{_TIPS[style]}" d="{_tip(x + 24 + _ARROW, y, style)}"/>'
+        yield _text(x + 40, y + 4, meaning, "sign")
+        x += 40 + width(meaning, TYPE_SIZE) + 24

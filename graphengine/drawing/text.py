@@ -1,0 +1,62 @@
+"""How wide a text is on any machine, and texts made to fit.
+
+No font is asked. The widths are at least those of DejaVu Sans, one of the widest among the fonts that browsers and viewers take
+for `sans-serif`, so a text fits its box in the others too.
+"""
+
+from __future__ import annotations
+
+import unicodedata
+
+from graphengine.diagnostics import printable
+
+FONTS = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
+
+_WIDTHS = (
+    ("'ijl", 0.29),
+    (" ,./:;I\\|", 0.34),
+    ("-ft()[]!r", 0.42),
+    ('"J_`szc?', 0.55),
+    ("*FLPTYkvxy", 0.62),
+    ("abdeghnopquES0123456789${}", 0.64),
+    ("ABCKRVXZ", 0.70),
+    ("DGHNOQU&", 0.79),
+    ("#+<=>^~w", 0.84),
+    ("Mm%W@", 1.0),
+)
+"""Letters, and their width as a part of the font's size."""
+_WIDTH_OF = {letter: width for letters, width in _WIDTHS for letter in letters}
+_BOLD = 1.2
+"""At least the ratio of a letter's bold form to its width above."""
+_WIDE = 1.4
+"""Of an ideograph or an emoji."""
+_OTHER = 1.05
+
+
+def width(text: str, size: float, *, bold: bool = False) -> float:
+    """At least the width of a text, in the unit of its size."""
+    return size * (_BOLD if bold else 1.0) * sum(map(_letter, text))
+
+
+def _letter(letter: str) -> float:
+    known = _WIDTH_OF.get(letter)
+    if known is not None:
+        return known
+    if unicodedata.combining(letter):
+        return 0.0
+    return _WIDE if unicodedata.east_asian_width(letter) in ("W", "F") or ord(letter) > 0xFFFF else _OTHER
+
+
+def fitted(text: str, size: float, limit: float, *, bold: bool = False, tail: bool = False) -> str:
+    """A printable text no wider than the limit; what is too long ends in `…`, or begins with it to keep its tail."""
+    text = printable(text)
+    if width(text, size, bold=bold) <= limit:
+        return text
+    room = limit - width("…", size, bold=bold)
+    kept: list[str] = []
+    for letter in reversed(text) if tail else text:
+        room -= width(letter, size, bold=bold)
+        if room < 0:
+            break
+        kept.append(letter)
+    return f"…{''.join(reversed(kept))}" if tail else f"{''.join(kept)}…"

@@ -1,0 +1,27 @@
+"""`drawn` makes the drawing of a graph file and of others beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from graphengine import build
+from graphengine.drawing import page, svg
+from graphengine.drawing.scheme import make_scheme
+
+Draw = Callable[..., str]
+
+
+@pytest.fixture
+def drawn(tmp_path: Path) -> Draw:
+    def draw(text: str, *, html: bool = False, **others: str) -> str:
+        for name, content in {"main": text, **others}.items():
+            (tmp_path / f"{name}.yaml").write_text(content, encoding="utf-8")
+        assembly = build.assemble(tmp_path / "main.yaml")
+        assembly.world.close()
+        schemes = [make_scheme(plan.graph, assembly.findings) for plan in assembly.plans]
+        return page.draw(schemes) if html else svg.draw(schemes)
+
+    return draw

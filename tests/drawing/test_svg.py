@@ -1,0 +1,196 @@
+"""What a drawing tells: ports, values, wires of each kind, subgraphs, findings; and what it never does."""
+
+from __future__ import annotations
+
+import re
+from xml.etree import ElementTree
+
+from tests.cli.harness import ROOT
+from tests.drawing.conftest import Draw
+from tests.drawing.reading import NAMESPACE, Drawing, Point, Text, mistakes, read
+
+TICK = "graph: mine\nnodes:\n  Tick: OnPlaybackTick\n"
+
+
+def nodes(text: str) -> dict[str, ElementTree.Element]:
+    """Elements of the nodes by their names."""
+    found = ElementTree.fromstring(text).iter(f"{NAMESPACE}g")
+    return {words(node, "name"): node for node in found if "node" in node.attrib.get("class", "").split()}
+
+
+def words(node: ElementTree.Element, kind: str) -> str:
+    return next("".join(text.itertext()) for text in node.iter(f"{NAMESPACE}text") if text.get("class") == kind)
+
+
+def told(node: ElementTree.Element) -> str:
+    return node.findtext(f"{NAMESPACE}title") or ""
+
+
+def ports(node: ElementTree.Element) -> dict[str, str]:
+    """What is told of each port, by what is written on it."""
+    groups = [group for group in node.iter(f"{NAMESPACE}g") if group.get("class") == "port"]
+    return {"".join(group.find(f"{NAMESPACE}text").itertext()): told(group) for group in groups}  # type: ignore[union-attr]
+
+
+def label(drawing: Drawing, node: str, port: str) -> tuple[Text, tuple[float, float, float, float]]:
+    """A port's text and the box that it is in."""
+    box = next(box for text, box in drawing.texts if text.text == node and text.bold and box)
+    return next(text for text, within in drawing.texts if within == box and text.text.split()[0] == port), box
+
+
+def test_each_wire_runs_from_the_height_of_one_port_to_that_of_another(drawn: Draw) -> None:
+    drawing = read(drawn((ROOT / "graphs/tutorial/cmd_vel.yaml").read_text(encoding="utf-8")))
+    assert len(drawing.wires) == 10
+    for about, points in drawing.wires:
+        for end, place, side in zip(about.split(" -> "), (points[0], points[-1]), (2, 0), strict=True):
+            text, box = label(drawing, *end.split("."))
+            assert abs(place[0] - box[side]) < 10.5  # px, an arrow head
+            assert abs(place[1] + 4 - text.y) < 0.3
+
+
+def test_set_values_are_written_with_their_units_and_told_in_full(drawn: Draw) -> None:
+    made = nodes(drawn((ROOT / "graphs/tutorial/cmd_vel.yaml").read_text(encoding="utf-8")))
+    shown = ports(made["DiffController"])
+    assert "wheelRadius 0.1 m" in shown
+    assert shown["wheelRadius 0.1 m"].startswith("wheelRadius: double, m\ndefault 0.0")
+    (joints,) = [about for text, about in ports(made["ArtController"]).items() if text.startswith("jointNames")]
+    assert "set to [front_left_wheel_joint, front_right_wheel_joint]" in joints
+    assert "wheelDistance 0.45 m" in shown
+    assert not any(text.startswith("maxWheelSpeed") for text in shown)  # neither set nor wired
+
+
+def test_execution_values_and_what_fires_later_are_drawn_apart(drawn: Draw) -> None:
+    wires = "[Tick.tick -> Wait.execIn, Wait.finished -> Clock.execIn, Tick.time -> Clock.timeStamp]"
+    text = drawn(
+        f"{TICK}  Wait: Delay\n  Clock: {{type: PublishClock, inputs: {{topicName: c}}}}\nconnections: {wires}\n"
+    )
+    groups = [g for g in ElementTree.fromstring(text).iter(f"{NAMESPACE}g") if g.get("class") == "connection"]
+    styles = {told(group): [path.get("class") for path in group.iter(f"{NAMESPACE}path")] for group in groups}
+    assert styles == {
+        "Tick.tick -> Wait.execIn": ["wire exec", "exec-tip"],
+        "Wait.finished -> Clock.execIn": ["wire later", "exec-tip"],
+        "Tick.time -> Clock.timeStamp": ["wire data-wire", "data-tip"],
+    }
+    widths = {
+        name: float(width) for name, width in re.findall(r"(exec|data-wire)\b[^{]*\{[^}]*stroke-width: ([\d.]+)", text)
+    }
+    assert widths["exec"] >= 2 * widths["data-wire"]
+
+
+def test_findings_are_painted_on_the_nodes_that_they_are_about(drawn: Draw) -> None:
+    made = nodes(
+        drawn(
+            f"{TICK}  Odd: {{type: NoSuchType, inputs: {{x: 1}}}}\n"
+            "  Clock: {type: PublishClock, inputs: {topicName: clock, queueSize: -1}}\n"
+            "connections: [Tick.tick -> Clock.execIn, Tick.time -> Clock.nothing]\n"
+        )
+    )
+    assert [name for name, node in made.items() if "error" in node.attrib["class"].split()] == ["Odd", "Clock"]
+    assert "error G201: unknown node type 'NoSuchType'" in told(made["Odd"])
+    assert "error G212: Clock.queueSize: expected" in told(made["Clock"])
+    assert "error G204: ROS2PublishClock has no input 'nothing'" in told(made["Clock"])
+    marks = [
+        "".join(text.itertext()) for text in made["Clock"].iter(f"{NAMESPACE}text") if "mark" in text.get("class", "")
+    ]
+    assert marks == ["error G204", "error G212"]
+    assert "error" not in told(made["Tick"])
+
+
+def test_a_warning_is_painted_as_one(drawn: Draw) -> None:
+    made = nodes(drawn(f"{TICK}  Idle: {{type: Counter}}\n"))
+    assert made["Idle"].attrib["class"].split() == ["node", "action", "warning"]
+    assert "warning W101: no event reaches Idle" in told(made["Idle"])
+
+
+def test_a_wire_to_a_node_that_is_not_there_is_told_at_its_other_end(drawn: Draw) -> None:
+    made = nodes(drawn(f"{TICK}connections: [Tick.tick -> Nobody.execIn]\n"))
+    assert "error G203: no node 'Nobody'" in told(made["Tick"])
+
+
+def test_how_often_a_node_runs_is_written_on_it(drawn: Draw) -> None:
+    made = nodes(drawn("graph: mine\nnodes:\n  Tick: {type: OnPlaybackTick, every: {hz: 2.5}}\n"))
+    assert words(made["Tick"], "type") == "OnPlaybackTick, every 2.5 Hz"
+
+
+def test_a_mistake_of_the_file_itself_stands_below_the_title(drawn: Draw) -> None:
+    text = drawn(f"{TICK}connections: [Tick.tick]\n")
+    assert "error G202: a connection has one arrow" in text
+    assert mistakes(read(text)) == []
+
+
+def test_nodes_of_a_subgraph_stand_within_its_border(drawn: Draw) -> None:
+    inner = (
+        "graph: inner\ninputs: {go: Branch.execIn}\noutputs: {done: Count.execOut}\n"
+        "nodes: {Branch: Branch, Count: Counter}\nconnections: [Branch.execTrue -> Count.execIn]\n"
+    )
+    middle = (
+        "graph: middle\ninputs: {}\nnodes: {Tick: OnPlaybackTick, Deep: {subgraph: inner.yaml}}\n"
+        "connections: [Tick.tick -> Deep.go]\n"
+    )
+    text = drawn(
+        f"{TICK}  One: {{subgraph: inner.yaml}}\n  Two: {{subgraph: inner.yaml}}\n  Three: {{subgraph: middle.yaml}}\n"
+        "connections: [Tick.tick -> One.go, One.done -> Two.go]\n",
+        inner=inner,
+        middle=middle,
+    )
+    drawing = read(text)
+    assert mistakes(drawing) == []
+    assert len(drawing.groups) == 4
+    assert sorted(about for about, _ in drawing.wires) == [
+        "One/Branch.execTrue -> One/Count.execIn",
+        "One/Count.execOut -> Two/Branch.execIn",
+        "Three/Deep/Branch.execTrue -> Three/Deep/Count.execIn",
+        "Three/Tick.tick -> Three/Deep/Branch.execIn",
+        "Tick.tick -> One/Branch.execIn",
+        "Two/Branch.execTrue -> Two/Count.execIn",
+    ]
+    captions = {words.text for words, _ in drawing.texts}
+    assert {"One  inner.yaml", "Two  inner.yaml", "Three  middle.yaml", "Deep  inner.yaml"} <= captions
+
+
+def test_what_a_stranger_writes_is_text(drawn: Draw) -> None:
+    evil = '"\\"><script>alert(1)</script>]]><!-- &amp; \\u202e \\x07 onload=x"'
+    text = drawn(
+        f"{TICK}  Clock: {{type: PublishClock, doc: {evil}, inputs: {{topicName: {evil}}}}}\n  Odd: {{type: {evil}}}\n"
+        f"connections: [Tick.tick -> Clock.execIn, {evil}]\n"
+    )
+    tags = {element.tag.removeprefix(NAMESPACE) for element in ElementTree.fromstring(text).iter()}
+    assert tags == {"svg", "title", "style", "g", "rect", "path", "text", "tspan"}
+    attributes = {name for element in ElementTree.fromstring(text).iter() for name in element.attrib}
+    assert not any(name.startswith("on") or "href" in name for name in attributes)
+    assert "\u202e" not in text
+    assert "alert(1)" in text
+
+
+def test_places_of_the_file_are_kept_as_they_lie_to_each_other(drawn: Draw) -> None:
+    names = ["Tick", "A", "B", "C", "Far"]
+    places: list[Point] = [(0, 0), (200, 0), (200, 90), (-150, 300)]
+    layout = ", ".join(f"{name}: [{x}, {y}]" for name, (x, y) in zip(names, places, strict=False))
+    text = drawn(
+        f"{TICK}  A: Counter\n  B: Counter\n  C: Counter\n  Far: Counter\nlayout: {{{layout}, Far: [1.0e+30, 0]}}\n"
+        "connections: [Tick.tick -> A.execIn, A.execOut -> B.execIn, B.execOut -> C.execIn, C.execOut -> A.reset]\n"
+    )
+    drawing = read(text)
+    assert mistakes(drawing) == []
+    corners = [(box[0], box[1]) for box in drawing.boxes]
+    x0, y0 = corners[0]
+    stretch = (corners[1][0] - x0) / 200
+    assert 1.0 <= stretch <= 6.0
+    for (x, y), (u, v) in zip(places[1:], corners[1:4], strict=True):
+        assert abs(u - x0 - stretch * x) < 0.5
+        assert abs(v - y0 - stretch * y) < 0.5
+    assert corners[4][1] > max(corner[1] for corner in corners[:4])  # what has no place stands below
+
+
+def test_a_graph_of_a_thousand_nodes_is_drawn(drawn: Draw) -> None:
+    lines = [f"  N{number}: BooleanNot" for number in range(1000)]
+    wires = [f"N{number // 2}.valueOut -> N{number}.valueIn" for number in range(1, 1000)]
+    drawing = read(drawn("graph: large\nnodes:\n" + "\n".join(lines) + f"\nconnections: [{', '.join(wires)}]\n"))
+    assert len(drawing.boxes) == 1000
+    assert len(drawing.wires) == 999
+
+
+def test_a_graph_without_nodes_is_drawn(drawn: Draw) -> None:
+    drawing = read(drawn("graph: empty\n"))
+    assert (drawing.boxes, drawing.wires) == ([], [])
+    assert mistakes(drawing) == []
