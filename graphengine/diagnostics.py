@@ -20,6 +20,7 @@ GraphError                  everything that this package raises on purpose
 
 from __future__ import annotations
 
+import bisect
 import difflib
 import json
 import unicodedata
@@ -77,6 +78,7 @@ CODES: dict[str, str] = {
     "W103": "set value on a wired input",
     "W104": "wire that reads the previous value",
     "W105": "reader and writer in no stated order",
+    "W106": "rate that is never reached",
     "W201": "wheel radius differs from the robot's",
     "W202": "wheel distance differs from the robot's",
     "W203": "TF tree in more than one piece",
@@ -270,15 +272,24 @@ def to_json(findings: Sequence[Finding]) -> str:
     return json.dumps([finding.record() for finding in findings], indent=2)
 
 
-_COMPARED = 1000
-"""Of more names than this, only some are compared: those of nearly the same length that begin alike."""
+_COMPARED = 300
+"""Of more names than this, only so many are compared."""
+
+
+def _worth_comparing(name: str, legal: Iterable[str]) -> list[str]:
+    """Of many names those that begin alike and are of nearly the same length; of many such those beside it in the alphabet."""
+    names = set(legal)
+    if len(names) > _COMPARED:
+        names = {other for other in names if other[:1] == name[:1] and abs(len(other) - len(name)) < 3}
+    ordered = sorted(names)
+    start = max(0, bisect.bisect(ordered, name) - _COMPARED // 2) if len(ordered) > _COMPARED else 0
+    return ordered[start : start + _COMPARED]
 
 
 def did_you_mean(name: str, legal: Iterable[str], wording: str = "did you mean {}?") -> str:
     """A suggestion when a legal name is near, else the empty string."""
-    names, name = sorted(set(legal)), name[:200]
-    if len(names) > _COMPARED:
-        names = [other for other in names if other[:1] == name[:1] and abs(len(other) - len(name)) < 3][:_COMPARED]
+    name = name[:200]
+    names = _worth_comparing(name, legal)
     near = difflib.get_close_matches(name, names, n=3, cutoff=0.6)
     if near:
         scores = {other: difflib.SequenceMatcher(None, other, name).ratio() for other in near}

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import atexit
+import gc
 import math
 import os
 import re
@@ -61,6 +63,7 @@ def execute(arguments: argparse.Namespace) -> int:
     from graphengine.control.desk import CommandDesk
     from graphengine.diagnostics import UsageError
 
+    atexit.register(gc.freeze)  # the process ends with what it holds; to look through all of it takes a second
     _check_recording(arguments)
     assembly = assemble_to_run(arguments)
     if assembly is None:

@@ -23,7 +23,8 @@ HEAVY = [
     "xacro",
     "yaml",
 ]
-VERBS = ["run", "ctl", "replay", "check", "show", "snapshot", "map", "import-urdf", "topics"]
+VERBS = ["run", "ctl", "replay", "check", "show", "snapshot", "map", "import", "export"]
+VERBS += ["import-urdf", "topics"]
 VERBS += ["topic", "tf", "teleop", "nodes", "schema"]
 
 SCRIPT = """

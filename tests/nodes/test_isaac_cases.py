@@ -17,6 +17,7 @@ from tests.nodes.isaac import (
     joints,
     lidar,
     names,
+    navigation,
     odometry,
     state,
     subscribers,
@@ -26,7 +27,20 @@ from tests.nodes.isaac import (
 )
 from tests.nodes.isaac.book import CASES, DIFFERS, OURS, RUN
 
-FAMILIES = (wheels, holonomic, ackermann, odometry, transforms, joints, state, time, names, lidar, subscribers)
+FAMILIES = (
+    wheels,
+    holonomic,
+    ackermann,
+    navigation,
+    odometry,
+    transforms,
+    joints,
+    state,
+    time,
+    names,
+    lidar,
+    subscribers,
+)
 """To import them is to register their cases."""
 
 

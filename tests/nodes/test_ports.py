@@ -107,6 +107,8 @@ def test_short_names_mean_one_type_each() -> None:
     assert {short: names for short, names in meant.items() if len(names) > 1} == {}
 
 
+HERE_AND_LEVEL = {"current_position": (0.0, 0.0, 0.0), "current_orientation": (0.0, 0.0, 0.0, 1.0)}
+
 NEEDED: dict[str, dict[str, Any]] = {
     **data.NEEDED,
     "AckermannController": {"wheel_base": 1.6, "track_width": 1.2, "front_wheel_radius": 0.25},
@@ -137,6 +139,7 @@ NEEDED: dict[str, dict[str, Any]] = {
         "camera_prim": "/robot/Geometry/base_link/Camera",
     },
     "IsaacTimeSplitter": {"time": 1.5},
+    "OgnIsaacScaleToFromStageUnit": {"value": 2.5},
     "OgnROS2ServiceClient": {"message_package": "std_srvs", "message_name": "SetBool"},
     "OgnROS2ServiceServerRequest": {"message_package": "std_srvs", "message_name": "SetBool"},
     "OgnROS2ServiceServerResponse": {"message_package": "std_srvs", "message_name": "SetBool", "server_handle": 1},
@@ -183,6 +186,13 @@ NEEDED: dict[str, dict[str, Any]] = {
     "WritePrimAttribute": {"prim": "/robot", "name": "xformOp:translate", "value": (1.0, 2.0, 3.0)},
     "IsaacReadEnvVar": {"env_var": "ROBOT"},
     "IsaacReadFilePath": {"path": "clock.yaml"},
+    "CheckGoal2D": HERE_AND_LEVEL,
+    "QuinticPathPlanner": {**HERE_AND_LEVEL, "target_position": (5.0, 0.0, 0.0)},
+    "StanleyControlPID": {
+        **HERE_AND_LEVEL,
+        "path_arrays": [1.0, 1.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.0],
+        "target": (5.0, 0.0, 0.0),
+    },
 }
 """What a node cannot do without."""
 

@@ -51,8 +51,11 @@ def ask(module: str, request: bytes, seconds: float) -> bytes:
     command = [sys.executable, "-P", "-s", "-m", module]
     environment = {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PYTHONHASHSEED": "0"}
     environment["OPENBLAS_NUM_THREADS"] = "1"  # each thread takes of the memory that the process may have
-    piped = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    with subprocess.Popen(command, env=environment, **piped) as process, ThreadPoolExecutor(2) as pool:
+    pipe = subprocess.PIPE
+    with (
+        subprocess.Popen(command, env=environment, stdin=pipe, stdout=pipe, stderr=pipe) as process,
+        ThreadPoolExecutor(2) as pool,
+    ):
         assert process.stdin
         assert process.stdout
         assert process.stderr

@@ -56,14 +56,14 @@ def computed(node: Any, output: str) -> Any:
 def test_a_condition_selects_a_value_or_element_by_element(
     condition: Any, if_true: Any, if_false: Any, expected: Any
 ) -> None:
-    node = SelectIf(condition=condition, if_true=if_true, if_false=if_false)
+    node = ready(SelectIf, RecordingContext(), condition=condition, if_true=if_true, if_false=if_false)
     result = computed(node, "result")
     assert (result, type(result)) == (expected, type(expected))
 
 
 def test_arrays_of_other_lengths_are_not_selected_from() -> None:
     with pytest.raises(ValueError, match="arrays of 2, 3 elements"):
-        SelectIf(condition=np.array([True] * 3), if_true=np.array([1, 2]), if_false=0).compute()
+        ready(SelectIf, RecordingContext(), condition=np.array([True] * 3), if_true=np.array([1, 2]), if_false=0).compute()
 
 
 def test_values_that_do_not_go_together_are_told(play: Player) -> None:

@@ -1,0 +1,56 @@
+"""`graphrun export`: a graph as a script that builds it in Isaac Sim."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from graphengine.diagnostics import Findings
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the verb."""
+    from graphengine.cli.common import add_file_arguments
+
+    add_file_arguments(parser)
+    parser.add_argument("--to", choices=("isaac-script",), required=True, help="what is written")
+    parser.add_argument(
+        "-o", "--output", metavar="FILE", type=Path, help="file to write; the standard output when not given"
+    )
+    parser.add_argument("--force", action="store_true", help="write over a file that is there")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """0 when the script is written, 1 when the graph has errors or nothing in Isaac Sim is like it, which is told."""
+    from graphengine.cli.common import assemble_to_run, clean, print_findings
+    from graphengine.diagnostics import Findings, UsageError
+    from graphengine.omnigraph.export import write_script
+    from graphengine.output import write_together
+
+    output = arguments.output
+    if output is not None and output.exists() and not arguments.force:
+        raise UsageError(f"{output}: already there; --force writes over it")
+    assembly = assemble_to_run(arguments)
+    if assembly is None:
+        return 1
+    assembly.world.close()
+    findings = Findings()
+    graphs = [plan.graph for plan in assembly.plans]
+    _check_one(arguments.file, len(graphs), findings)
+    script = write_script(graphs[0], findings) if graphs else ""
+    print_findings(findings, notes=False)
+    if findings.errors:
+        return 1
+    if output is None:
+        print(script, end="")
+    else:
+        write_together({output: script.encode()})
+        print(clean(f"wrote {output}"))
+    return 0
+
+
+def _check_one(file: str, count: int, findings: Findings) -> None:
+    if count != 1:
+        findings.add("G402", f"{file!r} has {count} graphs; export them one by one, from their own files")

@@ -1,0 +1,214 @@
+"""The script that builds a graph in Isaac Sim, by one `og.Controller.edit`.
+
+Subgraphs are expanded and parameters filled in: a script has neither. What Isaac Sim has no counterpart for is refused by name.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from graphengine import types
+from graphengine.diagnostics import Findings
+from graphengine.graph import Graph, Instance, Wire
+from graphengine.omnigraph.graph_file import SCRIPT_NODE
+from graphengine.port import Port
+from graphengine.types import PortType, UnionType
+
+OWN = "graphengine."
+"""How names of node types begin that only this engine has."""
+WIDTH = 110
+
+
+def write_script(graph: Graph, findings: Findings) -> str:
+    """The script; what cannot be exported goes to the findings.
+
+    Args:
+        graph: resolved, without mistakes.
+        findings: takes what Isaac Sim has no counterpart for.
+    """
+    return "\n".join([*_Exporter(graph, findings).lines(), ""])
+
+
+class _Exporter:
+    def __init__(self, graph: Graph, findings: Findings) -> None:
+        self.graph, self.findings = graph, findings
+        self.names = _names([instance.id for instance in graph.instances])
+        for instance in graph.instances:
+            self._refuse(instance)
+
+    def _refuse(self, instance: Instance) -> None:
+        """Tell what of a node there is not in Isaac Sim."""
+        if instance.cls.type_name.startswith(OWN):
+            self._tell(instance, f"there is no {instance.cls.type_name} in Isaac Sim")
+        if instance.entry.spec.every is not None:
+            self._tell(instance, "no node in Isaac Sim has `every`", "put an IsaacSimulationGate before it")
+        used = instance.literals | {w.target_field for w in self.graph.data_wires if w.target == instance.index}
+        used |= {w.target_field for w in self.graph.exec_wires if w.target == instance.index}
+        wires = [*self.graph.data_wires, *self.graph.exec_wires]
+        used |= {wire.source_field for wire in wires if wire.source == instance.index}
+        for field in sorted(used):
+            port = instance.cls.fields[field]
+            if port.extension and not (instance.cls.type_name == SCRIPT_NODE and port.name == "attributes"):
+                self._tell(instance, f"{instance.cls.type_name} has no {port.side}:{port.name} in Isaac Sim")
+
+    def _tell(self, instance: Instance, what: str, *help: str) -> None:
+        self.findings.add("G402", f"{instance.id}: {what}", instance.span, *help, related=instance.entry.via)
+
+    def lines(self) -> Iterator[str]:
+        """Of the script."""
+        graph, spec = self.graph, self.graph.flat.spec
+        layout = {self.names[name]: place for name, place in spec.layout.items() if name in self.names}
+        if spec.doc:
+            yield from ('"""' + _docstring(spec.doc) + '"""', "")
+        yield "import omni.graph.core as og"
+        if layout:
+            yield "import omni.usd"
+        if self._targets():
+            yield "import usdrt.Sdf"
+        if layout:
+            yield "from pxr import Gf, Sdf"
+        yield from ("", f"GRAPH_PATH = {text(graph.prim_path)}", "", "keys = og.Controller.Keys", "og.Controller.edit(")
+        yield from ("    {", '        "graph_path": GRAPH_PATH,', f'        "evaluator_name": {text(spec.evaluator)},')
+        if graph.runs == "physics_step":
+            yield '        "pipeline_stage": og.GraphPipelineStage.GRAPH_PIPELINE_STAGE_ONDEMAND,'
+        yield from ("    },", "    {")
+        yield from _block("CREATE_VARIABLES", list(self._variables()))
+        yield from _block("CREATE_NODES", list(self._nodes()))
+        yield from _block("CREATE_ATTRIBUTES", list(self._attributes()))
+        yield from _block("CONNECT", list(self._wires()))
+        yield from _block("SET_VALUES", list(self._values()))
+        yield from ("    },", ")")
+        if layout:
+            yield from ("", "stage = omni.usd.get_context().get_stage()")
+        for name, (x, y) in layout.items():
+            yield f'node = stage.GetPrimAtPath(f"{{GRAPH_PATH}}/{name}")'
+            attribute = 'node.CreateAttribute("ui:nodegraph:node:pos", Sdf.ValueTypeNames.Float2)'
+            yield f"{attribute}.Set(Gf.Vec2f({number(x)}, {number(y)}))"
+
+    def _variables(self) -> Iterator[str]:
+        for name, value in self.graph.variables.items():
+            port_type = self.graph.variable_types[name]
+            yield f"({text(name)}, {text(str(port_type))}, {literal(value, port_type)})"
+
+    def _nodes(self) -> Iterator[str]:
+        for instance in self.graph.instances:
+            yield f"({text(self.names[instance.id])}, {text(instance.cls.type_name)})"
+
+    def _attributes(self) -> Iterator[str]:
+        """Ports that OmniGraph's node types do not have from the start."""
+        for instance in self.graph.instances:
+            fixed = _fixed_ports(instance)
+            for key, port in instance.cls.ports.items():
+                if key not in fixed:
+                    settled = instance.settled.get(port.field, port.type)
+                    name = "any" if isinstance(settled, UnionType) else str(settled)
+                    yield f"({text(self._end(instance, port))}, {text(name)})"
+
+    def _wires(self) -> Iterator[str]:
+        wires = sorted([*self.graph.data_wires, *self.graph.exec_wires], key=lambda wire: wire.order)
+        for wire in wires:
+            yield f"({text(self._source(wire))}, {text(self._target(wire))})"
+
+    def _source(self, wire: Wire) -> str:
+        instance = self.graph.instances[wire.source]
+        return self._end(instance, instance.cls.fields[wire.source_field])
+
+    def _target(self, wire: Wire) -> str:
+        instance = self.graph.instances[wire.target]
+        return self._end(instance, instance.cls.fields[wire.target_field])
+
+    def _end(self, instance: Instance, port: Port) -> str:
+        return f"{self.names[instance.id]}.{port.side}:{port.name}"
+
+    def _values(self) -> Iterator[str]:
+        for instance, port in self._literals():
+            settled = instance.settled.get(port.field, port.type)
+            value = getattr(instance.node, port.field)
+            shown = literal(value, settled) if isinstance(settled, PortType) else plain(value)
+            several = isinstance(port.type, UnionType) or port.type == types.ANY
+            typed = f", {text(str(settled))}" if several and isinstance(settled, PortType) else ""
+            yield f"({text(self._end(instance, port))}, {shown}{typed})"
+
+    def _literals(self) -> Iterator[tuple[Instance, Port]]:
+        for instance in self.graph.instances:
+            for port in instance.cls.fields.values():
+                declares = instance.cls.type_name == SCRIPT_NODE and port.name == "attributes"
+                if port.field in instance.literals and not declares:
+                    yield instance, port
+
+    def _targets(self) -> bool:
+        variables = self.graph.variable_types.values()
+        return any(port.type == types.TARGET for _, port in self._literals()) or types.TARGET in variables
+
+
+def _names(ids: Sequence[str]) -> dict[str, str]:
+    """Names in one graph: of a node inside of a subgraph, both names with a line between, and a number where that is taken."""
+    names: dict[str, str] = {}
+    taken = {known for known in ids if "/" not in known}
+    for full in ids:
+        name = full
+        if "/" in full:
+            flat = full.replace("/", "_")
+            numbered = (f"{flat}_{number}" for number in range(2, len(ids) + 3))
+            name = next(one for one in (flat, *numbered) if one not in taken)
+            taken.add(name)
+        names[full] = name
+    return names
+
+
+def _fixed_ports(instance: Instance) -> set[str]:
+    """Ports that the node's type has without a graph that asks for more, or that it makes itself from its inputs."""
+    bases = [base for base in instance.cls.__mro__[1:] if getattr(base, "type_name", "") == instance.cls.type_name]
+    if not bases:
+        return set(instance.cls.ports)
+    numbered = tuple(instance.cls.numbered)
+    base: Any = bases[-1]
+    if instance.cls.type_name == SCRIPT_NODE or numbered:
+        return set(base.ports)
+    return set(instance.cls.ports)
+
+
+def _block(key: str, items: Sequence[str]) -> Iterator[str]:
+    if items:
+        yield f"        keys.{key}: ["
+        yield from (f"            {item}," for item in items)
+        yield "        ],"
+
+
+def literal(value: Any, port_type: PortType) -> str:
+    """A port's value in Python, as OmniGraph takes it."""
+    if port_type == types.TARGET:
+        return f"[{', '.join(f'usdrt.Sdf.Path({text(path)})' for path in value)}]"
+    return plain(value)
+
+
+def plain(value: Any) -> str:
+    """Numbers, texts and lists of them in Python."""
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(plain, value))}]"
+    if isinstance(value, str):
+        return text(value)
+    return number(value)
+
+
+def number(value: Any) -> str:
+    """A number or truth value in Python."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return f'float("{value}")'
+    return repr(value)
+
+
+def text(value: str) -> str:
+    """A text in Python, in double quotes where that needs no escape more."""
+    quoted = repr(value)
+    return f'"{quoted[1:-1]}"' if quoted[0] == "'" and '"' not in value and "\\'" not in quoted else quoted
+
+
+def _docstring(doc: str) -> str:
+    return "".join(c if c.isprintable() and c not in '"\\' else " " for c in doc)

@@ -1,0 +1,263 @@
+"""Graph files of recorded graphs, with OmniGraph's names made ours; what cannot be carried over is told."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from graphengine import types
+from graphengine.diagnostics import ContextError, Findings, Span, did_you_mean, listing
+from graphengine.graph import find_port, port_names
+from graphengine.node import Node, Port, grown
+from graphengine.omnigraph.recorded import RecordedGraph, RecordedNode, RecordedValue, RecordedWire
+from graphengine.omnigraph.yaml_text import comment, flow, scalar
+from graphengine.registry import Registry
+from graphengine.types import PortType
+
+WIDTH = 120
+ON_PHYSICS_STEP = "isaacsim.core.nodes.OnPhysicsStep"
+SCRIPT_NODE = "omni.graph.scriptnode.ScriptNode"
+GONE = {
+    (
+        "isaacsim.core.nodes.IsaacReadSimulationTime",
+        "swhFrameNumber",
+    ): "referenceTimeNumerator and -Denominator follow it",
+    ("isaacsim.core.nodes.IsaacArticulationController", "usePath"): "robotPath is used where targetPrim is not given",
+    ("isaacsim.ros2.bridge.ROS2CameraHelper", "viewport"): "wire renderProductPath from IsaacCreateRenderProduct",
+    ("isaacsim.ros2.bridge.ROS2SubscribeJointState", "targetPrim"): "it had no use",
+}
+"""Ports that older versions of Isaac Sim had, and what to do without them."""
+
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
+_PORT = re.compile(r"[A-Za-z_][A-Za-z0-9_:]*\Z")
+_LONGEST_NAME = 200
+
+
+def file_names(graphs: Sequence[RecordedGraph]) -> list[str]:
+    """A name for each graph, of which no two are alike even where files do not tell capital letters: the end of its path."""
+    taken: set[str] = set()
+    names = []
+    for graph in graphs:
+        parts = [_legal(part) for part in graph.path.strip("/").split("/")]
+        choices = ["_".join(parts[-count:]) for count in range(1, len(parts) + 1)]
+        names.append(_unique(choices, taken))
+    return names
+
+
+def _legal(name: str) -> str:
+    legal = re.sub(r"[^A-Za-z0-9_]", "_", name)[:_LONGEST_NAME]
+    return legal if _NAME.match(legal) else f"_{legal}"
+
+
+def _unique(choices: Sequence[str], taken: set[str], *, fold: bool = True) -> str:
+    """The first choice that is not taken, else the last one with a number; it is taken then."""
+    numbered = (f"{choices[-1]}_{number}" for number in range(2, len(taken) + 3))
+    name = next(name for name in (*choices, *numbered) if (name.lower() if fold else name) not in taken)
+    taken.add(name.lower() if fold else name)
+    return name
+
+
+def compose(graph: RecordedGraph, name: str, registry: Registry, findings: Findings, origin: str) -> str:
+    """The text of a graph file.
+
+    Args:
+        graph: what an importer found.
+        name: of the graph.
+        registry: node types that are available.
+        findings: where everything is told that the file lacks or has otherwise.
+        origin: where the graph comes from, for people.
+    """
+    return "\n".join([*_Composer(graph, registry, findings).lines(name, origin), ""])
+
+
+class _Composer:
+    def __init__(self, graph: RecordedGraph, registry: Registry, findings: Findings) -> None:
+        self.graph, self.registry, self.findings = graph, registry, findings
+        self.names: dict[str, str] = {}
+        """Names in the file, by names in the graph."""
+        self.classes: dict[str, type[Node] | None] = {}
+        """Node classes with the ports that are named, by names in the graph; None where the type is not available."""
+        taken: set[str] = set()
+        for node in graph.nodes.values():
+            self.names[node.name] = legal = _unique([_legal(node.name)], taken, fold=False)
+            if legal != node.name:
+                findings.add("N301", f"node {node.name!r} is called {legal!r} in the file", node.span)
+            self.classes[node.name] = self._class(node)
+
+    def _class(self, node: RecordedNode) -> type[Node] | None:
+        found = self.registry.find(node.type)
+        if found is None:
+            what = f"{node.name}: there is no node type {node.type!r} here"
+            self.findings.add("W301", what, node.span, self.registry.suggest(node.type), "check tells it again")
+            return None
+        if found.old_name:
+            what = f"{node.type!r} is a name from before Isaac Sim 4.5"
+            self.findings.add("N101", what, node.span, f"its name now is {found.cls.type_name!r}")
+        named = [wire.source_port for wire in self.graph.wires if wire.source == node.name]
+        named += [wire.target_port for wire in self.graph.wires if wire.target == node.name]
+        named += node.attributes
+        if found.cls.type_name == SCRIPT_NODE and node.attributes:
+            declared = [f"{key} {kind}" for key, kind in node.attributes.items()]
+            node.values["inputs:attributes"] = RecordedValue(declared, span=node.span)
+        values = {_port_name(key): value.data for key, value in node.values.items()}
+        try:
+            return grown(found.cls, values, self.registry.definitions, [_port_name(name) for name in named])
+        except (ContextError, TypeError, ValueError):  # which check tells of the file
+            return None
+
+    def lines(self, name: str, origin: str) -> Iterator[str]:
+        """Of the file."""
+        graph = self.graph
+        yield comment(f"Imported from {origin}")
+        yield "format: 1"
+        yield f"graph: {name}"
+        yield f"at: {flow(graph.path)}"
+        yield from self._when()
+        if graph.variables:
+            yield "variables:"
+            for key, variable in graph.variables.items():
+                yield from self._variable(key, variable)
+        yield "nodes:" if graph.nodes else "nodes: {}"
+        for node in graph.nodes.values():
+            yield from self._node(node)
+        wires = [line for wire in dict.fromkeys(graph.wires) if (line := self._wire(wire))]
+        if wires:
+            yield "connections:"
+            yield from (f"  - {line}" for line in wires)
+        placed = {self.names[node.name]: node.position for node in graph.nodes.values() if node.position is not None}
+        if placed:
+            yield "layout:"
+            yield from (f"  {key}: {flow(position)}" for key, position in placed.items())
+
+    def _when(self) -> Iterator[str]:
+        """How often it runs, and by which rule."""
+        graph = self.graph
+        physics = any(cls is not None and cls.type_name == ON_PHYSICS_STEP for cls in self.classes.values())
+        physics = physics or any(node.type.endswith(".OnPhysicsStep") for node in graph.nodes.values())
+        if graph.pipeline_stage == "on_demand" and physics:
+            yield "runs: physics_step"
+        elif graph.pipeline_stage == "on_demand":
+            self._leave_out("that it is evaluated only when a script asks for it; it runs every tick", graph.span)
+        elif graph.pipeline_stage != "simulation":
+            self._leave_out(f"its pipeline stage {graph.pipeline_stage}; it runs every tick", graph.span)
+        if graph.evaluator != "execution":
+            yield "evaluator: push"
+            advice = "write evaluator_name 'execution' there if its events are to decide what is computed"
+            self.findings.add("N301", f"{graph.path} is a push graph: every node is computed", graph.span, advice)
+        if graph.evaluator == "dirty_push":
+            what = "that it computes only what changed (dirty_push)"
+            self._leave_out(what, graph.span)
+
+    def _leave_out(self, what: str, span: Span | None, *help: str) -> None:
+        self.findings.add("W302", f"{self.graph.path}: left out is {what}", span, *help)
+
+    def _variable(self, name: str, variable: RecordedValue) -> Iterator[str]:
+        if not _NAME.match(name):
+            self._leave_out(f"variable {name!r}, which is no name", variable.span)
+            return
+        data: Any = variable.data
+        try:
+            port_type = types.parse(variable.type)
+            data = fit(data, port_type) if isinstance(port_type, PortType) else data
+        except ValueError:  # which check tells of the file
+            pass
+        default = {"default": data} if data is not None else {}
+        yield f"  {name}: {flow({'type': variable.type, **default})}"
+
+    def _node(self, node: RecordedNode) -> Iterator[str]:
+        cls = self.classes[node.name]
+        found = self.registry.find(node.type)
+        type_name = found.cls.type_name if found else node.type
+        inputs: dict[str, Any] = {}
+        for key, value in node.values.items():
+            name = _port_name(key)
+            if self._carried(node, cls, key, value):
+                port = find_port(cls, name, ["inputs"]) if cls else None
+                inputs[name] = _literal(value.data, value.type or node.attributes.get(key, ""), port)
+        key = self.names[node.name]
+        if not inputs:
+            yield f"  {key}: {scalar(type_name)}"
+            return
+        yield f"  {key}:"
+        yield f"    type: {scalar(type_name)}"
+        line = f"    inputs: {flow(inputs)}"
+        if len(line) <= WIDTH:
+            yield line
+        else:
+            yield "    inputs:"
+            yield from (f"      {scalar(name)}: {flow(data)}" for name, data in inputs.items())
+
+    def _carried(self, node: RecordedNode, cls: type[Node] | None, key: str, value: RecordedValue) -> bool:
+        """Whether a file holds such a value; told if not."""
+        name = _port_name(key)
+        what, advice = "", ""
+        if not key.startswith("inputs:"):
+            what = "a graph's file holds values of inputs"
+        elif value.data is None or not _PORT.match(name):
+            what = "it has none" if value.data is None else "it is no name of a port"
+        elif cls is not None:
+            port = find_port(cls, name, ["inputs"])
+            if port is None:
+                inputs = port_names(cls, "inputs")
+                what = f"{cls.__name__} has no such input"
+                advice = GONE.get((cls.type_name, name)) or did_you_mean(name, inputs) or listing(inputs, "inputs")
+            elif port.is_exec:
+                return False  # scripts set what was once a state of execution pins
+        if what:
+            self._leave_out(f"the value of {node.name}.{key}: {what}", value.span or node.span, advice)
+        return not what
+
+    def _wire(self, wire: RecordedWire) -> str:
+        """One connection; nothing if a node or port of it is not there."""
+        ends = (wire.source, wire.source_port, ("outputs", "inputs")), (wire.target, wire.target_port, ("inputs",))
+        written = []
+        for node, key, sides in ends:
+            side, name = key.partition(":")[0], _port_name(key)
+            if node not in self.names:
+                self._leave_out(f"the wire {wire}: there is no node {node!r}", wire.span)
+                return ""
+            cls = self.classes[node]
+            if not _PORT.match(name) or (cls is not None and f"{side}:{name}" not in cls.ports):
+                legal = port_names(cls, side) if cls is not None else []
+                gone = GONE.get((cls.type_name, name), "") if cls is not None else ""
+                near = gone or did_you_mean(name, legal) or listing(legal, side)
+                self._leave_out(f"the wire {wire}: {cls.__name__ if cls else node} has no {key}", wire.span, near)
+                return ""
+            meant = next((s for s in sides if cls is not None and f"{s}:{name}" in cls.ports), sides[0])
+            written.append(f"{self.names[node]}.{name if meant == side else f'{side}:{name}'}")
+        return " -> ".join(written)
+
+
+def _port_name(key: str) -> str:
+    """`wheelRadius` of `inputs:wheelRadius`."""
+    side, colon, name = key.partition(":")
+    return name if colon and side in ("inputs", "outputs", "state") else key
+
+
+def _literal(data: Any, type: str, port: Port | None) -> Any:
+    """A value as a graph file writes it; on a port of several types, with its type where that was given."""
+    if port is None:
+        return data
+    if isinstance(port.type, PortType) and port.type != types.ANY:
+        return fit(data, port.type)
+    try:
+        given = types.parse(type)
+    except ValueError:
+        return data
+    return {"type": type, "value": fit(data, given)} if isinstance(given, PortType) else data
+
+
+def fit(data: Any, port_type: PortType) -> Any:
+    """The same value of the port's kind, where Python's types are looser: 1.0 for a whole number, 1 for true."""
+    if isinstance(data, list):
+        element = PortType(port_type.base, port_type.count, False, port_type.role)
+        return [fit(item, element) for item in data]
+    if port_type.base == "bool" and data in (0, 1):
+        return bool(data)
+    whole = port_type.is_number and np.dtype(port_type.dtype).kind in "iu"
+    if isinstance(data, float) and data.is_integer() and whole:
+        return int(data)
+    return data

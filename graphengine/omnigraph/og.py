@@ -1,0 +1,221 @@
+"""The stand-in for `omni.graph.core`: its controllers tell a recorder what is done to graphs."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from graphengine.diagnostics import shown
+from graphengine.omnigraph.og_edit import Edit, Keys
+from graphengine.omnigraph.og_handles import (
+    Attribute,
+    ExecutionAttributeState,
+    Graph,
+    GraphPipelineStage,
+    Node,
+    Variable,
+    edited_graph,
+    graph_above,
+    graph_at,
+    node_at,
+    place_at,
+)
+from graphengine.omnigraph.recorder import OmniGraphError, Place, Recorder
+from graphengine.omnigraph.stand_in import Awaitable, idle
+
+
+class either:  # noqa: N801  used as a decorator
+    """A method of the class and of its instances, as those of OmniGraph's controllers are; `self` is None for the class."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.function = function
+
+    def __get__(self, instance: Any, owner: Any) -> Callable[..., Any]:
+        return functools.partial(self.function, owner, instance)
+
+
+class Controller:
+    """`og.Controller`, for one recorder, which a subclass has; an instance remembers the nodes that it made by their names."""
+
+    Keys = Keys
+    recorder: Recorder
+
+    def __init__(self, attribute: Any = None, **named: Any) -> None:
+        self.attribute_id = attribute if attribute is not None else named.get("attribute")
+        self.known: dict[str, Any] = {}
+
+    # Each takes the class, then the instance or None.
+
+    @either
+    def edit(
+        cls: Any,  # noqa: N805
+        self: Any,
+        graph_id: Any = None,
+        edit_commands: Mapping[Any, Any] | None = None,
+        *,
+        path_to_object_map: dict[str, Any] | None = None,
+        allow_exists_node: bool = False,
+        allow_exists_prim: bool = False,
+        **_: Any,
+    ) -> tuple[Any, list[Any], list[Any], dict[str, Any]]:
+        """Find or make a graph, and do all that the commands say in the documented order."""
+        recorder: Recorder = cls.recorder
+        graph = edited_graph(recorder, graph_id)
+        names = path_to_object_map if path_to_object_map is not None else self.known if self else {}
+        made: list[Any] = []
+        prims = Edit(recorder, graph, names, made, allow_exists_node).run(edit_commands or {}, "")
+        return Graph(recorder, graph), made, prims, names
+
+    @either
+    def create_graph(cls: Any, self: Any, graph_id: Any, *_: Any, **__: Any) -> Graph:  # noqa: N805
+        """Make a graph."""
+        return Graph(cls.recorder, edited_graph(cls.recorder, graph_id))
+
+    @either
+    def graph(cls: Any, self: Any, graph_id: Any) -> Graph | None:  # noqa: N805
+        """A graph by its path."""
+        return graph_at(cls.recorder, graph_id)
+
+    @either
+    def node(cls: Any, self: Any, node_id: Any = None, graph_id: Any = None, **named: Any) -> Node:  # noqa: N805
+        """A node by its path, by its name and graph, or by `(name, graph)`."""
+        return node_at(cls.recorder, node_id if node_id is not None else named.get("path"), graph_id, _known(self))
+
+    @either
+    def attribute(
+        cls: Any,  # noqa: N805
+        self: Any,
+        attribute_id: Any,
+        node_id: Any = None,
+        graph_id: Any = None,
+    ) -> Attribute:
+        """An attribute by its path, by its name and node, or by `(name, node)`."""
+        return Attribute(cls.recorder, place_at(cls.recorder, attribute_id, node_id, graph_id, _known(self)))
+
+    @either
+    def variable(cls: Any, self: Any, variable_id: Any, graph_id: Any = None) -> Variable:  # noqa: N805
+        """A variable by its name and graph."""
+        name, graph = variable_id if isinstance(variable_id, tuple) else (variable_id, graph_id)
+        found = graph_at(cls.recorder, graph)
+        if found is None or name not in found.graph.variables:
+            raise OmniGraphError(f"no variable {shown(name)} in {shown(graph)}")
+        return Variable(cls.recorder, found.graph, name)
+
+    @either
+    def create_node(
+        cls: Any,  # noqa: N805
+        self: Any,
+        node_id: Any,
+        node_type_id: Any,
+        allow_exists: bool = False,
+        **_: Any,
+    ) -> Node:
+        """Make a node at a path, or with a name in a graph: `(name, graph)`."""
+        recorder = cls.recorder
+        name, graph_id = node_id if isinstance(node_id, tuple) else (node_id, None)
+        inside = edited_graph(recorder, graph_id) if graph_id is not None else graph_above(recorder, str(name))
+        return Node(recorder, inside, recorder.create_node(inside, str(name), node_type_id, allow_exists=allow_exists))
+
+    @either
+    def delete_node(cls: Any, self: Any, node_id: Any, *_: Any, **__: Any) -> None:  # noqa: N805
+        """Remove a node."""
+        node = node_at(cls.recorder, node_id, None, _known(self))
+        cls.recorder.delete_node(node.graph, node.name)
+
+    @either
+    def create_variable(cls: Any, self: Any, graph_id: Any, name: str, type: Any, *_: Any, **__: Any) -> Variable:  # noqa: N805
+        """Add a variable to a graph."""
+        inside = edited_graph(cls.recorder, graph_id)
+        cls.recorder.create_variable(inside, name, type)
+        return Variable(cls.recorder, inside, name)
+
+    @either
+    def create_attribute(cls: Any, self: Any, node_id: Any, name: str, type: Any, *_: Any, **__: Any) -> Attribute:  # noqa: N805
+        """Add an attribute to a node."""
+        node = node_at(cls.recorder, node_id, None, _known(self))
+        full = name if name.startswith(("inputs:", "outputs:", "state:")) else f"inputs:{name}"
+        place = Place(node.graph, node.name, full)
+        cls.recorder.create_attribute(place, type)
+        return Attribute(cls.recorder, place)
+
+    @either
+    def connect(cls: Any, self: Any, src_spec: Any, dst_spec: Any, *_: Any, **__: Any) -> None:  # noqa: N805
+        """Wire two attributes."""
+        known = _known(self)
+        source, target = (place_at(cls.recorder, spec, None, None, known) for spec in (src_spec, dst_spec))
+        cls.recorder.connect(source, target)
+
+    @either
+    def disconnect(cls: Any, self: Any, src_spec: Any, dst_spec: Any, *_: Any, **__: Any) -> None:  # noqa: N805
+        """Remove a wire."""
+        known = _known(self)
+        source, target = (place_at(cls.recorder, spec, None, None, known) for spec in (src_spec, dst_spec))
+        cls.recorder.disconnect(source, target)
+
+    @either
+    def disconnect_all(cls: Any, self: Any, attribute_spec: Any, *_: Any, **__: Any) -> None:  # noqa: N805
+        """Remove the wires of an attribute."""
+        cls.recorder.disconnect_all(place_at(cls.recorder, attribute_spec, None, None, _known(self)))
+
+    @either
+    def get(cls: Any, self: Any, attribute: Any = None, *_: Any, **named: Any) -> Any:  # noqa: N805
+        """What an attribute was set to."""
+        spec = attribute if attribute is not None else named.get("attribute_id", self and self.attribute_id)
+        return cls.recorder.value(place_at(cls.recorder, spec, named.get("node"), named.get("graph"), _known(self)))
+
+    @either
+    def set(cls: Any, self: Any, *arguments: Any, **named: Any) -> None:  # noqa: N805
+        """Set an attribute: of the instance, or the first argument."""
+        given = list(arguments)
+        if "attribute" in named or "attribute_id" in named:
+            spec = named.get("attribute", named.get("attribute_id"))
+        elif self is not None and self.attribute_id is not None:
+            spec = self.attribute_id
+        elif given:
+            spec = given.pop(0)
+        else:
+            raise OmniGraphError("set: which attribute?")
+        if isinstance(spec, Variable):
+            spec.set(None, named.get("value", given[-1] if given else None))
+            return
+        if not given and "value" not in named:
+            raise OmniGraphError("set: to which value?")
+        place = place_at(cls.recorder, spec, named.get("node"), named.get("graph"), _known(self))
+        cls.recorder.set_value(place, named["value"] if "value" in named else given[0], named.get("type", ""))
+
+    @either
+    def evaluate(cls: Any, self: Any, *_: Any, **__: Any) -> Awaitable:  # noqa: N805
+        """Nothing: what a graph does is no part of it."""
+        idle(cls.recorder)
+        return Awaitable()
+
+    @either
+    def evaluate_sync(cls: Any, self: Any, *_: Any, **__: Any) -> None:  # noqa: N805
+        """Nothing: what a graph does is no part of it."""
+        idle(cls.recorder)
+
+
+def _known(controller: Any) -> Mapping[str, Any]:
+    return controller.known if controller is not None else {}
+
+
+def members(recorder: Recorder) -> dict[str, Any]:
+    """What `omni.graph.core` holds for a recorder."""
+    controller = type("Controller", (Controller,), {"recorder": recorder})
+    return {
+        "Controller": controller,
+        "GraphController": controller,
+        "NodeController": controller,
+        "ObjectLookup": controller,
+        "DataView": controller,
+        "Graph": Graph,
+        "Node": Node,
+        "Attribute": Attribute,
+        "GraphPipelineStage": GraphPipelineStage,
+        "ExecutionAttributeState": ExecutionAttributeState,
+        "OmniGraphError": OmniGraphError,
+        "get_graph_by_path": lambda path: graph_at(recorder, path),
+        "get_all_graphs": lambda: [Graph(recorder, graph) for graph in recorder.graphs.values()],
+        "get_node_by_path": lambda path: node_at(recorder, str(path), None, {}),
+    }

@@ -1,0 +1,326 @@
+"""Stand-ins for what graph-building scripts use of `pxr` and `usdrt`: paths, vectors, and prims that are graphs or nodes."""
+
+from __future__ import annotations
+
+import posixpath
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from graphengine.omnigraph.recorder import POSITION, OmniGraphError, Place, Recorder, absolute, stage_of
+from graphengine.omnigraph.stand_in import StandIn
+
+NAMESPACE = "isaac:namespace"
+
+
+class Path(str):
+    """`Sdf.Path`, which is a text as well."""
+
+    __slots__ = ()
+
+    @property
+    def pathString(self) -> str:
+        """The path."""
+        return str(self)
+
+    GetString = pathString
+
+    @property
+    def name(self) -> str:
+        """Its last part."""
+        return posixpath.basename(self)
+
+    def GetParentPath(self) -> Path:
+        """The path above it."""
+        return Path(posixpath.dirname(self))
+
+    def GetPrimPath(self) -> Path:
+        """The path of the prim whose property it is."""
+        return Path(self.partition(".")[0])
+
+    def AppendPath(self, other: str) -> Path:
+        """A path below it."""
+        return Path(posixpath.join(self, other))
+
+    AppendChild = AppendPath
+
+    def AppendProperty(self, name: str) -> Path:
+        """The path of a property."""
+        return Path(f"{self}.{name}")
+
+
+class Vector(tuple[float, ...]):
+    """`Gf.Vec3d` and the like, which is a tuple as well."""
+
+    __slots__ = ()
+
+    def __new__(cls, *values: Any) -> Vector:
+        """Of numbers, or of one sequence of them."""
+        many = values[0] if len(values) == 1 and isinstance(values[0], Sequence) else values
+        return super().__new__(cls, many)
+
+    def __add__(self, other: Any) -> Vector:
+        return Vector([a + b for a, b in zip(self, other, strict=True)])
+
+    def __sub__(self, other: Any) -> Vector:
+        return Vector([a - b for a, b in zip(self, other, strict=True)])
+
+    def __mul__(self, factor: Any) -> Vector:
+        return Vector([value * factor for value in self])
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, factor: float) -> Vector:
+        return Vector([value / factor for value in self])
+
+    def __neg__(self) -> Vector:
+        return Vector([-value for value in self])
+
+
+class Quaternion:
+    """`Gf.Quatd` and the like, which take the scalar first."""
+
+    def __init__(self, real: float = 1.0, *imaginary: Any) -> None:
+        self.real = real
+        self.imaginary = Vector(*imaginary) if imaginary else Vector(0.0, 0.0, 0.0)
+
+    def GetReal(self) -> float:
+        """The scalar."""
+        return self.real
+
+    def GetImaginary(self) -> Vector:
+        """The vector."""
+        return self.imaginary
+
+    def plain_data(self) -> list[float]:
+        """As OmniGraph's Python has it: x, y, z, w."""
+        return [*self.imaginary, self.real]
+
+
+class Matrix:
+    """`Gf.Matrix4d` and the like, of its numbers, its rows, or one number for the diagonal."""
+
+    size = 4
+
+    def __init__(self, *values: Any) -> None:
+        first = values[0] if values else 1.0
+        if len(values) == 1 and isinstance(first, int | float):
+            self.rows = [[float(first) if i == j else 0.0 for j in range(self.size)] for i in range(self.size)]
+        else:
+            numbers = values if len(values) > 1 and not isinstance(first, Sequence) else _joined(values)
+            self.rows = [list(numbers[i : i + self.size]) for i in range(0, len(numbers), self.size)]
+
+    def SetIdentity(self) -> Matrix:
+        """Make it the identity."""
+        self.rows = [[float(i == j) for j in range(self.size)] for i in range(self.size)]
+        return self
+
+    def plain_data(self) -> list[list[float]]:
+        """By rows."""
+        return self.rows
+
+
+class Matrix3(Matrix):
+    """`Gf.Matrix3d`."""
+
+    size = 3
+
+
+class Matrix2(Matrix):
+    """`Gf.Matrix2d`."""
+
+    size = 2
+
+
+def _joined(values: Sequence[Any]) -> list[Any]:
+    flat = values[0] if len(values) == 1 else values
+    return [number for row in flat for number in (row if isinstance(row, Sequence) else [row])]
+
+
+class Property:
+    """An attribute or relationship of a prim that is a graph or a node."""
+
+    def __init__(self, prim: Prim, name: str) -> None:
+        self.prim, self.name = prim, name
+
+    def Set(self, value: Any, *_: Any) -> bool:
+        """Set it."""
+        self.prim.set_property(self.name, value)
+        return True
+
+    SetTargets = Set
+
+    def AddTarget(self, path: Any, *_: Any) -> bool:
+        """Add a prim to a relationship."""
+        place = self.prim.place(self.name)
+        known = self.prim.recorder.value(place) if place else None
+        return self.Set([*known, path] if isinstance(known, list) else [path])
+
+    def ClearTargets(self, *_: Any) -> bool:
+        """Empty a relationship."""
+        return self.Set([])
+
+    def Get(self, *_: Any) -> Any:
+        """Its value."""
+        place = self.prim.place(self.name)
+        return self.prim.recorder.value(place) if place else None
+
+    def GetTargets(self) -> list[Any]:
+        """Prims of a relationship."""
+        value = self.Get()
+        return [Path(path) for path in (value if isinstance(value, list) else [])]
+
+    def AddConnection(self, source: Any, *_: Any) -> bool:
+        """Wire it from another attribute."""
+        recorder, place = self.prim.recorder, self.prim.place(self.name)
+        if place is not None:
+            recorder.connect(recorder.attribute(None, str(source)), place)
+        return True
+
+    def IsValid(self) -> bool:
+        """Whether there is one."""
+        return self.prim.IsValid()
+
+    __bool__ = IsValid
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return StandIn(f"UsdAttribute.{name}", self.prim.recorder)
+
+
+class Prim:
+    """A prim of the stage: a graph or a node that was built, or one that nothing is known of but its path.
+
+    Args:
+        path: where it is.
+        recorder: knows graphs and nodes.
+        assumed: whether other prims are taken to be there.
+    """
+
+    def __init__(self, path: Any, recorder: Recorder, assumed: bool) -> None:
+        self.path = Path(str(path))
+        self.recorder = recorder
+        self.assumed = assumed
+
+    def IsValid(self) -> bool:
+        """Whether there is one."""
+        found = self.recorder.graph_of(self.path)
+        return found[1] in ("", *found[0].nodes) if found else self.assumed
+
+    __bool__ = IsValid
+
+    def GetPath(self) -> Path:
+        """Where it is."""
+        return self.path
+
+    def GetPrimPath(self) -> Path:
+        """Where it is."""
+        return self.path
+
+    def GetPrim(self) -> Prim:
+        """Itself, as schemas are asked."""
+        return self
+
+    def GetName(self) -> str:
+        """The last part of its path."""
+        return self.path.name
+
+    def GetParent(self) -> Prim:
+        """The prim above it."""
+        return Prim(self.path.GetParentPath(), self.recorder, self.assumed)
+
+    def GetChild(self, name: str) -> Prim:
+        """A prim below it."""
+        return Prim(self.path.AppendChild(name), self.recorder, self.assumed)
+
+    def GetAttribute(self, name: str) -> Property:
+        """One of its attributes."""
+        return Property(self, name)
+
+    GetRelationship = GetProperty = GetAttribute
+
+    def CreateAttribute(self, name: str, *_: Any, **__: Any) -> Property:
+        """One of its attributes."""
+        return Property(self, name)
+
+    CreateRelationship = CreateAttribute
+
+    def place(self, name: str) -> Place | None:
+        """An attribute of a node that was built; None for one of something else."""
+        found = self.recorder.graph_of(self.path)
+        if found is None or found[1] not in found[0].nodes:
+            return None
+        return Place(found[0], found[1], name)
+
+    def set_property(self, name: str, value: Any) -> None:
+        """Set an attribute of a node or of a graph; what is set of other prims belongs to no graph."""
+        place, found = self.place(name), self.recorder.graph_of(self.path)
+        if place is not None and (name == POSITION or name.startswith(("inputs:", "outputs:", "state:"))):
+            self.recorder.set_value(place, value)
+        elif found is not None and not found[1] and name == "pipelineStage":
+            found[0].pipeline_stage = stage_of(value)
+        elif found is not None and not found[1] and name == "evaluator:type":
+            found[0].evaluator = str(value)
+        elif found is None and not name.startswith("ui:"):
+            named = name == NAMESPACE and isinstance(value, str)
+            advice = (f"in a scene: namespaces: {{{self.path}: {value}}}",) if named else ()
+            self.recorder.pass_over(f"setting {name} of {self.path}", *advice)
+
+    def plain_data(self) -> str:
+        """Where it is."""
+        return str(self.path)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return StandIn(f"UsdPrim.{name}", self.recorder)
+
+
+class Stage:
+    """The stage, of which only graphs and nodes are known."""
+
+    def __init__(self, recorder: Recorder, assumed: bool) -> None:
+        self.recorder = recorder
+        self.assumed = assumed
+
+    def GetPrimAtPath(self, path: Any) -> Prim:
+        """A prim."""
+        return Prim(path, self.recorder, self.assumed)
+
+    def DefinePrim(self, path: Any, type: str = "") -> Prim:
+        """A prim that belongs to no graph, if it is none."""
+        if not self.recorder.graph_of(str(path)):
+            self.recorder.pass_over(f"stage.DefinePrim({str(path)!r})")
+        return Prim(path, self.recorder, True)
+
+    OverridePrim = DefinePrim
+
+    def GetPropertyAtPath(self, path: Any) -> Property:
+        """A property of a prim."""
+        prim, _, name = str(path).partition(".")
+        return Property(Prim(prim, self.recorder, self.assumed), name)
+
+    GetAttributeAtPath = GetRelationshipAtPath = GetPropertyAtPath
+
+    def RemovePrim(self, path: Any) -> bool:
+        """Remove a graph or a node; other prims are not known."""
+        try:
+            self.recorder.remove(absolute(str(path)))
+        except OmniGraphError:
+            return False
+        return True
+
+    def GetDefaultPrim(self) -> Prim:
+        """Isaac Sim's default prim of a new stage."""
+        return Prim("/World", self.recorder, True)
+
+    def Traverse(self) -> Iterator[Prim]:
+        """Graphs and nodes that were built."""
+        for graph in list(self.recorder.graphs.values()):
+            for path in (graph.path, *(f"{graph.path}/{name}" for name in graph.nodes)):
+                yield Prim(path, self.recorder, self.assumed)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return StandIn(f"stage.{name}", self.recorder)

@@ -1,0 +1,48 @@
+"""Plain data as YAML text that the reader of graph files reads back as the same data."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+_PLAIN = re.compile(r"[A-Za-z_/][A-Za-z0-9_/.-]*\Z")
+_SPECIAL = frozenset(("true", "false", "null"))
+_ESCAPES = {'"': '\\"', "\\": "\\\\", "\n": "\\n", "\t": "\\t"}
+
+
+def flow(value: Any) -> str:
+    """A value on one line; `$` is written twice, so that it names no parameter."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{scalar(key)}: {flow(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(flow, value)) + "]"
+    return scalar(value.replace("$", "$$") if isinstance(value, str) else value)
+
+
+def scalar(value: Any) -> str:
+    """A number, a truth value or a text, which is quoted where it could be anything else."""
+    if value is None:
+        return "null"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float) and not math.isfinite(value):
+        return ".nan" if math.isnan(value) else ".inf" if value > 0 else "-.inf"
+    if isinstance(value, int | float):
+        return repr(value)
+    text = str(value)
+    return text if _PLAIN.match(text) and text.lower() not in _SPECIAL else f'"{"".join(map(_escaped, text))}"'
+
+
+def comment(text: str) -> str:
+    """A text as a comment of one line."""
+    return "# " + "".join(c if c.isprintable() else " " for c in text)
+
+
+def _escaped(character: str) -> str:
+    if character in _ESCAPES:
+        return _ESCAPES[character]
+    if character.isprintable():
+        return character
+    number = ord(character)
+    return f"\\x{number:02x}" if number < 256 else f"\\u{number:04x}" if number < 65536 else f"\\U{number:08x}"

@@ -1,0 +1,122 @@
+"""`graphrun import` and `graphrun export` as their users have them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from graphengine.cli import main
+from tests.omnigraph.harness import ROOT, SCRIPTS
+
+SCAN = SCRIPTS / "tutorial" / "scan.py"
+
+
+def test_import_writes_a_file_for_each_graph_and_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["import", str(SCRIPTS / "two_robots.py"), "-o", str(tmp_path)]) == 0
+    out = capsys.readouterr().out
+    assert [path.name for path in sorted(tmp_path.iterdir())] == ["beta_01_tf.yaml", "tf.yaml"]
+    assert "beta_01_tf.yaml: 3 nodes, 6 wires, at /World/beta_01/tf" in out
+    assert "stage.DefinePrim('/World/alpha_00/frames') belongs to no graph and is left out" in out
+    assert main(["check", *map(str, sorted(tmp_path.iterdir()))]) == 0
+
+
+def test_import_writes_over_nothing_unless_it_is_told_to(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "scan.yaml").write_text("mine", encoding="utf-8")
+    assert main(["import", str(SCAN), "-o", str(tmp_path)]) == 2
+    assert "scan.yaml: already there; --force writes over it" in capsys.readouterr().err
+    assert (tmp_path / "scan.yaml").read_text(encoding="utf-8") == "mine"
+    assert main(["import", str(SCAN), "-o", str(tmp_path), "--force"]) == 0
+    line = SCAN.read_text(encoding="utf-8").split("\n").index("og.Controller.edit(") + 1
+    text = (tmp_path / "scan.yaml").read_text(encoding="utf-8")
+    assert text.startswith(f"# Imported from scan.py, line {line}\nformat: 1\n")
+
+
+def test_import_of_a_script_with_a_type_that_is_not_here_succeeds_and_check_fails(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["import", str(SCRIPTS / "unknown_types.py"), "-o", str(tmp_path)]) == 0
+    assert "warning W301: Mine: there is no node type" in capsys.readouterr().err
+    assert main(["check", str(tmp_path / "custom.yaml")]) == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["nowhere.py"], "no file 'nowhere.py'"),
+        ([str(ROOT / "README.md")], "what can be imported ends in .py"),
+        ([str(SCAN), "-o", "nowhere"], "no folder 'nowhere'"),
+    ],
+)
+def test_import_refuses_what_makes_no_sense(
+    arguments: list[str], complaint: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["import", *arguments]) == 2
+    assert complaint in capsys.readouterr().err
+
+
+def test_import_of_what_builds_no_graph_fails(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["import", str(SCRIPTS / "extension.py"), "-o", str(tmp_path)]) == 1
+    assert "builds no graph" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_import_of_a_stage_without_a_graph_shows_its_namespaces(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    stage = tmp_path / "robot.usda"
+    stage.write_text('#usda 1.0\ndef Xform "dd100" {\n    custom string isaac:namespace = "dd100_0000"\n}\n')
+    assert main(["import", str(stage), "-o", str(tmp_path)]) == 0
+    assert capsys.readouterr().out == "in a scene:\nnamespaces:\n  /dd100: dd100_0000\n"
+    stage.write_text('#usda 1.0\ndef Xform "dd100" {\n}\n')
+    assert main(["import", str(stage), "-o", str(tmp_path)]) == 1
+    assert "builds no graph" in capsys.readouterr().err
+
+
+def test_import_gives_a_script_its_arguments(tmp_path: Path) -> None:
+    script = str(SCRIPTS / "with_arguments.py")
+    assert main(["import", script, "-o", str(tmp_path)]) == 1
+    assert main(["import", script, "-o", str(tmp_path), "--", "--rate", "2"]) == 0
+    assert "step: 2" in (tmp_path / "gate.yaml").read_text(encoding="utf-8")
+
+
+def test_a_script_reads_a_folder_that_is_allowed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "facts.txt").write_text("/World/there", encoding="utf-8")
+    (tmp_path / "scripts").mkdir()
+    script = tmp_path / "scripts" / "build.py"
+    script.write_text(
+        "import omni.graph.core as og\n"
+        f"path = open({str(tmp_path / 'facts.txt')!r}).read()\n"
+        "og.Controller.edit(path, {'create_nodes': ('T', 'omni.graph.action.OnTick')})\n",
+        encoding="utf-8",
+    )
+    given = ["import", str(script), "-o", str(tmp_path)]
+    assert main(given) == 1
+    assert f"allow it with --allow {tmp_path}" in capsys.readouterr().err
+    assert main([*given, "--allow", str(tmp_path)]) == 0
+    assert (tmp_path / "there.yaml").is_file()
+
+
+def test_export_writes_a_script_that_import_reads(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    script = tmp_path / "scan.py"
+    assert main(["export", "tutorial/scan", "--to", "isaac-script", "-o", str(script)]) == 0
+    assert main(["import", str(script), "-o", str(tmp_path)]) == 0
+    capsys.readouterr()
+    assert main(["export", "tutorial/scan", "--to", "isaac-script"]) == 0
+    assert capsys.readouterr().out == script.read_text(encoding="utf-8")
+    assert main(["export", "tutorial/scan", "--to", "isaac-script", "-o", str(script)]) == 2
+    assert main(["export", "tutorial/scan", "--to", "isaac-script", "-o", str(script), "--force"]) == 0
+
+
+def test_export_takes_one_graph_and_no_node_of_our_own(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["export", "dd100_flat", "--to", "isaac-script"]) == 1
+    assert "export them one by one" in capsys.readouterr().err
+    assert main(["export", "robot_state", "--to", "isaac-script"]) == 1
+    assert "there is no graphengine.ros2.RobotStatePublisher in Isaac Sim" in capsys.readouterr().err
+
+
+def test_export_takes_values_of_the_command_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert (
+        main(["export", "tutorial/cmd_vel", "--to", "isaac-script", "--set", "DiffController.wheelRadius=0.049"]) == 0
+    )
+    assert '("DiffController.inputs:wheelRadius", 0.049)' in capsys.readouterr().out
