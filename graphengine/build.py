@@ -248,6 +248,10 @@ def start(
         GraphError: a node could not be set up.
     """
     assembly.findings.raise_errors()
+    for plan in assembly.plans:
+        if plan.graph.left_open:
+            ports = ", ".join(plan.graph.left_open)
+            raise UsageError(f"{plan.graph.name} is a part of other graphs, which give it {ports}; run one of those")
     world = assembly.world
     services = Services(world, network, assembly.options.seed, domain_id, domain_from_environment)
     services.permissions = assembly.permissions

@@ -11,6 +11,7 @@ import numpy as np
 from graphengine.backend import TopicClaim, World
 from graphengine.diagnostics import ContextError, Finding, Findings, GraphError, JointError, PrimError, Span
 from graphengine.dry import DryNetwork, DryWorld
+from graphengine.gates import EveryHz
 from graphengine.graph import Instance
 from graphengine.graph_run import make_graph_run
 from graphengine.node_context import Services
@@ -63,6 +64,8 @@ def check_plans(
     """
     dry = DryWorld(world.stage, world.tick_period, world.substeps)
     claims = dry_setup(plans, dry, findings, prims_known=prims_known, permissions=permissions)
+    if prims_known:  # else it is not known how often there is a tick
+        lint_rates(plans, dry, findings)
     lint_claims(LintContext([*beside, *plans], world.stage, [*claimed, *claims], findings))
     return claims
 
@@ -109,7 +112,7 @@ def _dry_setup_graph(plan: Plan, services: Services, findings: Findings, *, prim
         else:
             findings.put(explain(plan.graph.instances[index], error))
 
-    executor = make_graph_run(plan, services, SimulationClock(services.world.tick_period)).executor
+    executor = make_graph_run(plan, services, _clock(plan, services.world)).executor
     executor.setup(fail)
     executor.close()  # what the nodes claimed stays: it is the answer
     for instance in plan.graph.instances:  # the same instances run later, from their defaults
@@ -175,8 +178,8 @@ def _place(instance: Instance, value: object) -> Span:
 
 
 def lint_structure(plan: Plan, findings: Findings) -> None:
-    """Nodes that never run. A wire that was refused would make all that lies behind it look idle."""
-    if _refused(plan):
+    """Nodes that never run. What a refused wire leads to would look idle, and what a graph around this one starts."""
+    if _refused(plan) or plan.graph.flat.declared:
         return
     running = set(plan.order)
     events = [i.id for i in plan.graph.instances if i.cls.kind() == "event"]
@@ -195,6 +198,29 @@ def lint_structure(plan: Plan, findings: Findings) -> None:
                 else "the graph has no event node; add one, such as OnPlaybackTick"
             )
             findings.add("W101", f"no event reaches {instance.id}", instance.span, hint, related=instance.entry.via)
+
+
+def lint_rates(plans: Sequence[Plan], world: World, findings: Findings) -> None:
+    """Nodes that are to be executed more often than what leads to them is."""
+    for plan in plans:
+        passes = 1.0 / _clock(plan, world).delta
+        for gate in plan.graph.instances:
+            most = plan.rate(gate.index, passes) or passes
+            if not isinstance(gate.node, EveryHz) or gate.node.hz <= most:
+                continue
+            findings.add(
+                "W106",
+                f"{gate.part_of} is to run {gate.node.hz:g} times a second, and cannot more often than {most:g} times",
+                gate.span,
+                "leave `every` out, or raise `tick_rate` of the scene",
+                related=gate.entry.via,
+            )
+
+
+def _clock(plan: Plan, world: World) -> SimulationClock:
+    """Counts the passes of a graph."""
+    numerator, denominator = world.tick_period
+    return SimulationClock((numerator, denominator * (world.substeps if plan.graph.runs == "physics_step" else 1)))
 
 
 def lint_claims(context: LintContext) -> None:

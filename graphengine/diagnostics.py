@@ -272,18 +272,19 @@ def to_json(findings: Sequence[Finding]) -> str:
     return json.dumps([finding.record() for finding in findings], indent=2)
 
 
-_COMPARED = 300
-"""Of more names than this, only so many are compared."""
+_MANY = 1000
+"""Of more names than this, only some are compared."""
+_BESIDE = 150
 
 
 def _worth_comparing(name: str, legal: Iterable[str]) -> list[str]:
-    """Of many names those that begin alike and are of nearly the same length; of many such those beside it in the alphabet."""
+    """Of many names those that begin alike, are of nearly the same length and stand beside it in the alphabet."""
     names = set(legal)
-    if len(names) > _COMPARED:
-        names = {other for other in names if other[:1] == name[:1] and abs(len(other) - len(name)) < 3}
-    ordered = sorted(names)
-    start = max(0, bisect.bisect(ordered, name) - _COMPARED // 2) if len(ordered) > _COMPARED else 0
-    return ordered[start : start + _COMPARED]
+    if len(names) <= _MANY:
+        return sorted(names)
+    alike = sorted(other for other in names if other[:1] == name[:1] and abs(len(other) - len(name)) < 3)
+    place = bisect.bisect(alike, name)
+    return alike[max(0, place - _BESIDE) : place + _BESIDE]
 
 
 def did_you_mean(name: str, legal: Iterable[str], wording: str = "did you mean {}?") -> str:

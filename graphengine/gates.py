@@ -13,7 +13,7 @@ from graphengine.context import Clock, Context
 from graphengine.diagnostics import Findings
 from graphengine.graph import Graph, Instance, Wire
 from graphengine.node import ExecIn, ExecOut, Fire, In, Node, State
-from graphengine.spec import NodeSpec
+from graphengine.spec import MAX_HZ, NodeSpec
 from graphengine.template import WireEnd, WireEntry
 from graphengine.types import UInt
 
@@ -58,7 +58,7 @@ class EveryHz(Gate, type="graphengine.EveryHz", gated=True, counts=True):
     Found in integers, as the samples of sensors are: 10 Hz at 60 ticks a second is ticks 1, 6, 12, 18.
     """
 
-    hz: float = In(default=1.0, gt=0, setup=True)
+    hz: float = In(default=1.0, gt=0, le=MAX_HZ, setup=True)
 
     clock: Clock = State()
     numerator: int = State()
@@ -66,14 +66,19 @@ class EveryHz(Gate, type="graphengine.EveryHz", gated=True, counts=True):
     due: int = State(default=0)
 
     def setup(self, context: Context) -> None:
-        """Bind the clock."""
+        """Bind the clock; where the rate has changed, wait for no more than the next of its periods."""
         self.clock = context.clock
         periods = Fraction(*context.clock.period) * Fraction(repr(self.hz))
         self.numerator, self.denominator = periods.numerator, periods.denominator
+        self.due = min(self.due, self._begun() + 1)
+
+    def _begun(self) -> int:
+        """The number of the last period that has begun."""
+        return self.clock.frame * self.numerator // self.denominator
 
     def compute(self) -> Fire:
         """Compare the periods that have begun with those that were fired for."""
-        begun = self.clock.frame * self.numerator // self.denominator
+        begun = self._begun()
         if begun < self.due:
             return None
         self.due = begun + 1
@@ -100,11 +105,11 @@ class EveryOnce(Gate, type="graphengine.EveryOnce", gated=True, counts=True):
         return self.exec_out
 
 
-def add_gates(graph: Graph, findings: Findings) -> None:
+def add_gates(graph: Graph, findings: Findings) -> list[Instance]:
     """Put the gates that `every:` asks for into a wired graph; wires are numbered anew, in the order they had."""
     pins = {pin: name for instance in graph.instances for pin, name in _gated_pins(graph, instance, findings).items()}
     if not pins:
-        return
+        return []
     gates: dict[tuple[int, str], Instance] = {}
     wires: list[Wire] = []
     for wire in sorted([*graph.exec_wires, *graph.data_wires], key=lambda wire: wire.order):
@@ -126,6 +131,7 @@ def add_gates(graph: Graph, findings: Findings) -> None:
     carries = [graph.instances[wire.source].cls.fields[wire.source_field].is_exec for wire in numbered]
     graph.exec_wires = [wire for wire, execution in zip(numbered, carries, strict=True) if execution]
     graph.data_wires = [wire for wire, execution in zip(numbered, carries, strict=True) if not execution]
+    return list(gates.values())
 
 
 def _gated_pins(graph: Graph, instance: Instance, findings: Findings) -> dict[tuple[int, str], str]:
@@ -144,11 +150,11 @@ def _gated_pins(graph: Graph, instance: Instance, findings: Findings) -> dict[tu
         span = entry.key_span("every")
         findings.add("G109", f"{instance.id}: `every` is for what is executed; {what}", span, remedy, related=entry.via)
         return {}
-    inputs = [port.field for port in execution if port.side == "inputs" and not port.control]
-    gated = inputs or [port.field for port in execution if port.side == "outputs"]
+    inputs = [port for port in execution if port.side == "inputs" and not port.control]
+    gated = inputs or [port for port in execution if port.side == "outputs"]
     return {
-        (instance.index, field): f"{instance.id}.every" if len(gated) == 1 else f"{instance.id}.every_{field}"
-        for field in gated
+        (instance.index, port.field): f"{instance.id}.every" if len(gated) == 1 else f"{instance.id}.every_{port.name}"
+        for port in gated
     }
 
 

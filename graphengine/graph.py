@@ -76,6 +76,8 @@ class Graph:
     variables: dict[str, Any] = field(default_factory=dict)
     """Defaults of its variables."""
     variable_types: dict[str, PortType] = field(default_factory=dict)
+    left_open: dict[str, None] = field(default_factory=dict)
+    """Ports, in order, that need a value and are given none but by a graph around this one."""
 
     @property
     def runs(self) -> Literal["tick", "physics_step"]:
@@ -134,6 +136,11 @@ def known_type(instance: Instance, port: Port) -> PortType | None:
 def settled_type(instance: Instance, port: Port) -> PortType | UnionType:
     """A port's type after resolution."""
     return known_type(instance, port) or port.type
+
+
+def declared_inputs(graph: Graph) -> set[tuple[str, str]]:
+    """Node and name of the ports that a graph around this one may wire."""
+    return {(end.node, end.port) for side, end in graph.flat.declared if side == "inputs"}
 
 
 def wired_ports(graph: Graph) -> set[tuple[str, str]]:

@@ -9,7 +9,7 @@ from typing import Any
 
 from graphengine import types
 from graphengine.diagnostics import Findings, Span, did_you_mean, listing, shown
-from graphengine.graph import Graph, Instance, find_port, wired_ports, with_article
+from graphengine.graph import Graph, Instance, declared_inputs, find_port, wired_ports, with_article
 from graphengine.node import Port
 from graphengine.parameters import UNKNOWN
 from graphengine.types import PortType, UnionType, brief
@@ -111,7 +111,9 @@ def _set_literal(instance: Instance, port: Port, value: Any, span: Span, finding
         instance.refused.discard(port.field)
 
 
+_TUPLES = tuple(PortType(base, count) for base in ("int", "double") for count in (2, 3, 4))
 _PLAIN_TYPES = tuple(PortType(name) for name in ("bool", "int", "int64", "double", "token"))
+_PLAIN_TYPES += (*_TUPLES, *(PortType(name, array=True) for name in ("int", "int64", "double", "token", "bool")))
 """What a value is on a port that takes everything, where the file does not say it."""
 
 
@@ -126,7 +128,32 @@ def _explicit(value: Any, port_type: PortType | UnionType) -> tuple[PortType, An
             return alternative, types.coerce(value, alternative)
         except (TypeError, ValueError):
             continue
-    raise TypeError("write {type: …, value: …}")
+    raise TypeError(_refusal(value, alternatives))
+
+
+def _refusal(value: Any, alternatives: Sequence[PortType]) -> str:
+    """Why none of several types takes a value, and what to write."""
+    how = "write {type: …, value: …}"
+    if not alternatives:
+        return f"its type is not clear; {how}"
+    if isinstance(value, list | dict) or value is None:
+        return f"none of these takes it; {how}"
+    if any(_takes(alternative, [value]) for alternative in alternatives):
+        return f"expected a list; write [{value}]"
+    single = [alternative for alternative in alternatives if not alternative.array and alternative.count == 1]
+    try:
+        types.coerce(value, (single or alternatives)[-1])  # groups go from whole numbers to real ones to texts
+    except (TypeError, ValueError) as error:
+        return str(error)
+    return how
+
+
+def _takes(port_type: PortType, value: Any) -> bool:
+    try:
+        types.coerce(value, port_type)
+    except (TypeError, ValueError):
+        return False
+    return True
 
 
 def _alternative(named: PortType | UnionType, port_type: PortType | UnionType) -> PortType:
@@ -135,20 +162,21 @@ def _alternative(named: PortType | UnionType, port_type: PortType | UnionType) -
     Raises:
         ValueError: the port takes nothing of the kind.
     """
-    if isinstance(named, PortType):
-        if isinstance(port_type, PortType) or named in port_type.alternatives:
-            return named
-        for alternative in port_type.alternatives:
-            if replace(alternative, role=named.role) == named:
-                return alternative
+    if not isinstance(named, PortType) or named.base in ("any", "bundle", "execution"):
+        raise ValueError(f"a value is of one type, such as double or token, and not {with_article(named)}")
+    if isinstance(port_type, PortType) or named in port_type.alternatives:
+        return named
+    for alternative in port_type.alternatives:
+        if replace(alternative, role=named.role) == named:
+            return alternative
     raise ValueError(f"expected one of {brief(port_type)}")
 
 
-def set_overrides(graph: Graph, overrides: Sequence[Override], findings: Findings) -> None:
-    """Put the command line's values into inputs; those that match are marked as used."""
+def set_overrides(name: str, instances: Sequence[Instance], overrides: Sequence[Override], findings: Findings) -> None:
+    """Put the command line's values into inputs of a graph's instances; those that match are marked as used."""
     for override in overrides:
-        for instance in graph.instances:
-            if not override.matches(f"{graph.name}/{instance.id}"):
+        for instance in instances:
+            if not override.matches(f"{name}/{instance.id}"):
                 continue
             port = find_port(instance.cls, override.port, ["inputs"])
             if port is not None and not port.is_exec:
@@ -158,7 +186,7 @@ def set_overrides(graph: Graph, overrides: Sequence[Override], findings: Finding
 
 def check_required(graph: Graph, findings: Findings) -> None:
     """Tell of inputs that must have a value or a wire and have neither."""
-    wired = wired_ports(graph)
+    wired, declared = wired_ports(graph), declared_inputs(graph)
     for instance in graph.instances:
         groups: dict[str, list[Port]] = {}
         for port in instance.cls.fields.values():
@@ -168,6 +196,9 @@ def check_required(graph: Graph, findings: Findings) -> None:
             empty = [types.equal(getattr(instance.node, port.field), port.default) for port in ports]
             told = any(port.field in instance.refused for port in ports)
             if told or not all(empty) or any((instance.id, port.name) in wired for port in ports):
+                continue
+            if any((instance.id, port.name) in declared for port in ports):
+                graph.left_open |= dict.fromkeys(f"{instance.id}.{port.name}" for port in ports)
                 continue
             names = " or ".join(repr(port.name) for port in ports)
             docs = "; ".join(f"{port.name}: {port.doc}" for port in ports if port.doc)
@@ -196,4 +227,6 @@ def set_variables(graph: Graph, findings: Findings) -> None:
             findings.add("G211", f"variable {name!r}: {error}", span, "types are double, int, string, vectord[3], …")
         except TypeError as error:
             span = document.span("variables", entry.name, "default")
-            findings.add("G211", f"variable {name!r} is a {spec.type}: {error}, got {shown(spec.default)}", span)
+            findings.add(
+                "G211", f"variable {name!r} is {with_article(port_type)}: {error}, got {shown(spec.default)}", span
+            )

@@ -296,11 +296,9 @@ def grown(
 
 
 def _number(name: str, stem: str) -> int | None:
-    """The number of a port's name after a stem; None where it has another."""
-    digits = name.removeprefix(stem)
-    return (
-        int(digits) if name.startswith(stem) and digits.isdecimal() and digits.isascii() and len(digits) < 5 else None
-    )
+    """The number of a port's name after a stem, which may have two digits, as Isaac's editor writes branch00; None without."""
+    match = re.fullmatch(rf"{stem}(0?[0-9]|[1-9][0-9]{{1,3}})", name)
+    return int(match[1]) if match else None
 
 
 def _numbered_ports(cls: type[Node], names: Collection[str]) -> dict[str, Any]:
@@ -316,7 +314,7 @@ def _numbered_ports(cls: type[Node], names: Collection[str]) -> dict[str, Any]:
 
 def _series(fields: Mapping[str, Port], stem: str) -> tuple[str, ...]:
     numbers = {port.field: number for port in fields.values() if (number := _number(port.name, stem)) is not None}
-    return tuple(sorted(numbers, key=numbers.__getitem__))
+    return tuple(sorted(numbers, key=lambda field: (numbers[field], field)))
 
 
 def _identity(member: Any) -> Any:

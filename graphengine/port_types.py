@@ -8,9 +8,12 @@ from dataclasses import replace
 
 from graphengine import types
 from graphengine.diagnostics import Findings
-from graphengine.graph import Graph, Instance, Wire, known_type, visible, wired_ports, with_article
+from graphengine.graph import Graph, Instance, Wire, declared_inputs, known_type, visible, wired_ports, with_article
 from graphengine.node import Node, Port
 from graphengine.types import PortType, UnionType
+
+_BETWEEN = {("token", "string"): "ToString", ("string", "token"): "ToToken"}
+"""Nodes that make one type of text of another."""
 
 
 def settle_types(graph: Graph, findings: Findings) -> None:
@@ -40,6 +43,8 @@ def settle_types(graph: Graph, findings: Findings) -> None:
         elif takes is None or converter is None:
             legal = takes or target.cls.fields[wire.target_field].type
             hint = "put a converter node between them" if gives.is_number else ""
+            if isinstance(legal, PortType) and (gives.base, legal.base) in _BETWEEN and not gives.array:
+                hint = f"put {_BETWEEN[gives.base, legal.base]} between them"
             if gives.count == 3 and not gives.array and isinstance(legal, PortType) and legal.count == 1:
                 hint = "take it apart with BreakVector3"
             if legal == types.POINTER:
@@ -116,16 +121,23 @@ def _settle_source(graph: Graph, wire: Wire) -> bool:
 
 def _tell_unsettled(graph: Graph, findings: Findings) -> set[int]:
     """Tell of inputs that nothing gives a type; the instances that lack one for a reason told elsewhere, and those behind."""
-    wired, behind = wired_ports(graph), dict[int, list[int]]()
-    sources = {(wire.target, wire.target_field): wire.source for wire in graph.data_wires}
+    wired, declared, behind = wired_ports(graph), declared_inputs(graph), dict[int, list[int]]()
+    wires = {(wire.target, wire.target_field): wire for wire in graph.data_wires}
     unknown: set[int] = set()
     for instance in graph.instances:
         for port in instance.cls.fields.values():
             if not isinstance(port.type, UnionType) or port.side != "inputs" or port.field in instance.settled:
                 continue
-            source = sources.get((instance.index, port.field))
-            if source is not None:
-                behind.setdefault(source, []).append(instance.index)
+            wire = wires.get((instance.index, port.field))
+            if wire is not None:
+                behind.setdefault(wire.source, []).append(instance.index)
+                source = graph.instances[wire.source]
+                if known_type(source, source.cls.fields[wire.source_field]) is not None:  # of a type that does not fit
+                    unknown.add(instance.index)
+                continue
+            if (instance.id, port.name) in declared:
+                graph.left_open[f"{instance.id}.{port.name}"] = None
+                unknown.add(instance.index)
                 continue
             if port.required is True or port.field in instance.refused or (instance.id, port.name) in wired:
                 unknown.add(instance.index)

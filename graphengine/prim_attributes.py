@@ -125,7 +125,10 @@ class BoundAttribute:
         if self._type.role == "quat":
             x, y, z, w = given
             given = (w, x, y, z)
-        self._attribute.write(list(given) if isinstance(given, tuple) else given)
+        try:
+            self._attribute.write(list(given) if isinstance(given, tuple) else given)
+        except ContextError as error:
+            raise ContextError(f"{self._place}: {error.message}", error.value, *error.help) from None
 
 
 class StagePrims:
@@ -249,7 +252,9 @@ class _Pose:
 
     def _put(self, pose: Pose) -> None:
         """Let it go on from there as fast as it was."""
-        self._world.entities.place(self._prim.path, *compose(self._parent(), pose), *self._world.body(self._prim).velocity())
+        self._world.entities.place(
+            self._prim.path, *compose(self._parent(), pose), *self._world.body(self._prim).velocity()
+        )
 
 
 def _pose_attributes(pose: _Pose) -> dict[str, Attribute]:
@@ -362,4 +367,6 @@ def _numbers(value: Any, count: int) -> list[float]:
             if all(map(math.isfinite, numbers)):
                 return numbers
     what = "a finite number" if count == 1 else f"an array of {count} finite numbers"
-    raise ContextError(f"it has to be {what}, not {shown(value)}", value)
+    several = isinstance(value, list) and len(value) == count
+    given = f"[{', '.join(map(shown, value))}]" if several and count > 1 else shown(value[0] if several else value)
+    raise ContextError(f"it has to be {what}, not {given}", value)

@@ -13,7 +13,14 @@ from graphengine.parameters import UNKNOWN
 from graphengine.port_types import settle_types
 from graphengine.registry import Registry
 from graphengine.template import FlatGraph, WireEnd, WireEntry
-from graphengine.types import UnionType
+from graphengine.types import UnionType, brief
+
+MAX_GUESSES = 100
+"""Findings up to which it is guessed what node was meant: among thousands of nodes that takes milliseconds."""
+
+_BEGINS = ("outputs", "state", "inputs")
+"""Sides of the ports at which a wire begins, and at which it ends."""
+_ENDS = ("inputs", "state")
 
 
 def resolve(
@@ -37,9 +44,9 @@ def resolve(
     graph = Graph(name, prim_path, flat)
     known = _instantiate(graph, registry, findings)
     set_literals(graph, known, findings)
-    set_overrides(graph, overrides, findings)
+    set_overrides(name, graph.instances, overrides, findings)
     _connect(graph, known, findings)
-    add_gates(graph, findings)
+    set_overrides(name, add_gates(graph, findings), overrides, findings)
     set_variables(graph, findings)
     settle_types(graph, findings)
     check_required(graph, findings)
@@ -50,9 +57,9 @@ def _instantiate(graph: Graph, registry: Registry, findings: Findings) -> dict[s
     """An instance for each entry; None for one of which a mistake was told, so that its wires raise no second finding."""
     known: dict[str, Instance | None] = dict.fromkeys(graph.flat.unopened)
     wired: dict[str, list[str]] = {}
-    for wire in graph.flat.wires:
-        for end in (wire.source, wire.target):
-            wired.setdefault(end.node, []).append(end.port)
+    ends = [end for wire in graph.flat.wires for end in (wire.source, wire.target)]
+    for end in (*ends, *(end for _, end in graph.flat.declared)):
+        wired.setdefault(end.node, []).append(end.port)
     for entry in graph.flat.nodes:
         found = registry.find(entry.spec.type)
         known[entry.id] = None
@@ -96,18 +103,20 @@ def _connect(graph: Graph, known: dict[str, Instance | None], findings: Findings
     siblings: dict[str, list[str]] = {}
     for node in known:
         siblings.setdefault(node.rpartition("/")[0], []).append(node.rpartition("/")[2])
+    for side, end in graph.flat.declared:
+        _end(end, _BEGINS if side == "outputs" else _ENDS, known, siblings, WireEntry(end, end, end.span), findings)
     for order, entry in enumerate(graph.flat.wires):
-        source = _end(entry.source, ("outputs", "state", "inputs"), known, siblings, entry, findings)
-        target = _end(entry.target, ("inputs", "state"), known, siblings, entry, findings)
+        source = _end(entry.source, _BEGINS, known, siblings, entry, findings)
+        target = _end(entry.target, _ENDS, known, siblings, entry, findings)
         if source is None or target is None:
-            if len(findings.errors) > MAX_ERRORS:  # a guess at what was meant takes time
+            if len(findings.errors) > MAX_ERRORS:
                 return
             continue
         (one, out), (other, into) = source, target
         wire = Wire(one.index, out.field, other.index, into.field, "", entry, order)
         if out.is_exec != into.is_exec:
-            what = "execution" if out.is_exec else f"a value ({out.type})"
-            wants = "execution" if into.is_exec else f"a value ({into.type})"
+            what = "execution" if out.is_exec else f"a value ({brief(out.type)})"
+            wants = "execution" if into.is_exec else f"a value ({brief(into.type)})"
             findings.add(
                 "G206", f"{entry.source} carries {what}, {entry.target} takes {wants}", entry.span, related=entry.via
             )
@@ -155,7 +164,8 @@ def _end(
     if end.node not in known:
         inner, _, name = end.node.rpartition("/")
         near = siblings.get(inner, [])
-        hint = did_you_mean(name, near) or listing(near, "nodes")
+        guess = did_you_mean(name, near) if len(findings.items) < MAX_GUESSES else ""
+        hint = guess or listing(near, "nodes")
         findings.add("G203", f"no node {name!r}", end.span, hint, related=via)
         return None
     instance = known[end.node]

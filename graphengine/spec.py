@@ -15,6 +15,7 @@ from graphengine.diagnostics import shown
 
 FORMAT = 1
 MAX_TICKS = 2**32 - 1
+MAX_HZ = 10_000
 
 
 def _name_keys(schema: dict[str, Any]) -> None:
@@ -113,7 +114,7 @@ class EverySpec(Spec):
     once: bool = Field(default=False, description="The first time since play, and then no more.")
     ticks: int | None = Field(default=None, ge=1, le=MAX_TICKS, description="Every n-th time, beginning with the n-th.")
     hz: Positive | None = Field(
-        default=None, le=10_000, description="The first time at or after each k / hz seconds of simulation."
+        default=None, le=MAX_HZ, description="The first time at or after each k / hz seconds of simulation."
     )
 
     @model_validator(mode="before")

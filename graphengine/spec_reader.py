@@ -29,6 +29,7 @@ _PLAIN: Mapping[str, tuple[str, str]] = {
     "less_than_equal": ("G109", "{name}: expected a value ≤ {le:g}, got {input}"),
     "string_pattern_mismatch": ("G109", "{input} is not a name: letters, digits and '_', not beginning with a digit"),
     "string_type": ("G108", "{name}: expected text, got {input}"),
+    "string_too_short": ("G109", "{name}: expected text, got {input}"),
     "string_too_long": ("G109", "{name}: text of more than {max_length} characters"),
     "float_type": ("G108", "{name}: expected a number, got {input}"),
     "int_type": ("G108", "{name}: expected a whole number, got {input}"),

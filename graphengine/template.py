@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -104,6 +104,8 @@ class FlatGraph:
     variables: dict[str, VariableEntry] = field(default_factory=dict)
     unopened: list[str] = field(default_factory=list)
     """Ids of subgraphs that could not be opened; wires to them are no second mistake."""
+    declared: list[tuple[Literal["inputs", "outputs"], WireEnd]] = field(default_factory=list)
+    """Of a file that is looked at alone: what the ports mean that it declares for a graph around it."""
 
     @property
     def spec(self) -> GraphSpec:
@@ -133,7 +135,9 @@ def load_graph(
     if loaded is None:
         return None
     flat = FlatGraph(loaded)
-    _expand(flat, loaded, "", (), (path.resolve(),), {}, files, findings)
+    subgraphs = _expand(flat, loaded, "", (), (path.resolve(),), {}, files, findings)
+    if use is None:
+        flat.declared = list(_find_declared(loaded, subgraphs, findings))
     return flat
 
 
@@ -143,6 +147,20 @@ class _Subgraph:
 
     loaded: Loaded[GraphSpec]
     inner: dict[str, _Subgraph]
+
+
+def _find_declared(
+    loaded: Loaded[GraphSpec], subgraphs: Mapping[str, _Subgraph], findings: Findings
+) -> Iterator[tuple[Literal["inputs", "outputs"], WireEnd]]:
+    """What a file's declared ports mean, by their sides."""
+    declared: dict[Literal["inputs", "outputs"], Mapping[str, str]]
+    declared = {"inputs": loaded.spec.inputs, "outputs": loaded.spec.outputs}
+    for side, ports in declared.items():
+        for port in ports:
+            end = _declared(loaded, side, port, "", loaded.document.span(side, port), findings)
+            inside = _lead_through(end, subgraphs, side, findings) if end is not None else None
+            if inside is not None:
+                yield side, inside
 
 
 _GivenByNode = Mapping[str, Mapping[str, Given]]

@@ -107,6 +107,19 @@ class WritePrimAttribute(AttributeNode, type="omni.graph.nodes.WritePrimAttribut
     layer_identifier: Token = In(default="", doc=_UNUSED)
     exec_out = ExecOut()
 
+    def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
+        """Nothing; what cannot become the attribute's value is told before the run.
+
+        Raises:
+            ValueError: texts for numbers, or so many numbers that do not go together.
+        """
+        given, wanted = known.get("value"), type_of_attribute(self.name)
+        if given is not None and wanted is not None:
+            as_long = given.array or given.count == wanted.count  # how long an array is shows when it is written
+            if given.is_number != wanted.is_number or not as_long:
+                raise ValueError(f"value is {given} and {self.name} is {wanted}")
+        return {}
+
     def setup(self, context: Context) -> None:
         """Bind the attribute.
 

@@ -139,15 +139,15 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
             TypeError: it gave an output that is not declared, or what its type does not take.
             ValueError: likewise, out of range.
         """
-        if self.running is None:
-            self.running = {"__name__": "__script__"}, Database(self.log)
-            self._call(exec, self.code, self.running[0])
-            self._call_own("setup")
-        db = self.running[1]
+        first = self.running is None
+        namespace, db = self.running = self.running or ({"__name__": "__script__"}, Database(self.log))
         for port in declared(self, "inputs"):
             setattr(db.inputs, port.name, _shared(getattr(self, port.field)))
         for port in declared(self, "outputs"):
             setattr(db.outputs, port.name, getattr(self, port.field))
+        if first:
+            self._call(exec, self.code, namespace)
+            self._call_own("setup")
         if self._call_own("compute") is False:
             return None
         self._take(db)

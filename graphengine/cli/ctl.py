@@ -35,7 +35,7 @@ ticks. Lengths are in m, times in s of simulation, forces in N; angles are in ra
 SCOPES = ("time", "state", "spawned", "all")
 
 
-_NEGATIVE = re.compile(r"-[.0-9][-+.,0-9e]*(deg|rad)?(,.*)?")
+_NEGATIVE = re.compile(r"-[.0-9][-+.,0-9e]*(deg|rad|s|ms|min)?(,.*)?")
 
 
 class _Parser(Parser):

@@ -16,7 +16,7 @@ Constants = Sequence[tuple[str, str, Any]]
 """Name, ROS's type and value of each."""
 
 LONG = 4
-"""Values of a default from which on they are counted, where all are the same."""
+"""Values of a default, all the same, and types of a port of which more are counted instead of listed."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -124,20 +124,27 @@ def describe(cls: type[Node], constants: Constants = ()) -> str:
     if constants:
         rows = [(name, kind, json.dumps(value)) for name, kind, value in constants]
         parts += ["", "constants", table(rows, indent="  ")]
+    if any(len(_kinds(port)) > LONG for port in cls.fields.values()):
+        parts += ["", f"all types of a port: graphrun nodes {cls.type_name} --format json"]
     if cls.aliases:
         parts += ["", f"also called: {', '.join(cls.aliases)}"]
     return "\n".join(parts)
 
 
 def _row(cls: type[Node], port: Port) -> tuple[str, ...]:
-    from graphengine.types import brief
+    kinds = _kinds(port)
+    named = kinds if len(kinds) <= LONG else [*kinds[: LONG - 1], f"… ({len(kinds)} types)"]
+    return port.name, " | ".join(named), port.unit, default_of(port), "; ".join(facts_of(cls, port))
 
-    return port.name, brief(port.type), port.unit, default_of(port), "; ".join(facts_of(cls, port))
+
+def _kinds(port: Port) -> list[str]:
+    """Names of the types that a port takes."""
+    return str(port.type).split(" | ")
 
 
 def default_of(port: Port) -> str:
     """An input's default, of a long list that repeats one value how often; empty where there is none."""
-    return "" if port.is_exec or port.side == "outputs" else _shown(port.default)
+    return "" if port.is_exec or port.side == "outputs" or port.default is None else _shown(port.default)
 
 
 def facts_of(cls: type[Node], port: Port) -> list[str]:

@@ -14,7 +14,7 @@ def duration(text: str) -> float:
     """Seconds of `10`, `10s`, `500ms`, `2min`."""
     match = re.fullmatch(r"([0-9]*\.?[0-9]+)(s|ms|min|)", text.strip())
     if match is None:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a time; write 10, 10s, 500ms or 2min")
+        raise argparse.ArgumentTypeError(f"{text.strip()!r} is not a time; write 10, 10s, 500ms or 2min")
     return float(match[1]) * {"": 1.0, "s": 1.0, "ms": 1e-3, "min": 60.0}[match[2]]
 
 
@@ -26,7 +26,9 @@ def rate(text: str) -> float:
     except ValueError:
         factor = 0.0
     if not factor >= SLOWEST:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a rate; write realtime, max or a factor from {SLOWEST} up")
+        raise argparse.ArgumentTypeError(
+            f"{text.strip()!r} is not a rate; write realtime, max or a factor from {SLOWEST} up"
+        )
     return factor
 
 

@@ -128,7 +128,7 @@ class Move(Command):
     """Put a robot or an object of the world somewhere else; without a velocity it rests there."""
 
     entity: EntityName
-    position: Annotated[tuple[float, ...], Field(strict=False, min_length=2, max_length=3)] | None = None
+    position: Annotated[tuple[float, ...], Field(strict=False)] | None = None
     """In the world, m; of two numbers, the height stays as it is."""
     orientation: Orientation | None = None
     linear: Vector | None = None
@@ -139,6 +139,8 @@ class Move(Command):
         given = (self.position, self.orientation, self.linear, self.angular)
         if not any(value is not None for value in given):
             raise ValueError("give a position, an orientation, or a velocity")
+        if self.position is not None and len(self.position) not in (2, 3):
+            raise ValueError(f"a position is x, y, and z if the height is another, not {len(self.position)} numbers")
         return self
 
     def _apply(self, session: Session) -> dict[str, Any]:

@@ -16,6 +16,9 @@ from graphengine.gates import Gate
 from graphengine.graph import Graph, Wire
 from graphengine.planning.dependencies import DependencyGraph
 
+MAX_PUSHERS = 500
+"""One below the other: the function of each one's region calls that of the next, and Python allows some 1000 calls."""
+
 
 @dataclass(frozen=True, slots=True)
 class Reading:
@@ -50,10 +53,24 @@ class RegionGraph(DependencyGraph):
         self.covers = {i: nx.descendants(self.execution, i) for i, kind in enumerate(self.kinds) if kind == "pusher"}
         self.port_covers = {pusher: self._cover_ports(pusher) for pusher in self.covers}
         self.gates: dict[int, tuple[int, ...]] = {}
+        self.acyclic = self.acyclic and self._check_depth()
         if self.acyclic:
             self._open_regions()
             self._order_regions()
             self._find_gates()
+
+    def _check_depth(self) -> bool:
+        """Whether no more pushers lie one below the other than can run."""
+        depth = dict[int, int]()
+        for index in nx.topological_sort(self.execution):
+            above = max((depth[source] for source in self.execution.predecessors(index)), default=0)
+            depth[index] = above + (self.kinds[index] == "pusher")
+            if depth[index] > MAX_PUSHERS:
+                node = self.node(index)
+                what = f"{node.id} lies below more than {MAX_PUSHERS} loops and sequences, one below the other"
+                self.findings.add("G105", what, node.span, "wire them one after the other", related=node.entry.via)
+                return False
+        return True
 
     def _open_regions(self) -> None:
         starts = [i for i, kind in enumerate(self.kinds) if kind in ("event", "pusher") and not self.exec_in_ports(i)]

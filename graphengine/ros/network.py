@@ -1,25 +1,20 @@
-"""Endpoints of a session over its transports: encode once, hand the same bytes to every sink, freeze what arrives by tick."""
+"""Endpoints of a session: a tick begins with what has arrived at them, and ends with sending what was said."""
 
 from __future__ import annotations
 
-from collections import Counter, deque
-from collections.abc import Callable, Collection, Sequence
-from dataclasses import replace
+from collections import Counter
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, Protocol
+from typing import Protocol
 
 from graphengine.backend import TopicClaim
-from graphengine.diagnostics import TransportError
-from graphengine.ros import messages
 from graphengine.ros.definitions import DEFINITIONS, Definitions
 from graphengine.ros.graph import Direction
 from graphengine.ros.service_endpoints import LiveClient, LiveServer
-from graphengine.ros.template import Encoder
-from graphengine.ros.transport import Reader, Transport, Writer
+from graphengine.ros.topic_endpoints import LivePublisher, LiveSubscription
+from graphengine.ros.transport import Transport
 from graphengine.ros.watch import Watch
 
-MAX_KEPT = 10_000
-"""Messages that a keepAll subscription holds between two ticks."""
 LOOK_EVERY = 30
 """Ticks after which subscriptions with alternatives look again what others publish."""
 
@@ -32,151 +27,6 @@ class Sink(Protocol):
 
     def deliver(self, claim: TopicClaim, arrived: Sequence[bytes]) -> None:
         """Take what a subscription sees from this tick on."""
-
-
-class LivePublisher:
-    """One topic of one transport, and every sink."""
-
-    __slots__ = ("_encode", "_network", "_writer", "claim", "largest", "topic")
-
-    def __init__(self, network: LiveNetwork, claim: TopicClaim, writer: Writer) -> None:
-        self.claim = claim
-        self.topic = claim.topic
-        self.largest = 0
-        self._network = network
-        self._writer = writer
-        self._encode = Encoder(network.definitions).encode
-
-    def close(self) -> None:
-        """Leave the topic, once all that was published is sent."""
-        self._network.flush()
-        self._network.past_drops[self.topic] += self._writer.dropped
-        self._writer.close()
-        if self in self._network.publishers:
-            self._network.publishers.remove(self)
-
-    @property
-    def wanted(self) -> bool:
-        """Whether a reader is there, or a sink."""
-        return self._writer.matched or bool(self._network.sinks)
-
-    @property
-    def dropped(self) -> int:
-        """Messages given up because a reader did not keep up."""
-        return self._writer.dropped
-
-    def publish(self, message: Any) -> None:
-        """Encode once; the bytes go to every sink when the tick ends."""
-        self._network.outbox.append((self.send, self._encode(message)))
-
-    def send(self, data: bytes) -> None:
-        """Hand bytes to the transport and to every sink."""
-        self._writer.write(data)
-        if len(data) > self.largest:
-            self.largest = len(data)
-        for sink in self._network.sinks:
-            sink.write(self.claim, data)
-
-
-class LiveSubscription:
-    """One topic of one transport; deliveries wait for the next tick."""
-
-    __slots__ = (
-        "_arrived", "_frozen", "_network", "_reader", "_visible",
-        "claim", "heard", "largest", "malformed", "skipped", "topic",
-    )  # fmt: skip
-
-    def __init__(self, network: LiveNetwork, claim: TopicClaim) -> None:
-        self.claim = claim
-        self.topic = claim.topic
-        self.largest = 0
-        self.heard = 0
-        """Messages that arrived; only the thread that delivers them counts."""
-        self.skipped = 0
-        self.malformed = 0
-        self._frozen = 0
-        """Messages of these that a tick has kept."""
-        self._network = network
-        depth = max(claim.qos.depth, 1) if claim.qos.history == "keepLast" else MAX_KEPT
-        self._arrived: deque[bytes] = deque(maxlen=depth)
-        self._visible: deque[bytes] = deque(maxlen=depth)
-        self._reader = self._open()
-
-    def _open(self) -> Reader:
-        claim = self.claim
-        transport = self._network.transport(claim.ros_context)
-        return transport.reader(claim.topic, claim.message_type, claim.qos, self.deliver)
-
-    def close(self) -> None:
-        """Leave the topic."""
-        self._reader.close()
-        if self in self._network.subscriptions:
-            self._network.past_overwritten[self.topic] += self.overwritten
-            self._network.subscriptions.remove(self)
-
-    @property
-    def overwritten(self) -> int:
-        """Messages that newer ones pushed out of a full queue before a node could take them."""
-        return self.heard - self._frozen - len(self._arrived)
-
-    def follow(self, published: Collection[str]) -> None:
-        """Read one of the claim's alternatives where that is published, and what is read is not."""
-        types = (self.claim.message_type, *self.claim.alternatives)
-        wanted = next((kind for kind in types if kind in published), types[0])
-        if wanted != types[0]:
-            self._reader.close()
-            self._frozen += len(self._arrived)
-            self._arrived.clear()
-            self._visible.clear()
-            others = tuple(kind for kind in types if kind != wanted)
-            self.claim = replace(self.claim, message_type=wanted, alternatives=others)
-            self._reader = self._open()
-
-    def deliver(self, data: bytes) -> None:
-        """Take one message from the transport's thread."""
-        self._arrived.append(data)
-        self.heard += 1
-
-    def freeze(self) -> Sequence[bytes]:
-        """Begin a tick; what has arrived since the last one. Only appends run at the same time, and a full queue's drops."""
-        arrived: list[bytes] = []
-        for _ in range(len(self._arrived)):
-            try:
-                arrived.append(self._arrived.popleft())
-            except IndexError:
-                break
-        before = len(self._visible)
-        self._visible.extend(arrived)
-        self._frozen += len(self._visible) - before
-        return arrived
-
-    def newest(self) -> Any | None:
-        """The newest message that can be decoded; older ones count as skipped."""
-        while self._visible:
-            message = self._decode(self._visible.pop())
-            if message is not None:
-                self.skipped += len(self._visible)
-                self._visible.clear()
-                return message
-        return None
-
-    def take(self) -> Sequence[Any]:
-        """All messages, oldest first."""
-        taken = [message for data in self._visible if (message := self._decode(data)) is not None]
-        self._visible.clear()
-        return taken
-
-    def _decode(self, data: bytes) -> Any | None:
-        try:
-            return messages.decode(data, self.claim.message_type, self._network.definitions)
-        except TransportError as error:
-            self.malformed += 1
-            self._network.undecoded[self.topic] += 1
-            if self.malformed == 1:
-                self._network.complain(
-                    f"{self.topic}: a peer sends what is not {self.claim.message_type}; dropped ({error})"
-                )
-            return None
 
 
 class LiveNetwork:

@@ -41,5 +41,6 @@ def _in_words(model: mujoco.MjModel, data: mujoco.MjData) -> str:
     return (
         f"the simulation diverged {at}: the motion of joint {model.joint(joint).name!r} of body {body!r} is without bounds\n"
         "raise physics.substeps, lower the drive's damping or stiffness, give it a max_acceleration, "
-        "or give the joint an armature"
+        "or give the joint an armature\n"
+        "where it was moved, spawned or pushed: put it clear of other bodies, push it less"
     )

@@ -51,7 +51,10 @@ class Sequence(Node, type="omni.graph.action.Sequence", counts=True):
 
 
 class SwitchToken(Node, type="omni.graph.action.SwitchToken", gated=True):
-    """Fires the output whose branch has the value, such as output1 where branch1 is the value; the lowest of several, or none."""
+    """Fires the output whose branch has the value, such as output1 where branch1 is the value; the lowest of several, or none.
+
+    Ports branch0, output0, branch1, output1 and so on are there when a file names them.
+    """
 
     numbered: ClassVar[Numbered] = {"branch": lambda: In(type="token", default=""), "output": ExecOut}
 

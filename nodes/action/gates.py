@@ -148,8 +148,10 @@ class RationalTimeSyncGate(Node, type="omni.graph.action.RationalTimeSyncGate", 
         self.wires = context.wires_into("exec_in")
 
     def compute(self) -> Fire:
-        """Count what arrives; 1/2 and 2/4 are one time."""
-        if self.numerator_in * self.denominator_out != self.numerator_out * self.denominator_in:
+        """Count what arrives; 1/2 and 2/4 are one time, 1/0 and 2/0 are two."""
+        crosswise = self.numerator_in * self.denominator_out == self.numerator_out * self.denominator_in
+        both = self.denominator_in and self.denominator_out
+        if not (crosswise if both else self.numerator_in == self.numerator_out):
             self.arrived = 0
         self.numerator_out, self.denominator_out = self.numerator_in, self.denominator_in
         self.arrived += 1

@@ -28,8 +28,12 @@ class LogMessage(Node, type="omni.graph.action.LogMessage"):
         self.log = context.log
 
     def compute(self) -> None:
-        """Tell it."""
-        self.log(_SEVERITIES[self.log_level], self.message)
+        """Tell it.
+
+        Raises:
+            ValueError: there is no such level.
+        """
+        self.log(severity(self.log_level), self.message)
 
 
 class PrintText(Node, type="omni.graph.ui_nodes.PrintText"):
@@ -49,5 +53,20 @@ class PrintText(Node, type="omni.graph.ui_nodes.PrintText"):
         self.log = context.log
 
     def compute(self) -> None:
-        """Tell it."""
-        self.log(_SEVERITIES[self.log_level], self.text)
+        """Tell it.
+
+        Raises:
+            ValueError: there is no such level.
+        """
+        self.log(severity(self.log_level), self.text)
+
+
+def severity(level: str) -> str:
+    """What a level is called in the log.
+
+    Raises:
+        ValueError: there is none of that name.
+    """
+    if level not in _SEVERITIES:
+        raise ValueError(f"logLevel is {level!r}; it is one of {', '.join(_SEVERITIES)}")
+    return _SEVERITIES[level]

@@ -56,8 +56,15 @@ class Compare(TypedNode, type="omni.graph.nodes.Compare"):
         return PortType("bool", 1, a.array or b.array)
 
     def compute(self) -> None:
-        """Compare."""
-        self.result = self.operands(_OPERATIONS[self.operation], self.a, self.b)
+        """Compare.
+
+        Raises:
+            ValueError: there is no such operation.
+        """
+        operation = _OPERATIONS.get(self.operation)
+        if operation is None:
+            raise ValueError(f"operation is {self.operation!r}; it is one of {', '.join(_OPERATIONS)}")
+        self.result = self.operands(operation, self.a, self.b)
 
 
 def _as_they_are(operation: Operation, a: Any, b: Any) -> bool:
@@ -108,6 +115,11 @@ class IsZero(_Zero, type="omni.graph.nodes.IsZero"):
     def operation(tolerance: Any, value: Any) -> Any:
         """Of arrays."""
         return np.all(np.abs(value) <= tolerance)
+
+    @staticmethod
+    def on_numbers(tolerance: float, value: float) -> bool:
+        """Of one number."""
+        return abs(value) <= tolerance
 
     def compute(self) -> None:
         """Look."""

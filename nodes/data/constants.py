@@ -16,7 +16,7 @@ def _constant(suffix: str, port_type: str, **facts: Any) -> type[Node]:
         "__module__": __name__,
         "__qualname__": f"Constant{suffix}",
         "__doc__": f"A value of type {port_type} that other nodes read.",
-        "value": In(type=port_type, doc="where wires begin", **facts),
+        "value": In(type=port_type, doc="wires begin at it: `NODE.inputs:value -> ...`", **facts),
     }
     made: Any = NodeMeta(f"Constant{suffix}", (Node,), namespace, type=f"omni.graph.nodes.Constant{suffix}")
     return made  # type: ignore[no-any-return]

@@ -87,8 +87,8 @@ class Floor(_ToWhole, type="omni.graph.nodes.Floor"):
 
     @staticmethod
     def on_numbers(value: float) -> float:
-        """Of one number; NaN of one that is not finite."""
-        return value // 1.0
+        """Of one number; of one that is not finite itself."""
+        return math.floor(value) if math.isfinite(value) else value
 
 
 class Ceil(_ToWhole, type="omni.graph.nodes.Ceil"):
@@ -98,8 +98,8 @@ class Ceil(_ToWhole, type="omni.graph.nodes.Ceil"):
 
     @staticmethod
     def on_numbers(value: float) -> float:
-        """Of one number; NaN of one that is not finite."""
-        return -(-value // 1.0)
+        """Of one number; of one that is not finite itself."""
+        return math.ceil(value) if math.isfinite(value) else value
 
 
 class Round(Elementwise, type="omni.graph.nodes.Round"):
@@ -112,7 +112,9 @@ class Round(Elementwise, type="omni.graph.nodes.Round"):
     @staticmethod
     def operation(value: Any, decimals: Any) -> Any:
         """Round arrays."""
-        return np.around(value, int(decimals))
+        rounded = np.around(value, int(decimals))
+        lost = np.isfinite(value) & ~np.isfinite(rounded)  # so many decimals that their power of ten is no double
+        return np.where(lost, value if decimals > 0 else 0.0, rounded)
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
         """That of the input."""

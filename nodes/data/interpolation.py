@@ -34,7 +34,10 @@ class InterpolateTo(Elementwise, type="omni.graph.nodes.InterpolateTo"):
 
     def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
         """Along an arc where the values are quaternions, else along a line."""
-        between = lift(slerp if output.role == "quat" else _lerp, [*inputs[:2], PortType("double")], output)
+        ends_and_share = [*inputs[:2], PortType("double")]
+        between = (
+            lift(slerp, ends_and_share, output) if output.role == "quat" else lift(_lerp, ends_and_share, output, _lerp)
+        )
 
         def step(current: Any, target: Any, speed: float, delta_seconds: float, exponent: float) -> Any:
             left = 1.0 - min(max(speed * delta_seconds, 0.0), 1.0)
@@ -51,8 +54,17 @@ def _lerp(start: Any, end: Any, alpha: Any) -> Any:
     return start + (end - start) * alpha
 
 
+EASINGS = ("EaseIn", "EaseOut", "EaseInOut", "Linear", "SinIn", "SinOut", "SinInOut")
+
+
 def curve(name: str, exponent: int) -> Callable[[Any], Any]:
-    """The easing function of a name, from 0 to 1 onto itself."""
+    """The easing function of a name, from 0 to 1 onto itself.
+
+    Raises:
+        ValueError: none has that name.
+    """
+    if name not in EASINGS:
+        raise ValueError(f"easeFunc is {name!r}; it is one of {', '.join(EASINGS)}")
 
     def ease_in(t: Any) -> Any:
         return t**exponent if name.startswith("Ease") else 1.0 - np.cos(t * math.pi / 2.0)
@@ -69,9 +81,7 @@ class Ease(Elementwise, type="omni.graph.nodes.Ease"):
 
     alpha: Any = In(type="float|float[]", required=True, doc="share of the time, 0 to 1, that has passed")
     blend_exponent: Int = In(default=2, doc="of the Ease functions: 1 is linear, 2 quadratic and so on")
-    ease_func: Token = In(
-        default="EaseInOut", tokens=("EaseIn", "EaseOut", "EaseInOut", "Linear", "SinIn", "SinOut", "SinInOut")
-    )
+    ease_func: Token = In(default="EaseInOut", tokens=EASINGS)
     end: Any = In(type=DECIMALS, required=True, doc="value at alpha 1")
     start: Any = In(type=DECIMALS, required=True, doc="value at alpha 0")
     result: Any = Out(type=DECIMALS, doc="of the type that holds both")

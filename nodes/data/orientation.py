@@ -47,10 +47,21 @@ def quaternions_of(matrices: Array) -> Array:
     return np.where(found[..., 3:] < 0.0, -found, found)
 
 
+def axes_of(order: str) -> list[int]:
+    """Numbers of the axes in an order.
+
+    Raises:
+        ValueError: it is none.
+    """
+    if order not in ORDERS:
+        raise ValueError(f"rotationOrder is {order!r}; it is one of {', '.join(ORDERS)}")
+    return ["XYZ".index(axis) for axis in order]
+
+
 def matrix_of_angles(degrees: Array, order: str) -> Array:
     """Rotation matrices (..., 3, 3) of angles (..., 3) about x, y and z."""
     total: Array = np.broadcast_to(np.eye(3), (*degrees.shape[:-1], 3, 3))
-    for axis in map("XYZ".index, order):
+    for axis in axes_of(order):
         total = total @ _about_own_axis(axis, degrees[..., axis])
     return total
 
@@ -71,7 +82,7 @@ def angles_of(matrices: Array, order: str) -> Array:
 
     Where the second turn is by 90 degrees the first and the last are about one axis; the last is 0 then.
     """
-    first, second, third = map("XYZ".index, order)
+    first, second, third = axes_of(order)
     sign = 1.0 if order in ("XYZ", "YZX", "ZXY") else -1.0
     sine = np.clip(-sign * matrices[..., first, third], -1.0, 1.0)
     locked = np.abs(sine) > 1.0 - 1e-12

@@ -23,8 +23,10 @@ class RandomNode(Node):
 
     exec_in = ExecIn()
     seed: UInt64 = In(default=0, doc="used with useSeed, and with isNoise")
-    use_seed: bool = In(default=False)
-    is_noise: bool = In(default=False)
+    use_seed: bool = In(
+        default=False, doc="numbers come from the seed alone; else from the session's and the node's path"
+    )
+    is_noise: bool = In(default=False, doc="the same number at every execution, as long as the seed stays")
     exec_out = ExecOut()
 
     common_numbers: np.random.Generator = State()

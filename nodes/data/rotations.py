@@ -225,9 +225,15 @@ class SetMatrix4Rotation(_OnMatrix, type="omni.graph.nodes.SetMatrix4Rotation"):
         return lift(turned, inputs, output)
 
     def compute(self) -> None:
-        """Set it."""
+        """Set it.
+
+        Raises:
+            ValueError: there is no such axis.
+        """
         axis = self.rotation_axis
         if self.fixed_rotation_axis != "Custom":
+            if self.fixed_rotation_axis not in _AXES:
+                raise ValueError(f"fixedRotationAxis is {self.fixed_rotation_axis!r}; it is X, Y, Z or Custom")
             axis = _AXES[self.fixed_rotation_axis]
         self.matrix_out = self.operate(self.matrix_in, self.rotation_angle, axis)
 

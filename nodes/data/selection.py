@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from graphengine import types
-from graphengine.node import In, Node, Out
+from graphengine.context import Context
+from graphengine.node import In, Node, Out, State
 from graphengine.types import ARRAYS, ELEMENTS, PortType, Target
-from nodes.data.broadcast import type_of
+from nodes.data.broadcast import Operation, type_of
 from nodes.data.sequences import fits, made
 
 ANYTHING = f"{ELEMENTS}|{ARRAYS}|string|path"
@@ -28,6 +29,8 @@ class SelectIf(Node, type="omni.graph.nodes.SelectIf"):
         type=ANYTHING, doc="an array where any of the inputs is one; single values stand for all its elements"
     )
 
+    choose: Operation = State()
+
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
         """The type that both values convert to.
 
@@ -43,32 +46,48 @@ class SelectIf(Node, type="omni.graph.nodes.SelectIf"):
                 return {"result": replace(wanted, array=array)}
         raise ValueError(f"ifTrue is {known['if_true']} and ifFalse is {known['if_false']}, which do not go together")
 
+    def setup(self, context: Context) -> None:
+        """Find out how to choose, now that the types are settled."""
+        known = dict(self.settled)
+        for name in ("condition", "if_true", "if_false"):
+            known.setdefault(name, type_of(getattr(self, name)))
+        result = known.get("result") or self.resolve_types(known, {})["result"]
+        arrays = tuple(known[name].array for name in ("condition", "if_true", "if_false"))
+        self.choose = _each_of(arrays, result) if result.array else _one_of(known["if_true"], known["if_false"], result)
+
     def compute(self) -> None:
         """Choose.
 
         Raises:
             ValueError: arrays differ in length.
         """
-        known = dict(self.settled)
-        for name in ("condition", "if_true", "if_false"):
-            known.setdefault(name, type_of(getattr(self, name)))
-        result = known.get("result") or self.resolve_types(known, {})["result"]
-        if not result.array:
-            chosen = "if_true" if self.condition else "if_false"
-            converter = types.conversion(known[chosen], result)
-            value = getattr(self, chosen)
-            self.result = types.CONVERTERS[converter](value) if converter else value
-            return
-        lengths = {len(getattr(self, name)) for name in known if name != "result" and known[name].array}
+        self.result = self.choose(self.condition, self.if_true, self.if_false)
+
+
+def _one_of(yes: PortType, no: PortType, result: PortType) -> Operation:
+    """How one of two values is chosen, which may widen it."""
+    widen_yes, widen_no = (types.CONVERTERS.get(types.conversion(one, result) or "", _as_it_is) for one in (yes, no))
+    return lambda condition, if_true, if_false: widen_yes(if_true) if condition else widen_no(if_false)
+
+
+def _as_it_is(value: Any) -> Any:
+    return value
+
+
+def _each_of(arrays: tuple[bool, ...], result: PortType) -> Operation:
+    """How elements of an array are chosen, where the condition, both values or some of these are arrays."""
+    element = replace(result, array=False)
+
+    def choose(*values: Any) -> Any:
+        lengths = {len(value) for value, array in zip(values, arrays, strict=True) if array}
         if len(lengths) > 1:
             raise ValueError(
                 f"arrays of {', '.join(map(str, sorted(lengths)))} elements; they have to be of one length"
             )
-        parts = [
-            value if known[name].array else [value] * max(lengths)
-            for name, value in (("condition", self.condition), ("if_true", self.if_true), ("if_false", self.if_false))
-        ]
-        self.result = made([yes if c else no for c, yes, no in zip(*parts, strict=True)], replace(result, array=False))
+        parts = [value if array else [value] * max(lengths) for value, array in zip(values, arrays, strict=True)]
+        return made([yes if chosen else no for chosen, yes, no in zip(*parts, strict=True)], element)
+
+    return choose
 
 
 class SelectTargetIf(Node, type="omni.graph.nodes.SelectTargetIf"):

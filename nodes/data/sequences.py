@@ -12,7 +12,7 @@ from graphengine import types
 from graphengine.types import PortType
 
 MAX_LENGTH = 10_000_000
-"""Elements of an array that a node makes of its own accord."""
+"""Elements of an array, or characters of a text, that a node makes."""
 _BYTE = PortType("uchar")
 
 
@@ -36,7 +36,12 @@ def as_array(value: Any) -> Any:
 
 
 def joined(like: Any, *parts: Any) -> Any:
-    """Parts one after the other, as a port carries an array of the type of another; a part is an array or a list of elements."""
+    """Parts one after the other, as a port carries an array of the type of another; a part is an array or a list of elements.
+
+    Raises:
+        ValueError: they are too many.
+    """
+    checked_length(sum(map(len, parts)))
     if isinstance(like, str):
         return bytes(joined(as_array(like), *parts)).decode(errors="replace")
     if isinstance(like, tuple):

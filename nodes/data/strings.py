@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 from graphengine.node import In, Node, Numbered, Out
 from graphengine.types import PortType, String
+from nodes.data.sequences import MAX_LENGTH
 
 TEXTS = "string|token|token[]"
 
@@ -15,17 +16,19 @@ def appended(texts: str | tuple[str, ...], suffix: str | tuple[str, ...]) -> str
     """A text after a text; after each text of several the same one, or the one at its place.
 
     Raises:
-        ValueError: there is no telling which goes where.
+        ValueError: there is no telling which goes where, or it is too long.
     """
     if isinstance(texts, str):
         if isinstance(suffix, str):
+            if len(texts) + len(suffix) > MAX_LENGTH:
+                raise ValueError(f"a text of {len(texts) + len(suffix)} letters is too long; {MAX_LENGTH} are the most")
             return texts + suffix
         raise ValueError(f"{len(suffix)} texts cannot be appended to one")
     if isinstance(suffix, str):
-        return tuple(text + suffix for text in texts)
+        return tuple(str(appended(text, suffix)) for text in texts)
     if len(texts) != len(suffix):
         raise ValueError(f"{len(suffix)} texts cannot be appended to {len(texts)}; give as many, or one")
-    return tuple(map(str.__add__, texts, suffix))
+    return tuple(str(appended(text, other)) for text, other in zip(texts, suffix, strict=True))
 
 
 class BuildString(Node, type="omni.graph.nodes.BuildString"):

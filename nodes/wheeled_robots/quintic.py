@@ -45,9 +45,11 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
     in x or y, or turned by 0.05 rad, since the last plan.
     """
 
-    target_prim: Target = In(setup=True, doc="a prim to go to, in the place of targetPosition and targetOrientation")
-    target_position: Vector3d = In(unit="m", doc="in the world; z does not count")
-    target_orientation: Quaterniond = In(doc="in the world, (x, y, z, w); its yaw counts")
+    target_prim: Target = In(
+        default=(), setup=True, doc="a prim to go to, in the place of targetPosition and targetOrientation"
+    )
+    target_position: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m", doc="in the world; z does not count")
+    target_orientation: Quaterniond = In(default=(0.0, 0.0, 0.0, 1.0), doc="in the world, (x, y, z, w); its yaw counts")
     initial_velocity: float = In(default=0.5, ge=0.0, unit="m/s", doc="along the yaw, as the base sets out")
     initial_accel: float = In(default=0.02, unit="m/s2", doc="along the yaw, as the base sets out")
     goal_velocity: float = In(default=0.5, ge=0.0, unit="m/s", doc="along the yaw, at the target")
@@ -130,8 +132,8 @@ def quintic(ends: Floats, duration: float) -> Floats:
 def derivative(coefficients: Floats, order: int, duration: float, intervals: int = 100) -> Floats:
     """The position (order 0, m), velocity, acceleration or jerk, (n, intervals + 1), at even times from start to end."""
     shares = np.linspace(0.0, 1.0, intervals + 1)
-    found: Floats = polynomial.polyval(shares, polynomial.polyder(coefficients, order)) / duration**order
-    return found
+    found = polynomial.polyval(shares, polynomial.polyder(coefficients, order)) / duration**order
+    return np.asarray(found, np.float64)
 
 
 def _end(heading: Heading, speed: float, acceleration: float) -> Floats:

@@ -45,7 +45,7 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
     towards it at the path's end and goes there straight.
     """
 
-    current_speed: Vector3d = In(unit="m/s", doc="of the base, in any frame: its length on the floor counts")
+    current_speed: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m/s", doc="of the base; what counts is hypot(x, y)")
     max_velocity: float = In(default=1.5, ge=0.0, unit="m/s")
     reached_goal: Bools = In(default=(False, False), doc="from CheckGoal2D; when both are true, the base stands")
     path_arrays: Doubles = In(required=True, unit="m/s, m, m, rad", doc="from QuinticPathPlanner")
@@ -64,7 +64,7 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
     angular_velocity: float = Out(unit="rad/s", doc="counter-clockwise")
 
     path: Path | None = State(default=None)
-    path_of: object = State(default=None)
+    taken: Doubles | None = State(default=None)
     nearest: int = State(default=0)
     missed: bool = State(default=False)
 
@@ -75,9 +75,9 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
             return
         self.check()
         base = self.heading()
-        if self.target_changed or self.path_arrays is not self.path_of:
+        if self.target_changed or self.is_another(self.path_arrays):
             self.path = path_of(self.path_arrays) if len(self.path_arrays) else None
-            self.path_of, self.nearest, self.missed = self.path_arrays, 0, False
+            self.taken, self.nearest, self.missed = self.path_arrays, 0, False
         away = math.hypot(base[0] - self.target[0], base[1] - self.target[1])
         if away <= self.thresholds[0] or any(self.reached_goal[:1]):
             self.turn(self.target[2] - base[2])
@@ -101,6 +101,15 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
                 "wheelBase, step and gains[1] must be more than 0 and gains[2] between 0 and pi/2, "
                 f"they are {self.wheel_base:g}, {self.step:g}, {gain:g} and {steering:g}"
             )
+        if not all(map(math.isfinite, (*self.current_speed, *self.target, *self.gains, self.max_velocity))):
+            raise ValueError(
+                "currentSpeed, target, gains and maxVelocity must be finite, "
+                f"they are {self.current_speed}, {self.target}, {self.gains} and {self.max_velocity:g}"
+            )
+
+    def is_another(self, arrays: Doubles) -> bool:
+        """Whether a path is another than the one that was taken; what converts on its way is a new array in every tick."""
+        return arrays is not self.taken and (self.taken is None or not np.array_equal(arrays, self.taken))
 
     def turn(self, angle: float) -> None:
         """Turn by an angle on the spot, the shorter way."""

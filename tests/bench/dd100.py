@@ -23,8 +23,9 @@ from graphengine.files import find_given
 from graphengine.ros import messages
 from graphengine.ros.dds import DdsTransport
 from graphengine.ros.domain import Domain
-from graphengine.ros.network import LiveNetwork, LivePublisher
+from graphengine.ros.network import LiveNetwork
 from graphengine.ros.qos import LATCHED
+from graphengine.ros.topic_endpoints import LivePublisher
 from graphengine.session import Session
 
 DOMAIN = Domain(87, "LOCALHOST")

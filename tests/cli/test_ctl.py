@@ -242,6 +242,7 @@ def test_a_terminal_shows_that_a_run_is_paused(project: Path) -> None:
     [
         (["rate", "0"], "is not a rate; write realtime, max or a factor"),
         (["rate", "nan"], "is not a rate"),
+        (["rate", "-1"], "'-1' is not a rate"),
         (["step", "x"], "invalid int value"),
         (["move", "a", "x", "1"], "'x' is not a number"),
         (["move", "a", "inf", "1"], "'inf' is not a number"),
@@ -251,6 +252,7 @@ def test_a_terminal_shows_that_a_run_is_paused(project: Path) -> None:
         (["push", "a"], "one of the arguments --force --impulse is required"),
         (["push", "a", "--force", "1,2"], "'1,2': write 3 numbers"),
         (["push", "a", "--force", "1,2,3", "--for", "soon"], "'soon' is not a time"),
+        (["push", "a", "--force", "1,2,3", "--for", "-2ms"], "'-2ms' is not a time"),
         (["reset", "--scope", "world"], "invalid choice"),
         (["fly"], "invalid choice"),
         ([], "required"),

@@ -313,3 +313,21 @@ def test_what_a_type_says_of_itself_is_text_in_the_reference(graphrun: Graphrun,
 
 def test_markdown_and_json_are_not_asked_for_at_once(graphrun: Graphrun) -> None:
     assert graphrun("nodes", "--markdown", "--format", "json").code == 2
+
+
+def test_of_many_types_of_a_port_the_first_are_named_and_all_are_counted(graphrun: Graphrun) -> None:
+    result = graphrun("nodes", "Add")
+    (port,) = (
+        port for port in json.loads(graphrun("nodes", "Add", "--format", "json").out)["ports"] if port["name"] == "a"
+    )
+    kinds = port["type"].split(" | ")
+    assert len(kinds) > 4
+    assert f"  a  {' | '.join(kinds[:3])} | … ({len(kinds)} types)  " in result.out
+    assert result.lines[-1] == "all types of a port: graphrun nodes omni.graph.nodes.Add --format json"
+    assert "null" not in result.out
+
+
+def test_a_few_types_of_a_port_are_all_named(graphrun: Graphrun) -> None:
+    result = graphrun("nodes", "BuildString")
+    assert "  a  string | token | token[]  " in result.out
+    assert "all types" not in result.out

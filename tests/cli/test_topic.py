@@ -116,14 +116,14 @@ def test_info_tells_type_and_counts(topic: Graphrun, crowd: DdsTransport) -> Non
 
 
 def test_info_tells_everything_of_each_end(topic: Graphrun, peer: DdsTransport) -> None:
-    peer.reader("/chatter", STRING, replace(SENSOR, deadline=0.5), lambda data: None)
+    peer.reader("/chatter", STRING, replace(SENSOR, depth=2000, deadline=0.5), lambda data: None)
     result = topic("info", "-v", "chatter")
     assert re.sub(r"(GID: )[0-9a-f.]+", r"\1…", result.out) == (
         f"Type: {STRING}\n\nPublisher count: 0\n\nSubscription count: 1\n\n"
         f"Node name: peer\nNode namespace: /robots\nTopic type: {STRING}\n"
         f"Topic type hash: {messages.type_hash(STRING)}\n"
         "Endpoint type: SUBSCRIPTION\nGID: …\nQoS profile:\n  Reliability: BEST_EFFORT\n"
-        "  History (Depth): KEEP_LAST (5)\n  Durability: VOLATILE\n  Lifespan: Infinite\n"
+        "  History (Depth): KEEP_LAST (2000)\n  Durability: VOLATILE\n  Lifespan: Infinite\n"
         "  Deadline: 500000000 nanoseconds\n  Liveliness: AUTOMATIC\n  Liveliness lease duration: Infinite\n\n"
     )
     assert re.search(r"^GID: ([0-9a-f]{2}\.){15}[0-9a-f]{2}$", result.out, re.MULTILINE)

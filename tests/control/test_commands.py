@@ -46,7 +46,12 @@ for _ in range(100):
             "spawn: unknown key 'positon'\n  did you mean 'position'?",
         ),
         ("move", {"entity": "a"}, "move: give a position, an orientation, or a velocity"),
-        ("move", {"entity": "a", "position": [0.0]}, "move: position"),
+        (
+            "move",
+            {"entity": "a", "position": [0.0]},
+            "move: a position is x, y, and z if the height is another, not 1 num",
+        ),
+        ("move", {"entity": "", "position": [0.0, 0.0]}, "move: entity: expected text, got ''"),
         ("move", {"entity": "a", "position": [0.0, 0.0, math.nan]}, "move: position"),
         ("move", {"entity": "a", "orientation": {"quaternion_xyzw": [0.0, 0.0, 0.0, 2.0]}}, "has length 1"),
         ("push", {"entity": "a", "duration": 1.0}, "push: give one of force, N, and impulse, N s"),

@@ -206,7 +206,11 @@ def test_a_message_of_several_lines_is_indented_behind_its_place() -> None:
         ("wheel", [], ""),
         ("x" * 100_000, ["wheel"], ""),
         ("griper", [*(f"wheel_{i}" for i in range(20_000)), "gripper"], "did you mean 'gripper'?"),
-        ("wheel_x7_front", [*(f"wheel_{i:05}_rear" for i in range(20_000)), "wheel_x_front"], "did you mean 'wheel_x_front'?"),
+        (
+            "wheel_x7_front",
+            [*(f"wheel_{i:05}_rear" for i in range(20_000)), "wheel_x_front"],
+            "did you mean 'wheel_x_front'?",
+        ),
     ],
 )
 def test_near_names(name: str, legal: list[str], said: str) -> None:

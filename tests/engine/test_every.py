@@ -6,12 +6,16 @@ from fractions import Fraction
 from pathlib import Path
 
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
+from graphengine import check
 from graphengine.diagnostics import Findings
+from graphengine.dry import DryWorld
 from graphengine.gates import EveryHz, EveryTicks
 from graphengine.simulation_clock import SimulationClock
+from graphengine.stage import Stage
 from graphengine.testing import RecordingContext
 from nodes.core.flow import IsaacSimulationGate, OgnIsaacRunOneSimulationFrame
 from tests.engine.conftest import MakeBench, MakeFile, MakePlay
@@ -84,6 +88,26 @@ def test_hz_keeps_to_the_rule_whatever_the_rates(hz: Fraction, tick_rate: int, e
         begun = frame * Fraction(repr(rate)) // tick_rate
         assert bool(gate.compute()) == (begun >= due)
         due = max(due, begun + 1)
+
+
+@pytest.mark.parametrize(("before", "after", "expected"), [(10, 1, [8]), (1, 10, [8, 9, 10])])
+def test_a_rate_that_changes_while_the_graph_runs_holds_from_there_on(
+    before: float, after: float, expected: list[int]
+) -> None:
+    context = RecordingContext()
+    context.clock = clock = SimulationClock((1, 4))
+    gate = EveryHz(hz=before)
+    gate.setup(context)
+    for frame in range(1, 8):
+        clock.set_frame(frame)
+        gate.compute()
+    gate.hz = after
+    gate.setup(context)
+    fired = []
+    for frame in range(8, 11):
+        clock.set_frame(frame)
+        fired += [frame] * (gate.compute() is not None)
+    assert fired == expected
 
 
 @given(st.integers(1, 5), st.integers(0, 20))
@@ -232,3 +256,40 @@ def test_rates_count_gates(file: MakeFile) -> None:
     rates = {instance.id: plan.rate(instance.index, 60.0) for instance in plan.graph.instances if not instance.part_of}
     paced = {"Tick": 60.0, "Plain": 30.0, "Slow": 10.0, "Fast": 30.0, "Then": pytest.approx(10 / 3), "Door": 30.0}
     assert rates == {**paced, "Once": None, "Behind": None}
+
+
+@pytest.mark.parametrize(
+    ("runs", "paces", "told"),
+    [
+        ("tick", "Tick: {hz: 60}, A: {hz: 60}", []),
+        ("tick", "A: {hz: 61}", ["A"]),
+        ("physics_step", "A: {hz: 61}", []),
+        ("physics_step", "A: {hz: 241}", ["A"]),
+        ("tick", "Tick: {hz: 10}, A: {hz: 20}, B: {hz: 20}", ["A", "B"]),
+        ("tick", "Tick: {ticks: 3}, A: {hz: 30}", ["A"]),
+        ("tick", "Tick: once, A: {hz: 60}", []),
+    ],
+)
+def test_a_rate_that_cannot_be_reached_is_told(file: MakeFile, runs: str, paces: str, told: list[str]) -> None:
+    every = yaml.safe_load(f"{{{paces}}}")
+    nodes = {name: {"type": kind} for name, kind in (("Tick", "Tick"), ("A", "Do"), ("B", "Do"))}
+    for name, pace in every.items():
+        nodes[name]["every"] = pace
+    wires = ["Tick.tick -> A.execIn", "A.execOut -> B.execIn"]
+    findings = Findings()
+    plan = planned(file(yaml.safe_dump({"graph": "g", "runs": runs, "nodes": nodes, "connections": wires})), findings)
+    assert plan is not None
+    check.lint_rates([plan], DryWorld(Stage(), (1, 60), 4), findings)
+    assert [(found.code, found.message.split()[0]) for found in findings.items] == [("W106", name) for name in told]
+
+
+@pytest.mark.parametrize(("runs", "rate"), [("tick", 60.0), ("physics_step", 240.0)])
+def test_what_a_graph_publishes_at_every_physics_step_is_told_to_be_as_often(
+    file: MakeFile, runs: str, rate: float
+) -> None:
+    text = f"{{graph: g, runs: {runs}, nodes: {{T: Tick, A: Do}}, connections: [T.tick -> A.execIn]}}"
+    findings = Findings()
+    plan = planned(file(text), findings)
+    assert plan is not None
+    claims = check.dry_setup([plan], DryWorld(Stage(), (1, 60), 4), findings, prims_known=False)
+    assert [claim.rate for claim in claims] == [pytest.approx(rate)]

@@ -294,7 +294,7 @@ def test_numbered_ports_are_those_that_wires_and_values_name() -> None:
 
 
 def test_numbered_ports_come_of_numbers_only() -> None:
-    assert grown(Ways, {}, DEFINITIONS, ["way", "way-1", "wayx", "way0", "way10000", "way\u0661"]) is Ways
+    assert grown(Ways, {}, DEFINITIONS, ["way", "way-1", "wayx", "way0", "way007", "way10000", "way\u0661"]) is Ways
 
 
 def test_numbered_ports_that_are_not_named_are_not_there() -> None:

@@ -6,7 +6,9 @@ from typing import Any
 
 import pytest
 
-from graphengine.diagnostics import Findings
+from graphengine import build
+from graphengine.diagnostics import Findings, UsageError
+from graphengine.dry import DryNetwork
 from graphengine.graph import Graph, settled_type, with_article
 from graphengine.literals import Override
 from graphengine.node import In, Node, Out
@@ -285,6 +287,82 @@ def test_every_mistake_is_told_and_none_hides_the_next(file: MakeFile) -> None:
     assert sorted(codes(findings)) == ["G201", "G203", "G204", "G205", "G206", "G207", "G211"]
 
 
+def test_what_follows_from_a_wire_that_does_not_fit_is_no_second_mistake(file: MakeFile) -> None:
+    _, findings = resolve(
+        file,
+        """
+        nodes: {V: Vectors, B: Break, S: omni.graph.action.SwitchToken}
+        connections: [V.text -> B.vector, B.x -> S.value]
+        """,
+    )
+    assert codes(findings) == ["G206"]
+
+
+# Files that are parts of other graphs, looked at alone
+
+PART = """
+graph: part
+inputs: {{go: A.execIn, value: M.a, {declared}}}
+outputs: {{done: A.execOut, product: M.product}}
+nodes: {{A: Do, M: {{type: Multiply, inputs: {{b: 2.0}}}}, N: Multiply, S: omni.graph.action.SwitchToken}}
+connections: [M.product -> A.a]
+"""
+
+
+def test_what_a_graph_around_it_may_wire_is_not_missing(file: MakeFile) -> None:
+    graph, findings = resolve(file, PART.format(declared="a: N.a, b: N.b, branch: S.branch3"))
+    assert codes(findings) == []
+    assert list(graph.left_open) == ["N.a", "N.b"]
+
+
+@pytest.mark.parametrize(
+    ("declared", "code", "place"),
+    [
+        ("x: No.a", "G203", "No.a"),
+        ("x: M.c", "G204", "M.c"),
+        ("x: S.branch003", "G204", "S.branch003"),
+        ("x: M.product", "G205", "M.product"),
+        ("x: M a", "G202", "M a"),
+    ],
+)
+def test_a_declared_port_that_means_nothing_is_told(file: MakeFile, declared: str, code: str, place: str) -> None:
+    _, findings = resolve(file, PART.format(declared=f"a: N.a, b: N.b, {declared}"))
+    (found,) = findings.items
+    assert found.span is not None
+    line = found.span.source.lines[found.span.line - 1]
+    assert (found.code, line[found.span.column - 1 :][: len(place)]) == (code, place)
+
+
+def test_a_part_is_not_run_without_what_it_is_given(file: MakeFile) -> None:
+    path = file("{graph: part, inputs: {angle: C.value}, nodes: {C: {type: omni.graph.nodes.Cos}}}")
+    assembly = build.assemble(path)
+    assert assembly.findings.items == []
+    with pytest.raises(UsageError, match=r"part is a part of other graphs, which give it C\.value; run one of those"):
+        build.start(assembly, DryNetwork())
+    assembly.world.close()
+
+
+def test_a_scene_cannot_use_a_part(file: MakeFile) -> None:
+    part = file("{graph: part, inputs: {angle: C.value}, nodes: {C: {type: omni.graph.nodes.Cos}}}", "part.yaml")
+    scene = part.with_name("scene.yaml")
+    part.with_name("floor.xml").write_text("<mujoco/>")
+    scene.write_text("scene: s\nworld: floor.xml\ngraphs: {part: {use: part.yaml}}\n")
+    assembly = build.assemble(scene)
+    assembly.world.close()
+    assert codes(assembly.findings) == ["G208", "W102"]
+
+
+@pytest.mark.parametrize("kind", ["any", "execution", "bundle", "double|float"])
+def test_a_literal_is_of_a_type_that_has_literals(file: MakeFile, kind: str) -> None:
+    text = (
+        f"graph: g\nnodes: {{A: {{type: omni.graph.nodes.ToString, inputs: {{value: {{type: {kind}, value: 1}}}}}}}}\n"
+    )
+    assembly = build.assemble(file(text))
+    assembly.world.close()
+    (found,) = assembly.findings.errors
+    assert found.code in ("G211", "G212")
+
+
 # Overrides
 
 
@@ -303,6 +381,31 @@ def test_an_override_that_means_nothing_is_left_unused(file: MakeFile, text: str
     override = Override.parse(text, 5)
     resolve(file, "{graph: g, nodes: {A: Do}}", override)
     assert not override.used
+
+
+@pytest.mark.parametrize(
+    ("every", "text"), [("{hz: 20}", "A.every.hz"), ("{ticks: 2}", "g/A.every.ticks"), ("{ticks: 2}", "*.ticks")]
+)
+def test_an_override_may_say_how_often_a_node_is_executed(file: MakeFile, every: str, text: str) -> None:
+    override = Override.parse(text, 5)
+    graph, findings = resolve(
+        file,
+        f"{{graph: g, nodes: {{T: Tick, A: {{type: Do, every: {every}}}}}, connections: [T.tick -> A.execIn]}}",
+        override,
+    )
+    assert codes(findings) == []
+    assert override.used
+    assert getattr(graph.by_id("A.every").node, override.port) == 5
+
+
+@pytest.mark.parametrize(("text", "value"), [("A.every.hz", 0), ("A.every.hz", 20_000), ("A.every.hz", float("inf"))])
+def test_an_override_of_how_often_keeps_to_what_a_file_may_say(file: MakeFile, text: str, value: float) -> None:
+    _, findings = resolve(
+        file,
+        "{graph: g, nodes: {T: Tick, A: {type: Do, every: {hz: 1}}}, connections: [T.tick -> A.execIn]}",
+        Override.parse(text, value),
+    )
+    assert codes(findings) == ["G212"]
 
 
 def test_an_override_of_a_wrong_type_is_an_error(file: MakeFile) -> None:

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tests.engine.harness import Bench
+import pytest
+
+from graphengine.diagnostics import Findings
+from graphengine.planning.regions import MAX_PUSHERS
+from tests.engine.harness import Bench, planned, write
 
 
 def make(folder: Path, nodes: list[str], wires: list[str]) -> Bench:
@@ -111,3 +115,18 @@ def test_2000_nodes_that_one_tick_fires(tmp_path: Path) -> None:
         [f"Tick.tick -> N{i}.execIn" for i in range(n)] + [f"N{i}.execOut -> Join.first" for i in range(n)],
     )
     assert run.tick()[-1] == "Join first=2000 second=0 hold=0"
+
+
+@pytest.mark.parametrize(("depth", "codes"), [(MAX_PUSHERS, []), (MAX_PUSHERS + 1, ["G105"])])
+def test_pushers_below_pushers_run_to_a_depth_and_beyond_it_are_refused(
+    tmp_path: Path, depth: int, codes: list[str]
+) -> None:
+    nodes = ["T: Tick", *(f"M{i}: Sequence" for i in range(depth)), "Do: Do"]
+    wires = ["T.tick -> M0.execIn", *(f"M{i}.a -> M{i + 1}.execIn" for i in range(depth - 1))]
+    wires.append(f"M{depth - 1}.a -> Do.execIn")
+    path = write(tmp_path, "nodes:\n  " + "\n  ".join(nodes) + "\nconnections: [" + ", ".join(wires) + "]\n")
+    findings = Findings()
+    planned(path, findings)
+    assert [found.code for found in findings.errors] == codes
+    if not codes:
+        assert Bench(path).setup().tick() == ["Do 0"]

@@ -25,7 +25,7 @@ def place(job: Job) -> tuple[float, float, float]:
 
 
 def true_place(job: Job, name: str = "one") -> tuple[float, float]:
-    x, y, _ = physics(job).entity_state(name).position
+    x, y, _ = physics(job).entities.state(name).position
     return x, y
 
 
@@ -74,14 +74,14 @@ def test_a_push_is_seen_in_odometry_and_the_robot_comes_to_rest_after_it(job: Jo
 def test_an_impulse_is_spread_over_a_tick(job: Job) -> None:
     world = physics(job)
     ask(job, "move", entity="one", position=[0.0, 0.0, 5.0])
-    before = world.entity_state("one").linear_velocity
+    before = world.entities.state("one").linear_velocity
     ask(job, "push", entity="one", impulse=[0.0, 3.0, 0.0])
     job.session.step()
-    after = world.entity_state("one").linear_velocity
+    after = world.entities.state("one").linear_velocity
     mass = world.model.body_subtreemass[world.model.body(world.stage.find("/one/base_link").body).id]
     assert after[1] - before[1] == pytest.approx(3.0 / mass, rel=0.02)
     job.session.step()
-    assert world.entity_state("one").linear_velocity[1] == pytest.approx(after[1], rel=1e-3)
+    assert world.entities.state("one").linear_velocity[1] == pytest.approx(after[1], rel=1e-3)
 
 
 def test_what_is_not_there_is_told(job: Job) -> None:
@@ -92,12 +92,12 @@ def test_what_is_not_there_is_told(job: Job) -> None:
 
 
 def test_what_is_beyond_all_bounds_changes_nothing(job: Job) -> None:
-    before = physics(job).entity_state("one")
+    before = physics(job).entities.state("one")
     with pytest.raises(UsageError, match="legal is up to"):
         ask(job, "move", entity="one", position=[1e9, 0.0, 0.0])
     with pytest.raises(UsageError, match="legal is up to"):
         ask(job, "push", entity="one", force=[0.0, 0.0, 1e30], duration=1.0)
-    assert physics(job).entity_state("one") == before
+    assert physics(job).entities.state("one") == before
 
 
 # Resets

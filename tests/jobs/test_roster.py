@@ -370,7 +370,7 @@ def test_within_a_tick_nothing_comes_or_goes_or_stops(tmp_path: Path) -> None:
     asked: list[str] = []
     with Job(scene(tmp_path, FIRST)) as job:
         session = job.session
-        comings_and_goings: list[Callable[[], None]] = [
+        comings_and_goings: list[Callable[[], object]] = [
             lambda: session.spawn("late", LATE),
             lambda: session.remove("one"),
         ]

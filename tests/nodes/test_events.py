@@ -278,6 +278,47 @@ def test_a_message_is_told_with_its_severity(level: str, severity: str) -> None:
     assert context.logged == [(severity, "at the dock")]
 
 
+@pytest.mark.parametrize("cls", [LogMessage, PrintText])
+def test_a_level_that_a_wire_brings_and_there_is_not_is_told(cls: Any) -> None:
+    node = ready(cls, RecordingContext())
+    node.log_level = "Loud"
+    with pytest.raises(ValueError, match="logLevel is 'Loud'; it is one of Verbose, Info, Warn, Warning, Error"):
+        node.compute()
+
+
+def test_in_a_graph_a_message_is_told_once_however_often_it_comes(play: Player) -> None:
+    playing = play.graph(
+        """
+        nodes: {Tick: OnPlaybackTick, Log: {type: LogMessage, inputs: {message: at the dock, logLevel: Warn}}}
+        connections: [Tick.tick -> Log.execIn]
+        """
+    )
+    playing.tick(3)
+    assert [line for line in playing.complaints if "at the dock" in line] == playing.complaints[:1]
+
+
+def test_in_a_graph_the_state_of_a_key_is_read_and_a_stop_lets_it_go(play: Player) -> None:
+    playing = play.graph(
+        """
+        nodes:
+          Tick: OnPlaybackTick
+          Key: {type: ReadKeyboardState, inputs: {key: W}}
+          Count: {type: Counter}
+          Held: Branch
+        connections: [Tick.tick -> Held.execIn, Key.isPressed -> Held.condition, Held.execTrue -> Count.execIn]
+        """
+    )
+    playing.session.press("W")
+    playing.tick(3)
+    playing.session.release("W")
+    playing.tick(2)
+    assert playing.node("Count").count == 3
+    playing.session.press("W")
+    playing.tick()
+    playing.session.stop()
+    assert not playing.node("Key").is_pressed
+
+
 def test_a_text_is_told() -> None:
     context = RecordingContext()
     ready(PrintText, context, text="at the dock", log_level="Warning", to_screen=True).compute()

@@ -90,6 +90,25 @@ def test_a_switch_fires_the_output_of_the_branch_that_has_the_value() -> None:
     assert fired(node) == "output0"
 
 
+def test_a_switch_takes_the_numbers_of_two_digits_that_the_editor_of_isaac_gives(play: Player) -> None:
+    playing = play.graph(
+        """
+        nodes:
+          Tick: OnPlaybackTick
+          Switch: {type: SwitchToken, inputs: {branch00: a, branch01: b, branch10: c, value: b}}
+          Hit: Counter
+          Miss: Counter
+        connections:
+          - Tick.tick -> Switch.execIn
+          - Switch.output00 -> Miss.execIn
+          - Switch.output01 -> Hit.execIn
+          - Switch.output10 -> Miss.execIn
+        """
+    )
+    playing.tick(2)
+    assert (playing.node("Hit").count, playing.node("Miss").count) == (2, 0)
+
+
 def test_a_switch_without_such_a_branch_fires_nothing() -> None:
     node = of(SwitchToken, "output0", branch0="stop", value="go")
     assert fired(node) == ""
@@ -197,6 +216,33 @@ def test_a_rational_sync_gate_takes_times_for_what_they_are() -> None:
     assert fired(node) == "exec_out"
     node.numerator_in = 3
     assert [fired(node), fired(node)] == ["", "exec_out"]
+
+
+def test_a_rational_sync_gate_tells_numerators_apart_where_no_denominator_is_set() -> None:
+    node = RationalTimeSyncGate(numerator_in=1)
+    node.wires = 2
+    arrivals = []
+    for numerator in (1, 2, 2):
+        node.numerator_in = numerator
+        arrivals.append(fired(node))
+    assert arrivals == ["", "", "exec_out"]
+
+
+def test_in_a_graph_a_rational_sync_gate_waits_for_all_of_its_wires(play: Player) -> None:
+    playing = play.graph(
+        """
+        nodes:
+          Tick: OnPlaybackTick
+          Other: {type: OnPlaybackTick, every: {ticks: 2}}
+          Sync: {type: RationalTimeSyncGate, inputs: {rationalTimeNumerator: 1, rationalTimeDenominator: 60}}
+          Count: Counter
+        connections: [Tick.tick -> Sync.execIn, Other.tick -> Sync.execIn, Sync.execOut -> Count.execIn]
+        """
+    )
+    playing.tick(4)
+    assert (playing.node("Count").count, playing.node("Sync").denominator_out) == (3, 60)
+    playing.session.stop()
+    assert (playing.node("Count").count, playing.node("Sync").denominator_out) == (0, 0)
 
 
 # Loops

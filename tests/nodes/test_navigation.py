@@ -322,7 +322,7 @@ def test_a_path_is_taken_when_it_is_another_or_is_said_to_be() -> None:
     node = StanleyControlPID(**here((4.0, 0.0, 0.0)), path_arrays=line(5.0), target=(99.0, 0.0, 0.0))
     node.compute()
     assert node.nearest == 81
-    node.current_position = (0.0, 0.0, 0.0)
+    node.current_position, node.path_arrays = (0.0, 0.0, 0.0), node.path_arrays.copy()
     node.compute()
     assert node.nearest == 81
     node.target_changed = True

@@ -57,7 +57,7 @@ def test_what_is_written_is_read(name: str, value: Any, read: Any) -> None:
     [
         ((1.0, 2.0), r"is a double\[3\]: expected 3 values, got 2"),
         ("up", r"is a double\[3\]: expected a list of 3 values, got 'up'"),
-        ((1.0, 2.0, math.nan), "it has to be an array of 3 finite numbers"),
+        ((1.0, 2.0, math.nan), r"xformOp:translate of /World/box: it has to be .*, not \[1.0, 2.0, nan\]"),
     ],
 )
 def test_a_value_that_does_not_fit_says_what_would(value: Any, told: str) -> None:
@@ -251,6 +251,24 @@ def test_a_wrong_value_stops_the_run_and_names_the_attribute(play: Player) -> No
     playing = arm(play, READING.replace("[7, 8, 9]", "[7, 8, .nan]"), READING_WIRES)
     with pytest.raises(NodeError, match="it has to be an array of 3 finite numbers"):
         playing.tick()
+
+
+@pytest.mark.parametrize(
+    ("value", "told"),
+    [
+        ("up", r"Put: value is token and xformOp:translate is double\[3\]"),
+        ("[7, 8]", r"Put: value is int\[2\] and xformOp:translate is double\[3\]"),
+    ],
+)
+def test_a_value_of_another_kind_is_told_before_the_run(play: Player, value: str, told: str) -> None:
+    with pytest.raises(CheckError, match=told):
+        arm(play, READING.replace("{type: 'double[3]', value: [7, 8, 9]}", value), READING_WIRES)
+
+
+def test_a_list_needs_no_type_to_be_written(play: Player) -> None:
+    playing = arm(play, READING.replace("{type: 'double[3]', value: [7, 8, 9]}", "[7, 8, 9]"), READING_WIRES)
+    playing.tick()
+    assert playing.node("Read").value == pytest.approx((7.0, 8.0, 9.0))
 
 
 def test_what_cannot_be_written_is_told_before_the_run(play: Player) -> None:

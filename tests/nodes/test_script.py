@@ -73,6 +73,17 @@ def test_a_script_is_set_up_once_and_cleans_up_at_a_stop() -> None:
     assert node.outputs_total == 11
 
 
+def test_a_script_sees_its_inputs_when_it_is_set_up() -> None:
+    text = """
+    def setup(db):
+        db.outputs.total = db.per_instance_state.first = db.inputs.speed
+    def compute(db):
+        db.outputs.total += db.per_instance_state.first
+    """
+    node = scripted(text, "inputs:speed double", "outputs:total double", speed=1.5)
+    assert [(node.compute(), node.outputs_total)[1] for _ in range(2)] == [3.0, 4.5]
+
+
 def test_a_script_cleans_up_when_its_context_is_closed() -> None:
     where = context()
     node = scripted(STATEFUL, "outputs:total int64", where=where)

@@ -251,3 +251,26 @@ def test_reading_twice_in_a_tick_changes_nothing() -> None:
         for _ in range(2):
             node.compute()
     assert node.rtf == pytest.approx(2.0)
+
+
+def test_in_a_graph_an_annotator_and_the_factor_are_read_and_a_stop_forgets_them(play: Player) -> None:
+    playing = play.graph(
+        """
+        nodes:
+          Tick: OnPlaybackTick
+          Time: IsaacReadSimulationTimeAnnotator
+          Factor: IsaacRealTimeFactor
+          Fast: {type: Compare, inputs: {b: 0.0}}
+          Once: Branch
+        connections:
+          - Tick.tick -> Time.execIn
+          - Time.execOut -> Once.execIn
+          - Factor.rtf -> Fast.a
+          - Fast.result -> Once.condition
+        """
+    )
+    playing.tick(3)
+    assert playing.node("Time").simulation_time == 3 / 60
+    assert playing.node("Factor").rtf > 0.0
+    playing.session.stop()
+    assert (playing.node("Time").simulation_time, playing.node("Factor").rtf) == (0.0, 0.0)

@@ -61,6 +61,8 @@ connections:
         ("token", "a", "b", "b"),
         ("int64", "1", "-5", -5),
         ("double[3]", "[1, 2, 3]", "{type: 'double[3]', value: [4, 5, 6]}", (4.0, 5.0, 6.0)),
+        ("double[3]", "[1, 2, 3]", "[4, 5, 6]", (4.0, 5.0, 6.0)),
+        ("target", "[/a]", "[/b, /c]", ("/b", "/c")),
     ],
 )
 def test_a_literal_is_of_the_type_of_the_variable(

@@ -111,6 +111,30 @@ def test_a_value_that_holds_itself_is_left_out(tmp_path: Path) -> None:
     assert "cannot be told: it is nested too deep" in finding
 
 
+UNHOOK = """import os, sys
+class Everything:
+    def __contains__(self, _):
+        return True
+sys.modules["graphengine.world.description.confinement"]._HARMLESS = Everything()
+"""
+
+
+@pytest.mark.parametrize(
+    "attempt",
+    ["open('/etc/passwd')", "open('owned', 'w')", "os.mkfifo('owned')", "os.execv('/bin/sh', ['sh', '-c', 'true'])"],
+)
+def test_a_script_that_gets_past_the_audit_hook_meets_the_kernel(attempt: str, tmp_path: Path) -> None:
+    if not restricts():
+        pytest.skip("this kernel has no Landlock")
+    (finding,) = told(tmp_path, UNHOOK + attempt)
+    assert "error G401: PermissionError" in finding
+
+
+def restricts() -> bool:
+    code = "from graphengine.world.description.landlock import restrict; print(restrict(()))"
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "True\n"
+
+
 LEAVE = "from graphengine.omnigraph.script_process import _leave_network as leave; "
 SHOW = "import pathlib; print(*(line.split(':')[0] for line in pathlib.Path('/proc/self/net/dev').read_text().split('\\n')[2:]))"
 

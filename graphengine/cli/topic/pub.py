@@ -94,7 +94,8 @@ def _wait_for_readers(live: Live, offer: Endpoint, wanted: int, limit: float | N
     def found(graph: Graph) -> int:
         return sum(map(offer.serves, graph.subscribers(offer.topic)))
 
-    begun = told = time.monotonic()
+    begun, why = time.monotonic(), ""
+    told = begun
     graph = live.graph(lambda graph: found(graph) >= wanted)
     while found(graph) < wanted:
         now = time.monotonic()
@@ -102,7 +103,8 @@ def _wait_for_readers(live: Live, offer: Endpoint, wanted: int, limit: float | N
             what = f"Expected {wanted} subscribers but only got {found(graph)} subscribers"
             raise TransportError(f"Timed out waiting for subscribers: {what}{_mismatches(graph, offer)}")
         if now >= told:
-            show(f"Waiting for at least {wanted} matching subscription(s)...{_mismatches(graph, offer)}")
+            before, why = why, _mismatches(graph, offer)
+            show(f"Waiting for at least {wanted} matching subscription(s)...{why if why != before else ''}")
             told = now + PATIENCE
         time.sleep(POLL)
         graph = live.graph_now()

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from graphengine.files import Files
+from graphengine.world.description.landlock import restrict
 
 MAX_CPU_SECONDS = 20
 MAX_MEMORY_BYTES = 1 << 30
@@ -112,17 +113,19 @@ def bound(memory: int = MAX_MEMORY_BYTES) -> None:
 def confine(files: Files, also: Collection[str] = (), memory: int = MAX_MEMORY_BYTES) -> None:
     """Bound this process: from here on it also reads only what `files` lets it, which notes it, and only pipes leave it.
 
-    An audit hook is told of everything that Python does to the outside. It is a second wall: what is evaluated here should
-    not get that far.
+    The kernel sees to it where it can, see `landlock`. An audit hook, which is told of everything that Python does to the
+    outside, says what was refused and what to do; code that sets out to can get past it.
 
     Args:
         files: what may be read.
-        memory: in bytes.
         also: audit events of what may be done beside, which changes nothing outside of the process.
         memory: in bytes.
     """
     bound(memory)
     os.environ.clear()
+    libraries = [Path(path) for path in sys.path if path.endswith("-packages")]  # which read data of their own, as USD does
+    # links in installed packages lead anywhere, and the kernel looks at where they lead
+    restrict((Path("/"),) if files.installed else (*libraries, *files.roots))
 
     def judge(event: str, arguments: tuple[Any, ...]) -> None:
         if event in _HARMLESS or event in also:

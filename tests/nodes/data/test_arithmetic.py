@@ -202,6 +202,8 @@ def test_an_increment_keeps_the_type_and_cuts_off() -> None:
     assert computed(Increment, value=4).result == 5
     assert repr(computed(Increment, value=4, increment=3.2).result) == "7"  # the documentation's example
     assert computed(Increment, value=-4, increment=0.5).result == -3
+    assert computed(Increment, value=2**31 - 1, increment=0.5).result == 2**31 - 1
+    assert typed(Increment, {"value": "int64"}, value=2**60 + 1).result == 2**60 + 2
     assert computed(Increment, value=(1.0, 2.0), increment=0.5).result == (1.5, 2.5)
     whole = typed(Increment, {"value": "int[]"}, value=np.array([1, 2], np.int32), increment=1.9).result
     assert (whole.tolist(), whole.dtype) == ([2, 3], np.int32)

@@ -59,6 +59,9 @@ def test_tuples_make_an_array_of_rows() -> None:
 def test_an_array_is_not_made_longer_than_memory_bears() -> None:
     with pytest.raises(ValueError, match=f"an array of {MAX_LENGTH + 1} elements is too long"):
         ConstructArray(array_size=MAX_LENGTH + 1, input0=1.0).compute()
+    half = np.zeros(MAX_LENGTH // 2 + 1, np.uint8)
+    with pytest.raises(ValueError, match=f"an array of {MAX_LENGTH + 2} elements is too long"):
+        arrays.AppendArray(input0=half, input1=half).compute()
 
 
 @pytest.mark.parametrize(("size", "expected"), [(0, []), (2, [1.0, 2.0]), (7, [1.0, 2.0, 3.0, 4.0, 5.0, 5.0, 5.0])])

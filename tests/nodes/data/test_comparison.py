@@ -84,6 +84,12 @@ def test_in_a_graph_an_operation_is_one_of_six(play: Player) -> None:
         shown(play, "bool Is.result", {"Is": "{type: Compare, inputs: {a: 2, b: 1, operation: '=>'}}"})
 
 
+def test_an_operation_that_a_wire_brings_and_there_is_not_is_told(play: Player) -> None:
+    nodes = {"Is": "{type: Compare, inputs: {a: 2, b: 1}}", "Word": "{type: ConstantToken, inputs: {value: '=>'}}"}
+    with pytest.raises(CheckError, match="Is: operation is '=>'; it is one of >, <, >=, <=, ==, !="):
+        shown(play, "bool Is.result", nodes, ["Word.inputs:value -> Is.operation"])
+
+
 ZEROS: list[tuple[Any, bool, bool, Any]] = [
     (0.0, True, True, True),
     (0.1, False, False, False),

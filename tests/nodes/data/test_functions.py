@@ -66,7 +66,8 @@ def test_floors_of_tuples_and_arrays_are_ints() -> None:
 
 
 @pytest.mark.parametrize(
-    ("value", "decimals", "expected"), [(1.2345, 2, 1.23), (1234.5, -2, 1200.0), (2.5, 0, 2.0), (3.5, 0, 4.0)]
+    ("value", "decimals", "expected"),
+    [(1.2345, 2, 1.23), (1234.5, -2, 1200.0), (2.5, 0, 2.0), (3.5, 0, 4.0), (1.2345, 400, 1.2345), (12.5, -400, 0.0)],
 )
 def test_a_number_is_rounded_to_so_many_decimals(value: float, decimals: int, expected: float) -> None:
     assert computed(Round, input_in=value, decimals=decimals).output == expected

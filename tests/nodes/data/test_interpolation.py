@@ -9,9 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from graphengine.testing import RecordingContext
 from nodes.data.interpolation import Ease, InterpolateTo, Interpolator
 from tests.nodes.data.harness import computed, shown, typed
-from tests.nodes.harness import Player, yaw
+from tests.nodes.harness import Player, ready, yaw
 
 FUNCTIONS = ["EaseIn", "EaseOut", "EaseInOut", "Linear", "SinIn", "SinOut", "SinInOut"]
 
@@ -68,6 +69,13 @@ def test_an_easing_has_the_curve_of_its_name(name: str, alpha: float, expected: 
     assert computed(Ease, alpha=alpha, start=0.0, end=1.0, ease_func=name).result == pytest.approx(expected, abs=1e-12)
     both = computed(Ease, alpha=alpha, start=(0.0, 0.0), end=(1.0, 10.0), ease_func=name).result
     assert both == pytest.approx((expected, 10.0 * expected), abs=1e-12)
+
+
+def test_an_easing_that_a_wire_brings_and_there_is_not_is_told() -> None:
+    node = ready(Ease, RecordingContext(), alpha=0.5, start=0.0, end=1.0)
+    node.ease_func = "easein"
+    with pytest.raises(ValueError, match="easeFunc is 'easein'; it is one of EaseIn, EaseOut"):
+        node.compute()
 
 
 def test_samples_are_joined_by_straight_lines_and_go_on_level() -> None:

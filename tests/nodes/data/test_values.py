@@ -24,6 +24,7 @@ from nodes.data.random import (
     RandomUnitVector,
 )
 from nodes.data.selection import IsEmpty, SelectIf, SelectTargetIf
+from nodes.data.sequences import MAX_LENGTH
 from nodes.data.strings import AppendString, BuildString, EndsWith, StartsWith
 from nodes.data.time import ReadTime
 from tests.nodes.harness import Player, ready
@@ -63,7 +64,9 @@ def test_a_condition_selects_a_value_or_element_by_element(
 
 def test_arrays_of_other_lengths_are_not_selected_from() -> None:
     with pytest.raises(ValueError, match="arrays of 2, 3 elements"):
-        ready(SelectIf, RecordingContext(), condition=np.array([True] * 3), if_true=np.array([1, 2]), if_false=0).compute()
+        ready(
+            SelectIf, RecordingContext(), condition=np.array([True] * 3), if_true=np.array([1, 2]), if_false=0
+        ).compute()
 
 
 def test_values_that_do_not_go_together_are_told(play: Player) -> None:
@@ -100,6 +103,12 @@ def test_texts_are_built_of_as_many_as_a_file_names() -> None:
         BuildString(a="a", b=("c", "d")).compute()
     with pytest.raises(ValueError, match="1 texts cannot be appended to 2"):
         BuildString(a=("a", "b"), b=("c",)).compute()
+
+
+@pytest.mark.parametrize("texts", ["x" * (MAX_LENGTH - 1), ("a", "x" * (MAX_LENGTH - 1))])
+def test_a_text_is_not_made_longer_than_memory_bears(texts: str | tuple[str, ...]) -> None:
+    with pytest.raises(ValueError, match=f"a text of {MAX_LENGTH + 1} letters is too long; {MAX_LENGTH} are the most"):
+        AppendString(value_in=texts, suffix="yz").compute()
 
 
 def test_the_older_type_appends_one() -> None:

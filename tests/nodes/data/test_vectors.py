@@ -155,6 +155,14 @@ def test_products_of_arrays_are_those_of_the_pairs() -> None:
     assert computed(DotProduct, a=np.array([1.0, 2.0]), b=np.array([3.0, 4.0])).product == 11.0
 
 
+@given(TRIPLE, TRIPLE)
+def test_products_of_one_pair_are_those_of_an_array_of_it(a: tuple[float, ...], b: tuple[float, ...]) -> None:
+    many = {"a": np.array([a]), "b": np.array([b])}
+    assert computed(CrossProduct, a=a, b=b).product == tuple(computed(CrossProduct, **many).product[0].tolist())
+    dot = computed(DotProduct, **many).product[0]
+    assert computed(DotProduct, a=a, b=b).product == pytest.approx(dot, rel=1e-12, abs=1e-9)
+
+
 def test_vectors_of_other_sizes_have_no_dot_product() -> None:
     with pytest.raises(ValueError, match=r"a is double\[\] and b is double\[3\]; give vectors that are as long"):
         computed(DotProduct, a=np.array([1.0, 2.0, 3.0]), b=(1.0, 2.0, 3.0))

@@ -1,0 +1,25 @@
+"""Units of the stage (`isaacsim.core.nodes`), which are metres."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from graphengine.node import In, Node, Out
+from graphengine.types import Token
+from nodes.data.unions import NUMERICS
+
+
+class OgnIsaacScaleToFromStageUnit(Node, type="isaacsim.core.nodes.OgnIsaacScaleToFromStageUnit"):
+    """Lengths in metres as lengths in stage units, or the other way round; both are the same here."""
+
+    conversion: Token = In(
+        default="Convert to stage units",
+        tokens=("Convert to stage units", "Convert to meters"),
+        doc="which way; both leave the value as it is",
+    )
+    value: Any = In(type=NUMERICS, couple="length", required=True, unit="m", doc="number, tuple or array")
+    result: Any = Out(type=NUMERICS, couple="length", unit="m")
+
+    def compute(self) -> None:
+        """Pass it on."""
+        self.result = self.value

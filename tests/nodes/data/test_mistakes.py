@@ -1,0 +1,67 @@
+"""What is told of values and wires that a port does not take."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from graphengine import build
+from graphengine.diagnostics import Finding
+
+
+def the_mistake(folder: Path, nodes: str, wires: str = "") -> Finding:
+    path = folder / "graph.yaml"
+    path.write_text(f"{{graph: g, nodes: {{{nodes}}}, connections: [{wires}]}}", "utf-8")
+    (found,) = build.assemble(path).findings.errors
+    return found
+
+
+@pytest.mark.parametrize(
+    ("node", "wrong", "remedy"),
+    [
+        ("{type: omni.graph.nodes.Add, inputs: {a: hello, b: 1}}", "expected a number, got 'hello'", ""),
+        ("{type: omni.graph.nodes.BooleanNot, inputs: {valueIn: 1}}", "expected true or false, got 1", ""),
+        ("{type: omni.graph.nodes.ArrayGetSize, inputs: {array: 3}}", "expected a list, got 3", "write [3]"),
+        ("{type: omni.graph.nodes.BuildString, inputs: {a: 3, b: x}}", "expected text, got 3", 'write "3"'),
+        (
+            "{type: omni.graph.nodes.AppendArray, inputs: {input0: [1], input1: [2], input2: null}}",
+            "got nothing",
+            "type",
+        ),
+        ("{type: omni.graph.action.ForEach, inputs: {arrayIn: 3}}", "expected a list, got 3", "write [3]"),
+        (
+            "{type: omni.graph.nodes.Modulo, inputs: {a: [1], b: 1}}",
+            "none of these takes it, got a list",
+            "write {type",
+        ),
+    ],
+)
+def test_a_value_that_no_type_of_a_port_takes_says_what_would(
+    tmp_path: Path, node: str, wrong: str, remedy: str
+) -> None:
+    found = the_mistake(tmp_path, f"N: {node}")
+    assert found.code == "G211"
+    assert found.message.endswith(wrong)
+    assert remedy in "".join(found.help)
+
+
+@pytest.mark.parametrize(
+    ("source", "target", "between"),
+    [
+        ("omni.graph.nodes.ConstantToken", "omni.graph.nodes.StartsWith", "ToString"),
+        ("omni.graph.nodes.ConstantString", "omni.graph.nodes.GraphTarget", "ToToken"),
+    ],
+)
+def test_a_wire_between_types_of_text_names_the_node_that_goes_between(
+    tmp_path: Path, source: str, target: str, between: str
+) -> None:
+    port = {"ToString": "value", "ToToken": "targetPath"}[between]
+    found = the_mistake(tmp_path, f"A: {source}, B: {target}", f"A.value -> B.{port}")
+    assert (found.code, found.help) == ("G206", (f"put {between} between them",))
+
+
+def test_a_wire_from_a_value_into_execution_names_the_first_few_of_many_types(tmp_path: Path) -> None:
+    add = "A: {type: omni.graph.nodes.Add, inputs: {a: 1, b: 2}}"
+    found = the_mistake(tmp_path, f"{add}, D: Branch", "A.sum -> D.execIn")
+    assert found.message.endswith("more: `graphrun nodes --format json`)), D.execIn takes execution")
