@@ -116,7 +116,15 @@ def _settle_target(graph: Graph, wire: Wire) -> bool:
 def _settle_source(graph: Graph, wire: Wire) -> bool:
     source, target = graph.instances[wire.source], graph.instances[wire.target]
     out, into = source.cls.fields[wire.source_field], target.cls.fields[wire.target_field]
-    return _choose(source, out, known_type(target, into), widening=False)
+    takes = known_type(target, into)
+    if takes == types.ANY and isinstance(out.type, UnionType) and not _depends_on_inputs(source):
+        takes = out.type.alternatives[0]
+    return _choose(source, out, takes, widening=False)
+
+
+def _depends_on_inputs(instance: Instance) -> bool:
+    """Whether types of a node's inputs are open too, so that those of its outputs may follow from them."""
+    return any(port.side == "inputs" and isinstance(port.type, UnionType) for port in instance.cls.fields.values())
 
 
 def _tell_unsettled(graph: Graph, findings: Findings) -> set[int]:

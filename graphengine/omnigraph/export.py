@@ -13,6 +13,7 @@ import numpy as np
 
 from graphengine import types
 from graphengine.diagnostics import Findings
+from graphengine.gates import EveryOnce, EveryTicks
 from graphengine.graph import Graph, Instance, Wire
 from graphengine.omnigraph.graph_file import SCRIPT_NODE
 from graphengine.port import Port
@@ -20,17 +21,25 @@ from graphengine.types import PortType, UnionType
 
 OWN = "graphengine."
 """How names of node types begin that only this engine has."""
-WIDTH = 110
+GATES = {
+    EveryTicks.type_name: ("isaacsim.core.nodes.IsaacSimulationGate", "execOut"),
+    EveryOnce.type_name: ("isaacsim.core.nodes.OgnIsaacRunOneSimulationFrame", "step"),
+}
+"""Isaac Sim's types that do what `every` asks for, and what their execution output is called."""
+TICK_RATE = 60
+"""Of a scene that says nothing else, and of Isaac Sim."""
 
 
 def write_script(graph: Graph, findings: Findings) -> str:
-    """The script; what cannot be exported goes to the findings.
+    """The script; none if there is something that cannot be exported, which goes to the findings.
 
     Args:
         graph: resolved, without mistakes.
         findings: takes what Isaac Sim has no counterpart for.
     """
-    return "\n".join([*_Exporter(graph, findings).lines(), ""])
+    before = len(findings.errors)
+    exporter = _Exporter(graph, findings)
+    return "" if len(findings.errors) > before else "\n".join([*exporter.lines(), ""])
 
 
 class _Exporter:
@@ -38,14 +47,18 @@ class _Exporter:
         self.graph, self.findings = graph, findings
         self.names = _names([instance.id for instance in graph.instances])
         for instance in graph.instances:
-            self._refuse(instance)
+            if not instance.part_of:
+                self._refuse(instance)
 
     def _refuse(self, instance: Instance) -> None:
         """Tell what of a node there is not in Isaac Sim."""
         if instance.cls.type_name.startswith(OWN):
             self._tell(instance, f"there is no {instance.cls.type_name} in Isaac Sim")
-        if instance.entry.spec.every is not None:
-            self._tell(instance, "no node in Isaac Sim has `every`", "put an IsaacSimulationGate before it")
+        every = instance.entry.spec.every
+        if every is not None and every.hz is not None:
+            ticks = max(1, round(TICK_RATE / every.hz))
+            advice = f"write `every: {{ticks: {ticks}}}`, which at {TICK_RATE} ticks a second is {TICK_RATE / ticks:g} Hz"
+            self._tell(instance, "Isaac Sim counts ticks; nothing there runs so many times a second", advice)
         used = instance.literals | {w.target_field for w in self.graph.data_wires if w.target == instance.index}
         used |= {w.target_field for w in self.graph.exec_wires if w.target == instance.index}
         wires = [*self.graph.data_wires, *self.graph.exec_wires]
@@ -96,7 +109,8 @@ class _Exporter:
 
     def _nodes(self) -> Iterator[str]:
         for instance in self.graph.instances:
-            yield f"({text(self.names[instance.id])}, {text(instance.cls.type_name)})"
+            type_name = GATES[instance.cls.type_name][0] if instance.part_of else instance.cls.type_name
+            yield f"({text(self.names[instance.id])}, {text(type_name)})"
 
     def _attributes(self) -> Iterator[str]:
         """Ports that OmniGraph's node types do not have from the start."""
@@ -122,9 +136,13 @@ class _Exporter:
         return self._end(instance, instance.cls.fields[wire.target_field])
 
     def _end(self, instance: Instance, port: Port) -> str:
-        return f"{self.names[instance.id]}.{port.side}:{port.name}"
+        name = GATES[instance.cls.type_name][1] if instance.part_of and port.side == "outputs" else port.name
+        return f"{self.names[instance.id]}.{port.side}:{name}"
 
     def _values(self) -> Iterator[str]:
+        for instance in self.graph.instances:
+            if isinstance(instance.node, EveryTicks):
+                yield f"({text(f'{self.names[instance.id]}.inputs:step')}, {instance.node.ticks})"
         for instance, port in self._literals():
             settled = instance.settled.get(port.field, port.type)
             value = getattr(instance.node, port.field)
@@ -146,13 +164,16 @@ class _Exporter:
 
 
 def _names(ids: Sequence[str]) -> dict[str, str]:
-    """Names in one graph: of a node inside of a subgraph, both names with a line between, and a number where that is taken."""
+    """Names in one graph: of a node inside of a subgraph, both names with a line between, and a number where that is taken.
+
+    That a gate is part of a node stands behind a dot.
+    """
     names: dict[str, str] = {}
-    taken = {known for known in ids if "/" not in known}
+    taken = {known for known in ids if known.isidentifier()}
     for full in ids:
         name = full
-        if "/" in full:
-            flat = full.replace("/", "_")
+        if not full.isidentifier():
+            flat = full.replace("/", "_").replace(".", "_")
             numbered = (f"{flat}_{number}" for number in range(2, len(ids) + 3))
             name = next(one for one in (flat, *numbered) if one not in taken)
             taken.add(name)

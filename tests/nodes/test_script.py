@@ -276,6 +276,14 @@ def test_a_file_beside_the_graph_is_read(tmp_path: Path) -> None:
     assert node.file_contents == "grüß\n"
 
 
+def test_the_text_of_a_file_goes_to_what_takes_everything_too(play: Player) -> None:
+    nodes = "{Tick: OnPlaybackTick, File: {type: ReadFilePath, inputs: {path: graph.yaml}}, Text: ToString, Say: PrintText}"
+    wires = "[Tick.tick -> Say.execIn, File.fileContents -> Text.value, Text.converted -> Say.text]"
+    playing = play.graph(f"nodes: {nodes}\nconnections: {wires}\n")
+    playing.tick()
+    assert playing.node("Say").text.startswith("format: 1")
+
+
 @pytest.mark.parametrize(
     ("data", "told"),
     [(b"\xff\xfe", "is no text in UTF-8"), (b"a" * (LARGEST_FILE + 1), "is larger than"), (None, "no file")],

@@ -128,12 +128,43 @@ def test_subgraphs_are_expanded_and_parameters_filled_in(tmp_path: Path) -> None
     assert 'usdrt.Sdf.Path("/World/a")' in text
 
 
-def test_how_often_a_node_runs_is_refused(tmp_path: Path) -> None:
+EVERY = """graph: g
+at: /World/g
+nodes:
+  Tick: {type: OnTick, every: {ticks: 2}}
+  Clock: {type: ROS2PublishClock, every: {ticks: 3}}
+  Text: {type: PrintText, every: once, inputs: {text: begun}}
+  Tick_every: ConstantDouble
+connections:
+  - Tick.tick -> Clock.execIn
+  - Tick.tick -> Text.execIn
+"""
+
+
+def test_how_often_a_node_runs_becomes_the_gates_of_isaac_sim(tmp_path: Path) -> None:
+    (tmp_path / "g.yaml").write_text(EVERY, encoding="utf-8")
+    back, _ = again(resolved(tmp_path / "g.yaml")[0], tmp_path)
+    gate, once = "isaacsim.core.nodes.IsaacSimulationGate", "isaacsim.core.nodes.OgnIsaacRunOneSimulationFrame"
+    types = {instance.id: instance.cls.type_name for instance in back.instances}
+    assert [types[name] for name in ("Tick_every_2", "Clock_every", "Text_every")] == [gate, gate, once]
+    assert [back.by_id(name).node.step for name in ("Tick_every_2", "Clock_every")] == [2, 3]  # type: ignore[attr-defined]
+    assert [str(wire) for wire in back.exec_wires] == [
+        "Tick.tick -> Tick_every_2.execIn",
+        "Tick_every_2.execOut -> Clock_every.execIn",
+        "Clock_every.execOut -> Clock.execIn",
+        "Tick_every_2.execOut -> Text_every.execIn",
+        "Text_every.step -> Text.execIn",
+    ]
+
+
+def test_how_often_a_node_runs_in_a_second_is_refused_and_the_ticks_are_told(tmp_path: Path) -> None:
     path = tmp_path / "g.yaml"
-    path.write_text("graph: g\nnodes:\n  Tick: {type: OnTick, every: {hz: 10}}\n", encoding="utf-8")
+    path.write_text("graph: g\nnodes:\n  Tick: {type: OnTick, every: {hz: 9}}\n", encoding="utf-8")
     findings = Findings()
-    write_script(resolved(path)[0], findings)
-    assert findings.items[0].message == "Tick: no node in Isaac Sim has `every`"
+    assert write_script(resolved(path)[0], findings) == ""
+    (finding,) = findings.items
+    assert finding.message == "Tick: Isaac Sim counts ticks; nothing there runs so many times a second"
+    assert finding.help == ("write `every: {ticks: 7}`, which at 60 ticks a second is 8.57143 Hz",)
 
 
 def _fixed(cls: type[Node]) -> bool:
