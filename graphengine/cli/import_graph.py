@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 LONGEST = 10
 """Notes that are told one by one."""
+BESIDE = " belongs to no graph and is left out"
+"""How notes end of what a script does beside; they become one."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -57,7 +59,7 @@ def execute(arguments: argparse.Namespace) -> int:
     findings = Findings()
     graphs, more = _read(arguments, registry, findings)
     if not graphs and not more and not findings.errors:
-        findings.add("G401", f"{str(arguments.file)!r} builds no graph")
+        findings.add("G401", f"{str(arguments.file)!r} builds no graph", None, *_never_called(arguments.file))
     names = file_names(graphs)
     files = {
         arguments.output / f"{name}.yaml": compose(graph, name, registry, findings, _origin(arguments.file, graph))
@@ -92,19 +94,32 @@ def _read(
     arguments: argparse.Namespace, registry: Registry, findings: Findings
 ) -> tuple[Sequence[RecordedGraph], list[str]]:
     """The graphs of the file, and what is to be told of it beside."""
+    from graphengine.cli.common import installed_packages
+    from graphengine.files import Files
+    from graphengine.omnigraph.stage import ImportedStage, read_stage
+
     if arguments.file.suffix == ".py":
         from graphengine.omnigraph.scripts import read_script
 
-        return read_script(arguments.file, findings, arguments.arguments, arguments.allow), []
-    from graphengine.cli.common import installed_packages
-    from graphengine.files import Files
-    from graphengine.omnigraph.stage import read_stage
+        namespaces: dict[str, str] = {}
+        graphs = read_script(arguments.file, findings, arguments.arguments, arguments.allow, namespaces=namespaces)
+        found = ImportedStage(graphs, namespaces)
+    else:
+        files = Files.of(arguments.file, arguments.allow, Path.cwd(), installed_packages())
+        found = read_stage(arguments.file, files, registry, findings) or ImportedStage()
+    return found.graphs, ["in a scene:", found.scene_lines().rstrip()] if found.namespaces else []
 
-    files = Files.of(arguments.file, arguments.allow, Path.cwd(), installed_packages())
-    stage = read_stage(arguments.file, files, registry, findings)
-    if stage is None:
-        return [], []
-    return stage.graphs, ["in a scene:", stage.scene_lines().rstrip()] if stage.namespaces else []
+
+def _never_called(path: Path) -> Iterator[str]:
+    """Functions of a script that build graphs, which nobody calls."""
+    if path.suffix != ".py":
+        return
+    from graphengine.omnigraph.places import Script
+
+    building = Script(str(path), path.read_text(encoding="utf-8-sig")).functions_that_call("edit")
+    if building:
+        yield f"functions that build graphs are not called: {', '.join(building[:LONGEST])}"
+        yield "import it in a script beside it, call them there, and import that script"
 
 
 def _origin(path: Path, graph: RecordedGraph) -> str:
@@ -119,8 +134,13 @@ def _report(files: dict[Path, str], graphs: Sequence[RecordedGraph], findings: F
         parts = counted(len(graph.nodes), "node"), counted(len(graph.wires), "wire")
         yield f"wrote {near(str(path))}: {', '.join(parts)}, at {graph.path}"
     notes = [finding for finding in findings.sorted() if finding.severity == "note"]
+    passed = [note.message.removesuffix(BESIDE) for note in notes if note.message.endswith(BESIDE)]
+    notes = [note for note in notes if not note.message.endswith(BESIDE)]
     for note in notes[:LONGEST]:
         at = f"{note.span}: " if note.span is not None else ""
         yield f"note: {at}{'; '.join([note.message, *note.help])}"
     if len(notes) > LONGEST:
         yield f"note: … ({len(notes) - LONGEST} more)"
+    if passed:
+        more = f", … ({len(passed) - LONGEST} more)" if len(passed) > LONGEST else ""
+        yield f"note: left out is what belongs to no graph: {', '.join(passed[:LONGEST])}{more}"

@@ -20,11 +20,18 @@ class AnswerError(Exception):
     """An answer that is none."""
 
 
-def write_answer(recorder: Recorder, *, may_differ: bool) -> str:
-    """The graphs and findings of a recorder as JSON, and whether it may be otherwise on another stage."""
+def write_answer(recorder: Recorder, *, may_differ: bool, stopped: bool) -> str:
+    """What a recorder knows as JSON, whether it may be otherwise on another stage, and whether the script failed on its way."""
     findings = [[f.code, f.message, _place(f.span), list(f.help)] for f in recorder.findings.items]
     graphs = [_graph(graph) for graph in recorder.graphs.values()]
-    return json.dumps({"graphs": graphs, "findings": findings, "may_differ": may_differ})
+    answer = {
+        "graphs": graphs,
+        "namespaces": recorder.namespaces,
+        "findings": findings,
+        "may_differ": may_differ,
+        "stopped": stopped,
+    }
+    return json.dumps(answer)
 
 
 def _place(span: Span | None) -> list[Any] | None:
@@ -68,12 +75,17 @@ class AnswerReader:
 
     def __init__(self, script: Path, text: str) -> None:
         self.folder = script.absolute().parent
+        self.graphs: list[RecordedGraph] = []
         self.may_differ = False
         """Whether the script may do better on another stage."""
+        self.stopped = False
+        """Whether the script failed after it had built graphs."""
+        self.namespaces: dict[str, str] = {}
+        """`isaac:namespace` by prim."""
         self.sources: dict[str, Source] = {str(script): Source(str(script), tuple(text.split("\n")))}
 
-    def read(self, answer: bytes, findings: Findings) -> list[RecordedGraph]:
-        """The graphs; what the process found is added to the findings.
+    def read(self, answer: bytes, findings: Findings) -> None:
+        """Take in an answer; what the process found is added to the findings.
 
         Raises:
             AnswerError: it is no answer.
@@ -82,14 +94,14 @@ class AnswerReader:
             raise AnswerError(f"it builds more than {MAX_ANSWER // 1_000_000} MB")
         try:
             data = json.loads(answer)
-            graphs = [self._graph(graph) for graph in data["graphs"]]
-            self.may_differ = data["may_differ"] is True
+            self.graphs = [self._graph(graph) for graph in data["graphs"]]
+            self.may_differ, self.stopped = data["may_differ"] is True, data["stopped"] is True
+            self.namespaces = {_text(path): _text(name) for path, name in data["namespaces"].items()}
             for code, message, place, advice in data["findings"]:
                 known = code if code in _TOLD and code in CODES else "W302"
                 findings.add(known, printable(_text(message)), self._span(place), *map(printable, map(_text, advice)))
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
             raise AnswerError("it spoils the answer of the process that runs it") from None
-        return graphs
 
     def _span(self, place: Any) -> Span | None:
         if place is None:

@@ -57,7 +57,9 @@ class _Exporter:
         every = instance.entry.spec.every
         if every is not None and every.hz is not None:
             ticks = max(1, round(TICK_RATE / every.hz))
-            advice = f"write `every: {{ticks: {ticks}}}`, which at {TICK_RATE} ticks a second is {TICK_RATE / ticks:g} Hz"
+            advice = (
+                f"write `every: {{ticks: {ticks}}}`, which at {TICK_RATE} ticks a second is {TICK_RATE / ticks:g} Hz"
+            )
             self._tell(instance, "Isaac Sim counts ticks; nothing there runs so many times a second", advice)
         used = instance.literals | {w.target_field for w in self.graph.data_wires if w.target == instance.index}
         used |= {w.target_field for w in self.graph.exec_wires if w.target == instance.index}

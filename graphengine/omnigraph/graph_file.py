@@ -30,6 +30,8 @@ GONE = {
     ("isaacsim.ros2.bridge.ROS2SubscribeJointState", "targetPrim"): "it had no use",
 }
 """Ports that older versions of Isaac Sim had, and what to do without them."""
+VIEWPORT_TYPES = ("IsaacCreateViewport", "IsaacGetViewportRenderProduct", "IsaacSetViewportResolution")
+"""Types that take a camera's picture from a window, which there is none of here."""
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 _PORT = re.compile(r"[A-Za-z_][A-Za-z0-9_:]*\Z")
@@ -91,7 +93,11 @@ class _Composer:
         found = self.registry.find(node.type)
         if found is None:
             what = f"{node.name}: there is no node type {node.type!r} here"
-            self.findings.add("W301", what, node.span, self.registry.suggest(node.type), "check tells it again")
+            viewport = node.type.rpartition(".")[2] in VIEWPORT_TYPES
+            advice = "use IsaacCreateRenderProduct, with its cameraPrim, width and height" if viewport else ""
+            self.findings.add(
+                "W301", what, node.span, advice or self.registry.suggest(node.type), "check tells it again"
+            )
             return None
         if found.old_name:
             what = f"{node.type!r} is a name from before Isaac Sim 4.5"

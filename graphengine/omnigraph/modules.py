@@ -11,6 +11,8 @@ from graphengine.omnigraph.stand_in import StandIn, StandInModule
 ROOTS = frozenset(("omni", "pxr", "usdrt", "isaacsim", "carb", "isaaclab", "replicator", "warp"))
 """Where names of modules begin that come with Isaac Sim."""
 
+_SHAPES = ("Capsule", "Cone", "Cube", "Cylinder", "Mesh", "Plane", "Points", "Sphere")
+_SCHEMAS = (*_SHAPES, "Camera", "Imageable", "Scope", "Xform", "XformCommonAPI", "Xformable")
 _VECTORS = [f"Vec{size}{kind}" for size in (2, 3, 4) for kind in "dfhi"]
 
 
@@ -52,6 +54,12 @@ def make_modules(recorder: Recorder, *, prims_exist: bool) -> dict[str, StandInM
     def is_valid(path: Any, *_: Any, **__: Any) -> bool:
         return stage.GetPrimAtPath(path).IsValid()
 
+    def define_prim(prim_path: Any, *_: Any, **__: Any) -> usd.Prim:
+        return stage.DefinePrim(prim_path)
+
+    def set_attribute(prim_path: Any, attribute_name: Any, value: Any, *_: Any, **__: Any) -> None:
+        stage.GetPrimAtPath(prim_path).set_property(str(attribute_name), value)
+
     def delete_prim(path: Any, *_: Any, **__: Any) -> bool:
         return stage.RemovePrim(path)
 
@@ -81,9 +89,14 @@ def make_modules(recorder: Recorder, *, prims_exist: bool) -> dict[str, StandInM
     prims = {
         "get_prim_at_path": prim_at,
         "is_prim_path_valid": is_valid,
+        "create_prim": define_prim,
+        "define_prim": define_prim,
+        "set_prim_attribute_value": set_attribute,
+        "set_prim_property": set_attribute,
         "delete_prim": delete_prim,
         "set_targets": set_targets,
     }
+    schemas = {name: usd.Schema(f"UsdGeom.{name}", stage) for name in _SCHEMAS}
     stages = {"get_current_stage": lambda *_, **__: stage, "get_stage_units": lambda *_, **__: 1.0}
     targets = {"set_target_prims": set_target_prims}
     application = {"SimulationApp": SimulationApp(recorder)}
@@ -105,7 +118,7 @@ def make_modules(recorder: Recorder, *, prims_exist: bool) -> dict[str, StandInM
         "omni.kit.commands": {"execute": execute},
         "pxr.Sdf": sdf,
         "pxr.Gf": gf,
-        "pxr.UsdGeom": {"GetStageMetersPerUnit": lambda *_: 1.0},
+        "pxr.UsdGeom": {"GetStageMetersPerUnit": lambda *_: 1.0, **schemas},
         "usdrt.Sdf": sdf,
         "usdrt.Gf": gf,
         "isaacsim": application,
@@ -113,6 +126,8 @@ def make_modules(recorder: Recorder, *, prims_exist: bool) -> dict[str, StandInM
         "omni.isaac.kit": application,
         "isaacsim.core.utils.prims": prims,
         "omni.isaac.core.utils.prims": prims,
+        "isaacsim.core.experimental.utils.prim": {"get_prim_at_path": prim_at},
+        "isaacsim.core.experimental.utils.stage": {**stages, "define_prim": define_prim},
         "isaacsim.core.utils.stage": stages,
         "omni.isaac.core.utils.stage": stages,
         "isaacsim.core.nodes.scripts.utils": targets,

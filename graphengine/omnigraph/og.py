@@ -18,11 +18,12 @@ from graphengine.omnigraph.og_handles import (
     edited_graph,
     graph_above,
     graph_at,
+    is_unknown,
     node_at,
     place_at,
 )
 from graphengine.omnigraph.recorder import OmniGraphError, Place, Recorder
-from graphengine.omnigraph.stand_in import Awaitable, idle
+from graphengine.omnigraph.stand_in import Awaitable, StandIn, idle
 
 
 class either:  # noqa: N801  used as a decorator
@@ -89,8 +90,10 @@ class Controller:
         attribute_id: Any,
         node_id: Any = None,
         graph_id: Any = None,
-    ) -> Attribute:
+    ) -> Any:
         """An attribute by its path, by its name and node, or by `(name, node)`."""
+        if is_unknown(attribute_id):
+            return _leave_attribute(cls.recorder, attribute_id)
         return Attribute(cls.recorder, place_at(cls.recorder, attribute_id, node_id, graph_id, _known(self)))
 
     @either
@@ -176,6 +179,9 @@ class Controller:
             spec = given.pop(0)
         else:
             raise OmniGraphError("set: which attribute?")
+        if is_unknown(spec):
+            _leave_attribute(cls.recorder, spec)
+            return
         if isinstance(spec, Variable):
             spec.set(None, named.get("value", given[-1] if given else None))
             return
@@ -194,6 +200,13 @@ class Controller:
     def evaluate_sync(cls: Any, self: Any, *_: Any, **__: Any) -> None:  # noqa: N805
         """Nothing: what a graph does is no part of it."""
         idle(cls.recorder)
+
+
+def _leave_attribute(recorder: Recorder, spec: Any) -> StandIn:
+    """Tell of an attribute of a graph that Omniverse makes itself, as its renderer does."""
+    if not str(spec).startswith("<unknown: an attribute"):
+        recorder.leave_out(f"what is set at {str(spec)[:200]}: only Omniverse knows that node")
+    return StandIn("an attribute of Omniverse's own", recorder)
 
 
 def _known(controller: Any) -> Mapping[str, Any]:

@@ -312,6 +312,11 @@ def node_at(recorder: Recorder, node_id: Any, graph_id: Any, known: Mapping[str,
     return Node(recorder, *recorder.find_node(graph.graph if graph else None, str(node_id)))
 
 
+def is_unknown(spec: Any) -> bool:
+    """Whether it names an attribute by what only Omniverse knows."""
+    return isinstance(spec, StandIn) or (isinstance(spec, str) and "<unknown: " in spec)
+
+
 def place_at(recorder: Recorder, spec: Any, node_id: Any, graph_id: Any, known: Mapping[str, Any]) -> Place:
     """The attribute that a path, a handle, or a name with a node means."""
     if isinstance(spec, Attribute):

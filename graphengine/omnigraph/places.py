@@ -31,6 +31,15 @@ class Script:
                 return Span(self.source, node.lineno, self._column(node.lineno, node.col_offset) + 1, len(text) + 2)
         return Span(self.source, line, self._column(line, column) + 1)
 
+    def functions_that_call(self, name: str) -> list[str]:
+        """Names of the functions, and of the classes with methods, that call something of a name, with their lines."""
+        return [
+            f"{part.name} (line {part.lineno})"
+            for part in self.tree.body
+            if isinstance(part, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef)
+            and any(isinstance(node, ast.Attribute) and node.attr == name for node in ast.walk(part))
+        ]
+
     def _column(self, line: int, offset: int) -> int:
         """Characters before a place that Python counts in bytes."""
         text = self.source.lines[line - 1] if line <= len(self.source.lines) else ""

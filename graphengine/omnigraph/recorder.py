@@ -61,6 +61,10 @@ class Recorder:
         self.compounds: dict[str, Compounds] = {}
         self.parts = 0
         self.told: set[str] = set()
+        self.prims: set[str] = set()
+        """Paths of other prims that the script made."""
+        self.namespaces: dict[str, str] = {}
+        """`isaac:namespace` by prim."""
         self.idle_calls = 0
         """Calls that did nothing to graphs."""
 

@@ -28,14 +28,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy  # noqa: F401  scripts use it
+import numpy.random  # scripts use it, and numpy reads it only then
 
 from graphengine.diagnostics import Span
 from graphengine.files import Files
 from graphengine.omnigraph.answers import write_answer
 from graphengine.omnigraph.modules import ROOTS, make_modules
 from graphengine.omnigraph.places import Script
-from graphengine.omnigraph.recorder import Recorder
+from graphengine.omnigraph.recorder import OmniGraphError, Recorder
 from graphengine.omnigraph.stand_in import EndlessError, StandInModule, idle
 from graphengine.omnigraph.waiting import asyncio_stand_in
 from graphengine.world.description.confinement import MAX_MEMORY_BYTES, RefusedError, confine
@@ -53,6 +53,9 @@ HARMLESS = frozenset(
     ("object.__setattr__", "object.__delattr__", "os.putenv", "os.unsetenv", "pathlib.Path.glob", "pathlib.Path.rglob")
 )
 """Audit events of what changes only the process; files are judged one by one, also those that a pattern finds."""
+
+ENVIRONMENT = {"ISAAC_PATH": "/isaac-sim", "EXP_PATH": "/isaac-sim/apps", "CARB_APP_PATH": "/isaac-sim/kit"}
+"""What scripts find of Isaac Sim's environment; of the user's nothing."""
 
 ENDING_SECONDS = 3.0
 """Of computing that a script gets to end after its time is up, before it is killed."""
@@ -105,6 +108,8 @@ class Run:
         self.modules["asyncio"] = asyncio_stand_in(self.recorder)
         self.may_differ = True
         """Whether the script may do better on another stage."""
+        self.stopped = False
+        """Whether the script failed after it had built graphs."""
 
     def _where(self, text: str) -> Span | None:
         """The place of the call that the script makes."""
@@ -137,7 +142,7 @@ class Run:
             self.recorder.findings.add("N302", what, place, "what it would have built later is not in the graphs")
         except SystemExit as error:
             if error.code not in (None, 0):
-                self._fail(error, f"the script ends itself: exit({error.code!r})", *_hint_for_exit(error))
+                self._stop(error, f"the script ends itself: exit({error.code!r})", *_hint_for_exit(error))
         except TimeIsUpError as error:
             self.may_differ = False
             self._fail(error, "the script takes too long")
@@ -149,8 +154,19 @@ class Run:
         except RefusedError as error:
             first, *more = str(error).splitlines()
             self._fail(error, f"the script may not do this: {first}", *more)
+        except OmniGraphError as error:
+            self._fail(error, _named(error))
         except BaseException as error:  # whatever a script raises
-            self._fail(error, f"{type(error).__name__}: {str(error)[:1000] or 'no more is told'}")
+            self._stop(error, _named(error))
+
+    def _stop(self, error: BaseException, message: str, *help: str) -> None:
+        """Keep what was built before a script failed, as one does that goes on with what only Omniverse knows."""
+        if not self.recorder.graphs:
+            self._fail(error, message, *help)
+            return
+        self.stopped = True
+        what = "the script goes no further; what it would have built later is not in the graphs"
+        self.recorder.findings.add("W302", message, self._place(error), what, *help)
 
     def _fail(self, error: BaseException, message: str, *help: str) -> None:
         self.recorder.findings.add("G401", message, self._place(error), *help)
@@ -164,6 +180,10 @@ class Run:
                 found = script.span(*_position(trace.tb_frame.f_code, trace.tb_lasti, trace.tb_lineno))
             trace = trace.tb_next
         return found
+
+
+def _named(error: BaseException) -> str:
+    return f"{type(error).__name__}: {str(error)[:1000] or 'no more is told'}"
 
 
 def _position(code: types.CodeType, instruction: int, near: int) -> tuple[int, int | None, int]:
@@ -198,19 +218,23 @@ def main() -> None:
     builtins.__import__ = importlib.__import__  # the C one asks the audit hook first
     time.sleep = lambda _: idle(run.recorder)
     random.seed(0)
+    numpy.random.seed(0)
     sys.path[:] = [run.folder]
     for name in ("stdout", "stderr", "__stdout__", "__stderr__"):
         setattr(sys, name, _Nowhere())
+    builtins.open = io.open = _without_writing(run.recorder)
+    os.mkdir = lambda path, *_, **__: run.recorder.pass_over(f"the folder {str(path)!r}")
     signal.signal(signal.SIGALRM, _time_is_up)
     signal.setitimer(signal.ITIMER_REAL, request["seconds"])
     most = math.ceil(time.process_time() + request["seconds"] + ENDING_SECONDS)
     resource.setrlimit(resource.RLIMIT_CPU, (most, most))
     _leave_network()
     confine(Files((Path(run.folder).resolve(), *map(Path, request["allowed"]))), also=HARMLESS)
+    os.environ.update(ENVIRONMENT)
     try:
         run.run()
         signal.setitimer(signal.ITIMER_REAL, 0)
-        text = write_answer(run.recorder, may_differ=run.may_differ)
+        text = write_answer(run.recorder, may_differ=run.may_differ, stopped=run.stopped)
     except BaseException as error:  # the time may be up at any moment
         complaint.write(f"the script left nothing that can be told: {type(error).__name__}")
         complaint.flush()
@@ -226,6 +250,19 @@ def _leave_network() -> None:
         ctypes.CDLL(None).unshare(_NEW_USER | _NEW_NETWORK)
     for name in [name for name in sys.modules if name.partition(".")[0] in ("ctypes", "_ctypes")]:
         del sys.modules[name]
+
+
+def _without_writing(recorder: Recorder) -> Any:
+    """An `open` for scripts that keep a log: what they write goes nowhere, and that is told."""
+    real = builtins.open
+
+    def opened(file: Any, mode: str = "r", *arguments: Any, **named: Any) -> Any:
+        if not isinstance(mode, str) or not set(mode) & set("wax+"):
+            return real(file, mode, *arguments, **named)
+        recorder.pass_over(f"the file {str(file)!r}, which the script writes,")
+        return io.BytesIO() if "b" in mode else _Nowhere()
+
+    return opened
 
 
 class _Nowhere(io.TextIOBase):

@@ -29,6 +29,7 @@ def read_script(
     arguments: Sequence[str] = (),
     allowed: Sequence[Path] = (),
     seconds: float = SECONDS,
+    namespaces: dict[str, str] | None = None,
 ) -> list[RecordedGraph]:
     """The graphs that a script builds; what it does beside, and what is wrong with it, goes to the findings.
 
@@ -38,7 +39,9 @@ def read_script(
         arguments: what it finds in `sys.argv`.
         allowed: folders that it may read, beside its own.
         seconds: that it may run.
+        namespaces: takes `isaac:namespace` by prim.
     """
+    namespaces = {} if namespaces is None else namespaces
     start = Span(Source(str(path), ()), 1, 1)
     with path.open("rb") as file:
         raw = file.read(MAX_BYTES + 1)
@@ -60,6 +63,7 @@ def read_script(
     if recorder is not None and recorder.graphs:
         for finding in recorder.findings.items:
             findings.put(finding)
+        namespaces.update(recorder.namespaces)
         return _with_nodes(recorder.graphs.values(), findings)
     request = {
         "path": str(path),
@@ -68,24 +72,27 @@ def read_script(
         "allowed": [str(folder.resolve()) for folder in allowed],
         "seconds": seconds,
     }
-    return _run(path, request, findings)
+    reader = _run(path, request, findings)
+    namespaces.update(reader.namespaces)
+    return _with_nodes(reader.graphs, findings)
 
 
-def _run(path: Path, request: dict[str, Any], findings: Findings) -> list[RecordedGraph]:
+def _run(path: Path, request: dict[str, Any], findings: Findings) -> AnswerReader:
     """Run it on an empty stage; if it fails or builds nothing there, on one that holds every prim it asks for."""
-    empty, full = Findings(), Findings()
-    told = empty
-    graphs, may_differ = _run_once(path, {**request, "prims_exist": False}, empty)
-    if may_differ and (empty.errors or not graphs):
-        others, _ = _run_once(path, {**request, "prims_exist": True}, full)
-        if others and not full.errors:
-            told, graphs = full, others
-            findings.add(
-                "N302", "prims that the script asks for are taken to be there", Span(Source(str(path), ()), 1, 1)
-            )
+    told, chosen = Findings(), AnswerReader(path, request["text"])
+    _run_once(path, {**request, "prims_exist": False}, chosen, told)
+    if chosen.may_differ and (told.errors or chosen.stopped or not chosen.graphs):
+        again, other = Findings(), AnswerReader(path, request["text"])
+        _run_once(path, {**request, "prims_exist": True}, other, again)
+        if other.graphs and not again.errors and (told.errors or not other.stopped):
+            told, chosen = again, other
+            start = Span(Source(str(path), ()), 1, 1)
+            findings.add("N302", "prims that the script asks for are taken to be there", start)
     for finding in told.items:
         findings.put(finding)
-    return [] if told.errors else _with_nodes(graphs, findings)
+    if told.errors:
+        chosen.graphs, chosen.namespaces = [], {}
+    return chosen
 
 
 def _with_nodes(graphs: Iterable[RecordedGraph], findings: Findings) -> list[RecordedGraph]:
@@ -99,12 +106,9 @@ def _with_nodes(graphs: Iterable[RecordedGraph], findings: Findings) -> list[Rec
     return kept
 
 
-def _run_once(path: Path, request: dict[str, Any], findings: Findings) -> tuple[list[RecordedGraph], bool]:
-    """What it builds on one kind of stage, and whether it may do better on another."""
-    reader = AnswerReader(path, request["text"])
+def _run_once(path: Path, request: dict[str, Any], reader: AnswerReader, findings: Findings) -> None:
+    """Read what it builds on one kind of stage."""
     try:
-        answer = ask(_PROCESS, json.dumps(request).encode(), request["seconds"] + STARTING_SECONDS)
-        return reader.read(answer, findings), reader.may_differ
+        reader.read(ask(_PROCESS, json.dumps(request).encode(), request["seconds"] + STARTING_SECONDS), findings)
     except (ProcessError, AnswerError) as error:
         findings.add("G401", f"the script cannot be run: {error}", Span(Source(str(path), ()), 1, 1))
-        return [], False

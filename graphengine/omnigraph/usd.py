@@ -6,6 +6,7 @@ import posixpath
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from graphengine.omnigraph.plain_data import UnknownError, plain_data
 from graphengine.omnigraph.recorder import POSITION, OmniGraphError, Place, Recorder, absolute, stage_of
 from graphengine.omnigraph.stand_in import StandIn
 
@@ -161,6 +162,8 @@ class Property:
 
     def Get(self, *_: Any) -> Any:
         """Its value."""
+        if self.name == NAMESPACE:
+            return self.prim.recorder.namespaces.get(self.prim.path)
         place = self.prim.place(self.name)
         return self.prim.recorder.value(place) if place else None
 
@@ -205,7 +208,8 @@ class Prim:
     def IsValid(self) -> bool:
         """Whether there is one."""
         found = self.recorder.graph_of(self.path)
-        return found[1] in ("", *found[0].nodes) if found else self.assumed
+        known = found[1] in ("", *found[0].nodes) if found else self.assumed
+        return known or self.path in self.recorder.prims
 
     __bool__ = IsValid
 
@@ -253,18 +257,28 @@ class Prim:
         return Place(found[0], found[1], name)
 
     def set_property(self, name: str, value: Any) -> None:
-        """Set an attribute of a node or of a graph; what is set of other prims belongs to no graph."""
+        """Set a namespace, or an attribute of a node or of a graph; what is set of other prims belongs to no graph."""
         place, found = self.place(name), self.recorder.graph_of(self.path)
-        if place is not None and (name == POSITION or name.startswith(("inputs:", "outputs:", "state:"))):
+        if name == NAMESPACE:
+            self._set_namespace(value)
+        elif place is not None and (name == POSITION or name.startswith(("inputs:", "outputs:", "state:"))):
             self.recorder.set_value(place, value)
         elif found is not None and not found[1] and name == "pipelineStage":
             found[0].pipeline_stage = stage_of(value)
         elif found is not None and not found[1] and name == "evaluator:type":
             found[0].evaluator = str(value)
         elif found is None and not name.startswith("ui:"):
-            named = name == NAMESPACE and isinstance(value, str)
-            advice = (f"in a scene: namespaces: {{{self.path}: {value}}}",) if named else ()
-            self.recorder.pass_over(f"setting {name} of {self.path}", *advice)
+            self.recorder.pass_over(f"setting {name} of {self.path}")
+
+    def _set_namespace(self, value: Any) -> None:
+        try:
+            path, namespace = plain_data(self.path), plain_data(value)
+        except UnknownError as error:
+            self.recorder.leave_out(f"the namespace of {self.path} cannot be told: {error}", NAMESPACE)
+            return
+        if isinstance(namespace, str):
+            self.recorder.count()
+            self.recorder.namespaces[path] = namespace
 
     def plain_data(self) -> str:
         """Where it is."""
@@ -291,6 +305,7 @@ class Stage:
         """A prim that belongs to no graph, if it is none."""
         if not self.recorder.graph_of(str(path)):
             self.recorder.pass_over(f"stage.DefinePrim({str(path)!r})")
+            self.recorder.prims.add(str(path))
         return Prim(path, self.recorder, True)
 
     OverridePrim = DefinePrim
@@ -304,6 +319,7 @@ class Stage:
 
     def RemovePrim(self, path: Any) -> bool:
         """Remove a graph or a node; other prims are not known."""
+        self.recorder.prims.discard(str(path))
         try:
             self.recorder.remove(absolute(str(path)))
         except OmniGraphError:
@@ -324,3 +340,22 @@ class Stage:
         if name.startswith("__"):
             raise AttributeError(name)
         return StandIn(f"stage.{name}", self.recorder)
+
+
+class Schema(StandIn):
+    """A class of `pxr.UsdGeom` such as `Xform`: what it makes or is given is a prim."""
+
+    def __init__(self, name: str, stage: Stage) -> None:
+        super().__init__(name, stage.recorder)
+        self.__dict__["_stage"] = stage
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:  # noqa: D102
+        return arguments[0] if arguments and isinstance(arguments[0], Prim) else super().__call__(*arguments, **named)
+
+    def Define(self, _: Any, path: Any) -> Prim:
+        """Make a prim."""
+        return self._stage.DefinePrim(path)  # type: ignore[no-any-return]
+
+    def Get(self, _: Any, path: Any) -> Prim:
+        """A prim."""
+        return self._stage.GetPrimAtPath(path)  # type: ignore[no-any-return]

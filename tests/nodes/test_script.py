@@ -277,7 +277,9 @@ def test_a_file_beside_the_graph_is_read(tmp_path: Path) -> None:
 
 
 def test_the_text_of_a_file_goes_to_what_takes_everything_too(play: Player) -> None:
-    nodes = "{Tick: OnPlaybackTick, File: {type: ReadFilePath, inputs: {path: graph.yaml}}, Text: ToString, Say: PrintText}"
+    nodes = (
+        "{Tick: OnPlaybackTick, File: {type: ReadFilePath, inputs: {path: graph.yaml}}, Text: ToString, Say: PrintText}"
+    )
     wires = "[Tick.tick -> Say.execIn, File.fileContents -> Text.value, Text.converted -> Say.text]"
     playing = play.graph(f"nodes: {nodes}\nconnections: {wires}\n")
     playing.tick()

@@ -17,7 +17,7 @@ def test_import_writes_a_file_for_each_graph_and_says_so(tmp_path: Path, capsys:
     out = capsys.readouterr().out
     assert [path.name for path in sorted(tmp_path.iterdir())] == ["beta_01_tf.yaml", "tf.yaml"]
     assert "beta_01_tf.yaml: 3 nodes, 6 wires, at /World/beta_01/tf" in out
-    assert "stage.DefinePrim('/World/alpha_00/frames') belongs to no graph and is left out" in out
+    assert "left out is what belongs to no graph: stage.DefinePrim('/World/alpha_00/frames')," in out
     assert main(["check", *map(str, sorted(tmp_path.iterdir()))]) == 0
 
 
@@ -78,6 +78,88 @@ def test_import_gives_a_script_its_arguments(tmp_path: Path) -> None:
     assert main(["import", script, "-o", str(tmp_path)]) == 1
     assert main(["import", script, "-o", str(tmp_path), "--", "--rate", "2"]) == 0
     assert "step: 2" in (tmp_path / "gate.yaml").read_text(encoding="utf-8")
+
+
+EDIT = "og.Controller.edit({path!r}, {{'create_nodes': ('T', 'omni.graph.action.OnTick')}})\n"
+START = "import omni.graph.core as og\nimport omni.usd\nfrom pxr import Gf, Sdf, UsdGeom\n" + EDIT.format(
+    path="/World/g"
+)
+
+
+def graph_and_out(tmp_path: Path, text: str, capsys: pytest.CaptureFixture[str]) -> tuple[str, str, str]:
+    """The graph file of a script, and what is told on both outputs."""
+    (tmp_path / "build.py").write_text(START + text, encoding="utf-8")
+    assert main(["import", str(tmp_path / "build.py"), "-o", str(tmp_path)]) == 0
+    told = capsys.readouterr()
+    return (tmp_path / "g.yaml").read_text(encoding="utf-8"), told.out, told.err
+
+
+def test_namespaces_of_a_script_are_shown_as_a_scene_has_them(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (
+        "from isaacsim.core.utils.prims import create_prim\n"
+        "stage = omni.usd.get_context().get_stage()\n"
+        "robot = UsdGeom.Xform.Define(stage, '/World/robot')\n"
+        "robot.GetPrim().CreateAttribute('isaac:namespace', Sdf.ValueTypeNames.String).Set('r1')\n"
+        "UsdGeom.Xform.Define(stage, '/World/robot/arm').AddTranslateOp().Set(Gf.Vec3d(0, 0, 1))\n"
+        "prim = stage.GetPrimAtPath('/World/robot/arm')\n"
+        "assert prim.IsValid()\n"
+        "prim.CreateAttribute('isaac:namespace', Sdf.ValueTypeNames.String).Set('arm')\n"
+        "create_prim('/World/lidar', 'Xform').CreateAttribute('isaac:namespace', 0).Set('front')\n"
+        "stage.GetPrimAtPath('/World/g').CreateAttribute('isaac:namespace', 0).Set('of_the_graph')\n"
+        "assert robot.GetAttribute('isaac:namespace').Get() == 'r1'\n"
+    )
+    out = graph_and_out(tmp_path, text, capsys)[1]
+    block = (
+        "namespaces:\n  /World/robot: r1\n  /World/robot/arm: arm\n  /World/lidar: front\n  /World/g: of_the_graph\n"
+    )
+    assert out.endswith(f"in a scene:\n{block}")
+    assert "AddTranslateOp.Set()" in out
+
+
+def test_what_a_script_built_before_it_failed_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    _, _, err = graph_and_out(tmp_path, "float(og.get_frame())\n" + EDIT.format(path="/World/later"), capsys)
+    assert "warning W302: TypeError" in err
+    assert "the script goes no further; what it would have built later is not in the graphs" in err
+
+
+def test_an_attribute_that_only_omniverse_knows_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = (
+        "import omni.syntheticdata as sd\n"
+        "gate = sd.SyntheticData._get_node_path('Gate', '/Render')\n"
+        "og.Controller.attribute(gate + '.inputs:step').set(5)\n"
+        "og.Controller.set(og.Controller.attribute(f'{gate}.inputs:step'), 5)\n"
+    )
+    err = graph_and_out(tmp_path, text, capsys)[2]
+    assert err.count("what is set at <unknown: omni.syntheticdata.SyntheticData._get_node_path()>") == 2
+
+
+def test_a_script_finds_numpy_and_isaac_sims_environment_and_may_keep_a_log(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (
+        "import os, numpy as np\n"
+        "from pathlib import Path\n"
+        "os.makedirs('logs', exist_ok=True)\n"
+        "Path('logs/b.txt').write_text(os.environ['EXP_PATH'])\n"
+        "with open('logs/a.txt', 'w') as log: print(np.random.uniform(0, 1), file=log)\n"
+        "np.save('c.npy', np.zeros(3))\n"
+        "og.Controller.set('/World/g/T.inputs:framePeriod', int(np.random.default_rng(1).integers(3, 4)))\n"
+    )
+    graph, out, err = graph_and_out(tmp_path, text, capsys)
+    assert (err, "framePeriod: 3" in graph) == ("", True)
+    assert "the folder 'logs', the file 'logs/b.txt', which the script writes," in out
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["build.py", "g.yaml"]
+
+
+def test_functions_that_build_graphs_and_are_never_called_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    script = tmp_path / "library.py"
+    script.write_text(f"import omni.graph.core as og\ndef build():\n    {EDIT.format(path='/g')}", encoding="utf-8")
+    assert main(["import", str(script), "-o", str(tmp_path)]) == 1
+    assert "functions that build graphs are not called: build (line 2)" in capsys.readouterr().err
 
 
 def test_a_script_reads_a_folder_that_is_allowed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

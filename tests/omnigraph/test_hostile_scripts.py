@@ -41,15 +41,19 @@ def told(folder: Path, text: str | bytes, seconds: float = SECONDS) -> list[str]
         ),
         ("open('/etc/passwd')", "3:1: error G401: the script may not do this: '/etc/passwd' lies outside"),
         ("import os\nos.listdir('/')", "'/' lies outside the folder of the file you gave"),
-        ("open('owned', 'w')", "'owned' cannot be written from here"),
+        ("import os\nos.open('owned', os.O_CREAT | os.O_RDWR)", "'owned' cannot be written from here"),
+        (
+            "open('owned', 'w').write('x')",
+            "3:1: note N302: the file 'owned', which the script writes, belongs to no graph",
+        ),
         ("from pathlib import Path\nPath(__file__).unlink()", "os.remove is not allowed here"),
         ("import os\nos.fork()", "os.fork is not allowed here"),
         ("import os\nos.kill(os.getppid(), 9)", "os.kill is not allowed here"),
         ("x = [0] * 10 ** 10", "3:5: error G401: the script takes more than 1024 MiB"),
         ("def f(): f()\nf()", "3:10: error G401: the script calls itself without end"),
-        ("import sys\nsys.exit('no')", "4:1: error G401: the script ends itself: exit('no')"),
-        ("raise ValueError('bad \\x1b[31m')", "3:1: error G401: ValueError: bad \N{REPLACEMENT CHARACTER}[31m"),
-        ("raise BaseException", "3:1: error G401: BaseException: no more is told"),
+        ("import sys\nsys.exit('no')", "4:1: warning W302: the script ends itself: exit('no')"),
+        ("raise ValueError('bad \\x1b[31m')", "3:1: warning W302: ValueError: bad \N{REPLACEMENT CHARACTER}[31m"),
+        ("raise BaseException", "3:1: warning W302: BaseException: no more is told"),
         ("import os\nos.write(1, b'{}')\nos._exit(0)", "it spoils the answer of the process that runs it"),
         ("import os\nos._exit(3)", "the script cannot be run"),
         ("import os\nos.abort()", "the script cannot be run: breaks off: Aborted"),
@@ -96,7 +100,7 @@ def test_a_module_of_python_that_reaches_out_is_a_stand_in(tmp_path: Path) -> No
 
 def test_compiled_code_beside_a_script_is_not_loaded(tmp_path: Path) -> None:
     (tmp_path / "beside.pyc").write_bytes(b"\0" * 64)
-    assert any("error G401" in line for line in told(tmp_path, "import beside"))
+    assert any("ImportError" in line for line in told(tmp_path, "import beside"))
 
 
 def test_a_link_out_of_the_folder_is_not_followed(tmp_path: Path) -> None:
@@ -121,13 +125,18 @@ sys.modules["graphengine.world.description.confinement"]._HARMLESS = Everything(
 
 @pytest.mark.parametrize(
     "attempt",
-    ["open('/etc/passwd')", "open('owned', 'w')", "os.mkfifo('owned')", "os.execv('/bin/sh', ['sh', '-c', 'true'])"],
+    [
+        "open('/etc/passwd')",
+        "os.open('owned', os.O_CREAT | os.O_RDWR)",
+        "os.mkfifo('owned')",
+        "os.execv('/bin/sh', ['sh', '-c', 'true'])",
+    ],
 )
 def test_a_script_that_gets_past_the_audit_hook_meets_the_kernel(attempt: str, tmp_path: Path) -> None:
     if not restricts():
         pytest.skip("this kernel has no Landlock")
     (finding,) = told(tmp_path, UNHOOK + attempt)
-    assert "error G401: PermissionError" in finding
+    assert "PermissionError" in finding
 
 
 def restricts() -> bool:

@@ -167,7 +167,6 @@ def test_names_that_a_file_cannot_hold_are_changed_and_told(tmp_path: Path) -> N
     assert path.name == "cmd_vel_graph.yaml"
     told = "\n".join(texts(findings))
     assert "node 'On Tick' is called 'On_Tick' in the file" in told
-    assert "in a scene: namespaces: {/World/dingo/base_link: dingo_1}" in told
 
 
 def test_old_names_of_types_are_told_and_old_ports_are_left_out(tmp_path: Path) -> None:
