@@ -26,6 +26,8 @@ GATES = {
     EveryOnce.type_name: ("isaacsim.core.nodes.OgnIsaacRunOneSimulationFrame", "step"),
 }
 """Isaac Sim's types that do what `every` asks for, and what their execution output is called."""
+_MESSAGE = ("messagePackage", "messageSubfolder", "messageName")
+"""Inputs of generic nodes, which Isaac Sim makes their other ports from as soon as they are set."""
 TICK_RATE = 60
 """Of a scene that says nothing else, and of Isaac Sim."""
 
@@ -94,8 +96,12 @@ class _Exporter:
         yield from _block("CREATE_VARIABLES", list(self._variables()))
         yield from _block("CREATE_NODES", list(self._nodes()))
         yield from _block("CREATE_ATTRIBUTES", list(self._attributes()))
+        if messages := list(self._values(of_messages=True)):
+            yield from _block("SET_VALUES", messages)
+            yield from ("    },", ")", "", "# the fields of messages are ports from here on")
+            yield from ("og.Controller.edit(", "    GRAPH_PATH,", "    {")
         yield from _block("CONNECT", list(self._wires()))
-        yield from _block("SET_VALUES", list(self._values()))
+        yield from _block("SET_VALUES", list(self._values(of_messages=False)))
         yield from ("    },", ")")
         if layout:
             yield from ("", "stage = omni.usd.get_context().get_stage()")
@@ -141,11 +147,14 @@ class _Exporter:
         name = GATES[instance.cls.type_name][1] if instance.part_of and port.side == "outputs" else port.name
         return f"{self.names[instance.id]}.{port.side}:{name}"
 
-    def _values(self) -> Iterator[str]:
+    def _values(self, *, of_messages: bool) -> Iterator[str]:
+        """Either those that name the messages whose fields are ports, or all others."""
         for instance in self.graph.instances:
-            if isinstance(instance.node, EveryTicks):
+            if isinstance(instance.node, EveryTicks) and not of_messages:
                 yield f"({text(f'{self.names[instance.id]}.inputs:step')}, {instance.node.ticks})"
         for instance, port in self._literals():
+            if (port.name in _MESSAGE) != of_messages:
+                continue
             settled = instance.settled.get(port.field, port.type)
             value = getattr(instance.node, port.field)
             shown = literal(value, settled) if isinstance(settled, PortType) else plain(value)

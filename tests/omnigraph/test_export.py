@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from graphengine.diagnostics import Findings
 from graphengine.graph import Graph
-from graphengine.node import Node
+from graphengine.node import Node, grown
 from graphengine.omnigraph.export import write_script
 from graphengine.omnigraph.graph_file import compose
 from graphengine.omnigraph.places import Script
@@ -128,6 +128,21 @@ def test_subgraphs_are_expanded_and_parameters_filled_in(tmp_path: Path) -> None
     assert 'usdrt.Sdf.Path("/World/a")' in text
 
 
+def test_messages_are_named_before_their_fields_are_wired(tmp_path: Path) -> None:
+    nodes = (
+        "  C: ConstantDouble\n  P: {type: ROS2Publisher, inputs: {messagePackage: std_msgs, messageName: Float64}}\n"
+    )
+    text = f"graph: g\nat: /World/g\nnodes:\n{nodes}connections: ['C.inputs:value -> P.data']\n"
+    (tmp_path / "g.yaml").write_text(text, encoding="utf-8")
+    graph, _ = resolved(tmp_path / "g.yaml")
+    back, script = again(graph, tmp_path)
+    assert meaning(back) == meaning(graph)
+    first, second = script.split("og.Controller.edit(")[1:]
+    assert '("P.inputs:messageName", "Float64")' in first
+    assert "CONNECT" not in first
+    assert '("C.inputs:value", "P.inputs:data")' in second
+
+
 EVERY = """graph: g
 at: /World/g
 nodes:
@@ -172,9 +187,19 @@ def _fixed(cls: type[Node]) -> bool:
     return cls.dynamic_ports.__func__ is Node.dynamic_ports.__func__  # type: ignore[attr-defined]
 
 
-CLASSES = [cls for cls in dict.fromkeys(default_registry().types.values()) if _fixed(cls)]
+TWIST = {"messagePackage": "geometry_msgs", "messageSubfolder": "msg", "messageName": "Twist"}
+
+
+def _grown(cls: type[Node]) -> type[Node]:
+    """A type with the ports of a message where it has such, and with two numbered ones of each series."""
+    numbers = [f"{series}{number}" for series in cls.numbered for number in (1, 3)]
+    return grown(cls, {} if _fixed(cls) else TWIST, default_registry().definitions, numbers)
+
+
+GENERIC = ("isaacsim.ros2.bridge.ROS2Publisher", "isaacsim.ros2.bridge.ROS2Subscriber")
+CLASSES = [cls for cls in dict.fromkeys(default_registry().types.values()) if _fixed(cls) or cls.type_name in GENERIC]
 CLASSES = sorted(
-    (cls for cls in CLASSES if not cls.type_name.startswith("graphengine.")), key=lambda cls: cls.type_name
+    (_grown(cls) for cls in CLASSES if not cls.type_name.startswith("graphengine.")), key=lambda cls: cls.type_name
 )
 PATHS = st.from_regex(r"(/[A-Za-z_][A-Za-z0-9_]{0,8}){1,3}", fullmatch=True)
 WIDTHS = {"half": 16, "float": 32}
@@ -204,8 +229,9 @@ def values(port_type: PortType) -> st.SearchStrategy[Any]:
 @st.composite
 def inputs(draw: st.DrawFn, cls: type[Node]) -> dict[str, Any]:
     """Values of some inputs, of numbered ones too; those of several types are written with one."""
-    made: dict[str, Any] = {}
+    made: dict[str, Any] = dict(TWIST) if cls.type_name in GENERIC else {}
     ports = [port for port in cls.fields.values() if port.side == "inputs" and not port.is_exec and not port.extension]
+    ports = [port for port in ports if port.name not in made]
     for port in draw(st.lists(st.sampled_from(ports), max_size=4, unique_by=lambda port: port.name)) if ports else []:
         made |= draw(one_input(port.name, port))
     return made

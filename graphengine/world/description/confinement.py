@@ -54,7 +54,9 @@ def ask(module: str, request: bytes, seconds: float) -> bytes:
     environment["OPENBLAS_NUM_THREADS"] = "1"  # each thread takes of the memory that the process may have
     pipe = subprocess.PIPE
     with (
-        subprocess.Popen(command, env=environment, stdin=pipe, stdout=pipe, stderr=pipe) as process,
+        subprocess.Popen(
+            command, env=environment, stdin=pipe, stdout=pipe, stderr=pipe, start_new_session=True
+        ) as process,
         ThreadPoolExecutor(2) as pool,
     ):
         assert process.stdin
@@ -64,18 +66,22 @@ def ask(module: str, request: bytes, seconds: float) -> bytes:
 
         def stop() -> None:
             late.set()
-            process.kill()
+            _kill(process)
 
         timer = threading.Timer(seconds, stop)
         timer.start()
-        complaint = pool.submit(process.stderr.read, MAX_COMPLAINT_BYTES)
-        asking = pool.submit(_write, process.stdin, request)
-        answer = process.stdout.read(MAX_ANSWER_BYTES + 1)
-        if len(answer) > MAX_ANSWER_BYTES:
-            process.kill()
-        told = complaint.result().decode("utf-8", "replace").split("\n")
+        try:
+            complaint = pool.submit(process.stderr.read, MAX_COMPLAINT_BYTES)
+            asking = pool.submit(_write, process.stdin, request)
+            answer = process.stdout.read(MAX_ANSWER_BYTES + 1)
+            if len(answer) > MAX_ANSWER_BYTES:
+                _kill(process)
+            told = complaint.result().decode("utf-8", "replace").split("\n")
+            os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
+        finally:  # also what the user interrupts, as the terminal does not reach it
+            timer.cancel()
+            _kill(process)
         code = process.wait()
-        timer.cancel()
         asking.result()
     if len(answer) > MAX_ANSWER_BYTES:
         raise ProcessError(f"says more than {MAX_ANSWER_BYTES // 1_000_000} MB", b"")
@@ -88,6 +94,12 @@ def ask(module: str, request: bytes, seconds: float) -> bytes:
     if code > 0:
         raise ProcessError(next(filter(None, reversed(told)), f"ended with {code}"), answer)
     return answer
+
+
+def _kill(process: subprocess.Popen[bytes]) -> None:
+    """End a process that was not waited for yet, with those that it started."""
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
 
 
 def _write(stream: IO[bytes], request: bytes) -> None:

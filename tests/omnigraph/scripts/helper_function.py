@@ -11,7 +11,7 @@ def create_drive_graph(robot_path, wheel_radius=0.1, *, wheel_distance):
             keys.CREATE_NODES: [
                 ("tick", "omni.graph.action.OnPlaybackTick"),
                 ("twist", "isaacsim.ros2.bridge.ROS2SubscribeTwist"),
-                ("scale", "isaacsim.core.nodes.OgnIsaacScaleToFromStageUnit"),
+                ("scale", "my_company.nodes.ScaleToStageUnit"),
                 ("linear", "omni.graph.nodes.BreakVector3"),
                 ("angular", "omni.graph.nodes.BreakVector3"),
                 ("diff", "isaacsim.robot.wheeled_robots.DifferentialController"),

@@ -73,6 +73,7 @@ def test_the_environment_is_empty_and_memory_ends(tmp_path: Path) -> None:
         ("import os; os.kill(os.getpid(), 11)", "breaks off: Segmentation fault"),
         ("import os; os.kill(os.getpid(), 9)", "takes more time or memory than it may"),
         ("import time; time.sleep(60)", "takes more than 0.5 s"),
+        ("import os, time; os.fork() or time.sleep(60)", "takes more than 0.5 s"),
         ("raise ValueError('this')", "ValueError: this"),
         ("raise SystemExit(3)", "ended with 3"),
     ],
