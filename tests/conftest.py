@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+pytest.register_assert_rewrite("tests.nodes.isaac", "tests.nodes.harness")  # before any test imports them
+
 ONE_AT_A_TIME = ("cli", "control", "jobs", "readme", "ros")
 
 

@@ -6,9 +6,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-pytest.register_assert_rewrite("tests.nodes.isaac", "tests.nodes.harness")
-
-from tests.nodes.harness import Player  # noqa: E402  (what is imported before is not rewritten)
+from tests.nodes.harness import Player
 
 # Machines are shared, so an example may take its time; and a failure is the same wherever it is looked at.
 settings.register_profile("nodes", deadline=None, derandomize=True, database=None)
