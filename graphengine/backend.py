@@ -12,6 +12,7 @@ from graphengine.context import (
     Camera,
     ContactSensor,
     Frame,
+    Friction,
     Imu,
     Lidar,
     Placement,
@@ -113,6 +114,17 @@ class World(Protocol):
 
         Args:
             gravity: in the world frame, m/s2; finite.
+        """
+
+    def friction(self, prim: Prim) -> Friction:
+        """Static and dynamic friction of a material prim."""
+
+    def set_friction(self, prim: Prim, friction: Friction) -> None:
+        """Let what a material is bound to slide otherwise from the next step on; `reset_state` takes it back.
+
+        Args:
+            prim: of the material.
+            friction: static and dynamic; finite, not negative.
         """
 
     def body(self, prim: Prim) -> Body:

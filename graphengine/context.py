@@ -27,6 +27,9 @@ from graphengine.sensor import Quaternion as Quaternion
 from graphengine.sensor import Scan as Scan
 from graphengine.sensor import Vector3 as Vector3
 
+Friction = tuple[float, float]
+"""Static and dynamic friction."""
+
 
 class Clock(Protocol):
     """Simulation time as the running graph sees it; constant within one pass."""

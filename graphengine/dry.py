@@ -16,6 +16,7 @@ from graphengine.context import (
     ContactReading,
     ContactSensor,
     Frame,
+    Friction,
     Imu,
     ImuSample,
     JointSelection,
@@ -84,10 +85,20 @@ class DryWorld:
         self.realtime = False
         self.dropped_pictures: dict[str, int] = {}
         self.gravity: Vector3 = (0.0, 0.0, -9.81)
+        self._frictions: dict[str, Friction] = {}
 
     def set_gravity(self, gravity: Vector3) -> None:
         """Nothing falls."""
         self.gravity = gravity
+
+    def friction(self, prim: Prim) -> Friction:
+        """What was written last, else what the material's facts say."""
+        built = prim.facts["static_friction"], prim.facts["dynamic_friction"]
+        return self._frictions.get(prim.path, built)
+
+    def set_friction(self, prim: Prim, friction: Friction) -> None:
+        """Nothing slides."""
+        self._frictions[prim.path] = friction
 
     def body(self, prim: Prim) -> Body:
         """A body at rest."""

@@ -1,9 +1,10 @@
 """Prims as USD shows them: types, and attributes with their values as JSON has them.
 
 Attributes are those that something here stands behind: poses relative to the parent prim, masses, what joints and their drives
-do, gravity, the clipping range of cameras, and the two names that the reference writes on prims. Angles are in degrees, as USD
-has them. What the physics can be told while it runs can be written: where a robot or a free body is, the targets of drives, and
-gravity.
+do, gravity, friction of materials, the clipping range of cameras, and the two names that the reference writes on prims. Angles
+are in degrees, as USD has them. What the physics can be told while it runs can be written: where a robot or a free body is, the
+targets of drives, gravity, and friction. Bodies slide by the dynamic friction; the static one, which MuJoCo does not have, is
+kept and does nothing.
 """
 
 from __future__ import annotations
@@ -74,6 +75,7 @@ def type_of_attribute(name: str) -> PortType | None:
 
 _TYPES = {"xformOp:translate": "double3", "xformOp:orient": "quatd", "physics:mass": "float", "clippingRange": "float2"}
 _TYPES |= {"physics:gravityDirection": "vector3f", "physics:gravityMagnitude": "float"}
+_TYPES |= {"physics:staticFriction": "float", "physics:dynamicFriction": "float"}
 _TYPES |= {"physics:jointEnabled": "bool", "isaac:namespace": "string", "isaac:nameOverride": "string"}
 _OF_JOINTS = re.compile(
     r"(state:(angular|linear):physics:|drive:(angular|linear):physics:target)([Pp]osition|[Vv]elocity)"
@@ -207,6 +209,8 @@ class StagePrims:
             found |= _gravity_attributes(world)
         if prim.kind == "joint":
             found |= _joint_attributes(world, prim)
+        if prim.kind == "material":
+            found |= _friction_attributes(world, prim)
         if prim.kind == "camera":
             found["clippingRange"] = Attribute("float2", lambda: list(world.camera(prim).clip))
         if prim.namespace:
@@ -340,6 +344,29 @@ def _gravity_attributes(world: World) -> dict[str, Attribute]:
             "float", lambda: math.hypot(*world.gravity), lambda value: fall(direction(), _numbers([value], 1)[0])
         ),
     }
+
+
+def _friction_attributes(world: World, prim: Prim) -> dict[str, Attribute]:
+    """How a material slides; each of the two numbers is written alone, and neither where a collider is the world's."""
+
+    def static(value: Any) -> None:
+        world.set_friction(prim, (_not_negative(value), world.friction(prim)[1]))
+
+    def dynamic(value: Any) -> None:
+        world.set_friction(prim, (world.friction(prim)[0], _not_negative(value)))
+
+    reachable = len(prim.facts["bodies"]) == len(prim.facts["bind"])
+    return {
+        "physics:staticFriction": Attribute("float", lambda: world.friction(prim)[0], static if reachable else None),
+        "physics:dynamicFriction": Attribute("float", lambda: world.friction(prim)[1], dynamic if reachable else None),
+    }
+
+
+def _not_negative(value: Any) -> float:
+    (number,) = _numbers([value], 1)
+    if number < 0:
+        raise ContextError(f"it has to be 0 or more, not {shown(value)}", value)
+    return number
 
 
 def _is_physics_scene(prim: Prim) -> bool:

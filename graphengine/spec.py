@@ -327,7 +327,8 @@ class MaterialSpec(Spec):
     dynamic_friction: NotNegative = 0.5
     restitution: float = Field(default=0.0, ge=0, le=1, description="Left out: MuJoCo's contacts have no such thing.")
     combine: Literal["average", "min", "multiply", "max"] = Field(
-        default="average", description="How the floor's friction is mixed in; that is done when a scene is built."
+        default="average",
+        description="How the floor's friction is mixed in; that is done at build, and when a graph writes it.",
     )
     bind: tuple[str, ...] = Field(default=(), description="Links whose colliders take it.", strict=False)
 

@@ -4,8 +4,9 @@ Attributes are those that something here stands behind, under USD's names and in
 `xformOp:orient` relative to the parent prim, `physics:mass` (kg), `physics:jointEnabled`, `clippingRange` of cameras,
 `isaac:namespace` and `isaac:nameOverride`; of a joint that turns `state:angular:physics:position` and `:velocity` and, where its
 drive has them, `drive:angular:physics:targetPosition` and `targetVelocity`, in degrees; of one that slides the same with
-`linear`, in m; of /physicsScene `physics:gravityDirection` and `physics:gravityMagnitude` (m/s2). Where a robot or a free body
-is, what drives are told, and gravity can be written.
+`linear`, in m; of /physicsScene `physics:gravityDirection` and `physics:gravityMagnitude` (m/s2); of a robot's materials
+`physics:staticFriction` and `physics:dynamicFriction`. Where a robot or a free body is, what drives are told, gravity and
+friction can be written; the static friction does nothing, as MuJoCo has one friction and the dynamic one is taken for it.
 """
 
 from __future__ import annotations

@@ -13,6 +13,7 @@ of it where half is wanted. So restitution is left out.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from graphengine.spec import MaterialSpec
 
@@ -39,6 +40,13 @@ class Contact:
     condim: int
     priority: int
     solref: tuple[float, float]
+
+    def tell(self, geom: Any) -> None:
+        """Give it to a geom, of a model or of one that is being built: MuJoCo has no type for both."""
+        geom.friction[0] = self.friction
+        geom.condim = self.condim
+        geom.priority = self.priority
+        geom.solref = self.solref
 
 
 def stronger(first: str, second: str) -> str:

@@ -11,7 +11,7 @@ from typing import Any
 
 from graphengine.context import Quaternion
 from graphengine.diagnostics import AmbiguousPrimError, Findings, PrimError, Span, did_you_mean, listing
-from graphengine.spec import SensorSpec
+from graphengine.spec import MaterialSpec, SensorSpec
 from graphengine.stage import Prim, PrimKind, Stage
 from graphengine.world.engine import mujoco
 from graphengine.world.poses import from_orientation
@@ -99,7 +99,17 @@ class _Builder:
             self._write("name_overrides", reference, "name_override", value)
         for name, material in robot.spec.materials.items():
             path, span = f"{robot.prim_path}/Materials/{name}", file.key_span("materials", name)
-            self._add(path, "material", span, facts=material.model_dump())
+            facts = material.model_dump() | self._binding(material)
+            self._add(path, "material", span, facts=facts)
+
+    def _binding(self, material: MaterialSpec) -> dict[str, Any]:
+        """What a material is mixed with: the floor's friction, and bodies with whether they are wheels.
+
+        A link that is the world has no body of its own, so that its colliders cannot be told from the world's: it is left out.
+        """
+        wheels, name = self.robot.spec.wheel_colliders, self.robot.name
+        bodies = {f"{name}/{link}": link in wheels for link in material.bind if f"{name}/{link}" in self.bodies}
+        return {"floor": self.robot.floor, "bodies": bodies}
 
     def _add(self, path: str, kind: PrimKind, span: Span, **facts: Any) -> Prim | None:
         try:

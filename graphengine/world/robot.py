@@ -15,6 +15,7 @@ from graphengine.world.description.source import read_description
 from graphengine.world.disabled import Disabled, disable_joints
 from graphengine.world.drives import Drive, drive_of, in_si
 from graphengine.world.fleet import Placement
+from graphengine.world.materials import NO_FLOOR_FRICTION
 from graphengine.world.robotfile import RobotFile
 from graphengine.world.sensors.profiles import SensorProfile, read_profiles
 from graphengine.world.urdf import Joint, Urdf, shape_of
@@ -33,6 +34,7 @@ class Robot:
         moving: the joints of the articulation, in order.
         drives: of moving joints that have one, by joint.
         disabled: the joints that the file disables, and which link moves freely then.
+        floor: friction of what it stands on.
     """
 
     placement: Placement
@@ -42,6 +44,7 @@ class Robot:
     moving: tuple[Joint, ...]
     drives: dict[str, Drive]
     disabled: Disabled
+    floor: float = NO_FLOOR_FRICTION
 
     @property
     def name(self) -> str:

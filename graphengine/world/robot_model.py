@@ -154,10 +154,7 @@ def _apply_materials(spec: mujoco.MjSpec, robot: Robot, floor: float, findings: 
             contact = against_floor(material, floor, wheel=link in robot.spec.wheel_colliders)
             for geom in spec.body(link).geoms:
                 if _collides(geom):
-                    geom.friction[0] = contact.friction
-                    geom.condim = contact.condim
-                    geom.priority = contact.priority
-                    geom.solref = contact.solref
+                    contact.tell(geom)
         if material.bind:
             text, *left_out = sentences(name, material, floor)
             findings.add("N103", text, robot.file.key_span("materials", name), *left_out)

@@ -71,7 +71,7 @@ class Scenery:
         if key not in self._kinds:
             self._kinds[key] = self._read(path, placement, findings)
         kind = self._kinds[key]
-        return replace(kind.robot, placement=placement) if kind is not None else None
+        return replace(kind.robot, placement=placement, floor=self._floor) if kind is not None else None
 
     def _place_of(self, placement: Placement) -> Span | None:
         """Where the scene names a robot's file; nowhere for one that comes later."""

@@ -8,7 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from graphengine.context import Vector3
+from graphengine.context import Friction, Vector3
 from graphengine.diagnostics import PrimError, listing
 from graphengine.rotation import Pose
 from graphengine.stage import Prim, PrimKind, Stage, at_or_below
@@ -18,6 +18,7 @@ from graphengine.world.engine import data_at_start, mujoco, round_weights, sort_
 from graphengine.world.entities import Entities
 from graphengine.world.force_limits import ForceLimits
 from graphengine.world.forces import Forces
+from graphengine.world.frictions import Frictions
 from graphengine.world.handle_table import HandleTable
 from graphengine.world.handles import CarriedPrim, Handle, Joints
 from graphengine.world.mounts import Mounts
@@ -89,6 +90,7 @@ class Simulation:
         self._handles = HandleTable()
         self.entities = Entities(self)
         self._mounts = Mounts()
+        self._frictions = Frictions(stage)
         self.pushes = Pushes()
         self.held: list[PlacedBody] = []
         """Bodies that stay where they were put."""
@@ -137,6 +139,7 @@ class Simulation:
     def continue_with(self, model: mujoco.MjModel) -> None:
         """Go on with a model that has a robot more or less; what is in both keeps its state, its commands and its start."""
         self._mounts.carry_over(model)
+        self._frictions.carry_over(model)
         model.opt.gravity = self.model.opt.gravity
         before, origin, points, limits = self.data, mujoco.MjData(self.model), self.set_points, self.limits
         mujoco.mj_setState(self.model, origin, self._start, _STATE)
@@ -266,6 +269,7 @@ class Simulation:
         if (built := self._mounts.put_back(self.model)) is not None:
             self.continue_with(built)
         self.model.opt.gravity = self._built_gravity
+        self._frictions.put_back(self.model)
         mujoco.mj_resetData(self.model, self.data)
         mujoco.mj_setState(self.model, self.data, self._start, _STATE)
         mujoco.mj_step1(self.model, self.data)
@@ -309,6 +313,17 @@ class Simulation:
     def set_gravity(self, gravity: Vector3) -> None:
         """Let bodies fall otherwise from the next step on; the second half of it has been begun, and is begun again."""
         self.model.opt.gravity = gravity
+        self.refresh()
+
+    def friction(self, prim: Prim) -> Friction:
+        """Static and dynamic friction of a material prim."""
+        self._expect(prim, "material")
+        return self._frictions.of(prim)
+
+    def set_friction(self, prim: Prim, friction: Friction) -> None:
+        """Let colliders of a material slide otherwise from the next step on, whose contacts are found anew."""
+        self._expect(prim, "material")
+        self._frictions.write(self.model, prim, friction)
         self.refresh()
 
     def body(self, prim: Prim) -> CarriedPrim:

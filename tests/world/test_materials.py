@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from graphengine.spec import MaterialSpec
 from graphengine.world.engine import mujoco
 from graphengine.world.materials import against_floor, combine, sentences, stronger
+from graphengine.world.simulation import Simulation
 from tests.world.harness import FLOOR, ROBOT, Project
 
 RULES = ("average", "min", "multiply", "max")  # PhysX's order: the later one wins
@@ -113,6 +114,29 @@ def test_a_box_slides_down_a_slope_with_the_friction_that_was_resolved(project: 
             speeds.append(math.hypot(*base.velocity()[0]))
     expected = 9.81 * (math.sin(math.radians(30)) - 0.3 * math.cos(math.radians(30)))
     assert (speeds[1] - speeds[0]) / 0.5 == pytest.approx(expected, rel=0.02)
+
+
+@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize("friction", [0.0, 0.7])
+def test_a_friction_that_is_written_is_mixed_as_one_that_was_built(
+    project: Project, rule: str, friction: float
+) -> None:
+    def told(simulation: Simulation) -> list[list[float]]:
+        model = simulation.model
+        arrays = (model.geom_friction, model.geom_condim, model.geom_priority, model.geom_solref)
+        return [array.tolist() for array in arrays]
+
+    def built_with(dynamic: float) -> Simulation:
+        bound(project, f"dynamic_friction: {dynamic}, combine: {rule}")
+        return project.load().simulation
+
+    project.write("world.xml", FLOOR.replace('friction="0.8"', 'friction="0.1"'))
+    wanted, simulation = told(built_with(friction)), built_with(0.2 if rule == "max" else 0.05)
+    built = told(simulation)
+    simulation.set_friction(simulation.stage.find("/bot/Materials/Rubber"), (0.5, friction))
+    assert told(simulation) == wanted != built
+    simulation.reset()
+    assert told(simulation) == built
 
 
 def test_a_link_has_one_material_and_a_collider_to_bind_it_to(project: Project) -> None:
