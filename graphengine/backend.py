@@ -15,6 +15,7 @@ from graphengine.context import (
     Friction,
     Imu,
     Lidar,
+    Light,
     Placement,
     Publisher,
     QoS,
@@ -125,6 +126,17 @@ class World(Protocol):
         Args:
             prim: of the material.
             friction: static and dynamic; finite, not negative.
+        """
+
+    def light(self, prim: Prim) -> Light:
+        """Intensity and colour of a light prim."""
+
+    def set_light(self, prim: Prim, light: Light) -> None:
+        """Let a light shine otherwise in the pictures to come; `reset_state` takes it back.
+
+        Args:
+            prim: of the light.
+            light: intensity and colour; finite, not negative.
         """
 
     def body(self, prim: Prim) -> Body:

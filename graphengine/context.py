@@ -29,6 +29,8 @@ from graphengine.sensor import Vector3 as Vector3
 
 Friction = tuple[float, float]
 """Static and dynamic friction."""
+Light = tuple[float, Vector3]
+"""Intensity, in times of what it is at the start, and colour (red, green, blue)."""
 
 
 class Clock(Protocol):

@@ -21,6 +21,7 @@ from graphengine.context import (
     ImuSample,
     JointSelection,
     Lidar,
+    Light,
     Picture,
     Placement,
     Quaternion,
@@ -86,6 +87,7 @@ class DryWorld:
         self.dropped_pictures: dict[str, int] = {}
         self.gravity: Vector3 = (0.0, 0.0, -9.81)
         self._frictions: dict[str, Friction] = {}
+        self._lights: dict[str, Light] = {}
 
     def set_gravity(self, gravity: Vector3) -> None:
         """Nothing falls."""
@@ -99,6 +101,14 @@ class DryWorld:
     def set_friction(self, prim: Prim, friction: Friction) -> None:
         """Nothing slides."""
         self._frictions[prim.path] = friction
+
+    def light(self, prim: Prim) -> Light:
+        """What was written last, else what the light's facts say."""
+        return self._lights.get(prim.path, (1.0, prim.facts["diffuse"]))
+
+    def set_light(self, prim: Prim, light: Light) -> None:
+        """Nothing is lit."""
+        self._lights[prim.path] = light
 
     def body(self, prim: Prim) -> Body:
         """A body at rest."""

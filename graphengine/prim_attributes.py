@@ -1,10 +1,10 @@
 """Prims as USD shows them: types, and attributes with their values as JSON has them.
 
 Attributes are those that something here stands behind: poses relative to the parent prim, masses, what joints and their drives
-do, gravity, friction of materials, the clipping range of cameras, and the two names that the reference writes on prims. Angles
-are in degrees, as USD has them. What the physics can be told while it runs can be written: where a robot or a free body is, the
-targets of drives, gravity, and friction. Bodies slide by the dynamic friction; the static one, which MuJoCo does not have, is
-kept and does nothing.
+do, gravity, friction of materials, lights, the clipping range of cameras, and the two names that the reference writes on prims.
+Angles are in degrees, as USD has them. What the physics and the cameras can be told while they run can be written: where a robot
+or a free body is, the targets of drives, gravity, friction, and lights. Bodies slide by the dynamic friction; the static one,
+which MuJoCo does not have, is kept and does nothing.
 """
 
 from __future__ import annotations
@@ -49,12 +49,15 @@ _JOINT_TYPES = {
 }
 STRONGEST_GRAVITY = 1000.0
 """m/s2, some forty times that of Jupiter."""
+BRIGHTEST = 1e6
+"""Of intensities and colours: far more than any picture shows, and their product is a number to OpenGL."""
 _WITHOUT_POSE = ("scope", "joint", "material", "graph")
 
 
 PORT_TYPES: Mapping[str, PortType] = MappingProxyType(
     {
         "bool": PortType("bool"),
+        "color3f": PortType("float", 3, role="color"),
         "double3": PortType("double", 3),
         "float": PortType("float"),
         "float2": PortType("float", 2),
@@ -76,6 +79,7 @@ def type_of_attribute(name: str) -> PortType | None:
 _TYPES = {"xformOp:translate": "double3", "xformOp:orient": "quatd", "physics:mass": "float", "clippingRange": "float2"}
 _TYPES |= {"physics:gravityDirection": "vector3f", "physics:gravityMagnitude": "float"}
 _TYPES |= {"physics:staticFriction": "float", "physics:dynamicFriction": "float"}
+_TYPES |= {"inputs:intensity": "float", "inputs:color": "color3f"}
 _TYPES |= {"physics:jointEnabled": "bool", "isaac:namespace": "string", "isaac:nameOverride": "string"}
 _OF_JOINTS = re.compile(
     r"(state:(angular|linear):physics:|drive:(angular|linear):physics:target)([Pp]osition|[Vv]elocity)"
@@ -211,6 +215,8 @@ class StagePrims:
             found |= _joint_attributes(world, prim)
         if prim.kind == "material":
             found |= _friction_attributes(world, prim)
+        if prim.kind == "light":
+            found |= _light_attributes(world, prim)
         if prim.kind == "camera":
             found["clippingRange"] = Attribute("float2", lambda: list(world.camera(prim).clip))
         if prim.namespace:
@@ -362,6 +368,29 @@ def _friction_attributes(world: World, prim: Prim) -> dict[str, Attribute]:
     }
 
 
+def _light_attributes(world: World, prim: Prim) -> dict[str, Attribute]:
+    """How bright a light is, in times of what it is at the start, and its colour."""
+
+    def brighten(value: Any) -> None:
+        world.set_light(prim, (_bright(_numbers([value], 1))[0], world.light(prim)[1]))
+
+    def colour(value: Any) -> None:
+        red, green, blue = _bright(_numbers(value, 3))
+        world.set_light(prim, (world.light(prim)[0], (red, green, blue)))
+
+    return {
+        "inputs:intensity": Attribute("float", lambda: world.light(prim)[0], brighten),
+        "inputs:color": Attribute("color3f", lambda: list(world.light(prim)[1]), colour),
+    }
+
+
+def _bright(numbers: list[float]) -> list[float]:
+    for number in numbers:
+        if not 0 <= number <= BRIGHTEST:
+            raise ContextError(f"light has numbers of 0 to {BRIGHTEST:g}, not {shown(number)}", number)
+    return numbers
+
+
 def _not_negative(value: Any) -> float:
     (number,) = _numbers([value], 1)
     if number < 0:
@@ -377,6 +406,8 @@ def usd_type(prim: Prim) -> str:
     """The name of a prim's type."""
     if _is_physics_scene(prim):
         return "PhysicsScene"
+    if prim.kind == "light":
+        return "DistantLight" if prim.facts.get("directional") else "SphereLight"
     if prim.kind == "joint":
         return _JOINT_TYPES.get(prim.facts.get("type", ""), "PhysicsJoint")
     return USD_TYPES[prim.kind]

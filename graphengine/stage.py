@@ -34,6 +34,7 @@ PrimKind = Literal[
     "material",
     "graph",
     "body",
+    "light",
     "sensor",
 ]
 

@@ -5,8 +5,9 @@ Attributes are those that something here stands behind, under USD's names and in
 `isaac:namespace` and `isaac:nameOverride`; of a joint that turns `state:angular:physics:position` and `:velocity` and, where its
 drive has them, `drive:angular:physics:targetPosition` and `targetVelocity`, in degrees; of one that slides the same with
 `linear`, in m; of /physicsScene `physics:gravityDirection` and `physics:gravityMagnitude` (m/s2); of a robot's materials
-`physics:staticFriction` and `physics:dynamicFriction`. Where a robot or a free body is, what drives are told, gravity and
-friction can be written; the static friction does nothing, as MuJoCo has one friction and the dynamic one is taken for it.
+`physics:staticFriction` and `physics:dynamicFriction`; of the world's lights `inputs:intensity`, 1 at the start, and
+`inputs:color`. Where a robot or a free body is, what drives are told, gravity, friction and lights can be written; the static
+friction does nothing, as MuJoCo has one friction and the dynamic one is taken for it.
 """
 
 from __future__ import annotations

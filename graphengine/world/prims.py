@@ -9,11 +9,14 @@ import re
 from collections.abc import Collection
 from typing import Any
 
+import numpy as np
+
 from graphengine.context import Quaternion
 from graphengine.diagnostics import AmbiguousPrimError, Findings, PrimError, Span, did_you_mean, listing
 from graphengine.spec import MaterialSpec, SensorSpec
 from graphengine.stage import Prim, PrimKind, Stage
 from graphengine.world.engine import mujoco
+from graphengine.world.lights import world_lights
 from graphengine.world.poses import from_orientation
 from graphengine.world.robot import Robot
 from graphengine.world.sensors.profiles import LidarProfile, RigProfile
@@ -228,7 +231,7 @@ def _lidar_facts(lidar: LidarProfile, sensor: SensorSpec, profile: str) -> dict[
 
 
 def add_world(stage: Stage, model: mujoco.MjModel, robots: Collection[str]) -> None:
-    """Define a prim below /World for every body of the model that belongs to no robot."""
+    """Define a prim below /World for every body and every light of the model that belongs to no robot."""
     paths = {0: "/World"}
     stage.add("/World", "scope")
     for index in range(1, model.nbody):
@@ -240,3 +243,22 @@ def add_world(stage: Stage, model: mujoco.MjModel, robots: Collection[str]) -> N
         paths[index] = path if path not in stage else f"{path}_{index}"
         w, x, y, z = body.quat.tolist()
         stage.add(paths[index], "body", position=tuple(body.pos.tolist()), orientation=(x, y, z, w), body=body.name)
+    for number, index in enumerate(world_lights(model, robots)):
+        _add_light(stage, model, index, number, paths[int(model.light_bodyid[index])])
+
+
+def _add_light(stage: Stage, model: mujoco.MjModel, index: int, number: int, above: str) -> None:
+    """Define the prim of a light, which shines along its -z axis as USD's do; `number` is its place among the world's."""
+    light = model.light(index)
+    path = f"{above}/{prim_name(light.name or f'light_{number}')}"
+    turn = np.empty(4)
+    mujoco.mju_quatZ2Vec(turn, -light.dir)
+    w, x, y, z = turn.tolist()
+    facts = {name: tuple(getattr(light, name).tolist()) for name in ("diffuse", "ambient", "specular")}
+    stage.add(
+        path if path not in stage else f"{path}_light_{number}",
+        "light",
+        position=tuple(light.pos.tolist()),
+        orientation=(x, y, z, w),
+        facts={**facts, "number": number, "directional": light.type[0] == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL},
+    )

@@ -8,7 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from graphengine.context import Friction, Vector3
+from graphengine.context import Friction, Light, Vector3
 from graphengine.diagnostics import PrimError, listing
 from graphengine.rotation import Pose
 from graphengine.stage import Prim, PrimKind, Stage, at_or_below
@@ -21,6 +21,7 @@ from graphengine.world.forces import Forces
 from graphengine.world.frictions import Frictions
 from graphengine.world.handle_table import HandleTable
 from graphengine.world.handles import CarriedPrim, Handle, Joints
+from graphengine.world.lights import Lights
 from graphengine.world.mounts import Mounts
 from graphengine.world.placing import PlacedBody, find_mover
 from graphengine.world.pushes import Pushes
@@ -91,6 +92,7 @@ class Simulation:
         self.entities = Entities(self)
         self._mounts = Mounts()
         self._frictions = Frictions(stage)
+        self._lights = Lights(stage)
         self.pushes = Pushes()
         self.held: list[PlacedBody] = []
         """Bodies that stay where they were put."""
@@ -140,6 +142,7 @@ class Simulation:
         """Go on with a model that has a robot more or less; what is in both keeps its state, its commands and its start."""
         self._mounts.carry_over(model)
         self._frictions.carry_over(model)
+        self._lights.carry_over(model)
         model.opt.gravity = self.model.opt.gravity
         before, origin, points, limits = self.data, mujoco.MjData(self.model), self.set_points, self.limits
         mujoco.mj_setState(self.model, origin, self._start, _STATE)
@@ -270,6 +273,7 @@ class Simulation:
             self.continue_with(built)
         self.model.opt.gravity = self._built_gravity
         self._frictions.put_back(self.model)
+        self._lights.put_back(self.model)
         mujoco.mj_resetData(self.model, self.data)
         mujoco.mj_setState(self.model, self.data, self._start, _STATE)
         mujoco.mj_step1(self.model, self.data)
@@ -325,6 +329,16 @@ class Simulation:
         self._expect(prim, "material")
         self._frictions.write(self.model, prim, friction)
         self.refresh()
+
+    def light(self, prim: Prim) -> Light:
+        """Intensity and colour of a light prim."""
+        self._expect(prim, "light")
+        return self._lights.of(prim)
+
+    def set_light(self, prim: Prim, light: Light) -> None:
+        """Let a light shine otherwise in the pictures to come."""
+        self._expect(prim, "light")
+        self._lights.write(self.model, prim, light)
 
     def body(self, prim: Prim) -> CarriedPrim:
         """The rigid body at, or carrying, a prim."""

@@ -429,3 +429,62 @@ def test_each_of_the_two_frictions_is_written_alone() -> None:
     assert context.world.friction(material) == (1.0, 0.6)
     ready(WritePrimAttribute, context, prim=RUBBER, name="physics:dynamicFriction", value=0).compute()
     assert context.world.friction(material) == (1.0, 0.0)
+
+
+LIT = """
+<mujoco>
+  <worldbody>
+    <light name="sun" diffuse="0.5 0.5 0.5"/>
+    <body name="box" pos="0 3 1"><freejoint/><geom type="box" size=".1 .1 .1" mass="3"/></body>
+  </worldbody>
+</mujoco>
+"""
+LIGHTS = """
+  Dim: {type: WritePrimAttribute, inputs: {prim: /World/sun, name: 'inputs:intensity', value: 0.25}}
+  Tint: {type: WritePrimAttribute, inputs: {prim: /World/sun, name: 'inputs:color', value: [1, 0.5, 0]}}
+  Intensity: {type: ReadPrimAttribute, inputs: {prim: /World/sun, name: 'inputs:intensity'}}
+  Colour: {type: ReadPrimAttribute, inputs: {prim: /World/sun, name: 'inputs:color'}}
+  Text: ToString
+  ColourText: ToString
+  Print: PrintText
+  PrintColour: PrintText
+"""
+LIGHT_WIRES = """
+  - Tick.tick -> Dim.execIn
+  - Dim.execOut -> Tint.execIn
+  - Tint.execOut -> Print.execIn
+  - Print.execOut -> PrintColour.execIn
+  - Intensity.value -> Text.value
+  - Text.converted -> Print.text
+  - Colour.value -> ColourText.value
+  - ColourText.converted -> PrintColour.text
+"""
+
+
+def test_a_light_is_read_and_written_until_a_stop(play: Player) -> None:
+    playing = arm(play, LIGHTS, LIGHT_WIRES, LIT)
+    world = playing.session.services.world
+    light = world.stage.find("/World/sun")
+    assert world.light(light) == (1.0, (0.5, 0.5, 0.5))
+    playing.tick()
+    assert (playing.node("Print").text, playing.node("PrintColour").text) == ("0.25", "[1, 0.5, 0]")
+    assert world.light(light) == (0.25, (1.0, 0.5, 0.0))
+    playing.session.stop()
+    assert world.light(light) == (1.0, (0.5, 0.5, 0.5))
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        *(("inputs:intensity", value) for value in (-1.0, math.nan, math.inf, 1e30, "up")),
+        *(("inputs:color", value) for value in ((0.0, -0.1, 0.0), (0.0, 0.0, math.nan), (1e30, 0.0, 0.0), (1.0, 1.0))),
+    ],
+)
+def test_a_light_of_no_sense_is_refused(name: str, value: Any) -> None:
+    context = RecordingContext()
+    light = context.world.stage.add("/World/sun", "light", facts={"diffuse": (0.5, 0.5, 0.5)})
+    node = ready(WritePrimAttribute, context, prim="/World/sun", name=name)
+    node.value = value
+    with pytest.raises(ContextError, match=f"{name} of /World/sun"):
+        node.compute()
+    assert context.world.light(light) == (1.0, (0.5, 0.5, 0.5))
