@@ -387,7 +387,7 @@ def _light_attributes(world: World, prim: Prim) -> dict[str, Attribute]:
 def _bright(numbers: list[float]) -> list[float]:
     for number in numbers:
         if not 0 <= number <= BRIGHTEST:
-            raise ContextError(f"light has numbers of 0 to {BRIGHTEST:g}, not {shown(number)}", number)
+            raise ContextError(f"it has to be 0 to {BRIGHTEST:g}, not {shown(number)}", number)
     return numbers
 
 

@@ -254,11 +254,12 @@ def _add_light(stage: Stage, model: mujoco.MjModel, index: int, number: int, abo
     turn = np.empty(4)
     mujoco.mju_quatZ2Vec(turn, -light.dir)
     w, x, y, z = turn.tolist()
-    facts = {name: tuple(getattr(light, name).tolist()) for name in ("diffuse", "ambient", "specular")}
+    facts: dict[str, Any] = {name: tuple(getattr(light, name).tolist()) for name in ("diffuse", "ambient", "specular")}
+    facts |= {"number": number, "directional": bool(light.type[0] == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL.value)}
     stage.add(
         path if path not in stage else f"{path}_light_{number}",
         "light",
         position=tuple(light.pos.tolist()),
         orientation=(x, y, z, w),
-        facts={**facts, "number": number, "directional": light.type[0] == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL},
+        facts=facts,
     )

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from graphengine.context import Vector3
 from graphengine.diagnostics import Findings, PrimError
+from graphengine.prim_attributes import StagePrims
 from graphengine.rotation import rotate
 from graphengine.spec import RobotUse
 from graphengine.stage import Prim, Stage
@@ -26,7 +27,7 @@ LIT = """
   <worldbody>
     <geom type="box" size=".1 9 9" pos="3 0 0" rgba="1 1 1 1"/>
     <light name="sun" type="directional" dir="1 0 0" diffuse=".6 .6 .6" ambient=".1 .1 .1" specular="0 0 0"/>
-    <body name="lamp" pos="0 0 9"><light pos="0 0 -1" dir="0 1 0" active="false"/><geom size=".01"/></body>
+    <body name="lamp" pos="0 0 9"><light pos="0 0 -1" dir="0 1 0" type="spot" active="false"/><geom size=".01"/></body>
   </worldbody>
 </mujoco>
 """
@@ -79,6 +80,12 @@ def test_a_light_without_a_name_is_numbered_and_hangs_on_its_body() -> None:
     lamp = simulation.stage.find("/World/lamp/light_1")
     assert simulation.frame(lamp).pose()[0] == pytest.approx((0.0, 0.0, 8.0))
     assert simulation.light(lamp)[0] == 1.0
+
+
+def test_lights_have_the_types_of_usd() -> None:
+    prims = StagePrims(lit())
+    assert [kind for _, kind in prims.below("/World/sun")] == ["DistantLight"]
+    assert [kind for _, kind in prims.below("/World/lamp/light_1")] == ["SphereLight"]
 
 
 def test_a_light_that_was_changed_stays_so_when_robots_come_and_go_until_a_reset(project: Project) -> None:
