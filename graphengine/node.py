@@ -88,9 +88,9 @@ class NodeMeta(type):
         cls = super().__new__(mcs, name, bases, namespace)
         cls._make_ports(fields)  # type: ignore[attr-defined]
         cls.type_name = type  # type: ignore[attr-defined]
-        cls.gated = gated or len([p for p in cls.ports.values() if p.is_exec and p.side == "outputs"]) > 1  # type: ignore[attr-defined]
-        cls.counts = counts or any(getattr(base, "counts", False) for base in inherited)  # type: ignore[attr-defined]
-        cls.volatile = volatile or any(getattr(base, "volatile", False) for base in inherited)  # type: ignore[attr-defined]
+        several = len([p for p in cls.ports.values() if p.is_exec and p.side == "outputs"]) > 1  # type: ignore[attr-defined]
+        for fact, here in (("gated", gated or several), ("counts", counts), ("volatile", volatile)):
+            setattr(cls, fact, here or any(getattr(base, fact, False) for base in inherited))
         cls.aliases = tuple(aliases)  # type: ignore[attr-defined]
         cls.series = {stem: _series(cls.fields, stem) for stem in cls.numbered}  # type: ignore[attr-defined]
         return cls
@@ -290,7 +290,7 @@ def grown(
     made = _grown.get(key)
     if made is None:
         namespace = {"__module__": cls.__module__, "__doc__": cls.__doc__, "__qualname__": cls.__qualname__, **ports}
-        meta = NodeMeta(cls.__name__, (cls,), namespace, type=cls.type_name, gated=cls.gated, counts=cls.counts)
+        meta = NodeMeta(cls.__name__, (cls,), namespace, type=cls.type_name)
         made = _grown[key] = typing.cast("type[Node]", meta)
     return made
 

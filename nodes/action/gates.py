@@ -103,13 +103,11 @@ class Counter(Node, type="omni.graph.action.Counter", counts=True):
             self.count += 1
 
 
-class SyncGate(Node, type="omni.graph.action.SyncGate", gated=True, counts=True):
-    """Fires when it was executed with one value as often as wires lead to it; another value begins anew."""
+class Rendezvous(Node, gated=True, counts=True):
+    """A node that fires when it was executed as often as wires lead to it; what it waits for may begin anew."""
 
     exec_in = ExecIn()
-    sync_value_in: UInt64 = In(default=0, name="syncValue")
     exec_out = ExecOut()
-    sync_value_out: UInt64 = Out(name="syncValue", doc="the value that is being waited for")
 
     wires: int = State(default=1)
     arrived: int = State(default=0)
@@ -118,44 +116,40 @@ class SyncGate(Node, type="omni.graph.action.SyncGate", gated=True, counts=True)
         """Count the wires."""
         self.wires = context.wires_into("exec_in")
 
-    def compute(self) -> Fire:
-        """Count what arrives."""
-        if self.sync_value_in != self.sync_value_out:
-            self.arrived = 0
-        self.sync_value_out = self.sync_value_in
-        self.arrived += 1
+    def arrive(self, *, anew: bool) -> Fire:
+        """Count one execution more, or the first that is waited for anew."""
+        self.arrived = 1 if anew else self.arrived + 1
         if self.arrived < self.wires:
             return None
         self.arrived = 0
         return self.exec_out
 
 
-class RationalTimeSyncGate(Node, type="omni.graph.action.RationalTimeSyncGate", gated=True, counts=True):
+class SyncGate(Rendezvous, type="omni.graph.action.SyncGate"):
+    """Fires when it was executed with one value as often as wires lead to it; another value begins anew."""
+
+    sync_value_in: UInt64 = In(default=0, name="syncValue")
+    sync_value_out: UInt64 = Out(name="syncValue", doc="the value that is being waited for")
+
+    def compute(self) -> Fire:
+        """Count what arrives."""
+        other = self.sync_value_in != self.sync_value_out
+        self.sync_value_out = self.sync_value_in
+        return self.arrive(anew=other)
+
+
+class RationalTimeSyncGate(Rendezvous, type="omni.graph.action.RationalTimeSyncGate"):
     """Fires when it was executed with one time as often as wires lead to it; another time begins anew."""
 
-    exec_in = ExecIn()
     numerator_in: Int64 = In(default=0, name="rationalTimeNumerator", doc="of the time in seconds")
     denominator_in: UInt64 = In(default=0, name="rationalTimeDenominator", doc="of the time in seconds")
-    exec_out = ExecOut()
     numerator_out: Int64 = Out(name="rationalTimeNumerator", doc="of the time that is being waited for")
     denominator_out: UInt64 = Out(name="rationalTimeDenominator", doc="of the time that is being waited for")
-
-    wires: int = State(default=1)
-    arrived: int = State(default=0)
-
-    def setup(self, context: Context) -> None:
-        """Count the wires."""
-        self.wires = context.wires_into("exec_in")
 
     def compute(self) -> Fire:
         """Count what arrives; 1/2 and 2/4 are one time, 1/0 and 2/0 are two."""
         crosswise = self.numerator_in * self.denominator_out == self.numerator_out * self.denominator_in
         both = self.denominator_in and self.denominator_out
-        if not (crosswise if both else self.numerator_in == self.numerator_out):
-            self.arrived = 0
+        same = crosswise if both else self.numerator_in == self.numerator_out
         self.numerator_out, self.denominator_out = self.numerator_in, self.denominator_in
-        self.arrived += 1
-        if self.arrived < self.wires:
-            return None
-        self.arrived = 0
-        return self.exec_out
+        return self.arrive(anew=not same)

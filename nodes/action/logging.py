@@ -12,13 +12,10 @@ from graphengine.types import String, Token
 _SEVERITIES = {"Verbose": "info", "Info": "info", "Warn": "warning", "Warning": "warning", "Error": "error"}
 
 
-class LogMessage(Node, type="omni.graph.action.LogMessage"):
-    """Tells a message, with the node's path in front."""
+class TellingNode(Node):
+    """A node that tells people something."""
 
     exec_in = ExecIn()
-    channel: Token = In(default="omni.graph.nodes_core.plugin", doc="means nothing here: there is one log")
-    log_level: Token = In(default="Info", tokens=("Verbose", "Info", "Warn", "Error"))
-    message: String = In(default="", doc="what is told")
     exec_out = ExecOut()
 
     log: Callable[[Any, str], None] = State()
@@ -27,30 +24,40 @@ class LogMessage(Node, type="omni.graph.action.LogMessage"):
         """Bind the log."""
         self.log = context.log
 
+    def tell(self, level: str, text: str) -> None:
+        """Tell a text.
+
+        Raises:
+            ValueError: there is no such level.
+        """
+        if level not in _SEVERITIES:
+            raise ValueError(f"logLevel is {level!r}; it is one of {', '.join(_SEVERITIES)}")
+        self.log(_SEVERITIES[level], text)
+
+
+class LogMessage(TellingNode, type="omni.graph.action.LogMessage"):
+    """Tells a message, with the node's path in front."""
+
+    channel: Token = In(default="omni.graph.nodes_core.plugin", doc="means nothing here: there is one log")
+    log_level: Token = In(default="Info", tokens=("Verbose", "Info", "Warn", "Error"))
+    message: String = In(default="", doc="what is told")
+
     def compute(self) -> None:
         """Tell it.
 
         Raises:
             ValueError: there is no such level.
         """
-        self.log(severity(self.log_level), self.message)
+        self.tell(self.log_level, self.message)
 
 
-class PrintText(Node, type="omni.graph.ui_nodes.PrintText"):
+class PrintText(TellingNode, type="omni.graph.ui_nodes.PrintText"):
     """Tells a text, with the node's path in front."""
 
-    exec_in = ExecIn()
     text: String = In(default="", doc="what is told")
     log_level: Token = In(default="Info", tokens=("Info", "Warning", "Error"))
     to_screen: bool = In(default=False, doc="means nothing here: there is no viewport")
     viewport: Token = In(default="", doc="means nothing here: there is no viewport")
-    exec_out = ExecOut()
-
-    log: Callable[[Any, str], None] = State()
-
-    def setup(self, context: Context) -> None:
-        """Bind the log."""
-        self.log = context.log
 
     def compute(self) -> None:
         """Tell it.
@@ -58,15 +65,4 @@ class PrintText(Node, type="omni.graph.ui_nodes.PrintText"):
         Raises:
             ValueError: there is no such level.
         """
-        self.log(severity(self.log_level), self.text)
-
-
-def severity(level: str) -> str:
-    """What a level is called in the log.
-
-    Raises:
-        ValueError: there is none of that name.
-    """
-    if level not in _SEVERITIES:
-        raise ValueError(f"logLevel is {level!r}; it is one of {', '.join(_SEVERITIES)}")
-    return _SEVERITIES[level]
+        self.tell(self.log_level, self.text)
