@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection
+
+from graphengine.diagnostics import UsageError, did_you_mean, listing
 
 LETTERS = tuple("ABCDEFGHIJKLMNOPQRSTUVWXYZ")
 _PUNCTUATION = {
@@ -58,12 +60,22 @@ class HeldKeys:
         self._down: set[str] = set()
         self._tapped: set[str] = set()
 
-    def press(self, keys: Iterable[str]) -> None:
-        """Hold keys down from the next tick on."""
+    def press(self, keys: Collection[str]) -> None:
+        """Hold keys down from the next tick on.
+
+        Raises:
+            UsageError: there is no such key.
+        """
+        _expect(keys)
         self._down.update(keys)
 
-    def release(self, keys: Iterable[str]) -> None:
-        """Let go of keys; one that was pressed since the last tick is down for one tick."""
+    def release(self, keys: Collection[str]) -> None:
+        """Let go of keys; one that was pressed since the last tick is down for one tick.
+
+        Raises:
+            UsageError: there is no such key.
+        """
+        _expect(keys)
         self._tapped.update(set(keys) & (self._down - self.held))
         self._down.difference_update(keys)
 
@@ -79,6 +91,12 @@ class HeldKeys:
     def any_of(self, modifier: str) -> bool:
         """Whether one of the keys of a modifier is held: `shift`, `alt` or `ctrl`."""
         return any(key in self.held for key in MODIFIERS[modifier])
+
+
+def _expect(keys: Collection[str]) -> None:
+    for key in keys:
+        if key not in KEYS:
+            raise UsageError(f"no key {key!r}\n  {did_you_mean(key, KEYS) or listing(KEYS, 'keys')}")
 
 
 def keys_of(character: str) -> tuple[str, ...]:

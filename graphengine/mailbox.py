@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from graphengine.diagnostics import ContextError
+from graphengine.diagnostics import ContextError, UsageError, did_you_mean, listing
+
+IMPULSE = "impulse:"
+"""Before a node's prim path: the name of the queue of its impulses."""
 
 
 class QueueMailbox:
@@ -64,3 +67,23 @@ class NodeMailbox:
             return ()
         self._taken = self._queue.ticks
         return self._queue.visible
+
+
+def find_impulses(mailboxes: Mapping[str, QueueMailbox], node: str) -> tuple[str, QueueMailbox]:
+    """The prim path of a node that waits for impulses, and its queue.
+
+    Args:
+        mailboxes: of the session.
+        node: its prim path, or as much of the end as no other has: `graph/Node`, `Node`.
+
+    Raises:
+        UsageError: there is no such node, or there are several.
+    """
+    known = {name.removeprefix(IMPULSE): box for name, box in mailboxes.items() if name.startswith(IMPULSE)}
+    wanted = node.strip("/")
+    meant = [path for path in known if f"/{path.strip('/')}".endswith(f"/{wanted}")] if wanted else []
+    if len(meant) != 1:
+        near = did_you_mean(node, known) or listing(known, "nodes that wait for an impulse")
+        what = "no OnImpulseEvent" if not meant else f"{len(meant)} nodes"
+        raise UsageError(f"{what} {node!r}\n  {listing(meant, 'write one of') if meant else near}")
+    return meant[0], known[meant[0]]

@@ -15,13 +15,11 @@ from graphengine.diagnostics import (
     TransportError,
     UnknownEntityError,
     UsageError,
-    did_you_mean,
-    listing,
 )
 from graphengine.entity import warning
 from graphengine.graph_run import GraphRun
 from graphengine.inbox import Inbox, LiveInbox
-from graphengine.keys import KEYS
+from graphengine.mailbox import find_impulses
 from graphengine.node_context import Services
 from graphengine.pacer import Pacer
 from graphengine.simulation_clock import SimulationClock
@@ -223,20 +221,10 @@ class Session:
             UsageError: there is no such node, there are several, or within a tick.
         """
         self._refuse_within_tick()
-        known = {
-            name.removeprefix("impulse:"): box
-            for name, box in self.services.mailboxes.items()
-            if name.startswith("impulse:")
-        }
-        wanted = node.strip("/")
-        meant = [path for path in known if f"/{path.strip('/')}".endswith(f"/{wanted}")] if wanted else []
-        if len(meant) != 1:
-            near = did_you_mean(node, known) or listing(known, "nodes that wait for an impulse")
-            what = "no OnImpulseEvent" if not meant else f"{len(meant)} nodes"
-            raise UsageError(f"{what} {node!r}\n  {listing(meant, 'write one of') if meant else near}")
-        if not known[meant[0]].waiting:
-            known[meant[0]].post()
-        self.inbox.command("impulse", {"node": meant[0]})
+        path, mailbox = find_impulses(self.services.mailboxes, node)
+        if not mailbox.waiting:
+            mailbox.post()
+        self.inbox.command("impulse", {"node": path})
 
     def press(self, *keys: str) -> None:
         """Hold keys down from the next tick on, by OmniGraph's names.
@@ -244,7 +232,9 @@ class Session:
         Raises:
             UsageError: there is no such key, or within a tick.
         """
-        self._use_keys("press", keys)
+        self._refuse_within_tick()
+        self.services.keys.press(keys)
+        self.inbox.command("press", {"keys": list(keys)})
 
     def release(self, *keys: str) -> None:
         """Let go of keys; one that was pressed since the last tick is down for one tick.
@@ -252,15 +242,9 @@ class Session:
         Raises:
             UsageError: there is no such key, or within a tick.
         """
-        self._use_keys("release", keys)
-
-    def _use_keys(self, what: Literal["press", "release"], keys: Sequence[str]) -> None:
         self._refuse_within_tick()
-        for key in keys:
-            if key not in KEYS:
-                raise UsageError(f"no key {key!r}\n  {did_you_mean(key, KEYS) or listing(KEYS, 'keys')}")
-        getattr(self.services.keys, what)(keys)
-        self.inbox.command(what, {"keys": list(keys)})
+        self.services.keys.release(keys)
+        self.inbox.command("release", {"keys": list(keys)})
 
     def play(self) -> None:
         """Let ticks run."""

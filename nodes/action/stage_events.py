@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from graphengine.context import Clock, Context, Mailbox
+from graphengine.mailbox import IMPULSE
 from graphengine.node import ExecOut, Fire, In, Node, State
 from graphengine.registry import lint
 from graphengine.types import Token
@@ -80,7 +81,7 @@ class OnImpulseEvent(Node, type="omni.graph.action.OnImpulseEvent", gated=True):
 
     def setup(self, context: Context) -> None:
         """Bind the node's own queue."""
-        self.mailbox = context.mailbox(f"impulse:{context.prim_path}")
+        self.mailbox = context.mailbox(f"{IMPULSE}{context.prim_path}")
 
     def compute(self) -> Fire:
         """Look whether there was one."""
