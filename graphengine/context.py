@@ -13,8 +13,18 @@ from pathlib import Path
 from typing import Any, Literal, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from graphengine.messaging import Publisher as Publisher
+from graphengine.messaging import QoS as QoS
+from graphengine.messaging import ServiceClient as ServiceClient
+from graphengine.messaging import ServiceServer as ServiceServer
+from graphengine.messaging import Subscription as Subscription
+from graphengine.motion import Articulation as Articulation
+from graphengine.motion import Body as Body
+from graphengine.motion import Frame as Frame
+from graphengine.motion import FrameLink as FrameLink
+from graphengine.motion import JointSelection as JointSelection
+from graphengine.motion import Placement as Placement
 from graphengine.sensor import BOX_3D as BOX_3D
 from graphengine.sensor import Camera as Camera
 from graphengine.sensor import ContactReading as ContactReading
@@ -59,191 +69,6 @@ class Clock(Protocol):
     @property
     def frame(self) -> int:
         """Number of this tick since play; the first is 1."""
-
-
-class Body(Protocol):
-    """A rigid body, or the rigid body that carries a prim."""
-
-    def pose(self) -> tuple[Vector3, Quaternion]:
-        """Position (m) and orientation of the prim in the world frame."""
-
-    def velocity(self) -> tuple[Vector3, Vector3]:
-        """Linear (m/s) and angular (rad/s) velocity of the prim's origin, in the world frame."""
-
-
-class Frame(Protocol):
-    """The pose of any prim, whether or not physics knows it."""
-
-    def pose(self) -> tuple[Vector3, Quaternion]:
-        """Position (m) and orientation in the world frame."""
-
-
-class Placement(Protocol):
-    """A body that is put somewhere and stays there."""
-
-    def place(self, position: Vector3, orientation: Quaternion) -> None:
-        """Put the body's prim there, at rest, and hold it against all that acts on it until the simulation stops.
-
-        A link goes as far as its joint lets it.
-
-        Args:
-            position: in the world frame, m.
-            orientation: in the world frame, of length 1.
-
-        Raises:
-            PhysicsError: it is too far away to be counted with; nothing has changed.
-        """
-
-
-@dataclass(frozen=True, slots=True)
-class FrameLink:
-    """One edge of a transform tree: a named child frame below a named parent frame."""
-
-    parent_name: str
-    child_name: str
-    parent: Frame | None
-    """None stands for the world frame."""
-    child: Frame
-    optical: bool = False
-    """Cameras turn by 180 degrees about x: from looking along -z to the ROS optical frame."""
-    fixed: tuple[Vector3, Quaternion] | None = None
-    """Pose of the child in the parent's frame where it never changes, because one body carries both."""
-
-
-class JointSelection(Protocol):
-    """Some joints of an articulation, in the order they were asked for."""
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Joint names in order."""
-
-    def command(
-        self,
-        positions: Sequence[float] | None = None,
-        velocities: Sequence[float] | None = None,
-        efforts: Sequence[float] | None = None,
-    ) -> None:
-        """Set targets from the next physics step on.
-
-        Each sequence has one value a joint (rad or m, rad/s or m/s, N m or N); None leaves that kind as it is, and so does
-        NaN for a single joint.
-        """
-
-
-class Articulation(Protocol):
-    """A robot's moving joints."""
-
-    @property
-    def prim_path(self) -> str:
-        """Path of the robot's prim."""
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """All moving joints, in the articulation's order."""
-
-    @property
-    def prismatic(self) -> tuple[bool, ...]:
-        """For each joint, whether it slides."""
-
-    def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> JointSelection:
-        """Joints by name, else by index, else all.
-
-        Raises:
-            JointError: a name or index that the articulation does not have.
-        """
-
-    def positions(self) -> NDArray[np.float64]:
-        """Joint positions, rad or m; a fresh array."""
-
-    def velocities(self) -> NDArray[np.float64]:
-        """Joint velocities, rad/s or m/s; a fresh array."""
-
-    def set_points(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Targets of position (rad or m) and velocity (rad/s or m/s) of each joint's drive; NaN where it has no such target.
-
-        Fresh arrays.
-        """
-
-    def efforts(self) -> NDArray[np.float64]:
-        """Torque or force of each joint's drive after the last step, N m or N; a fresh array."""
-
-    def wrenches(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Forces (N) and torques (N m) with which each joint's parent link holds its child link, in the child's frame.
-
-        Each has the shape (joints, 3); torques are about the child link's origin. Fresh arrays.
-        """
-
-
-class Publisher(Protocol):
-    """One topic to write to."""
-
-    @property
-    def topic(self) -> str:
-        """Full topic name."""
-
-    @property
-    def wanted(self) -> bool:
-        """Whether somebody listens or records; a message that nobody wants need not be built."""
-
-    def publish(self, message: Any) -> None:
-        """Send a message of `graphengine.ros.messages` to every sink; encoded once."""
-
-
-class Subscription(Protocol):
-    """One topic to read from; deliveries are frozen at the start of each tick."""
-
-    @property
-    def topic(self) -> str:
-        """Full topic name."""
-
-    def newest(self) -> Any | None:
-        """The newest message delivered in this tick, once; None when there is none. Older ones count as skipped."""
-
-    def take(self) -> Sequence[Any]:
-        """All messages delivered in this tick, oldest first, once."""
-
-    @property
-    def skipped(self) -> int:
-        """How many messages were passed over by `newest` since play."""
-
-
-class ServiceServer(Protocol):
-    """One service that is offered; requests are frozen at the start of each tick."""
-
-    @property
-    def service(self) -> str:
-        """Full name of the service."""
-
-    @property
-    def service_type(self) -> str:
-        """ROS 2 name, as in `std_srvs/srv/SetBool`."""
-
-    @property
-    def handle(self) -> int:
-        """Number by which `Context.server` finds it; never 0."""
-
-    current: bytes | None
-    """Identity of the request that the graph is about to answer; None where there is none."""
-
-    def take(self) -> Sequence[tuple[bytes, Any]]:
-        """Requests that came before this tick and were not taken, oldest first: their identities and messages."""
-
-    def answer(self, request_id: bytes, response: Any) -> None:
-        """Answer a request when the tick ends; one that was answered, or came before a stop, is not."""
-
-
-class ServiceClient(Protocol):
-    """One service that is called; answers are frozen at the start of each tick."""
-
-    @property
-    def service(self) -> str:
-        """Full name of the service."""
-
-    def call(self, request: Any) -> int:
-        """Ask when the tick ends, or as soon as a server is there; the number of the call, from 1 up."""
-
-    def take(self) -> Sequence[tuple[int, Any]]:
-        """Answers that came before this tick and were not taken, in order: numbers of their calls, and messages."""
 
 
 class Prims(Protocol):
@@ -523,17 +348,3 @@ class Context(Protocol):
 
     def log(self, severity: Literal["info", "warning", "error"], message: str) -> None:
         """Tell the user, once for each different message."""
-
-
-@dataclass(frozen=True, slots=True)
-class QoS:
-    """Quality of service of an endpoint, in the words of OmniGraph's QoS profiles; times in seconds, 0 for unlimited."""
-
-    history: Literal["keepLast", "keepAll", "systemDefault"] = "keepLast"
-    depth: int = 10
-    reliability: Literal["reliable", "bestEffort", "systemDefault"] = "reliable"
-    durability: Literal["volatile", "transientLocal", "systemDefault"] = "volatile"
-    deadline: float = 0.0
-    lifespan: float = 0.0
-    liveliness: Literal["automatic", "manualByTopic", "systemDefault"] = "systemDefault"
-    lease_duration: float = 0.0

@@ -1,0 +1,93 @@
+"""What nodes see of the network: topics and services, and their quality of service."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, Protocol
+
+
+class Publisher(Protocol):
+    """One topic to write to."""
+
+    @property
+    def topic(self) -> str:
+        """Full topic name."""
+
+    @property
+    def wanted(self) -> bool:
+        """Whether somebody listens or records; a message that nobody wants need not be built."""
+
+    def publish(self, message: Any) -> None:
+        """Send a message of `graphengine.ros.messages` to every sink; encoded once."""
+
+
+class Subscription(Protocol):
+    """One topic to read from; deliveries are frozen at the start of each tick."""
+
+    @property
+    def topic(self) -> str:
+        """Full topic name."""
+
+    def newest(self) -> Any | None:
+        """The newest message delivered in this tick, once; None when there is none. Older ones count as skipped."""
+
+    def take(self) -> Sequence[Any]:
+        """All messages delivered in this tick, oldest first, once."""
+
+    @property
+    def skipped(self) -> int:
+        """How many messages were passed over by `newest` since play."""
+
+
+class ServiceServer(Protocol):
+    """One service that is offered; requests are frozen at the start of each tick."""
+
+    @property
+    def service(self) -> str:
+        """Full name of the service."""
+
+    @property
+    def service_type(self) -> str:
+        """ROS 2 name, as in `std_srvs/srv/SetBool`."""
+
+    @property
+    def handle(self) -> int:
+        """Number by which `Context.server` finds it; never 0."""
+
+    current: bytes | None
+    """Identity of the request that the graph is about to answer; None where there is none."""
+
+    def take(self) -> Sequence[tuple[bytes, Any]]:
+        """Requests that came before this tick and were not taken, oldest first: their identities and messages."""
+
+    def answer(self, request_id: bytes, response: Any) -> None:
+        """Answer a request when the tick ends; one that was answered, or came before a stop, is not."""
+
+
+class ServiceClient(Protocol):
+    """One service that is called; answers are frozen at the start of each tick."""
+
+    @property
+    def service(self) -> str:
+        """Full name of the service."""
+
+    def call(self, request: Any) -> int:
+        """Ask when the tick ends, or as soon as a server is there; the number of the call, from 1 up."""
+
+    def take(self) -> Sequence[tuple[int, Any]]:
+        """Answers that came before this tick and were not taken, in order: numbers of their calls, and messages."""
+
+
+@dataclass(frozen=True, slots=True)
+class QoS:
+    """Quality of service of an endpoint, in the words of OmniGraph's QoS profiles; times in seconds, 0 for unlimited."""
+
+    history: Literal["keepLast", "keepAll", "systemDefault"] = "keepLast"
+    depth: int = 10
+    reliability: Literal["reliable", "bestEffort", "systemDefault"] = "reliable"
+    durability: Literal["volatile", "transientLocal", "systemDefault"] = "volatile"
+    deadline: float = 0.0
+    lifespan: float = 0.0
+    liveliness: Literal["automatic", "manualByTopic", "systemDefault"] = "systemDefault"
+    lease_duration: float = 0.0
