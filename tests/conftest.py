@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 
-pytest.register_assert_rewrite("tests.nodes.isaac", "tests.nodes.harness", "tests.nodes.firing")  # before any test imports them
+pytest.register_assert_rewrite(
+    "tests.nodes.isaac", "tests.nodes.harness", "tests.nodes.firing"
+)  # before any test imports them
 
 ONE_AT_A_TIME = ("cli", "control", "jobs", "readme", "ros")
 
