@@ -194,7 +194,7 @@ class World(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class TopicClaim:
+class EndpointClaim:
     """An endpoint that a node asked for: what the checks and `graphrun topics` know of the ROS 2 side."""
 
     node: str
@@ -248,16 +248,16 @@ class OwnedClient(ServiceClient, Closable, Protocol):
 class Network(Protocol):
     """Endpoints for the topics and services that nodes claim."""
 
-    def publisher(self, claim: TopicClaim) -> OwnedPublisher:
+    def publisher(self, claim: EndpointClaim) -> OwnedPublisher:
         """An endpoint to write to."""
 
-    def subscription(self, claim: TopicClaim) -> OwnedSubscription:
+    def subscription(self, claim: EndpointClaim) -> OwnedSubscription:
         """An endpoint to read from."""
 
-    def server(self, claim: TopicClaim, handle: int) -> OwnedServer:
+    def server(self, claim: EndpointClaim, handle: int) -> OwnedServer:
         """An endpoint that answers, known to nodes by a number."""
 
-    def client(self, claim: TopicClaim) -> OwnedClient:
+    def client(self, claim: EndpointClaim) -> OwnedClient:
         """An endpoint that asks."""
 
     def freeze(self) -> None:

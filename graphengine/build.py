@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graphengine import check, document, spec_reader
-from graphengine.backend import Network, TopicClaim, World
+from graphengine.backend import EndpointClaim, Network, World
 from graphengine.diagnostics import Findings, NodeError, UsageError, did_you_mean, listing
 from graphengine.dry import DryWorld
 from graphengine.files import Files, NotFoundError
@@ -31,7 +31,7 @@ from graphengine.stage import Stage
 from graphengine.uses import GraphFile, find_use, plan_uses, robot_uses, use_place
 
 if TYPE_CHECKING:
-    from graphengine.world.model import LoadedWorld
+    from graphengine.world.loading import LoadedWorld
     from graphengine.world.sensors.rays import RaysChoice
 
 
@@ -44,7 +44,7 @@ class Assembly:
     files: Files
     findings: Findings = field(default_factory=Findings)
     plans: list[Plan] = field(default_factory=list)
-    claims: list[TopicClaim] = field(default_factory=list)
+    claims: list[EndpointClaim] = field(default_factory=list)
     world: World = field(default_factory=lambda: DryWorld(Stage()))
     loaded: LoadedWorld | None = None
     """The scene's robots and what they were made from."""
@@ -137,7 +137,7 @@ def _with_message_types(options: Options) -> Options:
 
 def _scene_uses(assembly: Assembly, path: Path, files: Files) -> list[GraphFile]:
     """Load a scene's world; the graphs it uses, the scene's own first, then each robot's."""
-    from graphengine.world.model import load_world  # MuJoCo takes a quarter of a second to import
+    from graphengine.world.loading import load_world  # MuJoCo takes a quarter of a second to import
 
     options = assembly.options
     scene = spec_reader.read(SceneSpec, path, assembly.findings)
@@ -159,7 +159,7 @@ def _scene_uses(assembly: Assembly, path: Path, files: Files) -> list[GraphFile]
 
 def load_scene(path: Path, options: Options, findings: Findings) -> LoadedWorld | None:
     """The world of a scene file without its graphs; what is wrong with it goes to `findings`, and then None comes back."""
-    from graphengine.world.model import load_world
+    from graphengine.world.loading import load_world
 
     files = Files.of(path, options.allowed, options.near, options.installed, options.shipped)
     scene = spec_reader.read(SceneSpec, path, findings)

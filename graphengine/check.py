@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import networkx as nx
 import numpy as np
 
-from graphengine.backend import TopicClaim, World
+from graphengine.backend import EndpointClaim, World
 from graphengine.diagnostics import ContextError, Finding, Findings, GraphError, JointError, PrimError, Span
 from graphengine.dry import DryNetwork, DryWorld
 from graphengine.gates import EveryHz
@@ -29,7 +29,7 @@ class LintContext:
 
     graphs: Sequence[Plan]
     stage: Stage
-    claims: Sequence[TopicClaim]
+    claims: Sequence[EndpointClaim]
     findings: Findings
 
     def instance(self, prim_path: str) -> Instance | None:
@@ -48,9 +48,9 @@ def check_plans(
     *,
     prims_known: bool,
     beside: Sequence[Plan] = (),
-    claimed: Sequence[TopicClaim] = (),
+    claimed: Sequence[EndpointClaim] = (),
     permissions: Permissions | None = None,
-) -> list[TopicClaim]:
+) -> list[EndpointClaim]:
     """Set every node up dry, over the same prims without physics, and lint what they ask for; topics they claim.
 
     Args:
@@ -77,7 +77,7 @@ def dry_setup(
     *,
     prims_known: bool,
     permissions: Permissions | None = None,
-) -> list[TopicClaim]:
+) -> list[EndpointClaim]:
     """Set up every node over a world and no network; what nodes ask for is the answer, what is wrong becomes findings.
 
     Args:
@@ -233,13 +233,13 @@ def lint_claims(context: LintContext) -> None:
             function(context)
 
 
-def _spans(context: LintContext, claim: TopicClaim) -> Span | None:
+def _spans(context: LintContext, claim: EndpointClaim) -> Span | None:
     instance = context.instance(claim.node)
     return instance.span if instance else None
 
 
 def _check_topic_types(context: LintContext) -> None:
-    first: dict[tuple[int, str, bool], TopicClaim] = {}
+    first: dict[tuple[int, str, bool], EndpointClaim] = {}
     for claim in sorted(
         context.claims, key=lambda c: c.direction in ("subscribe", "call")
     ):  # publishers and servers first
@@ -256,7 +256,7 @@ def _check_topic_types(context: LintContext) -> None:
 
 
 def _check_servers(context: LintContext) -> None:
-    servers: dict[tuple[int, str], TopicClaim] = {}
+    servers: dict[tuple[int, str], EndpointClaim] = {}
     for claim in context.claims:
         if claim.direction != "serve":
             continue
@@ -273,7 +273,7 @@ def _check_servers(context: LintContext) -> None:
 
 
 def _check_transforms(context: LintContext) -> None:
-    groups: dict[tuple[int, str], list[tuple[str, str, TopicClaim]]] = {}
+    groups: dict[tuple[int, str], list[tuple[str, str, EndpointClaim]]] = {}
     for claim in context.claims:
         for parent, child in claim.transforms:
             groups.setdefault((claim.ros_context, claim.topic.rpartition("/")[0]), []).append((parent, child, claim))
@@ -282,8 +282,8 @@ def _check_transforms(context: LintContext) -> None:
         _check_pieces(context, namespace, edges)
 
 
-def _check_parents(context: LintContext, edges: Iterable[tuple[str, str, TopicClaim]]) -> None:
-    parents: dict[str, tuple[str, TopicClaim]] = {}
+def _check_parents(context: LintContext, edges: Iterable[tuple[str, str, EndpointClaim]]) -> None:
+    parents: dict[str, tuple[str, EndpointClaim]] = {}
     for parent, child, claim in edges:
         known, first = parents.setdefault(child, (parent, claim))
         if first is claim and known == parent:
@@ -300,7 +300,7 @@ def _check_parents(context: LintContext, edges: Iterable[tuple[str, str, TopicCl
         )
 
 
-def _check_pieces(context: LintContext, namespace: str, edges: Sequence[tuple[str, str, TopicClaim]]) -> None:
+def _check_pieces(context: LintContext, namespace: str, edges: Sequence[tuple[str, str, EndpointClaim]]) -> None:
     tree: nx.Graph[str] = nx.Graph()
     for parent, child, _ in edges:
         tree.add_edge(parent, child)

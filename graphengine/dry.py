@@ -8,7 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.backend import OwnedClient, OwnedPublisher, OwnedServer, OwnedSubscription, TopicClaim, select_joints
+from graphengine.backend import (
+    EndpointClaim,
+    OwnedClient,
+    OwnedPublisher,
+    OwnedServer,
+    OwnedSubscription,
+    select_joints,
+)
 from graphengine.context import (
     Articulation,
     Body,
@@ -306,19 +313,19 @@ class DryContactSensor:
 class DryNetwork:
     """Endpoints that lead nowhere."""
 
-    def publisher(self, claim: TopicClaim) -> OwnedPublisher:
+    def publisher(self, claim: EndpointClaim) -> OwnedPublisher:
         """Nobody listens."""
         return DryEndpoint(claim.topic)
 
-    def subscription(self, claim: TopicClaim) -> OwnedSubscription:
+    def subscription(self, claim: EndpointClaim) -> OwnedSubscription:
         """Nobody speaks."""
         return DryEndpoint(claim.topic)
 
-    def server(self, claim: TopicClaim, handle: int) -> OwnedServer:
+    def server(self, claim: EndpointClaim, handle: int) -> OwnedServer:
         """Nobody asks."""
         return DryServer(claim.topic, claim.message_type, handle)
 
-    def client(self, claim: TopicClaim) -> OwnedClient:
+    def client(self, claim: EndpointClaim) -> OwnedClient:
         """Nobody answers."""
         return DryClient(claim.topic)
 

@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from graphengine.backend import Closable, Network, OwnedServer, TopicClaim, World
+from graphengine.backend import Closable, EndpointClaim, Network, OwnedServer, World
 from graphengine.context import (
     Articulation,
     Body,
@@ -58,7 +58,7 @@ class Services:
     domain_from_environment: int | None = None
     """ROS_DOMAIN_ID, where the caller found one."""
     log: Callable[[str, str, str], None] = lambda severity, node, message: None
-    claims: list[TopicClaim] = field(default_factory=list)
+    claims: list[EndpointClaim] = field(default_factory=list)
     servers: dict[int, OwnedServer] = field(default_factory=dict)
     """Servers that are open, by their handles."""
     handles: dict[tuple[str, int], int] = field(default_factory=dict)
@@ -121,7 +121,7 @@ class NodeContext:
         self._rate = rate
         self._variables = variables
         self._owned: list[Closable] = []
-        self._claims: list[TopicClaim] = []
+        self._claims: list[EndpointClaim] = []
         self._servers: list[int] = []
         self.clock = clock
         self.prim_path = prim_path
@@ -300,7 +300,7 @@ class NodeContext:
 
     def _claim(
         self, direction: str, message_type: str, topic: str, namespace: str, start: str, outermost: bool, **facts: Any
-    ) -> TopicClaim:
+    ) -> EndpointClaim:
         full = names.full_topic(namespace or self._collected(start or self.prim_path, outermost), topic)
         return self._note(direction, message_type, full, **facts)
 
@@ -308,9 +308,9 @@ class NodeContext:
         """The namespace that prims give, from one up to the root."""
         return names.join_namespaces(self._services.stage.namespaces(start), outermost)
 
-    def _note(self, direction: str, message_type: str, full: str, **facts: Any) -> TopicClaim:
+    def _note(self, direction: str, message_type: str, full: str, **facts: Any) -> EndpointClaim:
         """A claim of the node, which ends with what it was handed out."""
-        claim = TopicClaim(self.prim_path, self._graph, full, message_type, direction, **facts)
+        claim = EndpointClaim(self.prim_path, self._graph, full, message_type, direction, **facts)
         self._services.claims.append(claim)
         self._claims.append(claim)
         return claim
@@ -387,7 +387,7 @@ class NodeContext:
         collects_namespace: bool,
         qos_profile: str,
         ros_context: int,
-    ) -> TopicClaim:
+    ) -> EndpointClaim:
         if not namespace and collects_namespace:
             namespace = self._collected(self.prim_path)
         full = names.full_topic(namespace, service, "service name")

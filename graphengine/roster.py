@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from graphengine import check
-from graphengine.backend import TopicClaim
+from graphengine.backend import EndpointClaim
 from graphengine.diagnostics import Findings, NodeError, UnknownEntityError, UsageError, did_you_mean, listing
 from graphengine.graph_run import GraphRun, make_graph_run
 from graphengine.literals import Override
@@ -75,7 +75,7 @@ class SceneRoster:
         self._services.stage.find(self._robots[name].prim_path).facts["spawned"] = True
         return runs
 
-    def _plans(self, name: str) -> tuple[list[Plan], list[TopicClaim]]:
+    def _plans(self, name: str) -> tuple[list[Plan], list[EndpointClaim]]:
         """The plans of a robot's graphs, checked beside all others, and the topics that they claim."""
         assembly, findings = self._assembly, Findings()
         robot, stage, files, options = self._robots[name], assembly.world.stage, assembly.files, assembly.options

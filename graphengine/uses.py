@@ -21,8 +21,8 @@ from graphengine.stage import Stage, normalize
 from graphengine.template import load_graph
 
 if TYPE_CHECKING:
-    from graphengine.world.robot import Robot
-    from graphengine.world.robotfile import RobotFile
+    from graphengine.world.description.robot_file import RobotFile
+    from graphengine.world.model.robot import Robot
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from graphengine.diagnostics import Findings
     from graphengine.files import Files
-    from graphengine.world.description.importing import Imported, Origin
+    from graphengine.world.model.importing import Imported, Origin
 
 WAIT = 10.0
 """Seconds that a description from the network is waited for."""
@@ -69,7 +69,7 @@ def execute(arguments: argparse.Namespace) -> int:
     from graphengine.cli.common import print_findings
     from graphengine.diagnostics import Findings
     from graphengine.output import write_together
-    from graphengine.world.description.importing import import_robot
+    from graphengine.world.model.importing import import_robot
 
     _check_usage(arguments)
     findings = Findings()
@@ -125,9 +125,9 @@ def _refuse_to_overwrite(paths: Sequence[Path] | Mapping[Path, str], *, force: b
 
 def _origin(arguments: argparse.Namespace, findings: Findings) -> Origin | None:
     """The description that is meant, read."""
-    from graphengine.world.description.importing import Origin
-    from graphengine.world.description.packages import Packages
-    from graphengine.world.xmlfile import parse
+    from graphengine.world.files.packages import Packages
+    from graphengine.world.files.xml import parse
+    from graphengine.world.model.importing import Origin
 
     target, fixed = arguments.output, arguments.fixed_base
     if arguments.file:
@@ -144,9 +144,9 @@ def _from_file(arguments: argparse.Namespace, findings: Findings) -> Origin | No
     from graphengine.cli.common import near
     from graphengine.diagnostics import UsageError
     from graphengine.world.description import xacro
-    from graphengine.world.description.importing import Origin
-    from graphengine.world.description.packages import Packages
-    from graphengine.world.xmlfile import read
+    from graphengine.world.files.packages import Packages
+    from graphengine.world.files.xml import read
+    from graphengine.world.model.importing import Origin
 
     path = Path(near(arguments.file))
     if not path.is_file():
@@ -203,7 +203,7 @@ def _report(imported: Imported, findings: Findings) -> None:
 
     from graphengine.cli.common import clean, counted, near
     from graphengine.diagnostics import listing
-    from graphengine.world.description.robot_file import left_behind, track, wheels
+    from graphengine.world.description.draft import left_behind, track, wheels
 
     robot, urdf = imported.robot, imported.robot.urdf
     rolling = wheels(urdf)

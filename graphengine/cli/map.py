@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from graphengine.world.model import LoadedWorld
+    from graphengine.world.loading import LoadedWorld
     from graphengine.world.occupancy.chart import MapRequest, OccupancyMap
 
 HEIGHTS = (0.2, 0.62)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from graphengine.build import Assembly
     from graphengine.sensor import Picture
     from graphengine.stage import Prim
-    from graphengine.world.rendering import Image
+    from graphengine.world.pictures.rendering import Image
     from graphengine.world.simulation import Simulation
 
 SIZE = (1280, 720)
@@ -123,7 +123,7 @@ def _camera(world: Simulation, name: str) -> Prim | None:
         UsageError: it means neither, or several cameras.
     """
     from graphengine.diagnostics import PrimError, UsageError, did_you_mean, listing
-    from graphengine.world import views
+    from graphengine.world.pictures import views
 
     known, stage = views.names(world), world.stage
     if name in known:
@@ -146,7 +146,7 @@ def _camera(world: Simulation, name: str) -> Prim | None:
 
 def _look(world: Simulation, prim: Prim | None, arguments: argparse.Namespace) -> Picture | Image:
     """What a camera sees, as its readers get it; or a view, drawn for people."""
-    from graphengine.world import views
+    from graphengine.world.pictures import views
 
     segmentation: bool = arguments.segmentation
     if prim is not None:

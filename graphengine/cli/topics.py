@@ -9,7 +9,7 @@ import sys
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from graphengine.backend import TopicClaim
+    from graphengine.backend import EndpointClaim
 
 
 FRAMES = 2
@@ -45,7 +45,7 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _row(claim: TopicClaim) -> tuple[str, ...]:
+def _row(claim: EndpointClaim) -> tuple[str, ...]:
     arrow = {"publish": "pub", "subscribe": "sub", "serve": "srv", "call": "call"}[claim.direction]
     if claim.direction != "publish":
         rate = ""

@@ -38,7 +38,7 @@ from graphengine.omnigraph.places import Script
 from graphengine.omnigraph.recorder import OmniGraphError, Recorder
 from graphengine.omnigraph.stand_in import EndlessError, StandInModule, idle
 from graphengine.omnigraph.waiting import asyncio_stand_in
-from graphengine.world.description.confinement import MAX_MEMORY_BYTES, RefusedError, confine
+from graphengine.world.files.confinement import MAX_MEMORY_BYTES, RefusedError, confine
 
 OFFERED = (
     "abc argparse ast base64 bisect collections collections.abc contextlib copy csv dataclasses datetime decimal "

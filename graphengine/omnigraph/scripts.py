@@ -12,7 +12,7 @@ from graphengine.omnigraph.answers import AnswerError, AnswerReader
 from graphengine.omnigraph.places import Script
 from graphengine.omnigraph.plain import evaluate
 from graphengine.omnigraph.recorded import RecordedGraph
-from graphengine.world.description.confinement import ProcessError, ask
+from graphengine.world.files.confinement import ProcessError, ask
 
 MAX_BYTES = 2_000_000
 """Of a script."""

@@ -19,7 +19,7 @@ from graphengine.omnigraph.stage_graphs import graphs_of
 from graphengine.omnigraph.stage_places import Places
 from graphengine.omnigraph.stage_prims import NAMESPACE, PLACE, SUFFIXES, StageContents
 from graphengine.registry import Registry
-from graphengine.world.description.confinement import ProcessError, ask
+from graphengine.world.files.confinement import ProcessError, ask
 
 MAX_SECONDS = 60.0
 MOST_TOLD = 100

@@ -28,7 +28,7 @@ from graphengine.omnigraph.stage_prims import (
     StagePrim,
 )
 from graphengine.omnigraph.stage_values import plain_value, type_name
-from graphengine.world.description.confinement import confine
+from graphengine.world.files.confinement import confine
 
 MAX_ANSWER = 32_000_000
 MAX_MEMORY_BYTES = 4 << 30

@@ -62,7 +62,7 @@ def _processor() -> str:
 
 
 def _opengl() -> str:
-    from graphengine.world import opengl
+    from graphengine.world.pictures import opengl
 
     try:
         return opengl.driver()

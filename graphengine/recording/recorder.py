@@ -12,7 +12,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from graphengine.backend import TopicClaim
+from graphengine.backend import EndpointClaim
 from graphengine.build import Assembly
 from graphengine.context import QoS
 from graphengine.diagnostics import GraphError, RecordingError, UsageError
@@ -73,8 +73,8 @@ class Recorder:
         self._tick = self._ended = 0
         self._wall_time = 0.0
         self._commands: list[tuple[str, Any]] = []
-        self._arrived: list[tuple[TopicClaim, Sequence[bytes]]] = []
-        self._sent: list[tuple[TopicClaim, bytes]] = []
+        self._arrived: list[tuple[EndpointClaim, Sequence[bytes]]] = []
+        self._sent: list[tuple[EndpointClaim, bytes]] = []
         self._streams: dict[object, Stream] = {}
         self._network = network
         self._sightings: defaultdict[object, Sightings] = defaultdict(Sightings)
@@ -99,11 +99,11 @@ class Recorder:
         self._wall_time = time.time()
         return self._wall_time
 
-    def deliver(self, claim: TopicClaim, arrived: Sequence[bytes]) -> None:
+    def deliver(self, claim: EndpointClaim, arrived: Sequence[bytes]) -> None:
         """Take what a subscription sees from this tick on."""
         self._arrived.append((claim, arrived))
 
-    def write(self, claim: TopicClaim, data: bytes) -> None:
+    def write(self, claim: EndpointClaim, data: bytes) -> None:
         """Take a message that was sent."""
         self._sent.append((claim, data))
 
@@ -186,7 +186,7 @@ class Recorder:
         self._arrived.clear()
         self._sent.clear()
 
-    def _outside(self, delivered: Sequence[tuple[Sequence[TopicClaim], bytes]]) -> dict[str, Any]:
+    def _outside(self, delivered: Sequence[tuple[Sequence[EndpointClaim], bytes]]) -> dict[str, Any]:
         """What came from outside; the wall clock only where a node has read it, as no two runs have the same."""
         outside: dict[str, Any] = {}
         if self._commands:
@@ -198,18 +198,18 @@ class Recorder:
             outside["wall_time"] = self._wall_time
         return outside
 
-    def _stream(self, claim: TopicClaim, known: bool = False) -> Stream:
+    def _stream(self, claim: EndpointClaim, known: bool = False) -> Stream:
         key = (self._topic(claim), known)
         if key not in self._streams:
             self._streams[key] = Stream(claim.topic, claim.message_type, self._offered(claim), known)
         return self._streams[key]
 
-    def _offered(self, claim: TopicClaim) -> QoS:
+    def _offered(self, claim: EndpointClaim) -> QoS:
         """The profile that a topic's channel has; what others offer is not known, but it serves who reads there."""
         publishing = (one for one in self._session.services.claims if one.direction == "publish")
         return next((one.qos for one in publishing if self._topic(one) == self._topic(claim)), claim.qos)
 
-    def _topic(self, claim: TopicClaim) -> object:
+    def _topic(self, claim: EndpointClaim) -> object:
         """What tells topics apart: by its name there may be one of another type, or in another domain."""
         return claim.topic, claim.message_type, self._network.transport(claim.ros_context)
 
@@ -237,10 +237,10 @@ class Recorder:
             self._writer.attach(name, media_type(name), data)
 
 
-def merged(arrived: Sequence[tuple[TopicClaim, Sequence[bytes]]]) -> list[tuple[list[TopicClaim], bytes]]:
+def merged(arrived: Sequence[tuple[EndpointClaim, Sequence[bytes]]]) -> list[tuple[list[EndpointClaim], bytes]]:
     """What subscriptions saw, in the order of each; a message that several saw in turn is there once, with all of them."""
     queues = [(claim, deque(messages)) for claim, messages in arrived]
-    found: list[tuple[list[TopicClaim], bytes]] = []
+    found: list[tuple[list[EndpointClaim], bytes]] = []
     while queues:
         first, head = queues[0][0], queues[0][1][0]
         takers = [(claim, queue) for claim, queue in queues if _alike(claim, first) and queue[0] == head]
@@ -251,5 +251,5 @@ def merged(arrived: Sequence[tuple[TopicClaim, Sequence[bytes]]]) -> list[tuple[
     return found
 
 
-def _alike(one: TopicClaim, other: TopicClaim) -> bool:
+def _alike(one: EndpointClaim, other: EndpointClaim) -> bool:
     return (one.topic, one.message_type, one.ros_context) == (other.topic, other.message_type, other.ros_context)

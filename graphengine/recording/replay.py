@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from graphengine.backend import TopicClaim
+from graphengine.backend import EndpointClaim
 from graphengine.context import QoS
 from graphengine.control.commands import RECORDED, parse
 from graphengine.diagnostics import GraphError, RecordingError, UsageError
@@ -103,7 +103,7 @@ class Replay:
         self._warn = warn
         self._unread: set[str] = set()
         self._wall_time = 0.0
-        self._sent: list[tuple[TopicClaim, bytes]] = []
+        self._sent: list[tuple[EndpointClaim, bytes]] = []
         session.inbox = self
         network.sinks.append(self)
 
@@ -117,10 +117,10 @@ class Replay:
     def command(self, name: str, arguments: Mapping[str, Any]) -> None:
         """It is what was recorded."""
 
-    def deliver(self, claim: TopicClaim, arrived: Sequence[bytes]) -> None:
+    def deliver(self, claim: EndpointClaim, arrived: Sequence[bytes]) -> None:
         """It is what was recorded."""
 
-    def write(self, claim: TopicClaim, data: bytes) -> None:
+    def write(self, claim: EndpointClaim, data: bytes) -> None:
         """Take a message that was sent."""
         self._sent.append((claim, data))
 
@@ -190,7 +190,7 @@ class Replay:
         return [*found[:MAX_FIELDS], f"and {more} more fields"] if more > 0 else found
 
     def _astray(
-        self, tick: Tick, recorded: Sequence[tuple[Stream, bytes]], replayed: Sequence[tuple[TopicClaim, bytes]]
+        self, tick: Tick, recorded: Sequence[tuple[Stream, bytes]], replayed: Sequence[tuple[EndpointClaim, bytes]]
     ) -> Difference:
         """What differs where two sequences of messages go apart: one is missing, one is too many, or the order is another."""
         before = Counter(stream.topic for stream, _ in recorded)
@@ -219,7 +219,7 @@ class Replay:
         return Difference(tick.number, self._recording.times.seconds(tick.number), topic, node, tuple(lines))
 
 
-def _takes(claim: TopicClaim, stream: Stream) -> bool:
+def _takes(claim: EndpointClaim, stream: Stream) -> bool:
     return claim.topic == stream.topic and stream.message_type in (claim.message_type, *claim.alternatives)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Protocol
 
-from graphengine.backend import TopicClaim
+from graphengine.backend import EndpointClaim
 from graphengine.ros.definitions import DEFINITIONS, Definitions
 from graphengine.ros.graph import Direction
 from graphengine.ros.service_endpoints import LiveClient, LiveServer
@@ -22,10 +22,10 @@ LOOK_EVERY = 30
 class Sink(Protocol):
     """Something that wants every message, such as a recorder."""
 
-    def write(self, claim: TopicClaim, data: bytes) -> None:
+    def write(self, claim: EndpointClaim, data: bytes) -> None:
         """Take one encoded message that a node published."""
 
-    def deliver(self, claim: TopicClaim, arrived: Sequence[bytes]) -> None:
+    def deliver(self, claim: EndpointClaim, arrived: Sequence[bytes]) -> None:
         """Take what a subscription sees from this tick on."""
 
 
@@ -80,7 +80,7 @@ class LiveNetwork:
     def _domain(self, handle: int) -> int:
         return handle - 1 if handle else self._domain_id
 
-    def publisher(self, claim: TopicClaim) -> LivePublisher:
+    def publisher(self, claim: EndpointClaim) -> LivePublisher:
         """An endpoint to write to."""
         writer = self.transport(claim.ros_context).writer(claim.topic, claim.message_type, claim.qos)
         made = LivePublisher(self, claim, writer)
@@ -88,20 +88,20 @@ class LiveNetwork:
         self._watches[self._domain(claim.ros_context)].hurry()
         return made
 
-    def subscription(self, claim: TopicClaim) -> LiveSubscription:
+    def subscription(self, claim: EndpointClaim) -> LiveSubscription:
         """An endpoint to read from."""
         made = LiveSubscription(self, claim)
         self.subscriptions.append(made)
         self._watches[self._domain(claim.ros_context)].hurry()
         return made
 
-    def server(self, claim: TopicClaim, handle: int) -> LiveServer:
+    def server(self, claim: EndpointClaim, handle: int) -> LiveServer:
         """An endpoint that answers."""
         made = LiveServer(self, claim, handle)
         self._servers.append(made)
         return made
 
-    def client(self, claim: TopicClaim) -> LiveClient:
+    def client(self, claim: EndpointClaim) -> LiveClient:
         """An endpoint that asks."""
         made = LiveClient(self, claim)
         self._clients.append(made)

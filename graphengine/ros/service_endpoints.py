@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from graphengine.backend import TopicClaim
+from graphengine.backend import EndpointClaim
 from graphengine.diagnostics import TransportError
 from graphengine.ros import messages
 
@@ -40,7 +40,7 @@ _REQUEST_SENT, _REQUEST_RECEIVED, _RESPONSE_SENT, _RESPONSE_RECEIVED = range(4)
 class _Endpoint:
     """What a server and a client have in common."""
 
-    def __init__(self, network: LiveNetwork, claim: TopicClaim, hears: str, says: str) -> None:
+    def __init__(self, network: LiveNetwork, claim: EndpointClaim, hears: str, says: str) -> None:
         self.claim = replace(claim, topic=f"{claim.topic}{EVENTS}", message_type=f"{claim.message_type}_Event")
         """Of the topic of its events."""
         self.service = claim.topic
@@ -106,7 +106,7 @@ class _Endpoint:
 class LiveServer(_Endpoint):
     """One service of one transport that is offered."""
 
-    def __init__(self, network: LiveNetwork, claim: TopicClaim, handle: int) -> None:
+    def __init__(self, network: LiveNetwork, claim: EndpointClaim, handle: int) -> None:
         super().__init__(network, claim, "Request", "Response")
         self.handle = handle
         self.current: bytes | None = None
@@ -187,7 +187,7 @@ class LiveServer(_Endpoint):
 class LiveClient(_Endpoint):
     """One service of one transport that is called. As many calls as the QoS keeps wait for a server to come."""
 
-    def __init__(self, network: LiveNetwork, claim: TopicClaim) -> None:
+    def __init__(self, network: LiveNetwork, claim: EndpointClaim) -> None:
         super().__init__(network, claim, "Response", "Request")
         self._gid = hashlib.blake2b(claim.node.encode(), digest_size=GID).digest()
         self._calls = self._patience = 0

@@ -7,7 +7,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from graphengine.backend import TopicClaim
+from graphengine.backend import EndpointClaim
 from graphengine.diagnostics import TransportError
 from graphengine.ros import messages
 from graphengine.ros.template import Encoder
@@ -25,7 +25,7 @@ class LivePublisher:
 
     __slots__ = ("_encode", "_network", "_writer", "claim", "largest", "topic")
 
-    def __init__(self, network: LiveNetwork, claim: TopicClaim, writer: Writer) -> None:
+    def __init__(self, network: LiveNetwork, claim: EndpointClaim, writer: Writer) -> None:
         self.claim = claim
         self.topic = claim.topic
         self.largest = 0
@@ -72,7 +72,7 @@ class LiveSubscription:
         "claim", "heard", "largest", "malformed", "skipped", "topic",
     )  # fmt: skip
 
-    def __init__(self, network: LiveNetwork, claim: TopicClaim) -> None:
+    def __init__(self, network: LiveNetwork, claim: EndpointClaim) -> None:
         self.claim = claim
         self.topic = claim.topic
         self.largest = 0

@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Protocol, TypeAlias
 
-from graphengine.backend import TopicClaim
+from graphengine.backend import EndpointClaim
 from graphengine.ros.graph import PATIENCE, Direction, Endpoint, Graph
 from graphengine.ros.qos import mismatch, policy_json, short_of
 from graphengine.ros.transport import Transport
@@ -43,7 +43,7 @@ Fault: TypeAlias = tuple[str, str]
 class End(Protocol):
     """A publisher or subscription of the session."""
 
-    claim: TopicClaim
+    claim: EndpointClaim
     largest: int
     """Bytes of the largest message that was sent."""
 
@@ -141,7 +141,7 @@ class Watch:
         return peer.full_node or "a program that is no node of ROS"
 
 
-def _misfits(claim: TopicClaim, peer: Endpoint, name: str, types: Collection[str]) -> Iterator[Fault]:
+def _misfits(claim: EndpointClaim, peer: Endpoint, name: str, types: Collection[str]) -> Iterator[Fault]:
     """Why the session and a peer do not hear each other; `types` are those of all peers there."""
     ours, theirs = (claim.node, claim.qos, claim.message_type), (name, peer.qos, peer.message_type)
     sides = (ours, theirs) if claim.direction == "publish" else (theirs, ours)

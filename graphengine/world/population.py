@@ -11,10 +11,10 @@ from dataclasses import replace
 
 from graphengine.diagnostics import Findings
 from graphengine.spec import RobotUse
-from graphengine.world.fleet import Placement, place
-from graphengine.world.model import LoadedWorld
-from graphengine.world.prims import add_robot
-from graphengine.world.scenery import body_names
+from graphengine.world.loading import LoadedWorld
+from graphengine.world.model.fleet import Placement, place
+from graphengine.world.model.prims import add_robot
+from graphengine.world.model.scenery import body_names
 
 
 class Population:

@@ -12,29 +12,29 @@ from graphengine.context import Friction, Light, Vector3
 from graphengine.diagnostics import PrimError, listing
 from graphengine.rotation import Pose
 from graphengine.stage import Prim, PrimKind, Stage, at_or_below
-from graphengine.world.common import Common
-from graphengine.world.drives import Drive
 from graphengine.world.engine import data_at_start, mujoco, round_weights, sort_geoms
-from graphengine.world.entities import Entities
-from graphengine.world.force_limits import ForceLimits
-from graphengine.world.forces import Forces
-from graphengine.world.frictions import Frictions
-from graphengine.world.handle_table import HandleTable
-from graphengine.world.handles import CarriedPrim, Handle, Joints
-from graphengine.world.lights import Lights
-from graphengine.world.mounts import Mounts
-from graphengine.world.placing import PlacedBody, find_mover
-from graphengine.world.pushes import Pushes
+from graphengine.world.model.drives import Drive
+from graphengine.world.physics.entities import Entities
+from graphengine.world.physics.force_limits import ForceLimits
+from graphengine.world.physics.forces import Forces
+from graphengine.world.physics.frictions import Frictions
+from graphengine.world.physics.handle_table import HandleTable
+from graphengine.world.physics.handles import CarriedPrim, Handle, Joints
+from graphengine.world.physics.lights import Lights
+from graphengine.world.physics.mounts import Mounts
+from graphengine.world.physics.placing import PlacedBody, find_mover
+from graphengine.world.physics.pushes import Pushes
+from graphengine.world.physics.set_points import SetPoints
+from graphengine.world.physics.settling import settle as settle_bodies
+from graphengine.world.physics.transfer import Transfer
+from graphengine.world.physics.trouble import diverged, gave_up, out_of_range
+from graphengine.world.pictures.studio import Studio
 from graphengine.world.sensors.camera import PinholeCamera, native_size
 from graphengine.world.sensors.contact import BodyContactSensor
 from graphengine.world.sensors.imu import InertialUnit
 from graphengine.world.sensors.lidar import RayLidar
 from graphengine.world.sensors.rays import Rays, RaysChoice
 from graphengine.world.sensors.select import select_rays
-from graphengine.world.set_points import SetPoints
-from graphengine.world.settling import settle as settle_bodies
-from graphengine.world.studio import Studio
-from graphengine.world.trouble import diverged, gave_up, out_of_range
 
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 """What it takes to go on bit by bit."""
@@ -146,13 +146,13 @@ class Simulation:
         model.opt.gravity = self.model.opt.gravity
         before, origin, points, limits = self.data, mujoco.MjData(self.model), self.set_points, self.limits
         mujoco.mj_setState(self.model, origin, self._start, _STATE)
-        common, data, start = Common(self.model, model), data_at_start(model), data_at_start(model)
-        common.carry_over(before, data)
-        common.carry_over(origin, start)
+        transfer, data, start = Transfer(self.model, model), data_at_start(model), data_at_start(model)
+        transfer.carry_over(before, data)
+        transfer.carry_over(origin, start)
         self.rebind(model, data)
         mujoco.mj_getState(model, start, self._start, _STATE)
         self._start_commands()
-        common.carry_over_commands(points, self.set_points)
+        transfer.carry_over_commands(points, self.set_points)
         self.limits.carry_over(limits)
 
     def move_mount(self, body: int, pose: Pose) -> None:

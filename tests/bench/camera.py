@@ -16,7 +16,7 @@ from graphengine.diagnostics import Findings
 from graphengine.files import Files, find_given
 from graphengine.spec import SceneSpec
 from graphengine.spec_reader import read
-from graphengine.world.model import load_world
+from graphengine.world.loading import load_world
 from graphengine.world.sensors.camera import PinholeCamera
 from graphengine.world.simulation import Simulation
 

@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.backend import TopicClaim
+from graphengine.backend import EndpointClaim
 from graphengine.context import QoS
 from graphengine.ros import messages, rcl
 from graphengine.ros.dds import DdsTransport
@@ -112,10 +112,10 @@ CASES: dict[str, Callable[[], Any]] = {"Odometry": odometry, "LaserScan": laser_
 FLEET = {"odom": odometry, "tf": transform, "joint_states": joint_state, "scan": laser_scan}
 
 
-def connect(network: LiveNetwork, node: Any, topic: str) -> TopicClaim:
+def connect(network: LiveNetwork, node: Any, topic: str) -> EndpointClaim:
     """Give a node its endpoint."""
     kind = "sensor_msgs/msg/LaserScan" if isinstance(node, ROS2RtxLidarHelper) else node.message_type
-    claim = TopicClaim("bench", "bench", topic, kind, "publish", QoS())
+    claim = EndpointClaim("bench", "bench", topic, kind, "publish", QoS())
     node.publisher = network.publisher(claim)
     return claim
 
@@ -142,11 +142,11 @@ class Recorder:
     def __init__(self) -> None:
         self.last: dict[str, bytes] = {}
 
-    def write(self, claim: TopicClaim, data: bytes) -> None:
+    def write(self, claim: EndpointClaim, data: bytes) -> None:
         """Take one."""
         self.last[claim.topic] = data
 
-    def deliver(self, claim: TopicClaim, arrived: Sequence[bytes]) -> None:
+    def deliver(self, claim: EndpointClaim, arrived: Sequence[bytes]) -> None:
         """Nothing is read."""
 
 

@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from graphengine import build
-from graphengine.backend import TopicClaim
+from graphengine.backend import EndpointClaim
 from graphengine.context import QoS
 from graphengine.ros import messages
 from graphengine.ros.dds import DdsTransport
@@ -140,11 +140,11 @@ class Tally:
     def __init__(self) -> None:
         self.sent: Counter[str] = Counter()
 
-    def write(self, claim: TopicClaim, data: bytes) -> None:
+    def write(self, claim: EndpointClaim, data: bytes) -> None:
         """A message leaves."""
         self.sent[claim.topic] += 1
 
-    def deliver(self, claim: TopicClaim, arrived: Sequence[bytes]) -> None:
+    def deliver(self, claim: EndpointClaim, arrived: Sequence[bytes]) -> None:
         """Subscriptions count by themselves."""
 
 

@@ -15,9 +15,9 @@ from graphengine.diagnostics import Findings
 from graphengine.files import Files, find_given
 from graphengine.spec import SceneSpec
 from graphengine.spec_reader import read
-from graphengine.world.model import LoadedWorld, load_world
+from graphengine.world.loading import LoadedWorld, load_world
 from tests.cli.harness import Graphrun
-from tests.world.map_server import ReadMap, read_map
+from tests.world.occupancy.map_server import ReadMap, read_map
 
 ROOM = """<mujoco><worldbody>
   <geom type="plane" size="0 0 1"/>

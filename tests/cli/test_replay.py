@@ -19,7 +19,7 @@ from graphengine.spec import RobotUse
 from tests.cli.harness import Graphrun
 from tests.jobs.harness import twist
 from tests.recording.harness import CLOCK, CMD_VEL, DRIVE, NOISY_ROBOT, NOISY_SCENE, Run, put, record, rewritten
-from tests.world.pictures import needs_opengl
+from tests.world.pictures.harness import needs_opengl
 
 MEMORY = ("--transport", "memory")
 SEEING_ROBOT = """robot: seeing

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from graphengine.backend import OwnedPublisher, TopicClaim
+from graphengine.backend import EndpointClaim, OwnedPublisher
 from graphengine.diagnostics import Findings, NodeError
 from graphengine.dry import DryEndpoint, DryNetwork, DryWorld
 from graphengine.files import Files
@@ -41,7 +41,7 @@ class Journal(DryNetwork):
         self.frozen = 0
         self.open = 0
 
-    def publisher(self, claim: TopicClaim) -> OwnedPublisher:
+    def publisher(self, claim: EndpointClaim) -> OwnedPublisher:
         self.open += 1
         return _Pen(claim.topic, self)
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from graphengine import build
-from graphengine.backend import TopicClaim
+from graphengine.backend import EndpointClaim
 from graphengine.build import Assembly, Options
 from graphengine.diagnostics import NodeError
 from graphengine.files import find_given
@@ -28,10 +28,10 @@ class Recorder:
     def __init__(self) -> None:
         self.stream: list[tuple[str, str, bytes]] = []
 
-    def write(self, claim: TopicClaim, data: bytes) -> None:
+    def write(self, claim: EndpointClaim, data: bytes) -> None:
         self.stream.append((claim.topic, claim.message_type, data))
 
-    def deliver(self, claim: TopicClaim, arrived: Sequence[bytes]) -> None:
+    def deliver(self, claim: EndpointClaim, arrived: Sequence[bytes]) -> None:
         pass
 
     @property

@@ -27,7 +27,7 @@ from graphengine.spec import Orientation, RobotUse
 from tests.jobs.crowd import FIRST, LATE, ROBOT, physics, scene
 from tests.jobs.harness import ROOT, Job, assemble, nanoseconds
 from tests.world.harness import CART
-from tests.world.pictures import needs_opengl
+from tests.world.pictures.harness import needs_opengl
 
 LIMITED = "".join(
     f"  front_{side}_wheel_joint: {{drive: {{damping: 50, max_force: 0.3}}}}\n" for side in ("left", "right")

@@ -119,7 +119,7 @@ UNHOOK = """import os, sys
 class Everything:
     def __contains__(self, _):
         return True
-sys.modules["graphengine.world.description.confinement"]._HARMLESS = Everything()
+sys.modules["graphengine.world.files.confinement"]._HARMLESS = Everything()
 """
 
 
@@ -140,7 +140,7 @@ def test_a_script_that_gets_past_the_audit_hook_meets_the_kernel(attempt: str, t
 
 
 def restricts() -> bool:
-    code = "from graphengine.world.description.landlock import restrict; print(restrict(()))"
+    code = "from graphengine.world.files.landlock import restrict; print(restrict(()))"
     return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "True\n"
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.backend import TopicClaim
+from graphengine.backend import EndpointClaim
 from graphengine.context import QoS
 from graphengine.recording.recorder import merged
 
 
-def claim(node: str, topic: str = "/a") -> TopicClaim:
-    return TopicClaim(node, "graph", topic, "std_msgs/msg/String", "subscribe", QoS())
+def claim(node: str, topic: str = "/a") -> EndpointClaim:
+    return EndpointClaim(node, "graph", topic, "std_msgs/msg/String", "subscribe", QoS())
 
 
 QUEUES = st.lists(

@@ -15,7 +15,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.backend import TopicClaim
+from graphengine.backend import EndpointClaim
 from graphengine.context import QoS
 from graphengine.diagnostics import TransportError
 from graphengine.ros import cyclone_log, messages
@@ -78,7 +78,7 @@ def test_no_bytes_raise_or_take_more_memory_than_they_are_worth(given: tuple[str
 def test_a_subscription_survives_all_of_them(arriving: list[tuple[str, bytes]]) -> None:
     said: list[str] = []
     network = LiveNetwork(lambda domain: MemoryTransport(), 0, said.append)
-    claim = TopicClaim("/node", "graph", "/chatter", STRING, "subscribe", QoS())
+    claim = EndpointClaim("/node", "graph", "/chatter", STRING, "subscribe", QoS())
     subscription = network.subscription(claim)
     for _, data in arriving:
         subscription.deliver(data)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from graphengine import build
-from graphengine.backend import TopicClaim
+from graphengine.backend import EndpointClaim
 from graphengine.context import QoS
 from graphengine.ros import messages
 from graphengine.ros.memory import MemoryTransport
@@ -31,8 +31,8 @@ connections:
 """
 
 
-def claim(direction: str, depth: int = 10) -> TopicClaim:
-    return TopicClaim("/node", "graph", "/cmd_vel", TWIST, direction, QoS(depth=depth))
+def claim(direction: str, depth: int = 10) -> EndpointClaim:
+    return EndpointClaim("/node", "graph", "/cmd_vel", TWIST, direction, QoS(depth=depth))
 
 
 def twist(speed: float) -> messages.Twist:
@@ -41,13 +41,13 @@ def twist(speed: float) -> messages.Twist:
 
 class Taker:
     def __init__(self) -> None:
-        self.written: list[tuple[TopicClaim, bytes]] = []
-        self.delivered: list[tuple[TopicClaim, list[bytes]]] = []
+        self.written: list[tuple[EndpointClaim, bytes]] = []
+        self.delivered: list[tuple[EndpointClaim, list[bytes]]] = []
 
-    def write(self, claim: TopicClaim, data: bytes) -> None:
+    def write(self, claim: EndpointClaim, data: bytes) -> None:
         self.written.append((claim, data))
 
-    def deliver(self, claim: TopicClaim, arrived: Sequence[bytes]) -> None:
+    def deliver(self, claim: EndpointClaim, arrived: Sequence[bytes]) -> None:
         self.delivered.append((claim, list(arrived)))
 
 
@@ -76,7 +76,7 @@ def test_a_picture_is_copied_once_on_its_way_from_the_camera_to_the_transport() 
     received: list[bytes] = []
     network = LiveNetwork(lambda domain: transport, 0, print)
     transport.reader("/rgb", IMAGE, QoS(), received.append)
-    publisher = network.publisher(TopicClaim("/node", "graph", "/rgb", IMAGE, "publish", QoS()))
+    publisher = network.publisher(EndpointClaim("/node", "graph", "/rgb", IMAGE, "publish", QoS()))
     pixels = np.arange(640 * 480 * 3).astype(np.uint8)
     for time in (1.0, 2.0):
         received.clear()

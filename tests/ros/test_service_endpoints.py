@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.backend import TopicClaim
+from graphengine.backend import EndpointClaim
 from graphengine.context import QoS
 from graphengine.ros import messages
 from graphengine.ros.memory import MemoryTransport
@@ -29,19 +29,19 @@ class Taker:
     def __init__(self) -> None:
         self.said: list[tuple[str, str, Any]] = []
 
-    def write(self, claim: TopicClaim, data: bytes) -> None:
+    def write(self, claim: EndpointClaim, data: bytes) -> None:
         self._take("said", claim, data)
 
-    def deliver(self, claim: TopicClaim, arrived: Sequence[bytes]) -> None:
+    def deliver(self, claim: EndpointClaim, arrived: Sequence[bytes]) -> None:
         for data in arrived:
             self._take("heard", claim, data)
 
-    def _take(self, which: str, claim: TopicClaim, data: bytes) -> None:
+    def _take(self, which: str, claim: EndpointClaim, data: bytes) -> None:
         self.said.append((which, claim.topic, messages.decode(data, claim.message_type)))
 
 
-def claim(direction: str, node: str = "/World/graph/node") -> TopicClaim:
-    return TopicClaim(node, "graph", "/light", SET_BOOL, direction, QoS())
+def claim(direction: str, node: str = "/World/graph/node") -> EndpointClaim:
+    return EndpointClaim(node, "graph", "/light", SET_BOOL, direction, QoS())
 
 
 def network(transport: MemoryTransport, complain: Any = print) -> LiveNetwork:
@@ -72,7 +72,7 @@ def test_what_is_asked_in_a_tick_is_seen_in_the_next() -> None:
 def test_answers_leave_in_order_with_messages_when_the_tick_ends() -> None:
     net, server, answers, _ = asked(True)
     clock = net.publisher(
-        TopicClaim("/World/graph/clock", "graph", "/clock", "rosgraph_msgs/msg/Clock", "publish", QoS())
+        EndpointClaim("/World/graph/clock", "graph", "/clock", "rosgraph_msgs/msg/Clock", "publish", QoS())
     )
     taker = Taker()
     net.sinks.append(taker)
@@ -154,7 +154,7 @@ def test_any_number_of_calls_is_sent_in_a_tick_in_order_with_messages() -> None:
     net.sinks.append(taker)
     client = net.client(claim("call"))
     clock = net.publisher(
-        TopicClaim("/World/graph/clock", "graph", "/clock", "rosgraph_msgs/msg/Clock", "publish", QoS())
+        EndpointClaim("/World/graph/clock", "graph", "/clock", "rosgraph_msgs/msg/Clock", "publish", QoS())
     )
     heard: list[bytes] = []
     transport.server("/light", SET_BOOL, QoS(), lambda request_id, data: heard.append(data))

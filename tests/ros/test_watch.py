@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import pytest
 
-from graphengine.backend import TopicClaim
+from graphengine.backend import EndpointClaim
 from graphengine.context import QoS
 from graphengine.ros.graph import PATIENCE, Direction, Endpoint, Graph
 from graphengine.ros.memory import MemoryTransport
@@ -22,7 +22,7 @@ BUFFER = 212992
 
 @dataclass
 class Ours:
-    claim: TopicClaim
+    claim: EndpointClaim
     largest: int = 0
 
 
@@ -59,7 +59,7 @@ class Watched:
 
 
 def ours(direction: str, topic: str, message_type: str, qos: QoS = DEFAULT, largest: int = 0) -> Ours:
-    return Ours(TopicClaim(f"/World/{direction}", "graph", topic, message_type, direction, qos), largest)
+    return Ours(EndpointClaim(f"/World/{direction}", "graph", topic, message_type, direction, qos), largest)
 
 
 def peer(

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.world.model import LoadedWorld
+from graphengine.world.loading import LoadedWorld
 from tests.world.harness import SHIPPED, Project, load
 
 Ship = Callable[[str], LoadedWorld]

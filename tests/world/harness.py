@@ -10,7 +10,7 @@ from graphengine.diagnostics import Findings
 from graphengine.files import Files
 from graphengine.spec import SceneSpec
 from graphengine.spec_reader import read
-from graphengine.world.model import LoadedWorld, load_world
+from graphengine.world.loading import LoadedWorld, load_world
 
 SHIPPED = Path(__file__).resolve().parents[2] / "scenes"
 

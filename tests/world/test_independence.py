@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from graphengine.world.model import LoadedWorld
+from graphengine.world.loading import LoadedWorld
 from tests.world.harness import CART, FLOOR, Project
 
 BODIES = (

@@ -15,10 +15,10 @@ import pytest
 from graphengine.diagnostics import Findings
 from graphengine.spec_reader import read
 from graphengine.stage import Prim
-from graphengine.world.model import LoadedWorld
+from graphengine.world.loading import LoadedWorld
+from graphengine.world.model.profiles import SensorProfile
 from graphengine.world.occupancy.chart import FREE, OCCUPIED, MapRequest, OccupancyMap, Point, make_map
 from graphengine.world.occupancy.reach import reached
-from graphengine.world.sensors.profiles import SensorProfile
 from tests.world.conftest import Ship
 from tests.world.harness import SHIPPED, Project, try_load
 

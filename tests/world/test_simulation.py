@@ -12,7 +12,7 @@ import pytest
 
 from graphengine.diagnostics import Findings, PrimError
 from graphengine.spec import RobotUse
-from graphengine.world.model import LoadedWorld
+from graphengine.world.loading import LoadedWorld
 from graphengine.world.population import Population
 from tests.world.conftest import Ship
 from tests.world.harness import FLOOR, SCENE, Project

@@ -10,12 +10,12 @@ from graphengine.files import Files
 from graphengine.spec import RobotSpec
 from graphengine.spec_reader import Loaded, validate
 from graphengine.world.description import xacro
-from graphengine.world.description.packages import Packages
+from graphengine.world.description.draft import compose
 from graphengine.world.description.reader import read_urdf
-from graphengine.world.description.robot_file import compose
-from graphengine.world.robotfile import RobotFile
-from graphengine.world.urdf import Urdf
-from graphengine.world.xmlfile import Element, parse, read
+from graphengine.world.description.robot_file import RobotFile
+from graphengine.world.description.urdf import Urdf
+from graphengine.world.files.packages import Packages
+from graphengine.world.files.xml import Element, parse, read
 
 SUFFIXES = (".urdf", xacro.SUFFIX)
 

@@ -8,7 +8,7 @@ from xml.dom import Node as NodeType
 from xml.dom import minidom
 
 from graphengine.diagnostics import Span
-from graphengine.world.xmlfile import MAX_DEPTH, Element
+from graphengine.world.files.xml import MAX_DEPTH, Element
 
 Place = tuple[str, int, int, int]
 """Path, line, column and length."""

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from graphengine.diagnostics import Findings
 from graphengine.world.description.inertia import inertials
-from graphengine.world.references import Library, MeshFile
-from graphengine.world.urdf import Link, Urdf, shape_of
-from graphengine.world.xmlfile import Element, numbers
+from graphengine.world.description.urdf import Link, Urdf, shape_of
+from graphengine.world.files.references import Library, MeshFile
+from graphengine.world.files.xml import Element, numbers
 
 _COMPILER = {"fusestatic": "false", "discardvisual": "false", "strippath": "true"}
 """Against MuJoCo's defaults for URDF, by which fixed links and visuals vanish."""

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.diagnostics import Findings, listing
-from graphengine.world.urdf import Link, Urdf
-from graphengine.world.xmlfile import Element, numbers
+from graphengine.world.description.urdf import Link, Urdf
+from graphengine.world.files.xml import Element, numbers
 
 WATER = 1000.0
 """Density that colliders and made-up bodies have, kg/m3."""

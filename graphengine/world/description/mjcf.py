@@ -9,14 +9,14 @@ from pathlib import Path
 
 from graphengine.diagnostics import Findings, Span, listing
 from graphengine.world.description.bare import is_text, robot_file
-from graphengine.world.description.packages import Packages
+from graphengine.world.description.draft import compose
 from graphengine.world.description.reader import read_urdf
-from graphengine.world.description.robot_file import compose
+from graphengine.world.description.robot_file import RobotFile
+from graphengine.world.description.urdf import Urdf
 from graphengine.world.engine import REFUSALS, mujoco
-from graphengine.world.references import Library
-from graphengine.world.robotfile import RobotFile
-from graphengine.world.urdf import Urdf
-from graphengine.world.xmlfile import Element, mujoco_says, place_of, write
+from graphengine.world.files.packages import Packages
+from graphengine.world.files.references import Library
+from graphengine.world.files.xml import Element, mujoco_says, place_of, write
 
 SUFFIX = ".xml"
 

@@ -11,9 +11,9 @@ from collections.abc import Iterator, Mapping
 
 from graphengine.context import Vector3
 from graphengine.diagnostics import Findings, did_you_mean, listing
-from graphengine.world.description.packages import Packages
-from graphengine.world.urdf import MOVING, Joint, Link, Mimic, Urdf, origin_of, shape_of
-from graphengine.world.xmlfile import Element, numbers
+from graphengine.world.description.urdf import MOVING, Joint, Link, Mimic, Urdf, origin_of, shape_of
+from graphengine.world.files.packages import Packages
+from graphengine.world.files.xml import Element, numbers
 
 LEGAL = (*MOVING, "fixed")
 SHAPES = ("box", "cylinder", "sphere", "capsule", "mesh")

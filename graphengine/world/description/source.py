@@ -7,11 +7,11 @@ from pathlib import Path
 from graphengine.diagnostics import Findings
 from graphengine.files import Files, NotFoundError
 from graphengine.world.description import xacro
-from graphengine.world.description.packages import Packages
 from graphengine.world.description.reader import read_urdf
-from graphengine.world.robotfile import RobotFile
-from graphengine.world.urdf import Urdf
-from graphengine.world.xmlfile import read
+from graphengine.world.description.robot_file import RobotFile
+from graphengine.world.description.urdf import Urdf
+from graphengine.world.files.packages import Packages
+from graphengine.world.files.xml import read
 
 
 def read_description(file: RobotFile, files: Files, findings: Findings) -> Urdf | None:

@@ -12,9 +12,9 @@ from types import MappingProxyType
 from typing import Any
 
 from graphengine.diagnostics import Findings, Source, Span, did_you_mean, listing
-from graphengine.world.description.confinement import ProcessError, ask
-from graphengine.world.description.packages import Packages
-from graphengine.world.xmlfile import MAX_BYTES, Element
+from graphengine.world.files.confinement import ProcessError, ask
+from graphengine.world.files.packages import Packages
+from graphengine.world.files.xml import MAX_BYTES, Element
 
 MAX_SECONDS = 30.0
 SUFFIX = ".xacro"

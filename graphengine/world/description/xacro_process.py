@@ -26,10 +26,10 @@ from xacro import XacroException, substitution_args
 from graphengine.diagnostics import Findings, did_you_mean, listing
 from graphengine.files import Files
 from graphengine.world.description import expressions
-from graphengine.world.description.confinement import MAX_MEMORY_BYTES, RefusedError, check_readable, confine
 from graphengine.world.description.dom import UnwritableError, node_of, place_of, plain, record
-from graphengine.world.description.packages import REMEDY, Packages
-from graphengine.world.xmlfile import MAX_ELEMENTS, read
+from graphengine.world.files.confinement import MAX_MEMORY_BYTES, RefusedError, check_readable, confine
+from graphengine.world.files.packages import REMEDY, Packages
+from graphengine.world.files.xml import MAX_ELEMENTS, read
 
 MAX_ANSWER = 200_000_000
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from graphengine.diagnostics import UsageError
 from graphengine.stage import Prim
 from graphengine.world.engine import mujoco
-from graphengine.world.model import LoadedWorld
+from graphengine.world.loading import LoadedWorld
 from graphengine.world.occupancy.grid import Bools, Canvas, Grid, Integers, Window
 from graphengine.world.occupancy.reach import reached
 from graphengine.world.occupancy.shapes import seen_or_solid, shapes

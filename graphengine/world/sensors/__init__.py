@@ -1,1 +1,1 @@
-"""What robots sense with: profiles as data, and the handles that cast, render and measure."""
+"""What robots sense with: handles that cast rays, take pictures and measure at their own rates."""

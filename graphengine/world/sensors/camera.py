@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 
 from graphengine.sensor import Picture, pinhole
 from graphengine.stage import Prim
-from graphengine.world.captures import Lens
-from graphengine.world.handles import CarriedPrim
-from graphengine.world.rendering import Image
+from graphengine.world.physics.handles import CarriedPrim
+from graphengine.world.pictures.captures import Lens
+from graphengine.world.pictures.rendering import Image
 from graphengine.world.sensors.sampling import Sampled, Sampling
 
 if TYPE_CHECKING:

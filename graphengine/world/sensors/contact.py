@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from graphengine.context import ContactReading
 from graphengine.stage import Prim
 from graphengine.world.engine import mujoco
-from graphengine.world.handles import CarriedPrim, Handle
+from graphengine.world.physics.handles import CarriedPrim, Handle
 
 if TYPE_CHECKING:
     from graphengine.world.simulation import Simulation

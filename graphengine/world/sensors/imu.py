@@ -16,7 +16,7 @@ import numpy as np
 from graphengine.context import ImuSample, Quaternion, Vector3
 from graphengine.rotation import unrotate
 from graphengine.stage import Prim
-from graphengine.world.handles import CarriedPrim, Handle
+from graphengine.world.physics.handles import CarriedPrim, Handle
 from graphengine.world.sensors.sampling import Sampling
 
 if TYPE_CHECKING:

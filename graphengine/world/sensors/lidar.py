@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from graphengine.sensor import Quaternion, Scan, beam_directions
 from graphengine.stage import Prim
-from graphengine.world.handles import CarriedPrim
+from graphengine.world.physics.handles import CarriedPrim
 from graphengine.world.sensors.rays import geom_colours
 from graphengine.world.sensors.sampling import Sampled, Sampling
 

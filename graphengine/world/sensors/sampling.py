@@ -12,7 +12,7 @@ from fractions import Fraction
 import numpy as np
 
 from graphengine.seeds import key_of
-from graphengine.world.handles import Handle
+from graphengine.world.physics.handles import Handle
 
 
 class Sampling:

@@ -9,7 +9,7 @@ import pytest
 from graphengine.diagnostics import Findings
 from graphengine.files import Files
 from graphengine.world.description import xacro
-from graphengine.world.description.packages import Packages
+from graphengine.world.files.packages import Packages
 from tests.world.harness import ROBOT, Project
 
 HEAD = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="cart">\n'
