@@ -45,7 +45,7 @@ class Source:
 
 
 def write_source(plan: Plan) -> Source:
-    """The text of a plan's functions: `constants`, and one a region, of which `pass_` is the root."""
+    """The text of a plan's functions: `constants`, and one a region, of which `pass_` is run each tick and those of `ENDINGS` between ticks."""
     graph = plan.graph
     source = Source(f"<graph: {graph.flat.loaded.document.source.path} as {graph.name} #{next(_serial)}>")
     source.add([f"s{data} = 1" for data in plan.flagged])
@@ -74,9 +74,10 @@ def _write_constants(plan: Plan, source: Source) -> None:
 
 
 def _write_region(plan: Plan, region: Region, source: Source) -> None:
-    name = "pass_" if region.index == 0 else f"r{region.index}"
+    name = "pass_" if region.index == 0 else region.ending or f"r{region.index}"
     used = sorted({index for call in region.calls for index in _nodes_of(call)})
-    bound = "".join(f", n{i}=n{i}, c{i}=c{i}" for i in used)
+    ended = {call.node for call in region.calls if region.ending and call.kind == "event"}  # who have such a method
+    bound = "".join(f", n{i}=n{i}, c{i}={f'n{i}.{region.ending}' if i in ended else f'c{i}'}" for i in used)
     stale = sorted({s for call in region.calls for s in _stale_of(call)} | set(region.stale))
     latent = [index for index, _ in region.pending]
     source.add(["", f"def {name}({bound.removeprefix(', ')}):  # {region.title}"])

@@ -10,6 +10,7 @@ from typing import Any
 from graphengine import codegen, types
 from graphengine.context import Context
 from graphengine.diagnostics import Findings, GraphError, NodeError
+from graphengine.node import Ending
 from graphengine.plan import Copy, Plan
 from graphengine.planning import make_plan
 
@@ -134,6 +135,15 @@ class Executor:
             NodeError: a node raised; its cause is chained.
         """
         self._run(self._pass)
+
+    def run_ending(self, ending: Ending) -> None:
+        """What starts where a play, or the graph, ends; nothing in most graphs.
+
+        Raises:
+            NodeError: a node raised; its cause is chained.
+        """
+        if (function := self._functions.get(ending)) is not None:
+            self._run(function)
 
     def _run(self, function: Callable[[], None]) -> None:
         """Run generated text; an exception in it names its node."""

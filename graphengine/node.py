@@ -19,6 +19,9 @@ them in the constructor and reads them after `compute`. What kind of node it is 
 | event  | an action or pusher without ExecIn, computed at the start of each pass                              |
 | pusher | `compute` is a generator of ports to fire; each yield runs what hangs on that port to its end       |
 | latent | has `update`, called once a tick while `active`; it returns what to fire in the next pass           |
+
+Passes run in ticks. What is to happen between two of them starts at an event that has `at_stop`, called when a play ends, or
+`at_close`, called before its graph is closed; what these return is fired in a pass of its own, in which nothing else starts.
 """
 
 from __future__ import annotations
@@ -52,7 +55,11 @@ Numbered = Mapping[str, Callable[[], Any]]
 Fire = int | None
 """What `compute` of a gated node returns: ExecOut ports joined by `|`, or None for nothing."""
 
-_RESERVED = re.compile(r"_|(type|tuple|input|id|hash|min|max|range|object|close|update|active)\Z")
+Ending = Literal["at_stop", "at_close"]
+ENDINGS: tuple[Ending, ...] = typing.get_args(Ending)
+"""Methods of events that are called outside of ticks."""
+
+_RESERVED = re.compile(r"_|(type|tuple|input|id|hash|min|max|range|object|close|update|active|at_stop|at_close)\Z")
 """Names that a class body or the engine uses itself."""
 
 

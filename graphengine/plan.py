@@ -1,7 +1,7 @@
 """What the generated functions do, as plain data: regions, calls in order, guards, copies, refreshes of data nodes.
 
 A **region** is what is reached from the events of a pass, or from one port of a pusher, without crossing another pusher's
-port. `planning` makes a plan of a resolved graph, `graphrun show` prints it, `codegen` turns it into source.
+port; or from the events that a play, or the graph, ends with. `planning` makes a plan of a resolved graph, `graphrun show` prints it, `codegen` turns it into source.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 from graphengine.gates import Gate
 from graphengine.graph import Graph
+from graphengine.node import Ending
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,6 +112,8 @@ class Region:
     """Of a root region: data nodes that each pass makes stale."""
     pending: tuple[tuple[int, tuple[Branch, ...]], ...] = ()
     """Of a root region: latent nodes that may have fired since the last pass."""
+    ending: Ending | None = None
+    """Of a region that starts outside of ticks: the method of its events."""
 
 
 @dataclass(slots=True)

@@ -96,8 +96,8 @@ class SceneRoster:
         findings.raise_errors()
         return plans, claims
 
-    def remove(self, name: str, graphs: Sequence[GraphRun]) -> Sequence[GraphRun]:
-        """Take a robot away, with its graphs and topics; which of the session's graphs those were.
+    def own(self, name: str, graphs: Sequence[GraphRun]) -> Sequence[GraphRun]:
+        """Which of the session's graphs are a robot's, which can be removed.
 
         Raises:
             UnknownEntityError: there is no such robot.
@@ -111,11 +111,14 @@ class SceneRoster:
             reader = None if run in own else run.contexts.bound(self._robots[name].prim_path)
             if reader is not None:
                 raise UsageError(f"{name} cannot be removed: {reader} of graph {run.name} reads something of it")
+        return own
+
+    def remove(self, name: str, own: Sequence[GraphRun]) -> None:
+        """Take a robot away, with its graphs and topics."""
         self._dismiss(name, own)
         assembly = self._assembly
         assembly.plans = [plan for plan in assembly.plans if not _belongs(plan.graph.name, name)]
         assembly.claims = [claim for claim in assembly.claims if not _belongs(claim.graph, name)]
-        return own
 
     def _dismiss(self, name: str, own: Sequence[GraphRun]) -> None:
         """Take a robot away, with its graphs and with what the session keeps for it."""

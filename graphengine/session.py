@@ -20,6 +20,7 @@ from graphengine.entity import warning
 from graphengine.graph_run import GraphRun
 from graphengine.inbox import Inbox, LiveInbox
 from graphengine.mailbox import find_impulses
+from graphengine.node import Ending
 from graphengine.node_context import Services
 from graphengine.pacer import Pacer
 from graphengine.simulation_clock import SimulationClock
@@ -43,8 +44,11 @@ class Roster(Protocol):
     def add(self, name: str, use: RobotUse) -> Sequence[GraphRun]:
         """A robot, and its graphs, set up."""
 
-    def remove(self, name: str, graphs: Sequence[GraphRun]) -> Sequence[GraphRun]:
-        """Take a robot away; which of the session's graphs were its own."""
+    def own(self, name: str, graphs: Sequence[GraphRun]) -> Sequence[GraphRun]:
+        """Which of the session's graphs are a robot's, which can be removed."""
+
+    def remove(self, name: str, own: Sequence[GraphRun]) -> None:
+        """Take a robot away, with its graphs."""
 
 
 class Desk(Protocol):
@@ -100,7 +104,7 @@ class Session:
         self._until = 0
         self._pace: float | None = None
         self._pacer: Pacer | None = None
-        self._within_tick = self._interrupted = False
+        self._within_tick = self._interrupted = self._ended = False
         self._failure = ""
         self._take(graphs)
 
@@ -153,7 +157,10 @@ class Session:
         self._refuse_within_tick()
         if self._roster is None:
             raise UnknownEntityError("a session without a scene has no robots")
-        gone = [id(run) for run in self._roster.remove(name, self.graphs)]
+        own = self._roster.own(name, self.graphs)
+        self._tell("at_close", own)
+        self._roster.remove(name, own)
+        gone = {id(run) for run in own}
         self._take([run for run in self.graphs if id(run) not in gone])
         self.inbox.command("delete", {"name": name})
 
@@ -419,6 +426,7 @@ class Session:
     def stop(self) -> None:
         """Back to time 0: commands zero, world at its start, outputs and state at their defaults."""
         self._refuse_within_tick()
+        self._end_play()
         self._set("stopped")
         self._begin_anew("state", "time")
         self.inbox.command("stop", {})
@@ -444,6 +452,8 @@ class Session:
                 self.remove(name)
             wanted.remove("spawned")
         if wanted:
+            if "time" in wanted:
+                self._end_play()
             self._begin_anew(*wanted)
             self.inbox.command("reset", {"scope": wanted})
         self._set(self.state)
@@ -452,6 +462,7 @@ class Session:
         """The world as at the start; with `time` also clocks and graphs as before the first tick."""
         world = self.services.world
         if "time" in scopes:
+            self._failure = ""
             world.zero_commands()
         if "state" in scopes:
             world.reset_state()
@@ -473,8 +484,40 @@ class Session:
         self.clock.stop()
         self.step_clock.stop()
 
+    def _end_play(self) -> None:
+        """Tell graphs that a play ends, if there was one."""
+        if self.clock.frame:
+            self._tell("at_stop", self.graphs)
+
+    def _tell(self, ending: Ending, graphs: Sequence[GraphRun]) -> None:
+        """Let graphs do what they have for an ending, and send what comes of it; one that fails ends for itself alone."""
+        self._within_tick = True
+        try:
+            for run in graphs:
+                try:
+                    run.executor.run_ending(ending)
+                except GraphError as error:
+                    self.services.log("error", "", str(error))
+                    self.services.network.log("error", str(error))
+            self.services.network.flush()
+        finally:
+            self._within_tick = False
+
+    def end(self) -> None:
+        """Let graphs do what they have for the end of a play and for their own, once; nothing is to run after it.
+
+        After an error they do nothing: what they know may be half of a tick.
+        """
+        if self._ended or self._failure:
+            return
+        self._ended = True
+        self._end_play()
+        self._tell("at_close", self.graphs)
+
     def close(self) -> None:
-        """Leave the network and release the world; safe to call twice."""
+        """End, leave the network and release the world; safe to call twice."""
+        with contextlib.suppress(TransportError):
+            self.end()
         if self.desk is not None:
             self.desk.close(self._failure or "the run has ended")
         for run in self.graphs:

@@ -169,7 +169,8 @@ def _verdict(found: Difference | None, run: Replay, session: Session, recording:
     """What the comparison came to."""
     if found is None:
         return f"identical: {_counted(run)}, {recording.times.seconds(run.ticks):.3f} s"
-    where = f"different in tick {found.tick}, t = {found.time:.6f} s{f': {found.topic}' if found.topic else ''}"
+    when = f"{'at the end, after' if found.at_end else 'in'} tick {found.tick}, t = {found.time:.6f} s"
+    where = f"different {when}{f': {found.topic}' if found.topic else ''}"
     lines = [line for text in found.lines for line in text.split("\n")]
     return "\n  ".join(
         [where, *_published_by(found.node, session), *lines, f"before that, {_counted(run)} are identical"]

@@ -122,9 +122,15 @@ def schedule(plan: Plan) -> str:
     if constants:
         lines.append(f"  once, before the first tick: {', '.join(constants)}")
     for region in plan.regions:
-        lines.append(f"  {'each pass' if region.index == 0 else f'each time {region.title} fires'}")
+        lines.append(f"  {_occasion(region)}")
         lines += _calls(plan, region)
     return "\n".join(lines)
+
+
+def _occasion(region: Region) -> str:
+    if region.ending:
+        return {"at_stop": "when a play ends", "at_close": "before the graph is closed"}[region.ending]
+    return "each pass" if region.index == 0 else f"each time {region.title} fires"
 
 
 def _calls(plan: Plan, region: Region) -> Iterator[str]:

@@ -26,18 +26,20 @@ class RegionWriter:
     def write(self) -> Region:
         """The region with all its calls."""
         graph, root = self.graph, self.region == 0
+        pass_ = root or self.region in graph.endings
         for data in graph.data_rank:
             if data in graph.constant:
                 self.state[data] = "clean"
             else:
-                self.state[data] = "stale" if root and data in graph.volatile else "maybe"
+                self.state[data] = "stale" if pass_ and data in graph.volatile else "maybe"
         for index in graph.members[self.region]:
             self.guards[index] = self._guard(index)
         calls = tuple(self._call(index) for index in graph.members[self.region])
-        stale = tuple(d for d in sorted(graph.flagged) if d in graph.volatile) if root else ()
+        stale = tuple(d for d in sorted(graph.flagged) if d in graph.volatile) if pass_ else ()
         entries = tuple(self._fires(graph.entries[self.region]))
         pending = self._pending() if root else ()
-        return Region(self.region, graph.titles[self.region], tuple(self.flags), entries, calls, stale, pending)
+        title, ending = graph.titles[self.region], graph.endings.get(self.region)
+        return Region(self.region, title, tuple(self.flags), entries, calls, stale, pending, ending)
 
     def _in_wires(self, index: int) -> list[Wire]:
         """Wires that can start a node in this region."""

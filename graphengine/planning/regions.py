@@ -14,6 +14,7 @@ import networkx as nx
 from graphengine.diagnostics import Findings
 from graphengine.gates import Gate
 from graphengine.graph import Graph, Wire
+from graphengine.node import ENDINGS, Ending
 from graphengine.planning.dependencies import DependencyGraph
 
 MAX_PUSHERS = 500
@@ -38,6 +39,7 @@ class RegionGraph(DependencyGraph):
         members: nodes of each region, in the order they run.
         entries: wires that start each region; of several ports that open one region alike, those of the first.
         titles: of the regions, for people.
+        endings: regions that start outside of ticks, with the method of the events that they start from.
         pin_region: the region that a pusher's port opens, -1 for one without nodes.
         covers: for each pusher every node in the regions below it.
         port_covers: the same for each of its ports, in order.
@@ -49,6 +51,7 @@ class RegionGraph(DependencyGraph):
         self.members: list[list[int]] = []
         self.entries: list[list[Wire]] = []
         self.titles: list[str] = []
+        self.endings: dict[int, Ending] = {}
         self.pin_region: dict[tuple[int, str], int] = {}
         self.covers = {i: nx.descendants(self.execution, i) for i, kind in enumerate(self.kinds) if kind == "pusher"}
         self.port_covers = {pusher: self._cover_ports(pusher) for pusher in self.covers}
@@ -82,6 +85,10 @@ class RegionGraph(DependencyGraph):
             reached = set(starts).union(*(nx.descendants(self.execution, start) for start in set(starts)))
         self.latents = {i for i in reached if self.kinds[i] == "latent"}
         self._open_region("pass", [], starts)
+        for ending in ENDINGS:
+            ended = [i for i in starts if self.kinds[i] == "event" and hasattr(self.node(i).cls, ending)]
+            if ended:
+                self.endings[self._open_region(ending, [], ended)] = ending
         known: dict[tuple[tuple[int, str], ...], int] = {}
         opened = 0
         while opened < len(self.members):  # regions open further regions

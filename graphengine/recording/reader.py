@@ -35,7 +35,7 @@ class Tick:
         sent: what was published, in order.
         commands: what was asked of the session before it, each a name and arguments.
         wall_time: what nodes read, where one did.
-        whole: false for one that the run did not get to the end of.
+        whole: false for what came after the last tick: the session's end, or a tick that failed before its own.
     """
 
     number: int
@@ -90,7 +90,7 @@ class Recording:
         self.times = TickTimes(manifest.period)
 
     def ticks(self) -> Iterator[Tick]:
-        """Every tick of the run in order, those in which nothing happened too.
+        """Every tick of the run in order, those in which nothing happened too, and how it ended unless that is cut off.
 
         Raises:
             RecordingError: the file is damaged.
@@ -112,7 +112,7 @@ class Recording:
         while tick.number <= last:
             yield tick
             tick = Tick(tick.number + 1)
-        if self.failure:
+        if not self.cut_off:
             tick.whole = False
             yield tick
 

@@ -74,7 +74,7 @@ class Recorder:
         self._wall_time = 0.0
         self._commands: list[tuple[str, Any]] = []
         self._arrived: list[tuple[EndpointClaim, Sequence[bytes]]] = []
-        self._sent: list[tuple[EndpointClaim, bytes]] = []
+        self._sent: list[tuple[EndpointClaim, int, bytes]] = []
         self._streams: dict[object, Stream] = {}
         self._network = network
         self._sightings: defaultdict[object, Sightings] = defaultdict(Sightings)
@@ -105,7 +105,7 @@ class Recorder:
 
     def write(self, claim: EndpointClaim, data: bytes) -> None:
         """Take a message that was sent."""
-        self._sent.append((claim, data))
+        self._sent.append((claim, self._session.clock.frame, data))
 
     def command(self, name: str, arguments: Mapping[str, Any]) -> None:
         """Take what the session was asked for since the last tick, and did.
@@ -137,7 +137,7 @@ class Recorder:
             self._write_chunk()
 
     def close(self, failure: str = "") -> None:
-        """Write what is left, and that it ends here; what a tick that did not end had read is kept too.
+        """End the session, and write what is left; what a tick that did not end had read is kept too.
 
         Args:
             failure: what ended the last tick before its end.
@@ -146,8 +146,12 @@ class Recorder:
             RecordingError: it cannot be written.
         """
         try:
-            if self._tick > self._ended:
+            if failure or self._tick > self._ended:
                 self._sent.clear()
+            else:
+                self._session.end()
+            if self._commands or self._arrived or self._sent:
+                self._tick = self._ended + 1
                 self._take_down()
             self._write_chunk()
             self._writer.note(layout.END, {"ticks": str(self._ended), "failure": failure})
@@ -165,7 +169,7 @@ class Recorder:
             self.close(layout.failure_of(error) if isinstance(error, GraphError) else "")
 
     def _take_down(self) -> None:
-        now, since_play = self._times.nanoseconds(self._tick), self._times.nanoseconds(self._session.clock.frame)
+        now = self._times.nanoseconds(self._tick)
 
         def add(stream: Stream, published: int, data: bytes) -> None:
             self._entries.append(Entry(stream, now, published, data))
@@ -179,10 +183,10 @@ class Recorder:
             known = self._sightings[self._topic(claims[0])].see([claim.node for claim in claims], data)
             add(self._stream(claims[0], known), now, data)
         read = {subscription.topic for subscription in self._network.subscriptions}
-        for claim, data in self._sent:
+        for claim, frame, data in self._sent:
             if claim.topic in read or claim.qos.durability == "transientLocal":  # whose readers may come later
                 self._sightings[self._topic(claim)].add(data)
-            add(self._stream(claim), since_play, data)
+            add(self._stream(claim), self._times.nanoseconds(frame), data)
         self._arrived.clear()
         self._sent.clear()
 

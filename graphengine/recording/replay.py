@@ -35,6 +35,7 @@ class Difference:
         topic: on which something else was sent, or nothing.
         node: prim path of the node that sent it; empty where none did.
         lines: what differs.
+        at_end: the tick is the last one, and what differs is what graphs sent when the session ended.
     """
 
     tick: int
@@ -42,6 +43,7 @@ class Difference:
     topic: str
     node: str
     lines: tuple[str, ...]
+    at_end: bool = False
 
 
 class SilentTransport(MemoryTransport):
@@ -131,24 +133,25 @@ class Replay:
             RecordingError: the recording is damaged.
         """
         for tick in self._recording.ticks():
-            error = self._step(tick)
-            found = self._compare(tick) if tick.whole and error is None else self._compare_failures(tick, error)
+            failed = "" if tick.whole else self._recording.failure
+            error = self._do(tick, self._session.step if tick.whole or failed else self._session.end)
+            found = self._compare_failures(tick, error) if failed or error is not None else self._compare(tick)
             if found is not None:
                 return found
             self.ticks += tick.whole
         return None
 
-    def _step(self, tick: Tick) -> GraphError | None:
+    def _do(self, tick: Tick, run: Callable[[], None]) -> GraphError | None:
         """Bring a tick's inputs, and run it; what ended it before its end."""
+        self._sent.clear()  # before commands: graphs have something to send at a stop
         for name, arguments in tick.commands:
             _command(self._session, name, arguments)
         if tick.wall_time is not None:
             self._wall_time = tick.wall_time
         for stream, nodes, data in tick.delivered:
             self._bring(stream, nodes, data)
-        self._sent.clear()
         try:
-            self._session.step()
+            run()
         except GraphError as error:
             return error
         return None
@@ -216,7 +219,9 @@ class Replay:
         return self._difference(tick, "", "", lines)
 
     def _difference(self, tick: Tick, topic: str, node: str, lines: Sequence[str]) -> Difference:
-        return Difference(tick.number, self._recording.times.seconds(tick.number), topic, node, tuple(lines))
+        at_end = not tick.whole and not self._recording.failure
+        number = tick.number - at_end
+        return Difference(number, self._recording.times.seconds(number), topic, node, tuple(lines), at_end)
 
 
 def _takes(claim: EndpointClaim, stream: Stream) -> bool:

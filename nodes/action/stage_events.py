@@ -1,4 +1,4 @@
-"""Events of the session: its beginning, its plays, and impulses from outside (`omni.graph.action`)."""
+"""Events of the session: its beginning and end, its plays, and impulses from outside (`omni.graph.action`)."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ if TYPE_CHECKING:
     from graphengine.check import LintContext
 
 STARTS = ("OmniGraph Start Play", "Simulation Start Play", "Animation Start Play")
-_STOPS = ("OmniGraph Stop Play", "Simulation Stop Play", "Animation Stop Play")
-_STARTS_AND_STOPS = (name for pair in zip(STARTS, _STOPS, strict=True) for name in pair)
+STOPS = ("OmniGraph Stop Play", "Simulation Stop Play", "Animation Stop Play")
+_STARTS_AND_STOPS = (name for pair in zip(STARTS, STOPS, strict=True) for name in pair)
 _NAMES = ("Saved", "Selection Changed", "Hierarchy Changed", *_STARTS_AND_STOPS)
 
 
 class OnStageEvent(Node, type="omni.graph.action.OnStageEvent", gated=True):
-    """Fires in the first tick of a play: the session's first, and that after each stop or reset of the time.
+    """Fires where a play starts, in its first tick, or where it stops: before a stop, a reset of the time, or the session's end.
 
-    All three events of a start are one here. A pause ends no play, so going on after one is no start. Graphs run in ticks alone,
-    so what happens at a stop, or to a stage in an editor, never reaches a graph.
+    All three events of a start are one here, and so are those of a stop. As in Kit a pause is no stop, and going on after one is
+    no start; a stop fires whether the graph is for playback only or not. What it fires sees the world as the last tick left it,
+    and its messages leave before anything is reset. What happens to a stage in an editor never reaches a graph.
     """
 
     event_name: Token = In(default="Animation Start Play", tokens=_NAMES)
@@ -37,6 +38,10 @@ class OnStageEvent(Node, type="omni.graph.action.OnStageEvent", gated=True):
         first, self.started = not self.started, True
         return self.exec_out if first and self.event_name in STARTS else None
 
+    def at_stop(self) -> Fire:
+        """Fire at the end of a play."""
+        return self.exec_out if self.event_name in STOPS else None
+
 
 @lint("W101")
 def lint_events_that_never_come(context: LintContext) -> None:
@@ -44,13 +49,12 @@ def lint_events_that_never_come(context: LintContext) -> None:
     for plan in context.graphs:
         for instance in plan.graph.instances:
             node = instance.node
-            if isinstance(node, OnStageEvent) and node.event_name not in STARTS:
+            if isinstance(node, OnStageEvent) and node.event_name not in STARTS + STOPS:
                 context.findings.add(
                     "W101",
-                    f"{instance.id} never fires: {node.event_name!r} is no event of a tick",
+                    f"{instance.id} never fires: {node.event_name!r} is an event of editors",
                     instance.entry.span("inputs", "eventName"),
-                    "graphs run in ticks, which there are none of while the simulation stands; "
-                    "what comes is the start of a play, such as 'Simulation Start Play'",
+                    "what comes is the start and the stop of a play, such as 'Simulation Start Play'",
                     related=instance.entry.via,
                 )
 
@@ -69,6 +73,16 @@ class OnLoaded(Node, type="omni.graph.action.OnLoaded", gated=True):
     def compute(self) -> Fire:
         """Compare the time of all plays with that of one tick."""
         return self.exec_out if self.clock.monotonic_time < 1.5 * self.clock.delta else None
+
+
+class OnClosing(Node, type="omni.graph.action.OnClosing", gated=True):
+    """Fires before its graph is closed: at the end of the session, after the stop of its play, or where its robot is removed."""
+
+    exec_out = ExecOut()
+
+    def at_close(self) -> Fire:
+        """Fire, once."""
+        return self.exec_out
 
 
 class OnImpulseEvent(Node, type="omni.graph.action.OnImpulseEvent", gated=True):

@@ -57,6 +57,19 @@ nodes:
 connections:
   - Tick.tick -> Send.execIn
 """
+GOODBYE = CLOCK.replace(
+    "connections:\n",
+    """  Stop: {type: OnStageEvent, inputs: {eventName: Simulation Stop Play}}
+  Closing: OnClosing
+  Stopped: {type: ROS2PublishClock, inputs: {topicName: stopped}}
+  Closed: {type: ROS2PublishClock, inputs: {topicName: closed}}
+connections:
+  - Stop.execOut -> Stopped.execIn
+  - Time.simulationTime -> Stopped.timeStamp
+  - Closing.execOut -> Closed.execIn
+  - Time.simulationTime -> Closed.timeStamp
+""",
+)
 FIXED = "{type: ReadSimulationTime, inputs: {referenceTimeNumerator: 5, referenceTimeDenominator: 2}}"
 
 
@@ -173,6 +186,38 @@ def test_commands_between_ticks_are_given_again(graphrun: Graphrun, tmp_path: Pa
     result = graphrun("replay", str(tmp_path / "out.mcap"))
     assert (result.code, result.err) == (0, "")
     assert result.out.endswith(" in 30 ticks, 0.500 s\n")
+
+
+def test_what_graphs_say_at_a_stop_and_at_the_end_is_the_same(graphrun: Graphrun, tmp_path: Path) -> None:
+    path = put(tmp_path / "hall" / "graph.yaml", GOODBYE)
+
+    def stop(tick: int, run: Run) -> None:
+        if tick == 6:
+            run.session.stop()
+
+    run = record(tmp_path / "out.mcap", 10, path, before=stop)
+    assert [topic for topic, _, _ in run.heard if topic != "/clock"] == ["/stopped", "/stopped", "/closed"]
+    with Reader(tmp_path / "out.mcap") as reader:
+        said = [(connection.topic, stamp) for connection, stamp, _ in reader.messages()]
+    assert [topic for topic, _ in said if topic in ("/stopped", "/closed")] == ["/stopped", "/stopped", "/closed"]
+    result = graphrun("replay", str(tmp_path / "out.mcap"))
+    assert (result.code, result.out) == (0, "identical: 13 messages in 10 ticks, 0.167 s\n")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("Simulation Stop", "Simulation Start", "different in tick 1, t = 0.016667 s: /stopped"),
+        ("topicName: closed", "topicName: bye", "different at the end, after tick 10, t = 0.166667 s: /bye"),
+    ],
+)
+def test_another_end_is_told(graphrun: Graphrun, tmp_path: Path, old: str, new: str, expected: str) -> None:
+    path = put(tmp_path / "hall" / "graph.yaml", GOODBYE)
+    record(tmp_path / "out.mcap", 10, path)
+    path.write_text(GOODBYE.replace(old, new), "utf-8")
+    result = graphrun("replay", str(tmp_path / "out.mcap"), "--against", str(path))
+    assert result.code == 1
+    assert result.lines[0] == expected
 
 
 def test_what_is_asked_for_at_the_desk_is_done_again_to_the_last_bit(graphrun: Graphrun, tmp_path: Path) -> None:

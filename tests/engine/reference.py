@@ -12,7 +12,7 @@ from typing import Any
 from graphengine import types
 from graphengine.context import Context
 from graphengine.graph import Graph, Wire
-from graphengine.node import Kind, Port
+from graphengine.node import Ending, Kind, Port
 
 
 class Reference:
@@ -29,6 +29,7 @@ class Reference:
         self.fired_by_latent: dict[int, int] = {}
         self.active: dict[int, None] = {}
         self.passes = 0
+        self.event_method = "compute"
         self.events = [i for i, kind in enumerate(self.kinds) if kind in ("event", "pusher") and not self.pins(i)]
         self.backward = self.find_backward()
         self.reachable = self.find_reachable()
@@ -201,6 +202,15 @@ class Reference:
         latent = [i for i in self.reachable if self.kinds[i] == "latent"]
         self.run_region([*self.events, *(w.target for i in latent for w in self.wires_out(i))], fired)
 
+    def run_ending(self, ending: Ending) -> None:
+        """A pass in which nothing starts but events that have a method for it; what latent nodes fired goes on waiting."""
+        self.passes += 1
+        if not self.push_all:
+            ended = [i for i in self.events if self.kinds[i] == "event" and hasattr(self.nodes[i], ending)]
+            self.event_method = ending
+            self.run_region(ended, [])
+            self.event_method = "compute"
+
     def run_all(self) -> None:
         """The pass of a push graph: whatever could run does, what it fires leads to nothing."""
         for index in self.order_of_all():
@@ -257,7 +267,7 @@ class Reference:
         self.read_inputs(index)
         for pin in self.pins(index):
             setattr(node, pin.field, told[pin.field] + self.waiting.pop((index, pin.field), 0))
-        result = node.compute()
+        result = getattr(node, self.event_method if index in self.events else "compute")()
         if self.kinds[index] == "pusher":
             for ports in result:
                 self.version[index] += 1

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from graphengine import types
 from graphengine.diagnostics import Findings
-from graphengine.node import Node, Port, grown
+from graphengine.node import ENDINGS, Node, Port, grown
 from graphengine.ros.definitions import DEFINITIONS
 from tests.engine.harness import REGISTRY, Bench, planned, resolved
 from tests.engine.reference import Reference
@@ -30,6 +30,7 @@ LATENT = ("Delay", "Stages")
 ACTION = "omni.graph.action."
 FLOW = (
     *(ACTION + name for name in ("OnPlaybackTick", "OnTick", "OnCustomEvent", "OnVariableChange", "SendCustomEvent")),
+    *(ACTION + name for name in ("OnStageEvent", "OnClosing")),
     *(
         ACTION + name
         for name in ("Branch", "Sequence", "SwitchToken", "Gate", "Multigate", "FlipFlop", "Once", "Counter")
@@ -39,7 +40,7 @@ FLOW = (
         for name in ("SyncGate", "Multisequence", "ForLoop", "ForEach", "ForEachTarget", "Delay", "Countdown")
     ),
     *("isaacsim.core.nodes.IsaacSimulationGate", "WhileLoop", "Do", "Show", "WriteVariable"),
-    *("Add", "Less", "Word", "ReadVariable") * 3,
+    *("Add", "Less", "Word", "Ticket", "ReadVariable") * 3,
 )
 LOOPS = ("WhileLoop", "WhileLoop", "ForLoop", f"{ACTION}Counter", f"{ACTION}Multisequence", "Do", *("Less", "Add") * 2)
 NUMBERED = {
@@ -52,6 +53,7 @@ PACES = ("once", "{ticks: 2}", "{hz: 30}")
 LITERALS: dict[str, dict[str, Any]] = {
     f"{ACTION}OnTick": {"framePeriod": 1},
     f"{ACTION}OnCustomEvent": {"eventName": "again"},
+    f"{ACTION}OnStageEvent": {"eventName": "Simulation Stop Play"},
     f"{ACTION}SendCustomEvent": {"eventName": "again"},
     f"{ACTION}OnVariableChange": {"variableName": "speed"},
     f"{ACTION}SwitchToken": {"value": "a", "branch0": "a", "branch1": "b"},
@@ -228,18 +230,21 @@ def outputs(nodes: Sequence[Node]) -> list[dict[str, str]]:
 
 
 def play(run: Bench) -> list[Any]:
-    """Journal and outputs after each pass, with messages before the first two."""
+    """Journal and outputs after each pass and each ending, with messages before the first two passes."""
     told = []
     for number in range(PASSES):
         box = run.services.mailboxes.get("messages")
         if box is not None and number < 2:
             box.post(float(number))
         told.append((run.tick(), outputs(run.executor.nodes)))
+    for ending in ENDINGS:
+        run.executor.run_ending(ending)
+        told.append((run.journal.read(), outputs(run.executor.nodes)))
     return told
 
 
 def play_both(path: Path) -> tuple[list[Any], list[Any]]:
-    """Journal and outputs after each pass: of the engine, and of the rules."""
+    """Journal and outputs after each pass and each ending: of the engine, and of the rules."""
     engine = Bench(path).setup()
     other = Bench(path)
     graph = resolved(path, Findings())
@@ -254,6 +259,9 @@ def play_both(path: Path) -> tuple[list[Any], list[Any]]:
         other.begin_tick()
         rules.run_pass()
         rules.run_latent()
+        said.append((other.journal.read(), outputs(rules.nodes)))
+    for ending in ENDINGS:
+        rules.run_ending(ending)
         said.append((other.journal.read(), outputs(rules.nodes)))
     beyond = [i for i in range(len(rules.nodes)) if i not in engine.plan.order or rules.is_fixed(i)]
     for shown in (*done, *said):

@@ -147,6 +147,25 @@ def test_a_robot_that_goes_takes_its_topics_along(tmp_path: Path) -> None:
         assert len(job.heard("/late/odom")) == 2 * sent
 
 
+def test_a_robot_that_goes_says_goodbye_and_one_that_cannot_go_does_not(tmp_path: Path) -> None:
+    path = scene(tmp_path, FIRST)
+    (tmp_path / "goodbye.yaml").write_text(
+        "graph: goodbye\nnodes: {Closing: OnClosing, Bye: {type: ROS2Publisher, inputs: {messagePackage: std_msgs, "
+        "messageName: Empty, topicName: bye}}}\nconnections: [Closing.execOut -> Bye.execIn]\n",
+        encoding="utf-8",
+    )
+    (tmp_path / "noisy.yaml").write_text(f"{ROBOT}graphs:\n  goodbye: {{use: goodbye.yaml}}\n", encoding="utf-8")
+    with Job(path) as job:
+        job.session.spawn("late", LATE)
+        job.run(0.1)
+        assert job.heard("/bye") == []
+        job.session.remove("late")
+        assert len(job.heard("/bye")) == 1
+        with pytest.raises(UsageError):
+            job.session.remove("late")
+    assert len(job.heard("/bye")) == 2  # the other one's, when the session ended
+
+
 def test_stop_takes_a_robot_that_came_back_to_where_it_was_put(tmp_path: Path) -> None:
     with Job(scene(tmp_path, FIRST)) as job:
         job.run(0.5)

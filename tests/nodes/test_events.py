@@ -14,7 +14,7 @@ from graphengine.keys import KEYS, keys_of
 from graphengine.testing import RecordingContext
 from nodes.action.keyboard import OnKeyboardInput, ReadKeyboardState
 from nodes.action.logging import LogMessage, PrintText
-from nodes.action.stage_events import OnImpulseEvent, OnLoaded, OnStageEvent
+from nodes.action.stage_events import OnClosing, OnImpulseEvent, OnLoaded, OnStageEvent
 from tests.nodes.harness import Player, ready
 
 # OnImpulseEvent
@@ -219,7 +219,7 @@ def test_keys_and_impulses_are_recorded_as_commands_that_can_be_given_again(play
     assert (again.node("Down").count, again.node("Up").count) == (1, 1)
 
 
-# OnStageEvent, OnLoaded
+# OnStageEvent, OnLoaded, OnClosing
 
 PLAYS = """
 nodes:
@@ -256,13 +256,56 @@ def test_alone_a_start_fires_once_a_play() -> None:
     assert (node.compute(), loaded.compute()) == (node.exec_out, None)
 
 
-@pytest.mark.parametrize("name", ["Saved", "Animation Stop Play"])
-def test_an_event_that_never_comes_is_told_by_the_check(tmp_path: Path, name: str) -> None:
+STOPS = ("OmniGraph Stop Play", "Simulation Stop Play", "Animation Stop Play")
+
+
+@pytest.mark.parametrize(("name", "stops"), [*((name, True) for name in STOPS), ("Simulation Start Play", False)])
+def test_alone_a_stop_fires_at_the_end_of_a_play_and_in_no_tick(name: str, stops: bool) -> None:
+    context = RecordingContext()
+    node = ready(OnStageEvent, context, event_name=name)
+    context.tick()
+    assert node.compute() == (None if stops else node.exec_out)
+    assert node.at_stop() == (node.exec_out if stops else None)
+
+
+def test_alone_closing_fires_before_the_graph_is_closed_and_in_no_tick() -> None:
+    context = RecordingContext()
+    node = ready(OnClosing, context)
+    context.tick()
+    assert (node.compute(), node.at_close()) == (None, node.exec_out)
+
+
+def test_a_graph_says_goodbye_with_the_time_of_the_last_tick(play: Player) -> None:
+    playing = play.graph(
+        """
+        nodes:
+          Stop: {type: OnStageEvent, inputs: {eventName: Simulation Stop Play}}
+          Closing: OnClosing
+          Time: IsaacReadSimulationTime
+          Stopped: {type: ROS2PublishClock, inputs: {topicName: stopped}}
+          Closed: {type: ROS2PublishClock, inputs: {topicName: closed}}
+        connections:
+          - Stop.execOut -> Stopped.execIn
+          - Closing.execOut -> Closed.execIn
+          - Time.simulationTime -> Stopped.timeStamp
+          - Time.simulationTime -> Closed.timeStamp
+        """
+    )
+    playing.tick(30)
+    assert playing.published("/stopped") == []
+    playing.session.stop()
+    playing.tick(60)
+    playing.session.end()
+    times = [[m.clock.sec + m.clock.nanosec / 1e9 for m in playing.published(t)] for t in ("/stopped", "/closed")]
+    assert times == [[0.5, 1.0], [1.0]]
+
+
+def test_an_event_that_never_comes_is_told_by_the_check(tmp_path: Path) -> None:
     path = tmp_path / "graph.yaml"
-    path.write_text("graph: graph\n" + PLAYS.replace("Simulation Start Play", name), "utf-8")
+    path.write_text("graph: graph\n" + PLAYS.replace("Simulation Start Play", "Saved"), "utf-8")
     findings = build.assemble(path).findings.items
     assert [(finding.code, finding.message) for finding in findings] == [
-        ("W101", f"Start never fires: {name!r} is no event of a tick")
+        ("W101", "Start never fires: 'Saved' is an event of editors")
     ]
 
 
