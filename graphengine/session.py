@@ -20,15 +20,15 @@ from graphengine.entity import warning
 from graphengine.graph_run import GraphRun
 from graphengine.inbox import Inbox, LiveInbox
 from graphengine.mailbox import find_impulses
-from graphengine.node import Ending
-from graphengine.node_context import Services
+from graphengine.node_context.services import Services
 from graphengine.pacer import Pacer
 from graphengine.simulation_clock import SimulationClock
 from graphengine.spec import RobotUse
+from graphengine.ticker import SCOPES as SCOPES
+from graphengine.ticker import ResetScope as ResetScope
+from graphengine.ticker import Ticker
 
 SessionState = Literal["stopped", "playing", "paused"]
-ResetScope = Literal["time", "state", "spawned"]
-SCOPES: tuple[ResetScope, ...] = ("time", "state", "spawned")
 
 IDLE = 0.25
 """Seconds between two looks at whether a run that is paused is to end, where no desk wakes it."""
@@ -92,10 +92,7 @@ class Session:
         self.services = services
         self.clock = clock
         self.step_clock = step_clock
-        self.graphs: list[GraphRun] = []
         self.state: SessionState = "stopped"
-        self.ticks = 0
-        """Ticks that ran; those before a stop count too."""
         self.inbox: Inbox = LiveInbox()
         """Where what comes from outside is read, or was; to be exchanged before the first tick."""
         self.desk: Desk | None = None
@@ -104,14 +101,19 @@ class Session:
         self._until = 0
         self._pace: float | None = None
         self._pacer: Pacer | None = None
-        self._within_tick = self._interrupted = self._ended = False
+        self._interrupted = self._ended = False
         self._failure = ""
-        self._take(graphs)
+        self._ticker = Ticker(services, clock, step_clock, graphs)
 
-    def _take(self, graphs: Sequence[GraphRun]) -> None:
-        self.graphs = list(graphs)
-        self._on_tick = [run.executor for run in graphs if not run.on_physics_step]
-        self._on_step = [run.executor for run in graphs if run.on_physics_step]
+    @property
+    def graphs(self) -> Sequence[GraphRun]:
+        """In the order they run: the scene's, then each robot's."""
+        return self._ticker.graphs
+
+    @property
+    def ticks(self) -> int:
+        """Ticks that ran; those before a stop count too."""
+        return self._ticker.count
 
     @property
     def time(self) -> float:
@@ -143,7 +145,7 @@ class Session:
         self._refuse_within_tick()
         if self._roster is None:
             raise UsageError("a session without a scene has no place for robots")
-        self._take([*self.graphs, *self._roster.add(name, use)])
+        self._ticker.take([*self.graphs, *self._roster.add(name, use)])
         self.inbox.command("spawn", {"name": name, "use": use.model_dump(mode="json")})
         return self._warn_of_overlaps(name)
 
@@ -158,10 +160,10 @@ class Session:
         if self._roster is None:
             raise UnknownEntityError("a session without a scene has no robots")
         own = self._roster.own(name, self.graphs)
-        self._tell("at_close", own)
+        self._ticker.tell("at_close", own)
         self._roster.remove(name, own)
         gone = {id(run) for run in own}
-        self._take([run for run in self.graphs if id(run) not in gone])
+        self._ticker.take([run for run in self.graphs if id(run) not in gone])
         self.inbox.command("delete", {"name": name})
 
     def place(
@@ -376,59 +378,22 @@ class Session:
             time.sleep(seconds)
 
     def _refuse_within_tick(self) -> None:
-        if self._within_tick:
+        if self._ticker.running:
             raise UsageError("a session can be asked for this between two ticks only, as from `on_tick`")
 
     def _tick(self) -> None:
-        services, world = self.services, self.services.world
-        self._within_tick = True
         try:
-            self._freeze()
-            frame = self.clock.frame + 1
-            for substep in range(world.substeps):
-                world.step()
-                if self._on_step:
-                    self.step_clock.set_frame((frame - 1) * world.substeps + substep + 1)
-                    for executor in self._on_step:
-                        executor.run_pass()
-                        executor.run_latent()
-            self.clock.set_frame(frame)
-            self.ticks += 1
-            world.begin_tick(frame)
-            for executor in self._on_tick:
-                executor.run_pass()
-            for executor in self._on_tick:
-                executor.run_latent()
-            services.network.flush()
-            self.inbox.end_tick()
+            self._ticker.run(self.inbox)
         except GraphError as error:
-            world.zero_commands()
             self._set("paused")
             self._failure = str(error)
-            services.network.log("error", str(error))
-            with contextlib.suppress(TransportError):
-                services.network.flush()
             raise
-        finally:
-            self._within_tick = False
-
-    def _freeze(self) -> None:
-        """What has arrived before a tick is what the tick sees."""
-        self.clock.wall_time = self.step_clock.wall_time = self.inbox.begin_tick()
-        self.services.network.freeze()
-        self.services.keys.freeze()
-        for mailbox in self.services.mailboxes.values():
-            mailbox.freeze()
-        for run in self.graphs:
-            for variable in run.variables.values():
-                variable.freeze()
 
     def stop(self) -> None:
         """Back to time 0: commands zero, world at its start, outputs and state at their defaults."""
         self._refuse_within_tick()
-        self._end_play()
-        self._set("stopped")
         self._begin_anew("state", "time")
+        self._set("stopped")
         self.inbox.command("stop", {})
 
     def reset(self, *scopes: ResetScope) -> None:
@@ -452,56 +417,21 @@ class Session:
                 self.remove(name)
             wanted.remove("spawned")
         if wanted:
-            if "time" in wanted:
-                self._end_play()
             self._begin_anew(*wanted)
             self.inbox.command("reset", {"scope": wanted})
         self._set(self.state)
 
     def _begin_anew(self, *scopes: ResetScope) -> None:
-        """The world as at the start; with `time` also clocks and graphs as before the first tick."""
-        world = self.services.world
+        """Parts of the session as before the first tick; a play ends before its time does."""
         if "time" in scopes:
+            self._end_play()
             self._failure = ""
-            world.zero_commands()
-        if "state" in scopes:
-            world.reset_state()
-        if "time" not in scopes:
-            return
-        world.reset_time()
-        self.services.network.forget_calls()
-        for run in self.graphs:
-            run.executor.stop()
-            for variable in run.variables.values():
-                variable.clear()
-        self.services.keys.clear()
-        for mailbox in self.services.mailboxes.values():
-            mailbox.clear()
-        for path in self.services.generators:
-            self.services.reseed(path)
-        for product in self.services.render_products.values():
-            product.reset()
-        self.clock.stop()
-        self.step_clock.stop()
+        self._ticker.begin_anew(*scopes)
 
     def _end_play(self) -> None:
         """Tell graphs that a play ends, if there was one."""
         if self.clock.frame:
-            self._tell("at_stop", self.graphs)
-
-    def _tell(self, ending: Ending, graphs: Sequence[GraphRun]) -> None:
-        """Let graphs do what they have for an ending, and send what comes of it; one that fails ends for itself alone."""
-        self._within_tick = True
-        try:
-            for run in graphs:
-                try:
-                    run.executor.run_ending(ending)
-                except GraphError as error:
-                    self.services.log("error", "", str(error))
-                    self.services.network.log("error", str(error))
-            self.services.network.flush()
-        finally:
-            self._within_tick = False
+            self._ticker.tell("at_stop", self.graphs)
 
     def end(self) -> None:
         """Let graphs do what they have for the end of a play and for their own, once; nothing is to run after it.
@@ -512,7 +442,7 @@ class Session:
             return
         self._ended = True
         self._end_play()
-        self._tell("at_close", self.graphs)
+        self._ticker.tell("at_close", self.graphs)
 
     def close(self) -> None:
         """End, leave the network and release the world; safe to call twice."""
