@@ -45,7 +45,7 @@ class Source:
 
 
 def write_source(plan: Plan) -> Source:
-    """The text of a plan's functions: `constants`, and one a region: `pass_` for each tick, and those of `ENDINGS` for between."""
+    """The text of a plan's functions: `constants`, `pass_` for ticks, `ENDINGS` for between, and one a pusher's region."""
     graph = plan.graph
     source = Source(f"<graph: {graph.flat.loaded.document.source.path} as {graph.name} #{next(_serial)}>")
     source.add([f"s{data} = 1" for data in plan.flagged])
