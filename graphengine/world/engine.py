@@ -75,3 +75,11 @@ def data_at_start(model: mujoco.MjModel) -> mujoco.MjData:
     places, (lowest, highest) = model.jnt_qposadr[limited], model.jnt_range[limited].T
     data.qpos[places] = np.clip(data.qpos[places], lowest, highest)
     return data
+
+
+def wake(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Wake all that sleeps: by itself it feels forces and new contacts, but not that gravity, friction or its ground changed."""
+    flags = model.opt.enableflags
+    model.opt.enableflags = flags & ~mujoco.mjtEnableBit.mjENBL_SLEEP.value
+    mujoco.mj_kinematics(model, data)  # where nothing may sleep, it wakes what does
+    model.opt.enableflags = flags

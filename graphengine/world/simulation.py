@@ -12,7 +12,7 @@ from graphengine.context import Friction, Light, Vector3
 from graphengine.diagnostics import PrimError, listing
 from graphengine.rotation import Pose
 from graphengine.stage import Prim, PrimKind, Stage, at_or_below
-from graphengine.world.engine import data_at_start, mujoco, round_weights, sort_geoms
+from graphengine.world.engine import data_at_start, mujoco, round_weights, sort_geoms, wake
 from graphengine.world.model.drives import Drive
 from graphengine.world.physics.entities import Entities
 from graphengine.world.physics.force_limits import ForceLimits
@@ -138,8 +138,13 @@ class Simulation:
         if self.held:
             self.refresh()
 
-    def continue_with(self, model: mujoco.MjModel) -> None:
-        """Go on with a model that has a robot more or less; what is in both keeps its state, its commands and its start."""
+    def continue_with(self, model: mujoco.MjModel, *, awake: bool = False) -> None:
+        """Go on with a model that has a robot more or less; what is in both keeps its state, its commands and its start.
+
+        Args:
+            model: compiled.
+            awake: with all that sleeps awake, as what it stands on may be gone.
+        """
         self._mounts.carry_over(model)
         self._frictions.carry_over(model)
         self._lights.carry_over(model)
@@ -148,6 +153,8 @@ class Simulation:
         mujoco.mj_setState(self.model, origin, self._start, _STATE)
         transfer, data, start = Transfer(self.model, model), data_at_start(model), data_at_start(model)
         transfer.carry_over(before, data)
+        if awake:
+            wake(model, data)
         transfer.carry_over(origin, start)
         self.rebind(model, data)
         mujoco.mj_getState(model, start, self._start, _STATE)
@@ -166,7 +173,7 @@ class Simulation:
         before = self._mounts
         self._mounts, model = before.moved(self.model, body, pose)
         try:
-            self.continue_with(model)
+            self.continue_with(model, awake=True)
         except BaseException:
             self._mounts = before
             for held in self.held:
@@ -316,7 +323,10 @@ class Simulation:
 
     def set_gravity(self, gravity: Vector3) -> None:
         """Let bodies fall otherwise from the next step on; the second half of it has been begun, and is begun again."""
+        if gravity == self.gravity:  # a graph may write it each tick, and then nothing would ever sleep
+            return
         self.model.opt.gravity = gravity
+        wake(self.model, self.data)
         self.refresh()
 
     def friction(self, prim: Prim) -> Friction:
@@ -327,7 +337,10 @@ class Simulation:
     def set_friction(self, prim: Prim, friction: Friction) -> None:
         """Let colliders of a material slide otherwise from the next step on, whose contacts are found anew."""
         self._expect(prim, "material")
+        if friction == self._frictions.of(prim):
+            return
         self._frictions.write(self.model, prim, friction)
+        wake(self.model, self.data)
         self.refresh()
 
     def light(self, prim: Prim) -> Light:

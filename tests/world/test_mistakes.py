@@ -211,6 +211,11 @@ def test_a_description_that_cannot_be_loaded(project: Project, old: str, new: st
         ("joints: {plate_joint: {drive: {damping: 1}}}", "joint 'plate_joint' is fixed: a drive has nothing to move"),
         ("frames: {f: {parent: arrm}}", "bot.yaml:3:22: error S104: the robot has no prim 'arrm'"),
         ("frames: {f: {parent: arrm}}", "did you mean 'arm'?"),
+        (
+            "frames: {f: {parent: /bot/Geometry/base_link/arm}}",
+            "a robot file writes paths from the robot on: Geometry/base_link/arm",
+        ),
+        ("namespaces: {/bot/base_link: x}", "a robot file writes paths from the robot on: base_link"),
         ("frames: {arm: {parent: base_link}}", "bot.yaml:3:10: error S105: two prims at /bot/Geometry/base_link/arm"),
         ("frames: {arm: {parent: plate}, f: {parent: arm}}", "'arm' could mean 2 prims"),
         ("namespaces: {amr: x}", "bot.yaml:3:14: error S104: the robot has no prim 'amr'"),
@@ -220,7 +225,7 @@ def test_a_description_that_cannot_be_loaded(project: Project, old: str, new: st
             "sensors: {s: {type: lidar, profile: lidar_350, parent: arm}}",
             "bot.yaml:3:37: error S101: no sensor profile 'lidar_350'",
         ),
-        ("sensors: {s: {type: lidar, profile: lidar_350, parent: arm}}", "did you mean 'lidar_360.yaml'?"),
+        ("sensors: {s: {type: lidar, profile: lidar_350, parent: arm}}", "did you mean 'lidar_360'?"),
         ("sensors: {s: {type: lidar, profile: realsense_d455, parent: arm}}", "'realsense_d455' is not one of a lidar"),
         (
             "frames: {f: {parent: arm, orientation: {quaternion_xyzw: [0, 0, 0, 0]}}}",

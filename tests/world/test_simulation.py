@@ -205,3 +205,23 @@ def test_robots_never_sleep_though_things_in_both_halls_do(project: Project, wor
         simulation.step()
     assert simulation.articulation(stage.find("/idle")).positions()[0] > 0.01
     assert math.dist(before, simulation.body(stage.find("/dd100")).pose()[0]) > 0.02
+
+
+@pytest.mark.parametrize("sleep", ["auto", "init"])
+def test_what_sleeps_feels_that_gravity_changes(project: Project, sleep: str) -> None:
+    crate = f'<body name="crate" pos="3 0 .1" sleep="{sleep}"><freejoint/><geom type="box" size=".1 .1 .1"/></body>'
+    world = FLOOR.replace("<worldbody>", '<option><flag sleep="enable"/></option><worldbody>')
+    loaded = project.write("world.xml", world.replace("</worldbody>", f"{crate}</worldbody>")).load()
+    simulation, crate_body = loaded.simulation, loaded.simulation.body(loaded.stage.find("/World/crate"))
+    for _ in range(480):
+        simulation.step()
+    simulation.set_gravity(simulation.gravity)
+    assert (simulation.data.tree_asleep >= 0).any()
+    simulation.set_gravity((0.0, 0.0, 2.0))
+    for _ in range(24):
+        simulation.step()
+    assert crate_body.velocity()[0] == pytest.approx((0.0, 0.0, 24 * 2.0 * simulation.model.opt.timestep), abs=0.01)
+    simulation.reset()
+    for _ in range(480):
+        simulation.step()
+    assert (simulation.data.tree_asleep >= 0).any()

@@ -105,8 +105,11 @@ def mended(inertia: NDArray[np.float64], mass: float) -> NDArray[np.float64]:
         moments, axes = np.linalg.eigh(candidate)
         if moments[0] > LEAST_MOMENT:
             # The two smaller ones are raised: rounded numbers of a thin plate stay what they are to six digits.
-            excess = moments[2] * (1 + 2 * _ROUNDING) - moments[0] - moments[1]
-            moments[:2] += max(excess, 0.0) / 2
+            least = moments[2] * (1 + 2 * _ROUNDING)  # of their sum
+            excess = least - moments[0] - moments[1]
+            if excess > 0.0:
+                moments[1] = min(moments[1] + excess / 2, moments[2])
+                moments[0] = least - moments[1]
             return np.asarray((axes * moments) @ axes.T, np.float64)
     mean = float(np.trace(inertia)) / 3
     return np.eye(3) * (mean if mean > LEAST_MOMENT else _ball_moment(mass))

@@ -41,15 +41,9 @@ def read_mjcf(use: str, path: Path, library: Library) -> tuple[RobotFile, Urdf, 
     root = library.world(path, use if is_text(use) else None)
     if root is None:
         return None
-    text, lines = write(root)
-    try:
-        spec = mujoco.MjSpec.from_string(text, include=library.models, assets=library.assets)
-    except REFUSALS as error:
-        message, _, line = mujoco_says(error)
-        findings.add("S102", f"MuJoCo: {message}", place_of(lines, line))
-        return None
-    body = _only_body(spec, root.span, findings)
-    if body is None:
+    spec, _ = parse_mjcf(root, library)
+    body = _only_body(spec, root.span, findings) if spec is not None else None
+    if spec is None or body is None:
         return None
     link = Element("robot", {"name": body.name}, root.span, [Element("link", {"name": body.name}, root.span)])
     urdf = read_urdf(link, Packages(path.parent, (), library.files), findings)
@@ -58,11 +52,28 @@ def read_mjcf(use: str, path: Path, library: Library) -> tuple[RobotFile, Urdf, 
     return (file, urdf, spec) if file is not None and urdf is not None else None
 
 
-def _only_body(spec: mujoco.MjSpec, span: Span, findings: Findings) -> mujoco.MjsBody | None:
-    """The one body of a model, all bodies named; what belongs to a world of its own is taken away."""
+def parse_mjcf(root: Element, library: Library) -> tuple[mujoco.MjSpec | None, list[Span]]:
+    """What MuJoCo reads in an MJCF file, all bodies named, and where each line that it was given comes from.
+
+    Args:
+        root: as the library gives it.
+        library: has what it refers to, and is told what MuJoCo refuses.
+    """
+    text, lines = write(root)
+    try:
+        spec = mujoco.MjSpec.from_string(text, include=library.models, assets=library.assets)
+    except REFUSALS as error:
+        message, _, line = mujoco_says(error)
+        library.findings.add("S102", f"MuJoCo: {message}", place_of(lines, line))
+        return None, lines
     for index, body in enumerate(spec.bodies):
         if not body.name:
             body.name = f"body_{index}"
+    return spec, lines
+
+
+def _only_body(spec: mujoco.MjSpec, span: Span, findings: Findings) -> mujoco.MjsBody | None:
+    """The one body of a model; what belongs to a world of its own is taken away."""
     world = spec.worldbody
     for alone in (*list(world.lights), *list(world.cameras), *list(spec.keys)):
         spec.delete(alone)

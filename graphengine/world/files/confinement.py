@@ -135,9 +135,8 @@ def confine(files: Files, also: Collection[str] = (), memory: int = MAX_MEMORY_B
     """
     bound(memory)
     os.environ.clear()
-    libraries = [
-        Path(path) for path in sys.path if path.endswith("-packages")
-    ]  # which read data of their own, as USD does
+    # libraries read data of their own, as USD does
+    libraries = [Path(path) for path in sys.path if path.endswith("-packages")]
     # links in installed packages lead anywhere, and the kernel looks at where they lead
     restrict((Path("/"),) if files.installed else (*libraries, *files.roots))
 

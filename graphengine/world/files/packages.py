@@ -1,8 +1,7 @@
 """Where the files that a description names may lie: beside it, in a ROS package, at an absolute path.
 
-A package is a folder that has its name, or whose `package.xml` gives it. It is looked for
-around the description, which mostly lies in the package that it names, then in the folders that the robot file names, then in
-those that the user gave.
+A package is a folder that has its name, or whose `package.xml` gives it. It is looked for around the description, which mostly
+lies in the package that it names, then in the folders that the robot file names, then in those that the user gave.
 """
 
 from __future__ import annotations

@@ -46,6 +46,9 @@ def within(stage: Stage, robot: str, reference: str) -> Prim:
     if not named:
         names = {prim.name for prim in prims if prim.kind != "scope"}
         near = did_you_mean(reference, names) or listing(sorted(names), "prims")
+        below = reference.removeprefix("/").partition("/")[2]
+        if reference.startswith("/") and below and f"/{robot}/{below}" in stage:
+            near = f"a robot file writes paths from the robot on: {below}"
         raise PrimError(f"the robot has no prim {reference!r}", reference, near)
     return named[0]
 

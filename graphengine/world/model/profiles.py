@@ -250,9 +250,8 @@ def read_profiles(robot: RobotFile, files: Files, findings: Findings) -> dict[st
             try:
                 path = files.find(f"sensors/{profile}.yaml", robot.folder("sensors", name, "profile"))
             except NotFoundError as error:
-                findings.add(
-                    "S101", f"no sensor profile {profile!r}", span, error.help[0].replace("sensors/", ""), _known()
-                )
+                near = error.help[0].replace("sensors/", "").replace(".yaml", "")
+                findings.add("S101", f"no sensor profile {profile!r}", span, near, _known())
                 continue
             loaded[profile] = read(SensorProfile, path, findings)
         entry = loaded[profile]

@@ -30,6 +30,7 @@ class Robot:
         placement: its name, pose and namespace in the scene.
         file: the robot file with what it extends; `file.spec.graphs` are its graphs, `file.folder(…)` where their paths begin.
         urdf: the description, origins of the robot file applied.
+        urdf_text: the same as XML, for robot_state_publisher.
         profiles: of its sensors, by name.
         moving: the joints of the articulation, in order.
         drives: of moving joints that have one, by joint.
@@ -40,6 +41,7 @@ class Robot:
     placement: Placement
     file: RobotFile
     urdf: Urdf
+    urdf_text: str
     profiles: dict[str, SensorProfile]
     moving: tuple[Joint, ...]
     drives: dict[str, Drive]
@@ -65,11 +67,6 @@ class Robot:
     def articulation_root(self) -> str:
         """Link that graphs address the robot by."""
         return self.spec.articulation_root or self.disabled.free_link or self.spec.base_link
-
-    @property
-    def urdf_text(self) -> str:
-        """The description for robot_state_publisher, with the origins that the robot file gives."""
-        return '<?xml version="1.0"?>\n' + write(self.urdf.element)[0] + "\n"
 
     @property
     def fixed_transforms(self) -> tuple[tuple[str, str, Vector3, Quaternion], ...]:
@@ -111,7 +108,8 @@ def load_robot(
     disabled = disable_joints(file, urdf, findings)
     drives = _drives(file, urdf, disabled, findings)
     _check_colliders(file, urdf, findings)
-    return Robot(placement, file, urdf, profiles, tuple(urdf.moving()), drives, disabled)
+    text = '<?xml version="1.0"?>\n' + write(urdf.element)[0] + "\n"
+    return Robot(placement, file, urdf, text, profiles, tuple(urdf.moving()), drives, disabled)
 
 
 def _known(what: str, name: str, legal: Iterable[str], span: Span, findings: Findings) -> None:

@@ -136,12 +136,14 @@ class Scenery:
             # A copy, as what is attached belongs to the whole; and MuJoCo's own copying slows down with each time.
             model = models[id(robot.file)].copy()
             model.assets.clear()
+            has_assets = bool(list(model.meshes) or list(model.textures))
             try:
                 whole.attach(model, frame=frame, prefix=f"{robot.name}/")
             except REFUSALS as error:
                 self._refused(error, robots, findings)
+            if has_assets:  # each time, as attaching slows down with how many there are
+                whole.dedup_assets()
         whole.assets = self.library.assets
-        whole.dedup_assets()
         return whole if len(findings.errors) == before else None
 
     def _warned(self, text: str, model: mujoco.MjModel, robots: Mapping[str, Robot], findings: Findings) -> None:

@@ -8,9 +8,10 @@ from graphengine.diagnostics import Findings, Span
 from graphengine.files import NotFoundError
 from graphengine.spec import PhysicsSpec, SceneSpec
 from graphengine.spec_reader import Loaded
-from graphengine.world.engine import REFUSALS, mujoco
+from graphengine.world.description.mjcf import parse_mjcf
+from graphengine.world.engine import mujoco
 from graphengine.world.files.references import Library
-from graphengine.world.files.xml import Element, mujoco_says, place_of, write
+from graphengine.world.files.xml import Element
 
 _DRIVEN_BY = {
     "spring": mujoco.mjtDisableBit.mjDSBL_SPRING,
@@ -38,17 +39,9 @@ def world_spec(
     root = library.world(path)
     if root is None:
         return None, []
-    text, lines = write(root)
-    try:
-        spec = mujoco.MjSpec.from_string(text, include=library.models, assets=library.assets)
-    except REFUSALS as error:
-        message, _, line = mujoco_says(error)
-        findings.add("S102", f"MuJoCo: {message}", place_of(lines, line))
-        return None, lines
-    _set_options(spec, root, scene.spec.physics, findings)
-    for index, body in enumerate(spec.bodies):
-        if not body.name:
-            body.name = f"body_{index}"
+    spec, lines = parse_mjcf(root, library)
+    if spec is not None:
+        _set_options(spec, root, scene.spec.physics, findings)
     return spec, lines
 
 

@@ -14,10 +14,11 @@ from typing import Protocol
 
 import numpy as np
 
-from graphengine.world.engine import RAYS, RAYS_AND_PICTURES, mujoco
+from graphengine.world.engine import mujoco
 from graphengine.world.occupancy.grid import MARGIN, Bools, Canvas, Floats, Integers, Window
 from graphengine.world.occupancy.polyhedra import Triangles
 from graphengine.world.occupancy.rounds import Cylinders, Ellipsoids
+from graphengine.world.sensors.rays import visible_geoms
 
 _CUBE = np.array(list(product((-1.0, 1.0), repeat=3)))
 _CUBE_FACES = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
@@ -66,10 +67,8 @@ class HalfSpaces:
 
 def seen_or_solid(model: mujoco.MjModel) -> tuple[Bools, Bools]:
     """For each geom whether rays see it, and whether it collides."""
-    alpha = np.where(model.geom_matid < 0, model.geom_rgba[:, 3], 1.0)
-    if model.nmat:
-        alpha = np.where(model.geom_matid < 0, alpha, model.mat_rgba[model.geom_matid, 3])
-    seen: Bools = np.isin(model.geom_group, (RAYS_AND_PICTURES, RAYS)) & (alpha > 0)
+    seen: Bools = np.zeros(model.ngeom, np.bool_)
+    seen[visible_geoms(model)] = True
     solid: Bools = (model.geom_contype | model.geom_conaffinity) != 0
     return seen, solid
 

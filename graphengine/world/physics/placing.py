@@ -123,17 +123,12 @@ class PlacedBody(Handle):
         """What MuJoCo knows of how easily the body is moved, and how that changes: by a factor and a summand.
 
         First the joint's inertia, then what contacts are softened by: with 0 the contact of a body that is held in the ground
-        would be without bounds.
+        would be without bounds. `dof_M0` stands in for the inertia of bodies that turn about their own axes.
         """
         model = self._simulation.model
         return [
             (model.dof_armature, self._dofs, 1.0, _FIRM),
-            (
-                model.dof_M0,
-                self._dofs,
-                1.0,
-                _FIRM,
-            ),  # stands in for the inertia of bodies that turn about their own axes
+            (model.dof_M0, self._dofs, 1.0, _FIRM),
             (model.dof_invweight0, self._dofs, _SOFTNESS, 0.0),
             (model.body_invweight0, np.flatnonzero(model.body_weldid == self.body), _SOFTNESS, 0.0),
         ]

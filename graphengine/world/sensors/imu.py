@@ -90,10 +90,9 @@ class InertialUnit(Handle):
         self._velocity, self._orientation = self._mount.velocity()[0], self._mount.pose()[1]
 
     def bind(self) -> None:
-        """Find the body that carries the unit."""
+        """Find the body that carries the unit, and gravity, which may change."""
         self._mount.bind()
-        x, y, z = self._simulation.model.opt.gravity.tolist()
-        self._upwards = (-x, -y, -z)
+        self._gravity = self._simulation.model.opt.gravity
 
     def reset(self) -> None:
         """Begin anew from the present state."""
@@ -110,7 +109,7 @@ class InertialUnit(Handle):
         (x, y, z), (u, v, w) = velocity, self._velocity
         before, after = self._orientation, orientation
         acceleration = _halfway(before, after, ((x - u) * rate, (y - v) * rate, (z - w) * rate))
-        gravity = _halfway(before, after, self._upwards)
+        gravity = _halfway(before, after, self._upwards())
         values = (*acceleration, *gravity, *unrotate(after, turning))
         self._velocity, self._orientation = velocity, orientation
         self._by_tick.add(self._simulation.steps, values, orientation)
@@ -136,10 +135,15 @@ class InertialUnit(Handle):
             self._sample, self._sampled = self._measured(mean, mean.count * seconds / counts), mean
         return self._sample
 
+    def _upwards(self) -> Vector3:
+        """What gravity adds to what an accelerometer reads, m/s2, in the world frame."""
+        x, y, z = self._gravity.tolist()
+        return -x, -y, -z
+
     def _at_rest(self) -> _Mean:
         """What there is to see before the first sample."""
         turning, orientation = self._mount.velocity()[1], self._mount.pose()[1]
-        gravity = unrotate(orientation, self._upwards)
+        gravity = unrotate(orientation, self._upwards())
         return _Mean(0, -1, (0.0, 0.0, 0.0, *gravity, *unrotate(orientation, turning)), orientation)
 
     def _measured(self, mean: _Mean, time: float) -> ImuSample:

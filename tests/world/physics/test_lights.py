@@ -6,11 +6,11 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from graphengine.prim_attributes import StagePrims
 from numpy.typing import NDArray
 
 from graphengine.context import Vector3
 from graphengine.diagnostics import Findings, PrimError
+from graphengine.prims.stage_prims import StagePrims
 from graphengine.rotation import rotate
 from graphengine.spec import RobotUse
 from graphengine.stage import Prim, Stage

@@ -95,6 +95,17 @@ def test_in_free_fall_it_reads_0_however_the_body_tumbles() -> None:
     tick(imu, 30, lambda: np.testing.assert_allclose(accelerometer(imu.sample()), 0.0, atol=1e-9))
 
 
+def test_it_feels_the_gravity_that_there_is_and_after_a_reset_that_of_the_start() -> None:
+    imu = carried(FREE.format(height=100, shape="ellipsoid"))
+    tick(imu)
+    imu._simulation.set_gravity((0.5, 0.0, -1.62))
+    tick(imu, 3, lambda: np.testing.assert_allclose(accelerometer(imu.sample()), 0.0, atol=1e-9))
+    assert imu.sample().gravity == pytest.approx((-0.5, 0.0, 1.62))
+    imu._simulation.reset()
+    assert imu.sample().gravity == pytest.approx((0.0, 0.0, G))
+    tick(imu, 3, lambda: np.testing.assert_allclose(accelerometer(imu.sample()), 0.0, atol=1e-9))
+
+
 @pytest.mark.parametrize("w", [0.5, -2.0, 10.0])
 def test_on_a_turntable_it_reads_w_squared_r_towards_the_axis(w: float) -> None:
     imu = moving(carried(TURNTABLE, position=(0.0, 0.4, 0.0), orientation=from_rpy(0.0, 0.0, 0.7)), w)
