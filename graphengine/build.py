@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING, Any
 from graphengine import check, document, spec_reader
 from graphengine.backend import EndpointClaim, Network, World
 from graphengine.diagnostics import Findings, NodeError, UsageError, did_you_mean, listing
-from graphengine.dry import DryWorld
+from graphengine.dry.world import DryWorld
 from graphengine.files import Files, NotFoundError
+from graphengine.graph import Graph
 from graphengine.graph_run import make_graph_run
 from graphengine.literals import Override
 from graphengine.namespaces import write_namespaces
-from graphengine.node_context import Services
+from graphengine.node_context.services import Services
 from graphengine.permissions import Permissions
 from graphengine.plan import Plan
 from graphengine.registry import Registry, default_registry
@@ -28,7 +29,7 @@ from graphengine.session import Session
 from graphengine.simulation_clock import SimulationClock
 from graphengine.spec import SceneSpec
 from graphengine.stage import Stage
-from graphengine.uses import GraphFile, find_use, plan_uses, robot_uses, use_place
+from graphengine.uses import GraphFile, find_use, plan_graphs, resolve_uses, robot_uses, use_place
 
 if TYPE_CHECKING:
     from graphengine.world.loading import LoadedWorld
@@ -43,6 +44,8 @@ class Assembly:
     options: Options
     files: Files
     findings: Findings = field(default_factory=Findings)
+    graphs: list[Graph] = field(default_factory=list)
+    """Those without a plan too."""
     plans: list[Plan] = field(default_factory=list)
     claims: list[EndpointClaim] = field(default_factory=list)
     world: World = field(default_factory=lambda: DryWorld(Stage()))
@@ -119,10 +122,12 @@ def assemble(path: Path, options: Options | None = None) -> Assembly:
     elif kind == "graph":
         uses = _graph_uses(assembly, path, found)
     else:
-        what, advice = "a file is a graph or a scene", ("begin with `graph: NAME`", "see `graphrun schema graph`")
+        what, advice, schema = "a file is a graph or a scene", "begin with `graph: NAME`", "graph"
         if kind == "robot":
-            what, advice = "this is a robot file", ("run a scene that uses it", "see `graphrun schema scene`")
-        assembly.findings.add("G107", f"no key `graph` or `scene`: {what}", found.span().part(0, 1), *advice)
+            what, schema = "this is a robot file", "scene"
+            advice = f"give a scene that has robots: {{{path.stem}: {{use: {path.name}}}}}"
+        place, see = found.span().part(0, 1), f"see `graphrun schema {schema}`"
+        assembly.findings.add("G107", f"no key `graph` or `scene`: {what}", place, advice, see)
         return assembly
     _plan(assembly, uses)
     return assembly
@@ -193,7 +198,8 @@ def _plan(assembly: Assembly, uses: Sequence[GraphFile]) -> None:
     """Resolve and plan every graph, then set all nodes up dry."""
     overrides = Override.parse_all(assembly.options.overrides)
     findings = assembly.findings
-    assembly.plans = plan_uses(uses, assembly.files, assembly.registry, findings, overrides)
+    assembly.graphs = resolve_uses(uses, assembly.files, assembly.registry, findings, overrides)
+    assembly.plans = plan_graphs(assembly.graphs, findings)
     if assembly.loaded is not None:
         write_namespaces(assembly.loaded.scenery.scene, assembly.loaded.stage, assembly.plans, findings)
     unused = [override for override in overrides if not override.used]

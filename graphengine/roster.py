@@ -11,11 +11,11 @@ from graphengine.diagnostics import Findings, NodeError, UnknownEntityError, Usa
 from graphengine.graph_run import GraphRun, make_graph_run
 from graphengine.literals import Override
 from graphengine.namespaces import write_namespaces
-from graphengine.node_context import Services
+from graphengine.node_context.services import Services
 from graphengine.plan import Plan
 from graphengine.simulation_clock import SimulationClock
 from graphengine.spec import RobotUse
-from graphengine.uses import plan_uses, robot_uses
+from graphengine.uses import plan_graphs, resolve_uses, robot_uses
 
 if TYPE_CHECKING:
     from graphengine.build import Assembly
@@ -80,7 +80,8 @@ class SceneRoster:
         assembly, findings = self._assembly, Findings()
         robot, stage, files, options = self._robots[name], assembly.world.stage, assembly.files, assembly.options
         uses = robot_uses(robot, stage, files, findings, robot_state=options.robot_state)
-        plans = plan_uses(uses, files, assembly.registry, findings, Override.parse_all(options.overrides))
+        overrides = Override.parse_all(options.overrides)
+        plans = plan_graphs(resolve_uses(uses, files, assembly.registry, findings, overrides), findings)
         findings.raise_errors()
         write_namespaces(self._scene, stage, plans, findings, within=robot.prim_path)
         beside, claimed = assembly.plans, assembly.claims

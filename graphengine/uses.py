@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from graphengine import check, document
 from graphengine.diagnostics import Findings
 from graphengine.files import Files, NotFoundError
+from graphengine.graph import Graph
 from graphengine.literals import Override
 from graphengine.parameters import Use
 from graphengine.plan import Plan
@@ -74,11 +75,11 @@ def find_use(
     return [GraphFile(path, name, {**bindings, **use.parameters}, use.at, place)]
 
 
-def plan_uses(
+def resolve_uses(
     uses: Sequence[GraphFile], files: Files, registry: Registry, findings: Findings, overrides: Sequence[Override] = ()
-) -> list[Plan]:
-    """Resolve and plan graphs; those with mistakes are left out, the mistakes are among the findings."""
-    plans: list[Plan] = []
+) -> list[Graph]:
+    """The graphs of files with their parameters bound; those that cannot be read are left out, findings tell of them."""
+    graphs: list[Graph] = []
     for use in uses:
         declared = _declared_parameters(use.path)
         parameters = {k: v for k, v in use.parameters.items() if k in declared or k not in ("robot", "root")}
@@ -87,7 +88,14 @@ def plan_uses(
             continue
         at = use.at or flat.spec.at or f"/World/{flat.spec.graph}"
         prim_path = normalize(at) if at.startswith("/") else f"/{at}"
-        graph = resolve(flat, use.name, prim_path, registry, findings, overrides)
+        graphs.append(resolve(flat, use.name, prim_path, registry, findings, overrides))
+    return graphs
+
+
+def plan_graphs(graphs: Sequence[Graph], findings: Findings) -> list[Plan]:
+    """Their plans; those that run in a circle are left out, findings tell of them."""
+    plans: list[Plan] = []
+    for graph in graphs:
         plan = make_plan(graph, findings)
         if plan is not None:
             plans.append(plan)

@@ -12,7 +12,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
     add_file_arguments(parser, many=True)
     parser.add_argument("--strict", action="store_true", help="warnings count as errors")
-    parser.add_argument("--format", choices=("text", "json"), default="text")
+    parser.add_argument("--format", choices=("text", "json"), default="text", help="for people, or for programs")
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -26,7 +26,7 @@ def execute(arguments: argparse.Namespace) -> int:
     graphs = 0
     for name in arguments.files:
         assembly = build.assemble(find_file(name), options)
-        graphs += len(assembly.plans)
+        graphs += len(assembly.graphs)
         findings.items += [item for item in assembly.findings.items if item not in findings.items]
         assembly.world.close()
     errors, warnings = len(findings.errors), len(findings.warnings)

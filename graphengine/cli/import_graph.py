@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from graphengine.diagnostics import Findings
     from graphengine.omnigraph.recorded import RecordedGraph
+    from graphengine.omnigraph.stage.reading import ImportedStage
     from graphengine.registry import Registry
 
 LONGEST = 10
@@ -57,9 +58,11 @@ def execute(arguments: argparse.Namespace) -> int:
     _check_usage(arguments)
     registry = make_registry(arguments.modules) if arguments.modules else default_registry()
     findings = Findings()
-    graphs, more = _read(arguments, registry, findings)
-    if not graphs and not more and not findings.errors:
-        findings.add("G401", f"{str(arguments.file)!r} builds no graph", None, *_never_called(arguments.file))
+    found = _read(arguments, registry, findings)
+    graphs = found.graphs
+    if not graphs and not found.namespaces and not findings.errors:
+        hints = [*_never_called(arguments.file), *(f"a variant may: {choice}" for choice in found.choices)]
+        findings.add("G401", f"{str(arguments.file)!r} builds no graph", None, *hints)
     names = file_names(graphs)
     files = {
         arguments.output / f"{name}.yaml": compose(graph, name, registry, findings, _origin(arguments.file, graph))
@@ -72,6 +75,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if there and not arguments.force:
         raise UsageError(f"{', '.join(there)}: already there; --force writes over it")
     write_together({path: text.encode() for path, text in files.items()})
+    more = ["in a scene:", found.scene_lines().rstrip()] if found.namespaces else []
     print(clean("\n".join([*_report(files, graphs, findings), *more])))
     return 0
 
@@ -90,33 +94,32 @@ def _check_usage(arguments: argparse.Namespace) -> None:
             raise UsageError(f"no folder {str(folder)!r}")
 
 
-def _read(
-    arguments: argparse.Namespace, registry: Registry, findings: Findings
-) -> tuple[Sequence[RecordedGraph], list[str]]:
+def _read(arguments: argparse.Namespace, registry: Registry, findings: Findings) -> ImportedStage:
     """The graphs of the file, and what is to be told of it beside."""
     from graphengine.cli.common import installed_packages
     from graphengine.files import Files
-    from graphengine.omnigraph.stage import ImportedStage, read_stage
+    from graphengine.omnigraph.stage.reading import ImportedStage, read_stage
 
     if arguments.file.suffix == ".py":
-        from graphengine.omnigraph.scripts import read_script
+        from graphengine.omnigraph.script.reading import read_script
 
         namespaces: dict[str, str] = {}
-        graphs = read_script(arguments.file, findings, arguments.arguments, arguments.allow, namespaces=namespaces)
-        found = ImportedStage(graphs, namespaces)
-    else:
-        files = Files.of(arguments.file, arguments.allow, Path.cwd(), installed_packages())
-        found = read_stage(arguments.file, files, registry, findings) or ImportedStage()
-    return found.graphs, ["in a scene:", found.scene_lines().rstrip()] if found.namespaces else []
+        given = arguments.file, findings, arguments.arguments, arguments.allow
+        graphs = read_script(*given, namespaces=namespaces, types=registry.types)
+        return ImportedStage(graphs, namespaces)
+    files = Files.of(arguments.file, arguments.allow, Path.cwd(), installed_packages())
+    return read_stage(arguments.file, files, registry, findings) or ImportedStage()
 
 
 def _never_called(path: Path) -> Iterator[str]:
     """Functions of a script that build graphs, which nobody calls."""
     if path.suffix != ".py":
         return
-    from graphengine.omnigraph.places import Script
+    import importlib.util
 
-    building = Script(str(path), path.read_text(encoding="utf-8-sig")).functions_that_call("edit")
+    from graphengine.omnigraph.script.places import Script
+
+    building = Script(str(path), importlib.util.decode_source(path.read_bytes())).functions_that_call("edit")
     if building:
         yield f"functions that build graphs are not called: {', '.join(building[:LONGEST])}"
         yield "import it in a script beside it, call them there, and import that script"

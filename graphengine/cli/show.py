@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from graphengine.build import Assembly
+    from graphengine.graph import Wire
     from graphengine.plan import Call, Plan, Region
 
 
@@ -66,7 +67,7 @@ def draw(assembly: Assembly, arguments: argparse.Namespace) -> int:
     from graphengine.output import write_together
 
     print_findings(assembly.findings, notes=False)
-    schemes = [make_scheme(plan.graph, assembly.findings) for plan in assembly.plans]
+    schemes = [make_scheme(graph, assembly.findings) for graph in assembly.graphs]
     if not schemes:
         return 1
     path: Path = arguments.svg or arguments.html
@@ -140,14 +141,25 @@ def _calls(plan: Plan, region: Region) -> Iterator[str]:
             yield _line(plan, refresh.node, "data", when)
         instance = plan.graph.instances[call.node]
         kind, pace = ("gate", str(instance.node)) if instance.part_of else (call.kind, "")
-        yield _line(plan, call.node, kind, ", ".join(said for said in (pace, _when(plan, call)) if said))
+        yield _line(plan, call.node, kind, ", ".join(said for said in (pace, _when(plan, region, call)) if said))
 
 
-def _when(plan: Plan, call: Call) -> str:
+def _when(plan: Plan, region: Region, call: Call) -> str:
+    """Which wires a node in a region waits for."""
     if not call.guard:
         return ""
-    sources = [str(wire.entry.source) for wire in plan.graph.exec_wires if wire.target == call.node]
-    return f"when {' or '.join(sources)} fires"
+    wires = [wire for wire in plan.graph.exec_wires if wire.target == call.node and _fires(plan, region, wire)]
+    return f"when {' or '.join(str(wire.entry.source) for wire in wires)} fires"
+
+
+def _fires(plan: Plan, region: Region, wire: Wire) -> bool:
+    """Whether a wire may start its target in a region: not from a pusher, which opens another one, nor for later."""
+    kind = plan.graph.instances[wire.source].cls.kind()
+    if kind == "latent":
+        return region.index == 0
+    branches = [branch for call in region.calls if call.node == wire.source for branch in call.branches]
+    later = {(fire.target, fire.pending_pin) for branch in branches for fire in branch.fires}
+    return bool(branches) and kind != "pusher" and (wire.target, wire.target_field) not in later
 
 
 def _line(plan: Plan, index: int, kind: str, when: str) -> str:

@@ -21,6 +21,8 @@ _LOOP = 10.0
 """Between a box and its first link to itself, and from one such link to the next."""
 _STUB = 9.0
 """So far from a box its links run straight at least: room for an arrow head."""
+_CLEAR = 6.0
+"""So far above and below a box other links run at least."""
 _TOUCH = 0.01
 """So far inside of a box a line still runs along its border."""
 
@@ -29,7 +31,12 @@ _MANY = 200
 
 _OPTIONS: dict[str, Any] = {
     "direction": "leftright",
-    "spacing": {"layer_gap": GAP[0] - 2 * _STUB, "node_gap": GAP[1], "dummy_gap": 14.0, "isolated_gap": GAP[0]},
+    "spacing": {
+        "layer_gap": GAP[0] - 2 * _STUB,
+        "node_gap": GAP[1] - 2 * _CLEAR,
+        "dummy_gap": 14.0,
+        "isolated_gap": GAP[0],
+    },
     "routing": {"style": "orthogonal", "lane_gap": 8.0, "bundle_parallel": False},
 }
 
@@ -91,14 +98,14 @@ def _crosses(route: Route, low: NDArray[np.float64], high: NDArray[np.float64]) 
 
 
 def _node(box: Box, room: float) -> dict[str, Any]:
-    size = {"width": box.width + 2 * (room + _STUB), "height": box.height + room}
+    size = {"width": box.width + 2 * (room + _STUB), "height": box.height + room + 2 * _CLEAR}
     return {"size": size, "shape": "box", "key": "", **({"rank": box.edge} if box.edge else {})}
 
 
 def _edge(link: Link, boxes: Sequence[Box], room: Sequence[float]) -> dict[str, Any]:
     def port(box: int, side: str, y: float) -> dict[str, Any]:
-        half = (boxes[box].height + room[box]) / 2
-        return {"offset": {"side": side, "t": (y + room[box]) / half - 1}}
+        half = (boxes[box].height + room[box]) / 2 + _CLEAR
+        return {"offset": {"side": side, "t": (y + room[box] + _CLEAR) / half - 1}}
 
     return {
         "source": link.source,

@@ -7,15 +7,15 @@ from __future__ import annotations
 
 import inspect
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
 
-from graphengine.diagnostics import Finding, Findings, Span, UsageError, printable
-from graphengine.document import Value
+from graphengine.diagnostics import Finding, Findings, UsageError, printable
 from graphengine.drawing.geometry import Point
+from graphengine.drawing.painting import paint
 from graphengine.graph import Graph, Instance, find_port, settled_type
 from graphengine.node import Port
 from graphengine.spec import EverySpec
@@ -31,6 +31,9 @@ FARTHEST = 100_000.0
 _LONG = 400
 """Characters of a text in a tooltip."""
 
+
+Mistake = Literal["", "refused", "circle"]
+"""Of a wire: that it is refused, or that it and others run in a circle."""
 Key = tuple[str, str]
 """Side of the box (`left` or `right`) and the port's name."""
 
@@ -74,14 +77,24 @@ class NodeView:
 
 @dataclass(frozen=True, slots=True)
 class WireView:
-    """A wire between two ports; `form` says what it carries."""
+    """A wire between two ports.
+
+    Attributes:
+        source: node that it begins at.
+        source_port: where on its box.
+        target: node that it ends at.
+        target_port: where on its box.
+        form: what it carries.
+        mistake: what is wrong with it.
+        about: what is told of it.
+    """
 
     source: str
     source_port: Key
     target: str
     target_port: Key
     form: Literal["exec", "later", "data"]
-    refused: bool
+    mistake: Mistake
     about: str
 
 
@@ -110,11 +123,12 @@ def make_scheme(graph: Graph, findings: Findings) -> Scheme:
     instances = {instance.id: instance for instance in graph.instances}
     nodes = {entry.id: _node(graph, entry, instances.get(entry.id)) for entry in graph.flat.nodes}
     made = {id(wire.entry) for wire in (*graph.exec_wires, *graph.data_wires)}
-    wires = [
-        _wire(entry, nodes, instances, refused=id(entry) not in made)
-        for entry in graph.flat.wires
-        if entry.source.node in nodes and entry.target.node in nodes
-    ]
+    painted = paint(graph, findings)
+    wires = []
+    for wire in graph.flat.wires:
+        if wire.source.node in nodes and wire.target.node in nodes:
+            mistake: Mistake = "refused" if id(wire) not in made else "circle" if wire in painted.circular else ""
+            wires.append(_wire(wire, nodes, instances, mistake))
     for node in nodes.values():
         _sort_ports(node, instances.get(node.id))
     groups: dict[str, tuple[str, Point | None]] = {}
@@ -125,10 +139,11 @@ def make_scheme(graph: Graph, findings: Findings) -> Scheme:
             place = _place(graph.flat.spec.layout.get(group))
             file = entry.document.path.name if depth == len(parts) else ""
             groups[group] = (file or groups.get(group, ("", None))[0], place)
-    unplaced = _place_findings(graph, findings, nodes)
+    for name, told in painted.nodes.items():
+        nodes[name].findings += told
     pushed = ", every node each time" if graph.flat.spec.evaluator == "push" else ""
     caption = f"at {graph.prim_path}, every {graph.runs.replace('_', ' ')}{pushed}"
-    return Scheme(graph.name, caption, list(nodes.values()), wires, groups, unplaced)
+    return Scheme(graph.name, caption, list(nodes.values()), wires, groups, painted.graph)
 
 
 def _node(graph: Graph, entry: NodeEntry, instance: Instance | None) -> NodeView:
@@ -214,13 +229,13 @@ def _with_unit(text: str, unit: str) -> str:
     return f"{text} {unit}" if unit else text
 
 
-def _wire(entry: WireEntry, nodes: dict[str, NodeView], instances: dict[str, Instance], *, refused: bool) -> WireView:
+def _wire(entry: WireEntry, nodes: dict[str, NodeView], instances: dict[str, Instance], mistake: Mistake) -> WireView:
     source, is_exec = _end(entry.source, "right", ("outputs", "state", "inputs"), nodes, instances)
     target, _ = _end(entry.target, "left", ("inputs", "state"), nodes, instances)
     later = nodes[entry.source.node].kind == "latent"
     form: Literal["exec", "later", "data"] = "data" if not is_exec else "later" if later else "exec"
     about = f"{entry.source} -> {entry.target}"
-    return WireView(entry.source.node, source, entry.target.node, target, form, refused, printable(about))
+    return WireView(entry.source.node, source, entry.target.node, target, form, mistake, printable(about))
 
 
 def _end(
@@ -246,62 +261,3 @@ def _sort_ports(node: NodeView, instance: Instance | None) -> None:
             del node.ports[side, name]
     last = len(order)
     node.ports = dict(sorted(node.ports.items(), key=lambda item: (not item[1].is_exec, order.get(item[0][1], last))))
-
-
-def _place_findings(graph: Graph, findings: Findings, nodes: dict[str, NodeView]) -> list[Finding]:
-    """Give each node the findings whose place is in it, or in a wire of it; those of this graph's files that are left."""
-    regions = [(entry, *_region(entry)) for entry in graph.flat.nodes]
-    paths = {entry.document.source.path for entry in graph.flat.nodes} | {graph.flat.loaded.document.source.path}
-    at_wires = _wire_places(graph, nodes)
-    left: list[Finding] = []
-    for finding in findings.sorted():
-        span = finding.span
-        if finding.severity == "note" or span is None or span.source.path not in paths:
-            continue
-        within = [entry for entry, low, high in regions if _is_within(span, entry.document.source.path, low, high)]
-        told = set(finding.related)
-        within = [entry for entry in within if told.issuperset(entry.via)] or within
-        owners = [entry.id for entry in within] or at_wires.get((str(span), span.length), [])
-        for owner in dict.fromkeys(owners):
-            nodes[owner].findings.append(finding)
-        if not owners:
-            left.append(finding)
-    return left
-
-
-def _wire_places(graph: Graph, nodes: Mapping[str, NodeView]) -> dict[tuple[str, int], list[str]]:
-    """For each place of a wire the node there; for a whole wire, or where that node is not, the one at its other end."""
-    places: dict[tuple[str, int], list[str]] = {}
-    for wire in graph.flat.wires:
-        source, target = wire.source, wire.target
-        for span, ends in (
-            (wire.span, (target, source)),
-            (source.span, (source, target)),
-            (target.span, (target, source)),
-        ):
-            known = [end.node for end in ends if end.node in nodes]
-            places.setdefault((str(span), span.length), []).extend(known[:1])
-    return places
-
-
-def _region(entry: NodeEntry) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Where a node begins and ends in its file, as lines and columns."""
-    key = entry.key_span()
-    last = (key.line, key.column)
-    found = entry.document.find(*entry.location)
-    pending = [found] if found is not None else []
-    while pending:
-        value = pending.pop()
-        last = max([last, (value.span.line, value.span.column), *((k.line, k.column) for k in value.keys.values())])
-        pending += _children(value)
-    return (key.line, key.column), last
-
-
-def _children(value: Value) -> Iterable[Value]:
-    if isinstance(value.data, dict):
-        return value.data.values()
-    return value.data if isinstance(value.data, list) else ()
-
-
-def _is_within(span: Span, path: str, low: tuple[int, int], high: tuple[int, int]) -> bool:
-    return span.source.path == path and low <= (span.line, span.column) <= high

@@ -34,15 +34,22 @@ _MEANINGS = {
     "exec": "execution",
     "later": "execution in a later tick",
     "data-wire": "value",
+    "circle": "in a circle",
     "refused": "connection with a mistake",
 }
 """Of each style of a wire."""
-_TIPS = {"exec": "exec-tip", "later": "exec-tip", "data-wire": "data-tip", "refused": "refused-tip"}
+_TIPS = {
+    "exec": "exec-tip",
+    "later": "exec-tip",
+    "data-wire": "data-tip",
+    "circle": "wrong-tip",
+    "refused": "wrong-tip",
+}
 
 STYLE = f"""
 svg {{ font-family: {FONTS}; background: #ffffff }}
 .page {{ fill: #ffffff }}
-text {{ fill: #1f2328; font-size: {PORT_SIZE:g}px; white-space: pre }}
+text {{ fill: #1f2328; font-size: {PORT_SIZE:g}px }}
 .title {{ font-size: {_TITLE_SIZE:g}px; font-weight: bold }}
 .name {{ font-size: {NAME_SIZE:g}px; font-weight: bold }}
 .type, .sign {{ font-size: {TYPE_SIZE:g}px; fill: #59636e }}
@@ -63,10 +70,11 @@ text.warning {{ fill: #8a5200 }}
 .exec, .later {{ stroke: #1f2328; stroke-width: 2.6 }}
 .later {{ stroke-dasharray: 9 5 }}
 .data-wire {{ stroke: #0969da; stroke-width: 1.3 }}
+.circle {{ stroke: #d1242f; stroke-width: 3.2 }}
 .refused {{ stroke: #d1242f; stroke-dasharray: 3 4 }}
 .exec-tip {{ fill: #1f2328; stroke: #1f2328 }}
 .data-tip {{ fill: #ffffff; stroke: #0969da; stroke-width: 1.3 }}
-.refused-tip {{ fill: #d1242f; stroke: #d1242f }}
+.wrong-tip {{ fill: #d1242f; stroke: #d1242f }}
 @media (prefers-color-scheme: dark) {{
 svg {{ background: #0d1117 }}
 .page {{ fill: #0d1117 }}
@@ -87,8 +95,8 @@ text.warning {{ fill: #f0b72f }}
 .data-wire {{ stroke: #58a6ff }}
 .exec-tip {{ fill: #f0f6fc; stroke: #f0f6fc }}
 .data-tip {{ fill: #0d1117; stroke: #58a6ff }}
-.refused {{ stroke: #ff6a69 }}
-.refused-tip {{ fill: #ff6a69; stroke: #ff6a69 }}
+.circle, .refused {{ stroke: #ff6a69 }}
+.wrong-tip {{ fill: #ff6a69; stroke: #ff6a69 }}
 }}
 """
 """Of every drawing. What knows no media queries draws the light one."""
@@ -122,7 +130,7 @@ def draw(schemes: Sequence[Scheme]) -> str:
     names = ", ".join(scheme.title for scheme in schemes)
     return "\n".join(
         [
-            f'<svg xmlns="http://www.w3.org/2000/svg" {size}>',
+            f'<svg xmlns="http://www.w3.org/2000/svg" xml:space="preserve" {size}>',
             f"<title>{escape(f'ActionGraph {names}')}</title>",
             f"<style>{STYLE}</style>",
             f'<rect class="page" width="{_number(wide)}" height="{_number(high)}"/>',
@@ -167,7 +175,9 @@ def _draw_graph(scheme: Scheme) -> _Part:
             _text(x + MARGIN, y + 17, fitted(caption, PORT_SIZE, frame.width - 2 * MARGIN), "caption"),
             "</g>",
         ]
-    order = sorted(zip(scheme.wires, layout.routes, strict=True), key=lambda pair: pair[0].form != "data")
+    on_top = {"": 0, "refused": 2, "circle": 3}
+    drawn = list(zip(scheme.wires, layout.routes, strict=True))
+    order = sorted(drawn, key=lambda pair: on_top[pair[0].mistake] or pair[0].form != "data")
     lines += [line for wire, route in order if route for line in _wire(wire, route)]
     for node, box in layout.boxes.items():
         lines += _node(box, layout.corners[node])
@@ -247,7 +257,7 @@ def _wire(wire: WireView, route: Route) -> list[str]:
 
 def _style(wire: WireView) -> str:
     """How a wire is drawn."""
-    return "refused" if wire.refused else "data-wire" if wire.form == "data" else wire.form
+    return wire.mistake or ("data-wire" if wire.form == "data" else wire.form)
 
 
 def _tip(x: float, y: float, style: str) -> str:

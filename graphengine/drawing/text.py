@@ -31,6 +31,8 @@ _BOLD = 1.2
 _WIDE = 1.4
 """Of an ideograph or an emoji."""
 _OTHER = 1.05
+_ROUNDING = 1e-6
+"""More than sums of widths in different order differ."""
 
 
 def width(text: str, size: float, *, bold: bool = False) -> float:
@@ -52,7 +54,7 @@ def fitted(text: str, size: float, limit: float, *, bold: bool = False, tail: bo
     text = printable(text)
     if width(text, size, bold=bold) <= limit:
         return text
-    room = limit - width("…", size, bold=bold)
+    room = limit - width("…", size, bold=bold) - _ROUNDING
     kept: list[str] = []
     for letter in reversed(text) if tail else text:
         room -= width(letter, size, bold=bold)

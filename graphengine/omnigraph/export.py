@@ -144,8 +144,11 @@ class _Exporter:
         return self._end(instance, instance.cls.fields[wire.target_field])
 
     def _end(self, instance: Instance, port: Port) -> str:
-        name = GATES[instance.cls.type_name][1] if instance.part_of and port.side == "outputs" else port.name
-        return f"{self.names[instance.id]}.{port.side}:{name}"
+        """A port as scripts name it; a bundle that a node makes is a prim below the node there."""
+        output = port.side == "outputs"
+        name = GATES[instance.cls.type_name][1] if instance.part_of and output else port.name
+        between = "_" if output and str(port.type) == "bundle" else ":"
+        return f"{self.names[instance.id]}.{port.side}{between}{name}"
 
     def _values(self, *, of_messages: bool) -> Iterator[str]:
         """Either those that name the messages whose fields are ports, or all others."""

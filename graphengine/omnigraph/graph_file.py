@@ -13,7 +13,7 @@ from graphengine.diagnostics import ContextError, Findings, Span, did_you_mean, 
 from graphengine.graph import find_port, port_names
 from graphengine.node import Node, Port, grown
 from graphengine.omnigraph.recorded import RecordedGraph, RecordedNode, RecordedValue, RecordedWire
-from graphengine.omnigraph.yaml_text import comment, flow, scalar
+from graphengine.omnigraph.yaml_text import block, comment, flow, scalar
 from graphengine.registry import Registry
 from graphengine.types import PortType
 
@@ -30,6 +30,8 @@ GONE = {
     ("isaacsim.ros2.bridge.ROS2SubscribeJointState", "targetPrim"): "it had no use",
 }
 """Ports that older versions of Isaac Sim had, and what to do without them."""
+IMPULSE = "state:enableImpulse"
+"""What scripts set to let a node fire once."""
 VIEWPORT_TYPES = ("IsaacCreateViewport", "IsaacGetViewportRenderProduct", "IsaacSetViewportResolution")
 """Types that take a camera's picture from a window, which there is none of here."""
 
@@ -84,6 +86,9 @@ class _Composer:
         """Node classes with the ports that are named, by names in the graph; None where the type is not available."""
         taken: set[str] = set()
         for node in graph.nodes.values():
+            if not node.type:
+                findings.add("W302", f"the node {graph.path}/{node.name} is left out: it has no type", node.span)
+                continue
             self.names[node.name] = legal = _unique([_legal(node.name)], taken, fold=False)
             if legal != node.name:
                 findings.add("N301", f"node {node.name!r} is called {legal!r} in the file", node.span)
@@ -126,14 +131,14 @@ class _Composer:
             yield "variables:"
             for key, variable in graph.variables.items():
                 yield from self._variable(key, variable)
-        yield "nodes:" if graph.nodes else "nodes: {}"
-        for node in graph.nodes.values():
-            yield from self._node(node)
+        yield "nodes:" if self.names else "nodes: {}"
+        for name in self.names:
+            yield from self._node(graph.nodes[name])
         wires = [line for wire in dict.fromkeys(graph.wires) if (line := self._wire(wire))]
         if wires:
             yield "connections:"
             yield from (f"  - {line}" for line in wires)
-        placed = {self.names[node.name]: node.position for node in graph.nodes.values() if node.position is not None}
+        placed = {key: graph.nodes[name].position for name, key in self.names.items() if graph.nodes[name].position}
         if placed:
             yield "layout:"
             yield from (f"  {key}: {flow(position)}" for key, position in placed.items())
@@ -190,11 +195,14 @@ class _Composer:
         yield f"  {key}:"
         yield f"    type: {scalar(type_name)}"
         line = f"    inputs: {flow(inputs)}"
-        if len(line) <= WIDTH:
+        if len(line) <= WIDTH and not any(map(block, inputs.values())):
             yield line
-        else:
-            yield "    inputs:"
-            yield from (f"      {scalar(name)}: {flow(data)}" for name, data in inputs.items())
+            return
+        yield "    inputs:"
+        for name, data in inputs.items():
+            first, *lines = block(data) or [flow(data)]
+            yield f"      {scalar(name)}: {first}"
+            yield from (f"        {line}" if line else "" for line in lines)
 
     def _carried(self, node: RecordedNode, cls: type[Node] | None, key: str, value: RecordedValue) -> bool:
         """Whether a file holds such a value; told if not."""
@@ -202,6 +210,7 @@ class _Composer:
         what, advice = "", ""
         if not key.startswith("inputs:"):
             what = "a graph's file holds values of inputs"
+            advice = f"while it runs: graphrun ctl impulse {self.names[node.name]}" if key == IMPULSE else ""
         elif value.data is None or not _PORT.match(name):
             what = "it has none" if value.data is None else "it is no name of a port"
         elif cls is not None:

@@ -12,6 +12,15 @@ from graphengine.diagnostics import Span
 
 PipelineStage = Literal["simulation", "pre_render", "post_render", "on_demand"]
 PIPELINE_STAGES: tuple[PipelineStage, ...] = ("simulation", "pre_render", "post_render", "on_demand")
+EVALUATORS = ("execution", "push", "dirty_push")
+VARIABLE = "graph:variable:"
+POSITION = "ui:nodegraph:node:pos"
+NAMESPACE = "isaac:namespace"
+"""Attributes of prims."""
+GRAPH, NODE = "OmniGraph", "OmniGraphNode"
+"""Types of prims."""
+MAX_ITEMS = 100_000
+"""Of one value, lists in it counted too."""
 
 
 @dataclass(slots=True)

@@ -20,6 +20,17 @@ def flow(value: Any) -> str:
     return scalar(value.replace("$", "$$") if isinstance(value, str) else value)
 
 
+def block(value: Any) -> list[str]:
+    """A text of several lines as a block, its mark first; nothing where it has to be written in quotes."""
+    if not isinstance(value, str) or "\n" not in value or value.endswith("\n\n"):
+        return []
+    lines = value.replace("$", "$$").removesuffix("\n").split("\n")
+    plain = all(line.replace("\t", "").isprintable() and (not line or line.strip()) for line in lines)
+    if not plain or not lines[0] or lines[0][0] in " \t":
+        return []
+    return ["|" if value.endswith("\n") else "|-", *lines]
+
+
 def scalar(value: Any) -> str:
     """A number, a truth value or a text, which is quoted where it could be anything else."""
     if value is None:

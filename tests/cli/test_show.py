@@ -70,6 +70,45 @@ def test_the_graphs_of_a_scene_come_in_the_order_in_which_they_run(graphrun: Gra
     assert heads == ["clock", "dd100/joint_states", "dd100/scan", "dd100/cmd_vel"]
 
 
+OWN = """
+graph: own
+nodes:
+  Tick: OnPlaybackTick
+  Impulse: OnImpulseEvent
+  Loop: {type: ForLoop, inputs: {stop: 3}}
+  Order: Multisequence
+  Gate: Gate
+  Wait: Delay
+  Once: Once
+  Branch: Branch
+  Print: {type: PrintText, inputs: {text: hi}}
+connections:
+  - Tick.tick -> Loop.execIn
+  - Loop.loopBody -> Loop.breakLoop
+  - Loop.finished -> Order.execIn
+  - Order.output0 -> Gate.toggle
+  - Order.output1 -> Wait.execIn
+  - Impulse.execOut -> Gate.enter
+  - Gate.exit -> Branch.execIn
+  - Branch.execTrue -> Gate.toggle
+  - Branch.execFalse -> Print.execIn
+  - Wait.finished -> Print.execIn
+  - Loop.finished -> Print.execIn
+  - Tick.tick -> Once.execIn
+  - Once.after -> Once.reset
+"""
+
+
+def test_a_node_waits_for_the_wires_of_its_own_region_alone(graphrun: Graphrun, project: Path) -> None:
+    (project / "own.yaml").write_text(OWN, encoding="utf-8")
+    lines = [" ".join(line.split()) for line in graphrun("show", "own.yaml", "--schedule").lines]
+    assert "Gate action when Impulse.execOut fires" in lines
+    assert "Branch action when Gate.exit fires" in lines
+    assert "Print action when Branch.execFalse or Wait.finished fires" in lines
+    assert lines[lines.index("each time Loop.finished fires") + 1 :][:2] == ["Order pusher", "Print action"]
+    assert "Once action" in lines
+
+
 def test_the_picture_of_a_scene_is_one_flowchart_with_a_part_for_each_graph(graphrun: Graphrun) -> None:
     lines = graphrun("show", "dd100_warehouse", "--mermaid").lines
     assert [line for line in lines if not line.startswith(" ")] == ["flowchart LR"]

@@ -21,7 +21,7 @@ def drawn(tmp_path: Path) -> Draw:
             (tmp_path / f"{name}.yaml").write_text(content, encoding="utf-8")
         assembly = build.assemble(tmp_path / "main.yaml")
         assembly.world.close()
-        schemes = [make_scheme(plan.graph, assembly.findings) for plan in assembly.plans]
+        schemes = [make_scheme(graph, assembly.findings) for graph in assembly.graphs]
         return page.draw(schemes) if html else svg.draw(schemes)
 
     return draw

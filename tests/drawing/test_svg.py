@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import pairwise
 from xml.etree import ElementTree
 
 from tests.cli.harness import ROOT
@@ -194,3 +195,74 @@ def test_a_graph_without_nodes_is_drawn(drawn: Draw) -> None:
     drawing = read(drawn("graph: empty\n"))
     assert (drawing.boxes, drawing.wires) == ([], [])
     assert mistakes(drawing) == []
+
+
+CIRCLE = """
+graph: circle
+nodes:
+  Tick: OnPlaybackTick
+  Branch: Branch
+  First: {type: PrintText, inputs: {text: hi}}
+  After: {type: PrintText, inputs: {text: bye}}
+connections:
+  - Tick.tick -> Branch.execIn
+  - Branch.execTrue -> First.execIn
+  - First.execOut -> Branch.execIn
+  - Branch.execFalse -> After.execIn
+"""
+
+
+def circular(text: str) -> list[str]:
+    """What is told of the wires that are drawn as a part of a circle."""
+    groups = [
+        group for group in ElementTree.fromstring(text).iter(f"{NAMESPACE}g") if group.get("class") == "connection"
+    ]
+    return [told(group) for group in groups if "circle" in group[1].attrib["class"].split()]
+
+
+def test_a_graph_that_runs_in_a_circle_is_drawn_with_the_circle_on_it(drawn: Draw) -> None:
+    text = drawn(CIRCLE)
+    assert circular(text) == ["Branch.execTrue -> First.execIn", "First.execOut -> Branch.execIn"]
+    made = nodes(text)
+    marked = [name for name, node in made.items() if "error" in node.attrib["class"].split()]
+    assert marked == ["Branch", "First"]
+    assert "execution runs in a circle: Branch -> First -> Branch" in told(made["First"])
+    assert "in a circle</text>" in text
+    assert mistakes(read(text)) == []
+
+
+def test_a_circle_of_values_is_drawn_too(drawn: Draw) -> None:
+    add = "{type: Add, inputs: {b: {type: double, value: 1}}}"
+    wires = "  - A.sum -> B.a\n  - B.sum -> A.a\n  - Tick.time -> C.a\n"
+    text = drawn(f"{TICK}  A: {add}\n  B: {add}\n  C: {add}\nconnections:\n{wires}")
+    assert {name for name, node in nodes(text).items() if "error" in node.attrib["class"].split()} == {"A", "B"}
+
+
+PART = "graph: part\ninputs: {go: A.execIn}\noutputs: {done: B.execOut}\nnodes:\n  A: {type: PrintText, inputs: {text: a}}\n"
+PART += "  B: {type: PrintText, inputs: {text: b}}\nconnections:\n  - A.execOut -> B.execIn\n"
+
+
+def test_a_circle_through_one_of_two_like_subgraphs_marks_only_that_one(drawn: Draw) -> None:
+    wires = "  - Tick.tick -> Good.go\n  - Tick.tick -> Bad.go\n  - Bad.done -> Bad.go\n"
+    text = drawn(
+        f"{TICK}  Good: {{subgraph: part.yaml}}\n  Bad: {{subgraph: part.yaml}}\nconnections:\n{wires}", part=PART
+    )
+    assert circular(text) == ["Bad/A.execOut -> Bad/B.execIn", "Bad/B.execOut -> Bad/A.execIn"]
+    assert text.count("error G210</text>") == 2
+
+
+def test_a_value_stands_apart_from_its_port_in_viewers_that_know_no_css(drawn: Draw) -> None:
+    space = "{http://www.w3.org/XML/1998/namespace}space"
+    assert ElementTree.fromstring(drawn(TICK)).get(space) == "preserve"
+
+
+def test_a_link_that_goes_back_keeps_clear_of_the_boxes_it_passes(drawn: Draw) -> None:
+    made = f"{TICK}  Good: {{subgraph: part.yaml}}\n  Bad: {{subgraph: part.yaml}}\n  P: PrintText\nconnections:\n"
+    made += "  - Tick.tick -> Good.go\n  - Tick.tick -> Bad.go\n  - Bad.done -> P.execIn\n  - P.execOut -> Bad.go\n"
+    drawing = read(drawn(f"{made}  - Tick.tick -> P.no\n", part=PART))
+    boxes = {box for _, box in drawing.texts if box}
+    for _, points in drawing.wires:
+        for (x0, y0), (x1, y1) in pairwise(points):
+            for left, top, right, bottom in boxes:
+                beside = y0 == y1 and min(x0, x1) < right and max(x0, x1) > left
+                assert not (beside and any(abs(y0 - edge) < 5 for edge in (top, bottom)))

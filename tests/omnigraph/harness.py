@@ -13,7 +13,7 @@ from graphengine.files import Files
 from graphengine.graph import Graph
 from graphengine.omnigraph.graph_file import compose, file_names
 from graphengine.omnigraph.recorded import RecordedGraph
-from graphengine.omnigraph.scripts import read_script
+from graphengine.omnigraph.script.reading import read_script
 from graphengine.registry import default_registry
 from graphengine.resolve import resolve
 from graphengine.template import load_graph
@@ -61,7 +61,7 @@ def _value(value: Any) -> Any:
 def recorded(script: Path, *arguments: str) -> tuple[list[RecordedGraph], list[Finding]]:
     """The graphs of a script and what is told, found out once."""
     findings = Findings()
-    return read_script(script, findings, arguments), findings.items
+    return read_script(script, findings, arguments, types=default_registry().types), findings.items
 
 
 def imported(script: Path, folder: Path, *arguments: str) -> tuple[list[Path], Findings]:

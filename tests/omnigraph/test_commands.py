@@ -73,6 +73,36 @@ def test_import_of_a_stage_without_a_graph_shows_its_namespaces(
     assert "builds no graph" in capsys.readouterr().err
 
 
+VARIANTS = """#usda 1.0
+def Xform "World" (
+    variants = { string ros = "none" }
+    prepend variantSets = "ros"
+) {
+    variantSet "ros" = {
+        "none" { }
+        "ros2" {
+            def OmniGraph "graph" {
+                def OmniGraphNode "Tick" {
+                    token node:type = "omni.graph.action.OnTick"
+                }
+            }
+        }
+    }
+}
+"""
+
+
+def test_import_of_a_stage_whose_graphs_are_in_other_variants_says_which_are_chosen(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    stage = tmp_path / "robot.usda"
+    stage.write_text(VARIANTS, encoding="utf-8")
+    assert main(["import", str(stage), "-o", str(tmp_path)]) == 1
+    assert "a variant may: /World: ros = none, of none, ros2" in capsys.readouterr().err
+    stage.write_text(VARIANTS.replace('ros = "none"', 'ros = "ros2"'), encoding="utf-8")
+    assert main(["import", str(stage), "-o", str(tmp_path)]) == 0
+
+
 def test_import_gives_a_script_its_arguments(tmp_path: Path) -> None:
     script = str(SCRIPTS / "with_arguments.py")
     assert main(["import", script, "-o", str(tmp_path)]) == 1
@@ -160,6 +190,47 @@ def test_functions_that_build_graphs_and_are_never_called_are_named(
     script.write_text(f"import omni.graph.core as og\ndef build():\n    {EDIT.format(path='/g')}", encoding="utf-8")
     assert main(["import", str(script), "-o", str(tmp_path)]) == 1
     assert "functions that build graphs are not called: build (line 2)" in capsys.readouterr().err
+
+
+CAUGHT = """
+import os, carb
+try:
+    nodes = [("T", "omni.graph.action.OnTick")]
+    og.Controller.edit("/World/more", {"create_nodes": nodes, "connect": ("T.outputs:tick", "U.inputs:in")})
+    domain = int(os.environ["ROS_DOMAIN_ID"])
+    folder = os.environ["MY_ROBOT"]
+except Exception as error:
+    print("cannot build:", error)
+"""
+
+
+def test_what_a_script_catches_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    _, out, err = graph_and_out(tmp_path, CAUGHT, capsys)
+    assert err == ""
+    assert "build.py:9:5: no node 'U' in /World/more; nodes: T; the script goes on without it" in out
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (
+            "import os\ntry: os.environ['MY_ROBOT']\nexcept KeyError as e: print('no', e)",
+            ["builds nothing", "it printed: no 'MY_ROBOT'"],
+        ),
+        ("import carb\ncarb.log_error('no assets')\nraise SystemExit(3)", ["exit(3)", "it printed: no assets"]),
+        (
+            "for n in range(9): print(f'line {n}\\n')",
+            ["it printed: line 6\n  it printed: line 7\n  it printed: line 8"],
+        ),
+    ],
+)
+def test_what_a_script_that_builds_nothing_printed_last_is_told(
+    text: str, told: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "build.py").write_text(text, encoding="utf-8")
+    assert main(["import", str(tmp_path / "build.py"), "-o", str(tmp_path)]) == 1
+    err = capsys.readouterr().err
+    assert [part for part in told if part not in err] == []
 
 
 def test_a_script_reads_a_folder_that_is_allowed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

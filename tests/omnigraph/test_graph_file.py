@@ -13,7 +13,7 @@ from graphengine import document
 from graphengine.diagnostics import Findings
 from graphengine.omnigraph.graph_file import compose, file_names
 from graphengine.omnigraph.recorded import RecordedGraph, RecordedNode, RecordedValue, RecordedWire
-from graphengine.omnigraph.yaml_text import flow, scalar
+from graphengine.omnigraph.yaml_text import block, flow, scalar
 from graphengine.registry import default_registry
 from tests.omnigraph.harness import resolved
 
@@ -65,6 +65,26 @@ def test_what_is_written_is_read(value: Any) -> None:
     assert type(read.data["key"]) is type(value)
 
 
+LINES = st.text(st.sampled_from(" \t#'\"\\:$-|>%&*!é\u2028\r{}[]ab"), max_size=6)
+
+
+@given(st.lists(LINES, min_size=1, max_size=6).map("\n".join))
+def test_a_text_of_several_lines_is_read_as_it_was(text: str) -> None:
+    first, *lines = block(text) or [flow(text)]
+    findings = Findings()
+    read = document.parse(
+        "\n".join([f"key: {first}", *(f"  {line}" if line else "" for line in lines), ""]), "t", findings
+    )
+    assert findings.items == []
+    assert read is not None
+    assert dollars(read.data["key"]) == text
+
+
+def test_a_script_is_written_as_a_block() -> None:
+    assert block("def f():\n\n    pass # $x\n") == ["|", "def f():", "", "    pass # $$x"]
+    assert block("one line") == []
+
+
 def test_numbers_that_are_none_are_written_as_yaml_has_them() -> None:
     assert [scalar(float(text)) for text in ("nan", "inf", "-inf")] == [".nan", ".inf", "-.inf"]
 
@@ -100,6 +120,23 @@ def test_a_value_that_no_file_holds_is_left_out(node: RecordedNode, message: str
     path, told = written(graph(node), tmp_path)
     assert message in told[-1]
     assert resolved(path)[0].flat.spec.nodes["n"].inputs == {}
+
+
+def test_how_to_let_an_impulse_fire_is_told(tmp_path: Path) -> None:
+    findings = Findings()
+    node = RecordedNode("On Impulse", "OnImpulseEvent", {"state:enableImpulse": RecordedValue(True)})
+    compose(graph(node), "g", default_registry(), findings, "a test")
+    assert findings.warnings[0].help == ("while it runs: graphrun ctl impulse On_Impulse",)
+
+
+def test_a_node_without_a_type_is_left_out_with_its_wires(tmp_path: Path) -> None:
+    nodes = RecordedNode("a", "OnTick"), RecordedNode("b", "", position=(1.0, 2.0))
+    path, told = written(graph(*nodes, wires=[RecordedWire("a", "outputs:tick", "b", "inputs:execIn")]), tmp_path)
+    assert told == [
+        "W302 the node /World/g/b is left out: it has no type",
+        "W302 /World/g: left out is the wire a.outputs:tick -> b.inputs:execIn: there is no node 'b'",
+    ]
+    assert list(resolved(path)[0].flat.spec.nodes) == ["a"]
 
 
 def test_a_wire_to_what_is_not_there_is_left_out(tmp_path: Path) -> None:

@@ -1,0 +1,151 @@
+"""The modules of Omniverse that a script imports: what builds graphs tells a recorder, everything else is a stand-in."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from graphengine.omnigraph.omniverse import og, usd, usd_values
+from graphengine.omnigraph.omniverse.recorder import Place, Recorder
+from graphengine.omnigraph.omniverse.stand_in import StandIn, StandInModule
+from graphengine.omnigraph.omniverse.waiting import Task, finish
+
+ROOTS = frozenset(("omni", "pxr", "usdrt", "isaacsim", "carb", "isaaclab", "replicator", "warp"))
+"""Where names of modules begin that come with Isaac Sim."""
+
+_SHAPES = ("Capsule", "Cone", "Cube", "Cylinder", "Mesh", "Plane", "Points", "Sphere")
+_SCHEMAS = (*_SHAPES, "Camera", "Imageable", "Scope", "Xform", "XformCommonAPI", "Xformable")
+_ARRAYS = [f"{kind}Array" for kind in ("Bool", "Double", "Float", "Int", "Int64", "String", "Token", "UChar", "UInt")]
+_VECTORS = {
+    f"Vec{cls.size}{kind}": cls
+    for cls in (usd_values.Vector2, usd_values.Vector, usd_values.Vector4)
+    for kind in "dfhi"
+}
+
+
+class SimulationApp:
+    """The application of a standalone script; it is closed from the beginning, so that loops over frames end."""
+
+    def __init__(self, recorder: Recorder) -> None:
+        self._recorder = recorder
+
+    def __call__(self, *_: Any, **__: Any) -> SimulationApp:  # noqa: D102
+        return self
+
+    def is_running(self) -> bool:
+        """Whether frames are to be drawn."""
+        return False
+
+    def is_exiting(self) -> bool:
+        """Whether it closes."""
+        return True
+
+    def run_coroutine(self, coroutine: Any, *_: Any, **__: Any) -> Any:
+        """Run it to its end."""
+        return finish(coroutine, self._recorder)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return StandIn(f"SimulationApp.{name}", self._recorder)
+
+
+def make_modules(recorder: Recorder) -> dict[str, StandInModule]:
+    """The modules that are known, by name; every other one is to be a `StandInModule` without members.
+
+    Args:
+        recorder: told of what is done to graphs.
+    """
+    stage = usd.Stage(recorder)
+
+    def prim_at(path: Any, *_: Any, **__: Any) -> usd.Prim:
+        return stage.GetPrimAtPath(path)
+
+    def is_valid(path: Any, *_: Any, **__: Any) -> bool:
+        return stage.GetPrimAtPath(path).IsValid()
+
+    def define_prim(prim_path: Any, prim_type: Any = "", *_: Any, **__: Any) -> usd.Prim:
+        return stage.DefinePrim(prim_path, prim_type)
+
+    def set_attribute(prim_path: Any, attribute_name: Any, value: Any, *_: Any, **__: Any) -> None:
+        stage.GetPrimAtPath(prim_path).set_property(str(attribute_name), value)
+
+    def delete_prim(path: Any, *_: Any, **__: Any) -> bool:
+        return stage.RemovePrim(path)
+
+    def set_targets(prim: Any, attribute: Any, target_prim_paths: Any) -> None:
+        targets = target_prim_paths if isinstance(target_prim_paths, list | tuple) else [target_prim_paths]
+        if isinstance(prim, usd.Prim):
+            prim.set_property(str(attribute), list(targets))
+
+    def set_target_prims(primPath: Any, targetPrimPaths: Any, inputName: Any = "inputs:targetPrim") -> None:  # noqa: N803
+        graph, node = recorder.find_node(None, str(primPath))
+        recorder.set_value(recorder.inner(Place(graph, node, str(inputName))), list(targetPrimPaths))
+
+    def execute(command: Any, *_: Any, **named: Any) -> tuple[bool, Any]:
+        """One of Kit's commands: those that delete prims may delete graphs, every other one is left out."""
+        if command in ("DeletePrims", "DeletePrimsCommand"):
+            for path in named.get("paths", ()):
+                delete_prim(str(path))
+        elif isinstance(command, str):
+            recorder.pass_over(f"the command {command}")
+        parent, path = named.get("parent"), named.get("path", named.get("prim_path"))
+        if isinstance(path, str):
+            return True, usd.Prim(f"{(parent or '').rstrip('/')}/{path.strip('/')}", recorder, there=True)
+        return True, StandIn(f"the command {command}", recorder)
+
+    context = StandIn("omni.usd.get_context()", recorder)
+    context.__dict__["get_stage"] = lambda: stage
+    prims = {
+        "get_prim_at_path": prim_at,
+        "is_prim_path_valid": is_valid,
+        "create_prim": define_prim,
+        "define_prim": define_prim,
+        "set_prim_attribute_value": set_attribute,
+        "set_prim_property": set_attribute,
+        "delete_prim": delete_prim,
+        "set_targets": set_targets,
+    }
+    schemas = {name: usd.Schema(f"UsdGeom.{name}", stage) for name in _SCHEMAS}
+    stages = {"get_current_stage": lambda *_, **__: stage, "get_stage_units": lambda *_, **__: 1.0}
+    targets = {"set_target_prims": set_target_prims}
+    application = {"SimulationApp": SimulationApp(recorder)}
+    sdf = {"Path": usd_values.Path}
+    gf = {
+        **_VECTORS,
+        **dict.fromkeys(("Quatd", "Quatf", "Quath"), usd_values.Quaternion),
+        "Matrix4d": usd_values.Matrix,
+        "Matrix3d": usd_values.Matrix3,
+        "Matrix2d": usd_values.Matrix2,
+    }
+    known: dict[str, dict[str, Any]] = {
+        "omni.graph.core": og.members(recorder),
+        "omni.usd": {
+            "get_context": lambda *_: context,
+            "get_prim_at_path": prim_at,
+            "get_stage_next_free_path": lambda _, path, *__: str(path),
+        },
+        "omni.kit.commands": {"execute": execute},
+        "omni.kit.async_engine": {"run_coroutine": lambda coroutine: Task(finish(coroutine, recorder), recorder)},
+        "pxr.Sdf": sdf,
+        "pxr.Gf": gf,
+        "pxr.Vt": dict.fromkeys(_ARRAYS, list),
+        "pxr.UsdGeom": {"GetStageMetersPerUnit": lambda *_: 1.0, **schemas},
+        "usdrt.Sdf": sdf,
+        "usdrt.Gf": gf,
+        "isaacsim": application,
+        "isaacsim.simulation_app": application,
+        "omni.isaac.kit": application,
+        "isaacsim.core.utils.prims": prims,
+        "omni.isaac.core.utils.prims": prims,
+        "isaacsim.core.experimental.utils.prim": {"get_prim_at_path": prim_at},
+        "isaacsim.core.experimental.utils.stage": {**stages, "define_prim": define_prim},
+        "isaacsim.core.utils.stage": stages,
+        "omni.isaac.core.utils.stage": stages,
+        "isaacsim.core.nodes.scripts.utils": targets,
+        "omni.isaac.core_nodes.scripts.utils": targets,
+    }
+    packages = {name[:end] for name in known for end, mark in enumerate(name) if mark == "."} - known.keys()
+    modules: dict[str, StandInModule] = {}
+    for name in (*packages, *known):
+        modules[name] = StandInModule(name, recorder, modules, known.get(name))
+    return modules

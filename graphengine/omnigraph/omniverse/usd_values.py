@@ -1,0 +1,185 @@
+"""Stand-ins for values of `pxr` and `usdrt` that scripts reckon with: paths, vectors, quaternions, matrices."""
+
+from __future__ import annotations
+
+import posixpath
+from collections.abc import Sequence
+from typing import Any, Self
+
+import numpy as np
+
+
+class Path(str):
+    """`Sdf.Path`, which is a text as well."""
+
+    __slots__ = ()
+
+    @property
+    def pathString(self) -> str:
+        """The path."""
+        return str(self)
+
+    def GetString(self) -> str:
+        """The path."""
+        return str(self)
+
+    GetText = GetString
+
+    @property
+    def name(self) -> str:
+        """Its last part."""
+        return posixpath.basename(self)
+
+    @property
+    def isEmpty(self) -> bool:
+        """Whether it leads nowhere."""
+        return not self
+
+    @staticmethod
+    def IsValidPathString(path: str, *_: Any) -> bool:
+        """Whether a text is a path; the importer of graphs tells of those that are none."""
+        return bool(path)
+
+    def IsAbsolutePath(self) -> bool:
+        """Whether it begins at the root of the stage."""
+        return self.startswith("/")
+
+    def HasPrefix(self, prefix: str) -> bool:
+        """Whether it leads below another path, or to the same prim."""
+        return prefix == "/" or self == prefix or self.startswith(f"{prefix}/")
+
+    def GetParentPath(self) -> Path:
+        """The path above it."""
+        return Path(posixpath.dirname(self))
+
+    def GetPrimPath(self) -> Path:
+        """The path of the prim whose property it is."""
+        return Path(self.partition(".")[0])
+
+    def AppendPath(self, other: str) -> Path:
+        """A path below it."""
+        return Path(posixpath.join(self, other))
+
+    AppendChild = AppendPath
+
+    def AppendProperty(self, name: str) -> Path:
+        """The path of a property."""
+        return Path(f"{self}.{name}")
+
+    def ReplaceName(self, name: str) -> Path:
+        """The path of a sibling."""
+        return self.GetParentPath().AppendPath(name)
+
+
+class Vector(tuple[float, ...]):
+    """`Gf.Vec3d` and the like, which is a tuple as well."""
+
+    __slots__ = ()
+    size = 3
+
+    def __new__(cls, *values: Any) -> Self:
+        """Of numbers, of one sequence of them, of one number for all, or zero."""
+        many = tuple(values[0]) if len(values) == 1 and isinstance(values[0], Sequence | np.ndarray) else values
+        return super().__new__(cls, (many or (0.0,)) * cls.size if len(many) < 2 else many)
+
+    def __add__(self, other: Any) -> Self:
+        return type(self)([a + b for a, b in zip(self, other, strict=True)])
+
+    def __sub__(self, other: Any) -> Self:
+        return type(self)([a - b for a, b in zip(self, other, strict=True)])
+
+    def __mul__(self, factor: Any) -> Any:
+        """By a number; of two vectors the dot product."""
+        if isinstance(factor, Sequence):
+            return self.GetDot(factor)
+        return type(self)([value * factor for value in self])
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, factor: float) -> Self:
+        return type(self)([value / factor for value in self])
+
+    def __neg__(self) -> Self:
+        return type(self)([-value for value in self])
+
+    def GetDot(self, other: Sequence[float]) -> float:
+        """The dot product."""
+        return sum(a * b for a, b in zip(self, other, strict=True))
+
+    def GetLength(self) -> float:
+        """Its length."""
+        return float(self.GetDot(self) ** 0.5)
+
+
+class Vector2(Vector):
+    """`Gf.Vec2d`."""
+
+    __slots__ = ()
+    size = 2
+
+
+class Vector4(Vector):
+    """`Gf.Vec4d`."""
+
+    __slots__ = ()
+    size = 4
+
+
+class Quaternion:
+    """`Gf.Quatd` and the like, which take the scalar first."""
+
+    def __init__(self, real: float = 1.0, *imaginary: Any) -> None:
+        self.real = real
+        self.imaginary = Vector(*imaginary)
+
+    def GetReal(self) -> float:
+        """The scalar."""
+        return self.real
+
+    def GetImaginary(self) -> Vector:
+        """The vector."""
+        return self.imaginary
+
+    def plain_data(self) -> list[float]:
+        """As OmniGraph's Python has it: x, y, z, w."""
+        return [*self.imaginary, self.real]
+
+
+class Matrix:
+    """`Gf.Matrix4d` and the like, of its numbers, its rows, or one number for the diagonal."""
+
+    size = 4
+
+    def __init__(self, *values: Any) -> None:
+        first = values[0] if values else 1.0
+        if len(values) == 1 and isinstance(first, int | float):
+            self.rows = [[float(first) if i == j else 0.0 for j in range(self.size)] for i in range(self.size)]
+        else:
+            numbers = values if len(values) > 1 and not isinstance(first, Sequence) else _joined(values)
+            self.rows = [list(numbers[i : i + self.size]) for i in range(0, len(numbers), self.size)]
+
+    def SetIdentity(self) -> Matrix:
+        """Make it the identity."""
+        self.rows = [[float(i == j) for j in range(self.size)] for i in range(self.size)]
+        return self
+
+    def plain_data(self) -> list[list[float]]:
+        """By rows."""
+        return self.rows
+
+
+class Matrix3(Matrix):
+    """`Gf.Matrix3d`."""
+
+    size = 3
+
+
+class Matrix2(Matrix):
+    """`Gf.Matrix2d`."""
+
+    size = 2
+
+
+def _joined(values: Sequence[Any]) -> list[Any]:
+    flat = values[0] if len(values) == 1 else values
+    return [number for row in flat for number in (row if isinstance(row, Sequence) else [row])]

@@ -1,0 +1,81 @@
+"""An `asyncio` in which everything that is waited for has happened: coroutines run to their end when they are started."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine, Generator
+from typing import Any
+
+from graphengine.omnigraph.omniverse.recorder import Recorder
+from graphengine.omnigraph.omniverse.stand_in import StandIn, StandInModule, idle
+
+
+class Task:
+    """A coroutine that came to its end."""
+
+    def __init__(self, value: Any, recorder: Recorder) -> None:
+        self._value, self._recorder = value, recorder
+
+    def result(self) -> Any:
+        """What it returned."""
+        return self._value
+
+    def done(self) -> bool:
+        """Whether it came to its end."""
+        return True
+
+    def __await__(self) -> Generator[Any, None, Any]:
+        yield from ()
+        return self._value
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return StandIn(f"asyncio.Task.{name}", self._recorder)
+
+
+def finish(awaitable: Any, recorder: Recorder) -> Any:
+    """Run what can be waited for to its end; what it returns."""
+    if isinstance(awaitable, Task):
+        return awaitable.result()
+    steps: Coroutine[Any, Any, Any] = awaitable if hasattr(awaitable, "send") else _waiting(awaitable)
+    try:
+        while True:
+            steps.send(None)
+            idle(recorder)
+    except StopIteration as end:
+        return end.value
+
+
+def asyncio_stand_in(recorder: Recorder) -> StandInModule:
+    """An `asyncio` in which everything that is waited for has happened."""
+
+    def run(awaitable: Any, *_: Any, **__: Any) -> Any:
+        return finish(awaitable, recorder)
+
+    def start(awaitable: Any, *_: Any, **__: Any) -> Task:
+        return Task(finish(awaitable, recorder), recorder)
+
+    def sleep(*_: Any) -> Task:
+        idle(recorder)
+        return Task(None, recorder)
+
+    def gather(*awaitables: Any, **_: Any) -> Task:
+        return Task([finish(one, recorder) for one in awaitables], recorder)
+
+    members: dict[str, Callable[..., Any]] = {
+        "run": run,
+        "wait_for": start,
+        "shield": start,
+        "ensure_future": start,
+        "create_task": start,
+        "gather": gather,
+        "sleep": sleep,
+    }
+    loop = StandIn("asyncio.loop", recorder)
+    loop.__dict__.update(run_until_complete=run, create_task=start)
+    asking = dict.fromkeys(("get_event_loop", "get_running_loop", "new_event_loop"), lambda: loop)
+    return StandInModule("asyncio", recorder, {}, {**members, **asking})
+
+
+async def _waiting(awaitable: Any) -> Any:
+    return await awaitable

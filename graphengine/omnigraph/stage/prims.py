@@ -1,0 +1,99 @@
+"""What the process that reads stages tells of them, as plain data: graphs, nodes, and what concerns graphs of other prims."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+SUFFIXES = (".usd", ".usda", ".usdc")
+INSTANCES = "omniGraphs"
+"""Relationship of a prim to the graphs that are evaluated for it."""
+COMPOUND = "omni:graph:compoundGraph"
+"""Relationship of a compound to its graph, which lies below it."""
+PLACE = re.compile(r"/.*?:(?P<line>\d+):(?P<column>\d+): (?P<what>.*)", re.DOTALL)
+"""How USD's messages of mistakes in text begin."""
+
+
+@dataclass(slots=True)
+class StageAttribute:
+    """An attribute of a graph or a node.
+
+    Attributes:
+        type: OmniGraph's name of its type; of an extended port the type it is resolved to, empty where it is not.
+        value: as `RecordedValue.data`; None where the stage gives none.
+        sources: what it is connected to, as absolute paths.
+        execution: whether it carries execution.
+    """
+
+    type: str
+    value: Any = None
+    sources: list[str] = field(default_factory=list)
+    execution: bool = False
+
+
+@dataclass(slots=True)
+class StagePrim:
+    """A graph, a node, or a prim that has something to do with graphs.
+
+    Attributes:
+        path: where it is.
+        type: of its schema, such as `OmniGraphNode`.
+        attributes: by full name, in order of their names.
+        targets: absolute paths that relationships lead to, by full name.
+    """
+
+    path: str
+    type: str
+    attributes: dict[str, StageAttribute] = field(default_factory=dict)
+    targets: dict[str, list[str]] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """The last part of its path."""
+        return self.path.rpartition("/")[2]
+
+    def text(self, name: str) -> str:
+        """An attribute's value where it is text, else the empty text."""
+        value = self.attributes[name].value if name in self.attributes else None
+        return value if isinstance(value, str) else ""
+
+
+@dataclass(slots=True)
+class StageContents:
+    """What was read of a stage.
+
+    Attributes:
+        prims: by path, in order of the stage.
+        plain: attributes of other prims, which nodes are connected to, by path.
+        left_out: what could not be read, and why.
+        failure: why nothing was read; empty where it was.
+        used: files that were read.
+        choices: of variants that prims have, as `/World: ros = none, of none, ros2`.
+    """
+
+    prims: dict[str, StagePrim] = field(default_factory=dict)
+    plain: dict[str, StageAttribute] = field(default_factory=dict)
+    left_out: list[tuple[str, str]] = field(default_factory=list)
+    failure: str = ""
+    used: list[str] = field(default_factory=list)
+    choices: list[str] = field(default_factory=list)
+
+    def to_json(self) -> str:
+        """As text."""
+        return json.dumps(asdict(self))
+
+    @staticmethod
+    def from_json(text: str | bytes) -> StageContents:
+        """Of text."""
+        data = json.loads(text)
+        prims = {path: _prim(prim) for path, prim in data["prims"].items()}
+        plain = {path: StageAttribute(**attribute) for path, attribute in data["plain"].items()}
+        left_out = [(what, why) for what, why in data["left_out"]]
+        return StageContents(prims, plain, left_out, data["failure"], data["used"], list(map(str, data["choices"])))
+
+
+def _prim(data: dict[str, Any]) -> StagePrim:
+    attributes = {name: StageAttribute(**attribute) for name, attribute in data["attributes"].items()}
+    return StagePrim(data["path"], data["type"], attributes, data["targets"])

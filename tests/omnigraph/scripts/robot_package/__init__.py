@@ -1,0 +1,1 @@
+TICK = "omni.graph.action.OnPlaybackTick"

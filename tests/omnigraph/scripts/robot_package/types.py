@@ -1,0 +1,2 @@
+def clock():
+    return "isaacsim.ros2.bridge.ROS2PublishClock"
