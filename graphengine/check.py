@@ -6,20 +6,20 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import networkx as nx
-import numpy as np
 
 from graphengine.backend import EndpointClaim, World
 from graphengine.diagnostics import ContextError, Finding, Findings, GraphError, JointError, PrimError, Span
-from graphengine.dry import DryNetwork, DryWorld
+from graphengine.dry.network import DryNetwork
+from graphengine.dry.world import DryWorld
 from graphengine.gates import EveryHz
-from graphengine.graph import Instance
+from graphengine.graph import Instance, asking, refusal
 from graphengine.graph_run import make_graph_run
-from graphengine.node_context import Services
+from graphengine.node_context.services import Services
 from graphengine.permissions import Permissions
 from graphengine.plan import Plan
 from graphengine.registry import LINTS
 from graphengine.simulation_clock import SimulationClock
-from graphengine.stage import Stage
+from graphengine.stage import Stage, at_or_below
 from graphengine.template import WireEntry
 
 
@@ -103,7 +103,7 @@ def _dry_setup_graph(plan: Plan, services: Services, findings: Findings, *, prim
     def fail(index: int, error: GraphError) -> None:
         nonlocal skipped
         failed.add(index)
-        if index in faulty and (not isinstance(error, ContextError) or error.value == ""):  # what is missing is empty
+        if index in faulty and _follows(plan.graph.instances[index], error):
             return
         if sources.get(index, set()) & failed:  # it may lack only what a failed node would have told it
             return
@@ -140,6 +140,13 @@ def _faulty(plan: Plan, findings: Findings) -> set[int]:
     return faulty
 
 
+def _follows(instance: Instance, error: GraphError) -> bool:
+    """Whether the error of a faulty node follows from what was told; what is missing is empty."""
+    if not isinstance(error, ContextError) or error.value == "":
+        return True
+    return asking(instance, error.value)[0] in instance.refused
+
+
 def _refused(plan: Plan) -> list[WireEntry]:
     """Wires of the file that came to nothing."""
     made = {id(wire.entry) for wire in (*plan.graph.data_wires, *plan.graph.exec_wires)}
@@ -150,8 +157,7 @@ def explain(instance: Instance, error: GraphError) -> Finding:
     """A failed setup at the place of the input that asked for the impossible."""
     via = instance.entry.via
     if isinstance(error, ContextError):
-        place = _place(instance, error.value)
-        return Finding(error.code, f"{instance.id}: {error.message}", place, error.help, via)
+        return refusal(instance, error)
     if isinstance(error.__cause__, ValueError):  # the node's own sentence about its inputs
         return Finding("G307", f"{instance.id}: {error.__cause__}", instance.span, related=via)
     cause, details = error.__cause__ or error, [line.strip() for line in str(error).split("\n")]
@@ -159,27 +165,9 @@ def explain(instance: Instance, error: GraphError) -> Finding:
     return Finding("G307", message, instance.span, tuple(d for d in details if d.startswith("inputs: ")), via)
 
 
-def _place(instance: Instance, value: object) -> Span:
-    """The input whose value is, or holds, the offending one; else the node."""
-    given = instance.entry.spec.inputs
-    for port in instance.cls.fields.values():
-        key = next((key for key in (port.name, f"inputs:{port.name}") if key in given), None)
-        if port.side != "inputs" or key is None:
-            continue
-        held, literal = getattr(instance.node, port.field), given[key]
-        alike = not isinstance(value, np.ndarray) and (
-            literal == value or (isinstance(held, str | tuple) and held == value)
-        )
-        if held is value or alike:
-            return instance.entry.span("inputs", key)
-        if isinstance(literal, list) and isinstance(value, str | int) and value in literal:
-            return instance.entry.span("inputs", key, literal.index(value))
-    return instance.span
-
-
 def lint_structure(plan: Plan, findings: Findings) -> None:
     """Nodes that never run. What a refused wire leads to would look idle, and what a graph around this one starts."""
-    if _refused(plan) or plan.graph.flat.declared:
+    if _refused(plan) or plan.graph.flat.unread or plan.graph.flat.declared:
         return
     running = set(plan.order)
     events = [i.id for i in plan.graph.instances if i.cls.kind() == "event"]
@@ -225,6 +213,7 @@ def _clock(plan: Plan, world: World) -> SimulationClock:
 
 def lint_claims(context: LintContext) -> None:
     """Topics, services and frames that cannot live together, and lints that know node types."""
+    _check_places(context)
     _check_topic_types(context)
     _check_servers(context)
     _check_transforms(context)
@@ -236,6 +225,24 @@ def lint_claims(context: LintContext) -> None:
 def _spans(context: LintContext, claim: EndpointClaim) -> Span | None:
     instance = context.instance(claim.node)
     return instance.span if instance else None
+
+
+def _check_places(context: LintContext) -> None:
+    """Graphs of a robot that stand outside of it: they mean another robot, or none, and collect no namespace of this one."""
+    told: set[str] = set()  # a fleet has one mistake, not one a robot
+    for plan in context.graphs:
+        robot, _, name = plan.graph.name.partition("/")
+        path, document = plan.graph.prim_path, plan.graph.flat.loaded.document
+        if not name or at_or_below(path, f"/{robot}") or str(document.path) in told:
+            continue
+        told.add(str(document.path))
+        context.findings.add(
+            "W107",
+            f"graph {name} of robot {robot} stands at {path}, which is not below /{robot}",
+            document.span("at" if "at" in document.data else "graph"),
+            f"write at: $(robot)/{path.split('/', 2)[2]}, with parameters: {{robot: {{type: target}}}}",
+            "$(robot) is whichever robot uses the graph",
+        )
 
 
 def _check_topic_types(context: LintContext) -> None:

@@ -1,32 +1,66 @@
-"""Findings with codes, places and remedies; and the exception tree.
+"""Findings with codes, places and remedies.
 
-GraphError                  everything that this package raises on purpose
-├── CheckError              findings that keep a graph or scene from being built
-├── ContextError            what a node asked for is not there, or not legal
-│   ├── PrimError           no prim at that path, or one of the wrong kind
-│   │   └── AmbiguousPrimError   two prims at that path
-│   ├── JointError          no such joint
-│   ├── TopicError          a topic, namespace or QoS profile that ROS 2 would refuse
-│   └── MessageTypeError    no such message type, or one that cannot be used (in ros/interfaces.py)
-├── ControlError            a running session cannot be reached from outside, or refused what it was asked for
-├── NodeError               a node raised while it computed
-├── PhysicsError            the simulation diverged
-├── RecordingError          a recording that cannot be written, or cannot be read
-├── TransportError          the network could not be joined, or a peer's library failed
-└── UsageError              a command line that makes no sense (exit code 2)
-    ├── StateError          a session that plays, pauses or stands cannot do this then
-    └── UnknownEntityError  no robot or object of that name
+The exceptions that carry them and the words that they share have modules of their own, and are importable from here too.
 """
 
 from __future__ import annotations
 
-import bisect
-import difflib
 import json
 import unicodedata
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
+
+from graphengine.errors import (
+    AmbiguousPrimError,
+    CheckError,
+    ContextError,
+    ControlError,
+    GraphError,
+    JointError,
+    NodeError,
+    PhysicsError,
+    PrimError,
+    RecordingError,
+    RenderError,
+    StateError,
+    TopicError,
+    TransportError,
+    UnknownEntityError,
+    UsageError,
+)
+from graphengine.wording import did_you_mean, listing, printable, shown
+
+__all__ = [
+    "CODES",
+    "MAX_ERRORS",
+    "Severity",
+    "Source",
+    "Span",
+    "Finding",
+    "Findings",
+    "to_json",
+    "AmbiguousPrimError",
+    "CheckError",
+    "ContextError",
+    "ControlError",
+    "GraphError",
+    "JointError",
+    "NodeError",
+    "PhysicsError",
+    "PrimError",
+    "RecordingError",
+    "RenderError",
+    "StateError",
+    "TopicError",
+    "TransportError",
+    "UnknownEntityError",
+    "UsageError",
+    "did_you_mean",
+    "listing",
+    "printable",
+    "shown",
+]
 
 Severity = Literal["error", "warning", "note"]
 
@@ -79,6 +113,7 @@ CODES: dict[str, str] = {
     "W104": "wire that reads the previous value",
     "W105": "reader and writer in no stated order",
     "W106": "rate that is never reached",
+    "W107": "graph of a robot that stands outside of it",
     "W201": "wheel radius differs from the robot's",
     "W202": "wheel distance differs from the robot's",
     "W203": "TF tree in more than one piece",
@@ -168,13 +203,6 @@ def _place(span: Span | None) -> dict[str, Any]:
 
 
 _WIDTH = 160
-_LONGEST = 2000
-
-
-def printable(text: str) -> str:
-    """Text on one line that cannot steer a terminal, whatever a file or its name holds."""
-    text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
-    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
 
 
 def _excerpt(span: Span) -> list[str]:
@@ -270,144 +298,3 @@ class Findings:
 def to_json(findings: Sequence[Finding]) -> str:
     """All findings as one JSON document."""
     return json.dumps([finding.record() for finding in findings], indent=2)
-
-
-_MANY = 1000
-"""Of more names than this, only some are compared."""
-_BESIDE = 150
-
-
-def _worth_comparing(name: str, legal: Iterable[str]) -> list[str]:
-    """Of many names those that begin alike, are of nearly the same length and stand beside it in the alphabet."""
-    names = set(legal)
-    if len(names) <= _MANY:
-        return sorted(names)
-    alike = sorted(other for other in names if other[:1] == name[:1] and abs(len(other) - len(name)) < 3)
-    place = bisect.bisect(alike, name)
-    return alike[max(0, place - _BESIDE) : place + _BESIDE]
-
-
-def did_you_mean(name: str, legal: Iterable[str], wording: str = "did you mean {}?") -> str:
-    """A suggestion when a legal name is near, else the empty string."""
-    name = name[:200]
-    names = _worth_comparing(name, legal)
-    near = difflib.get_close_matches(name, names, n=3, cutoff=0.6)
-    if near:
-        scores = {other: difflib.SequenceMatcher(None, other, name).ratio() for other in near}
-        nearest = max(scores.values())
-        near = sorted((o for o in near if scores[o] > nearest - 0.05), key=lambda other: (-scores[other], other))
-    else:
-        folded = {n.lower(): n for n in names}
-        near = [folded[name.lower()]] if name.lower() in folded else []
-    return wording.format(" or ".join(repr(n) for n in near)) if near else ""
-
-
-def listing(names: Iterable[str], what: str = "legal") -> str:
-    """`legal: a, b, c`, cut after 20 names."""
-    all_names = list(names)
-    if not all_names:
-        return f"{what}: none"
-    more = f", … ({len(all_names) - 20} more)" if len(all_names) > 20 else ""
-    return f"{what}: {', '.join(all_names[:20])}{more}"
-
-
-def shown(value: object) -> str:
-    """A value from a file in few words, for `got …`."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if value is None:
-        return "nothing"
-    if isinstance(value, dict):
-        return "a mapping"
-    text = "a list" if isinstance(value, list) else repr(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."
-
-
-class GraphError(Exception):
-    """Root of what this package raises on purpose."""
-
-
-class CheckError(GraphError):
-    """Findings that keep a graph or scene from being built."""
-
-    def __init__(self, findings: Sequence[Finding]) -> None:
-        super().__init__("\n".join(finding.render() for finding in findings))
-        self.findings = tuple(findings)
-
-
-class ContextError(GraphError):
-    """What a node asked for in `setup` is not there, or not legal.
-
-    Args:
-        message: what is wrong.
-        value: the input's value that asked for it, by which the place in the file is found.
-        help: what is legal, what to do.
-    """
-
-    code = "G307"
-
-    def __init__(self, message: str, value: object = None, *help: str) -> None:
-        super().__init__("\n".join((message, *(line for line in help if line))))
-        self.message = message
-        self.value = value
-        self.help = tuple(line for line in help if line)
-
-
-class PrimError(ContextError):
-    """No prim at that path, or one of the wrong kind."""
-
-    code = "G301"
-
-
-class AmbiguousPrimError(PrimError):
-    """A path that could mean two prims."""
-
-    code = "G302"
-
-
-class JointError(ContextError):
-    """No such joint."""
-
-    code = "G303"
-
-
-class TopicError(ContextError):
-    """A topic, namespace or QoS profile that ROS 2 would refuse."""
-
-    code = "G304"
-
-
-class ControlError(GraphError):
-    """A running session cannot be reached from outside, or refused what it was asked for."""
-
-
-class NodeError(GraphError):
-    """A node raised while it computed; the cause is chained."""
-
-
-class PhysicsError(GraphError):
-    """The simulation diverged."""
-
-
-class RecordingError(GraphError):
-    """A recording cannot be written, or a file is none that can be read."""
-
-
-class RenderError(GraphError):
-    """Pictures cannot be drawn: there is no OpenGL, or it refused."""
-
-
-class TransportError(GraphError):
-    """The network could not be joined, or a peer's library failed."""
-
-
-class UsageError(GraphError):
-    """A command line that makes no sense."""
-
-
-class StateError(UsageError):
-    """A session cannot do this while it plays, or only then."""
-
-
-class UnknownEntityError(UsageError):
-    """There is no robot or object of that name."""

@@ -85,8 +85,8 @@ class Files:
                     )
                 self.note(place)
                 return self.shown(place)
-        looked = list(dict.fromkeys(repr(str(place.parent)) for place in places[:2]))
-        raise NotFoundError(f"no file {reference!r}", self._near(reference, places), f"looked in {', '.join(looked)}")
+        looked = f"looked in {str(places[0].parent)!r}, and among the graphs and scenes that ship"
+        raise NotFoundError(f"no file {reference!r}", self._near(reference, places), looked)
 
     def shown(self, path: Path) -> Path:
         """The path as messages name it: from the working directory where it lies below it."""

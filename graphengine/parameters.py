@@ -76,6 +76,8 @@ def _parameter_values(
             )
             continue
         given = bindings.get(name, data.get("default"))
+        if given is UNKNOWN:  # a parameter of the graph around this one, of which something was told
+            continue
         try:
             coerced = types.coerce(given, port_type) if isinstance(port_type, types.PortType) else given
         except (TypeError, ValueError) as error:
@@ -101,7 +103,7 @@ class _Filler:
     def fill(self, value: Value, location: Location = ()) -> Any:
         """Plain data with `$(name)` replaced; keys, types and the parameters themselves are left alone.
 
-        What cannot be known is UNKNOWN as an input of a node; elsewhere its key is left out.
+        What cannot be known is UNKNOWN as an input of a node or a parameter of a subgraph; elsewhere its key is left out.
         """
         if isinstance(value.data, dict):
             return self._mapping(value.data, location)
@@ -117,7 +119,7 @@ class _Filler:
             key: item.to_data() if _is_literal((*location, key), item) else self.fill(item, (*location, key))
             for key, item in data.items()
         }
-        if location[:1] == ("nodes",) and location[2:3] == ("inputs",):
+        if location[:1] == ("nodes",) and location[2:3] in (("inputs",), ("parameters",)):
             return UNKNOWN if len(location) > 3 and _holds_unknown(filled.values()) else filled
         if location[:1] == ("nodes",) and location[2:] == ("every",) and _holds_unknown(filled.values()):
             return UNKNOWN

@@ -12,6 +12,7 @@ import importlib.metadata
 import pkgutil
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -158,7 +159,7 @@ def _classes(values: Iterable[Any], module: str) -> list[type[Node]]:
 def default_registry() -> Registry:
     """Built-in types and those of installed plugins; a plugin that cannot be imported is remembered, not fatal."""
     registry = Registry()
-    registry.add_module(importlib.import_module("nodes"), "graphengine", built_in=True)
+    registry.add_module(_library(), "graphengine", built_in=True)
     for entry in sorted(importlib.metadata.entry_points(group=GROUP), key=lambda e: (e.name, e.value)):
         if entry.value == "nodes":
             continue
@@ -168,3 +169,16 @@ def default_registry() -> Registry:
         except (Exception, SystemExit) as error:  # a plugin may fail in any way; its types are then simply not there
             registry.broken[f"{owner}: {entry.value}"] = f"{type(error).__name__}: {error}"
     return registry
+
+
+def _library() -> ModuleType:
+    """The node library, which is a package of a plain name.
+
+    Raises:
+        GraphError: something else of that name, such as a project's own folder, is found before it.
+    """
+    library = importlib.import_module("nodes")
+    found, own = Path(str(library.__file__)), Path(__file__).parents[1] / "nodes" / "__init__.py"
+    if found.resolve() != own.resolve():
+        raise GraphError(f"{found} hides graphengine's own package `nodes`\n  rename it, or start from another folder")
+    return library

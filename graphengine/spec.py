@@ -52,6 +52,8 @@ def _evaluator(value: Any) -> Any:
 def _plain_path(path: str) -> str:
     if any(part in (".", "..") for part in path.split("/")):
         raise ValueError("a prim path is written without '.' and '..'")
+    if any(letter.isspace() for letter in path):
+        raise ValueError(f"a prim path is written without blanks, got {shown(path)}")
     return path
 
 
@@ -136,6 +138,7 @@ class NodeSpec(Spec):
 
     type: str = Field(default="", description="Registered OmniGraph name, or for built-ins its last part.")
     subgraph: str = Field(default="", description="A graph file with declared inputs and outputs, in place of type.")
+    parameters: dict[Name, Any] = Field(default={}, description="Values for the parameters of the subgraph.")
     inputs: dict[str, Any] = Field(default={}, description="Values by port name.")
     every: EverySpec | None = Field(default=None, description="How often it is executed: once, {ticks: 3} or {hz: 10}.")
     doc: str = ""
@@ -151,6 +154,10 @@ class NodeSpec(Spec):
             raise ValueError("a node needs a type, or a subgraph in its place")
         if self.type and self.subgraph:
             raise ValueError("a node has a type or a subgraph, not both")
+        if self.type and self.parameters:
+            raise ValueError(
+                "a subgraph has parameters, a node of a type has none; values of its ports stand below `inputs:`"
+            )
         if self.subgraph and self.every:
             raise ValueError("a subgraph has no `every`; give it to nodes in the subgraph's own file")
         return self

@@ -54,12 +54,24 @@ def validate(model: type[S], document: Document, data: Any, findings: Findings) 
             f"this version reads format {FORMAT}; a file with a higher number needs a newer graphengine",
         )
         return None
+    if _is_of_another_kind(model, document, data, findings):
+        return None
     try:
         return model.model_validate(data)
     except ValidationError as errors:
         for error in errors.errors(include_url=False)[:MAX_ERRORS]:
             _report(model, document, typing.cast("dict[str, Any]", error), findings)
         return None
+
+
+def _is_of_another_kind(model: type[Spec], document: Document, data: Any, findings: Findings) -> bool:
+    """Whether a whole file is a graph where a robot was meant, or the like, which is told instead of each of its keys."""
+    wanted = next((kind for kind, known in KINDS.items() if known is model), None)
+    other = kind_of(document)
+    if wanted is None or other is None or wanted in data or other in model.model_fields:
+        return False
+    findings.add("G107", f"missing key {wanted!r}: this is a {other} file", document.key_span(other))
+    return True
 
 
 def _report(model: type[Spec], document: Document, error: dict[str, Any], findings: Findings) -> None:

@@ -104,6 +104,8 @@ class FlatGraph:
     variables: dict[str, VariableEntry] = field(default_factory=dict)
     unopened: list[str] = field(default_factory=list)
     """Ids of subgraphs that could not be opened; wires to them are no second mistake."""
+    unread: int = 0
+    """Connections that could not be read, or that lead to no port of a subgraph."""
     declared: list[tuple[Literal["inputs", "outputs"], WireEnd]] = field(default_factory=list)
     """Of a file that is looked at alone: what the ports mean that it declares for a graph around it."""
 
@@ -199,12 +201,16 @@ def _expand(
         subgraphs[name] = _Subgraph(inner, below)
     for number, text in enumerate(loaded.spec.connections):
         wire = _parse_wire(loaded.document, ("connections", number), text, findings)
-        if wire is not None:
-            source, target, span = wire
-            outer = _lead_through(source, subgraphs, "outputs", findings)
-            inner_end = _lead_through(target, subgraphs, "inputs", findings)
-            if outer is not None and inner_end is not None:
-                flat.wires.append(WireEntry(_prefixed(prefix, outer), _prefixed(prefix, inner_end), span, via))
+        if wire is None:
+            flat.unread += 1
+            continue
+        source, target, span = wire
+        outer = _lead_through(source, subgraphs, "outputs", findings)
+        inner_end = _lead_through(target, subgraphs, "inputs", findings)
+        if outer is None or inner_end is None:
+            flat.unread += 1
+            continue
+        flat.wires.append(WireEntry(_prefixed(prefix, outer), _prefixed(prefix, inner_end), span, via))
     return subgraphs
 
 
@@ -256,7 +262,10 @@ def _open_subgraph(
     if len(stack) > MAX_SUBGRAPH_DEPTH:
         findings.add("G214", f"subgraphs nested more than {MAX_SUBGRAPH_DEPTH} deep", span)
         return None
-    return load_filled(path, {}, findings, str(path), Use(span))
+    given = entry.spec.parameters
+    keys = {name: entry.key_span("parameters", name) for name in given}
+    use = Use(span, keys, {name: entry.span("parameters", name) for name in given})
+    return load_filled(path, given, findings, str(path), use)
 
 
 def _parse_wire(

@@ -35,13 +35,13 @@ MODULES = {"import": "import_graph"}
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser that repeats nothing which could steer a terminal."""
+    """A parser that tells a mistake as the verbs do: in one sentence, which cannot steer a terminal."""
 
     def error(self, message: str) -> NoReturn:
         """Tell what is wrong with the command line, and leave with 2."""
         from graphengine.cli.common import clean
 
-        super().error(clean(message))
+        self.exit(2, clean(f"{self.prog}: {message}\n  see {self.prog} --help\n"))
 
 
 def make_parser(verb: str | None = None) -> argparse.ArgumentParser:
@@ -61,16 +61,31 @@ def make_parser(verb: str | None = None) -> argparse.ArgumentParser:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Exit code 0: as it should be; 1: errors in files or in the run; 2: a command line that makes no sense."""
-    given = list(sys.argv[1:] if arguments is None else arguments)
-    parsed = make_parser(next((word for word in given if word in VERBS), None)).parse_args(given)
+    """The program, with the arguments of the command line, or with these.
+
+    Returns:
+        0: as it should be, also after Ctrl-C in a run; 1: errors in files or in the run; 2: a command line that makes no
+        sense; 130: Ctrl-C before there was a run, or a result.
+    """
+    try:
+        given = list(sys.argv[1:] if arguments is None else arguments)
+        return _execute(make_parser(next((word for word in given if word in VERBS), None)).parse_args(given))
+    except KeyboardInterrupt:
+        return 130
+
+
+def _execute(parsed: argparse.Namespace) -> int:
+    """The verb's own exit code, or that of what it raised, which is told."""
     from graphengine.cli.common import clean, explain
     from graphengine.diagnostics import CheckError, GraphError, UsageError
 
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # as stderr has it: not every terminal knows every character
     try:
-        return int(parsed.function(parsed))
+        code = int(parsed.function(parsed))
+        if sys.stdout is not None:
+            sys.stdout.flush()  # here a full disk can still be told
+        return code
     except UsageError as error:
         print(clean(f"graphrun {parsed.verb}: {error}"), file=sys.stderr)
         return 2
@@ -84,8 +99,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stderr.close()
         return 0
     except OSError as error:
-        what = f"{error.filename}: {error.strerror}" if error.filename and error.strerror else str(error)
+        what = ": ".join(str(part) for part in (error.filename, error.strerror) if part) or str(error)
         print(clean(f"error: {what}"), file=sys.stderr)
         return 1
-    except KeyboardInterrupt:
-        return 130

@@ -12,6 +12,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from graphengine.cli.units import whole
+
 if TYPE_CHECKING:
     from graphengine.build import Assembly, Options
     from graphengine.diagnostics import Findings, GraphError
@@ -38,7 +40,7 @@ def add_file_arguments(parser: argparse.ArgumentParser, *, many: bool = False) -
         default="auto",
         help="what lidars see with; `fast` needs numba, and `auto` takes it where it serves",
     )
-    parser.add_argument("--seed", type=int, default=0, help="of every random generator (default 0)")
+    parser.add_argument("--seed", type=whole, default=0, help="of every random generator (default 0)")
     add_allow_argument(parser)
     parser.add_argument(
         "--import", metavar="MODULE", dest="modules", action="append", default=[], help="Python module with node types"

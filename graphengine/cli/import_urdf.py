@@ -11,9 +11,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from graphengine.cli.units import duration
+
 if TYPE_CHECKING:
     from graphengine.diagnostics import Findings
     from graphengine.files import Files
+    from graphengine.world.description.draft import Wheel
+    from graphengine.world.description.urdf import Urdf
     from graphengine.world.model.importing import Imported, Origin
 
 WAIT = 10.0
@@ -24,6 +28,8 @@ LONGEST = 10
 """Lines of one kind that the report tells; the robot file has all."""
 WIDEST = 160
 """Characters of such a line."""
+FORWARDS = 0.999
+"""Least cosine of the angle between a wheel's axle and the robot's y axis, for a robot that drives straight."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -38,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     source.add_argument("--node", help="read it from the parameter robot_description of a node, over rclpy")
     parser.add_argument(
-        "--timeout", type=float, default=WAIT, help=f"seconds to wait for the network (default {WAIT:g})"
+        "--timeout", metavar="TIME", type=duration, default=WAIT, help=f"to wait for the network (default {WAIT:g}s)"
     )
     parser.add_argument("--transport", choices=("auto", "dds", "rclpy"), default="auto", help="for --topic")
     parser.add_argument("--fixed-base", action="store_true", help="bolt the root link to the world, as for an arm")
@@ -111,7 +117,7 @@ def _check_usage(arguments: argparse.Namespace) -> None:
         if not folder.is_dir():
             raise UsageError(f"no folder {str(folder)!r}")
     if not 0 < arguments.timeout <= LONGEST_WAIT:
-        raise UsageError(f"--timeout: write seconds, more than 0 and at most {LONGEST_WAIT:g}")
+        raise UsageError(f"--timeout: write more than 0 s and at most {LONGEST_WAIT:g} s")
     _refuse_to_overwrite((arguments.output,), force=arguments.force)
 
 
@@ -230,6 +236,8 @@ def _report(imported: Imported, findings: Findings) -> None:
         allowed = " ".join(f"--allow {near(str(folder))}" for folder in imported.outside)
         lines.append(f"scenes with this robot read files outside of their folder: run them with {allowed}")
     lines.append(f"in a scene: {_example(imported)}")
+    if imported.free and (drive := _drive(urdf, rolling)):
+        lines.append(f"in its file, to drive it: {drive}")
     print(clean("\n".join(line.replace("\n", " ") for line in lines)))
 
 
@@ -238,6 +246,20 @@ def _example(imported: Imported) -> str:
     lift = math.ceil(round(-(imported.lowest or 0.0), 4) * 1000) / 1000
     place = f", position: [0, 0, {lift:g}]" if imported.free and lift else ""
     return f"robots: {{{imported.robot.name}: {{use: {imported.use}{place}}}}}"
+
+
+def _drive(urdf: Urdf, rolling: Sequence[Wheel]) -> str:
+    """The graph that drives a robot on two wheels beside each other, which turn forwards about its y axis; else nothing."""
+    from graphengine.rotation import rotate
+    from graphengine.world.description.draft import track
+
+    poses = [urdf.pose_in_root(urdf.joints[wheel.joint].child) for wheel in rolling]
+    axles = [rotate(pose[1], urdf.joints[wheel.joint].axis) for pose, wheel in zip(poses, rolling, strict=True)]
+    if len(rolling) != 2 or any(axle[1] < FORWARDS for axle in axles) or (distance := track(rolling)) is None:
+        return ""
+    left, right = sorted(rolling, key=lambda wheel: -wheel.along)
+    values = f"wheels: [{left.joint}, {right.joint}], radius: {left.radius:.7g}, distance: {distance:.7g}"
+    return f"graphs: {{drive: {{use: graphs/drive.yaml, parameters: {{base: {urdf.root}, {values}}}}}}}"
 
 
 def _some(what: str, items: Sequence[str]) -> list[str]:

@@ -28,9 +28,11 @@ def add_live_arguments(parser: argparse.ArgumentParser, *, clock: bool = False) 
     """How to join the network; `clock` where the time of a simulation matters."""
     from graphengine.cli.common import add_message_path
 
-    parser.add_argument("--transport", choices=("auto", "dds", "rclpy"), default="auto")
+    transport = "how to reach ROS 2 (default auto: rclpy where it is sourced, else dds)"
+    parser.add_argument("--transport", choices=("auto", "dds", "rclpy"), default="auto", help=transport)
     spin = "seconds to wait for peers to turn up (default 0.5 over dds, 2 over rclpy)"
     parser.add_argument("--spin-time", metavar="SECONDS", type=seconds, help=spin)
+    parser.add_argument("--no-daemon", action="store_true", help="no effect: there is no daemon, as there is in ros2")
     if clock:
         parser.add_argument("-s", "--use-sim-time", action="store_true", help="take the time from /clock")
     add_message_path(parser)
@@ -88,14 +90,16 @@ class Live:
         )
         self._node = f"/{name}"
         self._spin_time: float | None = arguments.spin_time
-        self._before: Any = None
+        self._before: dict[int, Any] = {}
 
     def __enter__(self) -> Live:
-        self._before = signal.signal(signal.SIGTERM, _interrupt)
+        for number in (signal.SIGINT, signal.SIGTERM):  # the first is ignored in what a script puts in the background
+            self._before[number] = signal.signal(number, _interrupt)
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> bool:
-        signal.signal(signal.SIGTERM, self._before)
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
         for topic, number in self.transport.malformed.items():
             print(f"WARNING: {topic}: dropped what is no message of the topic's type, {number} times", file=sys.stderr)
         self.transport.close()

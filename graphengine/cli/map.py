@@ -8,6 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from graphengine.cli.units import number
+
 if TYPE_CHECKING:
     from graphengine.world.loading import LoadedWorld
     from graphengine.world.occupancy.chart import MapRequest, OccupancyMap
@@ -30,23 +32,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     where = parser.add_argument_group("what is mapped")
 
     def numbers(option: str, *names: str, help: str, **more: Any) -> None:
-        where.add_argument(option, metavar=names, nargs=len(names), type=float, help=help, **more)
+        where.add_argument(option, metavar=names, nargs=len(names), type=number, help=help, **more)
 
     def prims(option: str, help: str) -> None:
         where.add_argument(option, metavar="PRIM", action="append", default=[], help=help)
 
-    numbers("--z", "LOW", "HIGH", default=HEIGHTS, help="heights at which obstacles count, m (0.2 0.62)")
-    where.add_argument("--cell", metavar="SIZE", type=float, default=0.05, help="side of a cell, m (0.05)")
-    whole = "what the map covers, rounded outwards to cells (default: all obstacles)"
+    numbers("--z", "LOW", "HIGH", default=HEIGHTS, help="heights at which obstacles count, m (default 0.2 0.62)")
+    where.add_argument("--cell", metavar="SIZE", type=number, default=0.05, help="side of a cell, m (default 0.05)")
+    whole = "what the map covers, m, rounded outwards to cells (default: all obstacles)"
     numbers("--bounds", "XMIN", "YMIN", "XMAX", "YMAX", help=whole)
     prims("--select", "the map covers this prim, and others that are given so")
-    numbers("--origin", "X", "Y", default=(0.0, 0.0), help="where cells have a corner (0 0)")
-    seed = "what can be reached from here is free (default: from the first robot); may be repeated"
+    numbers("--origin", "X", "Y", default=(0.0, 0.0), help="where cells have a corner, m (default 0 0)")
+    seed = "what can be reached from here, m, is free (default: from the first robot); may be repeated"
     numbers("--from", "X", "Y", dest="seeds", action="append", default=[], help=seed)
     prims("--include", "a robot, or a body that can move, which is an obstacle all the same")
     prims("--exclude", "a prim that is no obstacle")
     files = parser.add_argument_group("how it is written")
-    files.add_argument("--format", choices=("png", "pgm"), default="png")
+    files.add_argument("--format", choices=("png", "pgm"), default="png", help="of the picture (default png)")
     files.add_argument(
         "--convention",
         choices=("ros", "isaac"),
@@ -137,5 +139,5 @@ def _summary(chart: OccupancyMap) -> str:
     states = {"occupied": OCCUPIED, "free": FREE, "unknown": UNKNOWN}
     shares = ", ".join(f"{name} {100 * chart.share(state):.1f} %" for name, state in states.items())
     west, south = round(grid.west, 6), round(grid.south, 6)
-    size = f"{grid.columns} x {grid.rows} cells of {grid.cell:g} m, origin ({west:.10g}, {south:.10g})"
+    size = f"{grid.columns} x {grid.rows} cells of {grid.cell:g} m, origin ({west:.10g}, {south:.10g}) m"
     return f"{size}, z {low:g} to {high:g} m\n{shares}"

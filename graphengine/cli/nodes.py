@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import inspect
 import json
+import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -32,13 +33,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_message_path(parser)
     form = parser.add_mutually_exclusive_group()
-    form.add_argument("--format", choices=("text", "json"), default="text")
+    form.add_argument("--format", choices=("text", "json"), default="text", help="for people, or for programs")
     form.add_argument("--markdown", action="store_true", help="the reference of all types, or of the one, as Markdown")
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """0, or 2 for a name that is no type."""
-    from graphengine.cli.common import make_registry, table
+    from graphengine.cli.common import clean, make_registry, table
     from graphengine.diagnostics import UsageError
     from graphengine.registry import default_registry
 
@@ -61,6 +62,8 @@ def execute(arguments: argparse.Namespace) -> int:
         return 0
     if arguments.message is not None:
         raise UsageError("--message: name the node type whose ports it makes, such as ROS2Publisher")
+    for owner, problem in registry.broken.items():
+        print(clean(f"warning: {owner} could not be imported: {problem}"), file=sys.stderr)
     types = [registry.types[name] for name in sorted(registry.types) if registry.types[name].type_name == name]
     if arguments.markdown:
         print(_reference(types), end="")
@@ -69,8 +72,6 @@ def execute(arguments: argparse.Namespace) -> int:
         print(json.dumps([_record(cls) for cls in types], indent=2))
         return 0
     print(table([(cls.type_name, cls.kind(), summary(cls)) for cls in types]))
-    for owner, problem in registry.broken.items():
-        print(f"plugin {owner} could not be loaded: {problem}")
     return 0
 
 

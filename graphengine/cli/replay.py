@@ -11,6 +11,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from graphengine.cli.units import whole
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
@@ -36,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--ignore", metavar="TOPIC", action="append", default=[], help=ignore)
     values = "value of an input, beside those that the run was given; [ROBOT/][GRAPH/]NODE.PORT, globs allowed"
     parser.add_argument("--set", metavar="NODE.PORT=VALUE", action="append", default=[], help=values)
-    parser.add_argument("--seed", type=int, help="another one than the run's")
+    parser.add_argument("--seed", type=whole, help="another one than the run's")
     parser.add_argument("--rays", choices=("auto", "mujoco", "fast"), help="other ones than the run's")
     add_allow_argument(parser)
     modules = "Python module with node types"

@@ -8,7 +8,7 @@ import json
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
-    parser.add_argument("kind", choices=("graph", "scene", "robot"))
+    parser.add_argument("kind", choices=("graph", "scene", "robot"), help="the kind of file")
 
 
 def execute(arguments: argparse.Namespace) -> int:

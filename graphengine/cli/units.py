@@ -32,6 +32,14 @@ def rate(text: str) -> float:
     return factor
 
 
+def whole(text: str) -> int:
+    """A whole number."""
+    try:
+        return int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text.strip()!r} is not a whole number") from None
+
+
 def number(text: str) -> float:
     """A finite number."""
     try:

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.harness import ROOT, Graphrun
+from graphengine.registry import default_registry
+from tests.cli.harness import ROOT, Graphrun, process
 
 TUTORIAL = {
     "isaacsim.core.nodes.IsaacArticulationController",
@@ -331,3 +332,23 @@ def test_a_few_types_of_a_port_are_all_named(graphrun: Graphrun) -> None:
     result = graphrun("nodes", "BuildString")
     assert "  a  string | token | token[]  " in result.out
     assert "all types" not in result.out
+
+
+@pytest.mark.parametrize("hiding", ["nodes/__init__.py", "nodes.py"])
+def test_what_hides_the_node_library_is_told(tmp_path: Path, hiding: str) -> None:
+    (tmp_path / "nodes").mkdir()
+    (tmp_path / hiding).touch()
+    result = process("nodes", cwd=tmp_path)
+    assert (result.code, result.out) == (1, "")
+    assert result.err.startswith(f"error: {tmp_path / hiding} hides graphengine's own package `nodes`\n")
+
+
+@pytest.mark.parametrize("form", [(), ("--format", "json"), ("--markdown",)])
+def test_a_package_of_nodes_that_cannot_be_imported_is_told_beside_the_list(
+    graphrun: Graphrun, monkeypatch: pytest.MonkeyPatch, form: tuple[str, ...]
+) -> None:
+    before = graphrun("nodes", *form)
+    monkeypatch.setitem(default_registry().broken, "acme: acme.nodes", "ImportError: no module named 'torch'")
+    result = graphrun("nodes", *form)
+    assert (result.code, result.out) == (0, before.out)
+    assert result.err == "warning: acme: acme.nodes could not be imported: ImportError: no module named 'torch'\n"

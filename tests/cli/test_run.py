@@ -11,8 +11,9 @@ from pathlib import Path
 
 import pytest
 
+from graphengine.cli.run import _Signals
 from graphengine.context import QoS
-from graphengine.dry import DryWorld
+from graphengine.dry.world import DryWorld
 from graphengine.ros.dds import DdsTransport
 from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
@@ -127,7 +128,13 @@ def test_a_paced_run_takes_no_less_than_its_time(graphrun: Graphrun, project: Pa
         ("--rate", "nan", "write realtime, max or a factor from 0.01 up"),
         ("--rate", "1e-320", "write realtime, max or a factor from 0.01 up"),
         ("--transport", "zenoh", "choose from"),
-        ("--seed", "x", "invalid int value"),
+        (
+            "--simulation-interfaces",
+            "mine",
+            "write a namespace as in --simulation-interfaces /one, and what to run before it",
+        ),
+        ("--simulation-interfaces", "/one/", "ends with '/'"),
+        ("--seed", "x", "is not a whole number"),
         ("--allow", "/nowhere", "no such folder"),
         ("--scene", "dd100_flatt", "did you mean 'dd100_flat'?"),
         ("--scene", "clock", "this is a graph file, not a scene"),
@@ -201,6 +208,13 @@ def test_set_that_matches_nothing_tells_what_is_near(
     assert remedy in result.err
 
 
+@pytest.mark.parametrize("text", ["Clock.queueSize=-1", "Clock.queueSize=many", "*.queueSize=[1]"])
+def test_a_value_that_set_gives_is_told_to_be_of_the_command_line(graphrun: Graphrun, project: Path, text: str) -> None:
+    result = graphrun("run", "mine.yaml", "--set", text, *MEMORY)
+    assert result.code == 1
+    assert result.err.splitlines()[-1] == f"  given by --set {text.partition('=')[0]}"
+
+
 def test_set_does_not_hide_the_errors_of_the_file(graphrun: Graphrun, project: Path) -> None:
     broken = (project / "mine.yaml").read_text(encoding="utf-8").replace("PublishClock", "PublishClok")
     (project / "mine.yaml").write_text(broken, encoding="utf-8")
@@ -241,13 +255,23 @@ def test_any_whole_number_is_a_seed(graphrun: Graphrun, project: Path, seed: str
 # How it ends
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_ends_a_run_after_the_tick_with_the_summary_last(number: signal.Signals) -> None:
     with live("run", "dd100_flat", "--rate", "realtime", *MEMORY) as run:
         assert run.hear(lambda said: "nothing leaves this process" in said)
         code = run.stop(number)
         assert code == 0, run.said
         assert SUMMARY.search(run.said)
+
+
+def test_a_run_that_is_to_outlive_its_terminal_does() -> None:
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as nohup leaves it to the program
+    try:
+        with _Signals(session=None):  # type: ignore[arg-type]
+            assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
+            assert signal.getsignal(signal.SIGTERM) != signal.SIG_DFL
+    finally:
+        signal.signal(signal.SIGHUP, before)
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -280,7 +304,7 @@ def eventually(condition: Callable[[], bool]) -> bool:
 
 
 def test_without_a_terminal_lines_are_plain(graphrun: Graphrun, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("graphengine.cli.run.Console.PLAIN", 0.0)
+    monkeypatch.setattr("graphengine.cli.console.Console.PLAIN", 0.0)
     result = graphrun("run", "dd100_flat", "--for", "100ms", *MEMORY)
     lines = result.err.splitlines()
     assert [bool(LIVE_LINE.fullmatch(line)) for line in lines] == [False, *[True] * 6, False]

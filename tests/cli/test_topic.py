@@ -423,6 +423,18 @@ def test_what_goes_on_is_ended_by_a_signal_without_complaint(
     assert re.fullmatch(form, running.said), running.said
 
 
+def test_a_signal_ends_what_a_script_has_put_in_the_background(domain_id: int) -> None:
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # as a shell without job control leaves it to the program
+    try:
+        with live(
+            "topic", "hz", "/pos", "--transport", "dds", env={"ROS_DOMAIN_ID": str(domain_id)}, out=True
+        ) as running:
+            assert running.hear(lambda said: said.endswith("\n"))
+            assert running.stop(signal.SIGINT) == 0
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
 @pytest.mark.usefixtures("ticking")
 def test_hz_waits_for_a_topic_and_says_so() -> None:
     variables = {"ROS_DOMAIN_ID": os.environ["ROS_DOMAIN_ID"], "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}

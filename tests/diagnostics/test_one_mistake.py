@@ -147,3 +147,93 @@ def test_a_wire_that_was_refused_settles_no_type_and_is_told_once(tmp_path: Path
 def test_a_controller_without_wheels(tmp_path: Path) -> None:
     text = f"{TICK}  A: {{type: DifferentialController, inputs: {{wheelRadius: 0.1}}}}\n"
     assert told(tmp_path, f"{text}{PUBLISH}") == ["G208 a.yaml:4"]
+
+
+# Variables and attributes, whose types nodes have for their own
+
+VARIABLE = "graph: g\nvariables: {speed: {type: double, default: 1.0}}\nnodes:\n  Tick: OnPlaybackTick\n"
+READING = "  Sum: {type: Add, inputs: {b: 1.0}}\n  A: ROS2PublishClock\n"
+READ_ON = "connections: [Tick.tick -> A.execIn, Read.value -> Sum.a, Sum.sum -> A.timeStamp]\n"
+
+
+@pytest.mark.parametrize(
+    ("inputs", "code"), [("{variableName: sped}", "G307"), ("{}", "G208"), ("{variablName: speed}", "G204")]
+)
+def test_a_variable_that_is_read_by_a_wrong_name(inputs: str, code: str, tmp_path: Path) -> None:
+    text = f"{VARIABLE}  Read: {{type: ReadVariable, inputs: {inputs}}}\n{READING}{READ_ON}"
+    assert told(tmp_path, text) == [f"{code} a.yaml:5"]
+
+
+def test_a_variable_that_is_written_by_a_wrong_name(tmp_path: Path) -> None:
+    text = f"{VARIABLE}  A: {{type: WriteVariable, inputs: {{variableName: sped, value: 2}}}}\n"
+    wires = "connections: [Tick.tick -> A.execIn, A.value -> B.timeStamp, Tick.tick -> B.execIn]\n"
+    assert told(tmp_path, f"{text}  B: ROS2PublishClock\n{wires}") == ["G307 a.yaml:5"]
+
+
+@pytest.mark.parametrize(("kind", "outcome"), [("duble", "type"), ("double", "default")])
+def test_a_variable_of_which_something_was_told_is_there_for_its_readers(
+    kind: str, outcome: str, tmp_path: Path
+) -> None:
+    text = f"{VARIABLE}  Read: {{type: ReadVariable, inputs: {{variableName: speed}}}}\n{READING}{READ_ON}"
+    text = text.replace("double", kind).replace("1.0}}\nn", "fast}}\nn" if outcome == "default" else "1.0}}\nn")
+    assert told(tmp_path, text) == ["G211 a.yaml:2"]
+
+
+def test_a_variable_is_told_with_the_one_that_is_near(tmp_path: Path) -> None:
+    path = tmp_path / "a.yaml"
+    path.write_text(f"{VARIABLE}  Read: {{type: ReadVariable, inputs: {{variableName: sped}}}}\n{READING}{READ_ON}")
+    (finding,) = build.assemble(path).findings.errors
+    assert finding.message == "Read: the graph has no variable 'sped'"
+    assert finding.help == ("did you mean 'speed'?",)
+    assert finding.span is not None
+    assert (finding.span.line, finding.span.column) == (5, 53)
+
+
+def test_a_wire_to_the_name_of_a_variable_leaves_its_type_open(tmp_path: Path) -> None:
+    text = f"{VARIABLE}  Read: ReadVariable\n  Name: {{type: ConstantToken, inputs: {{value: speed}}}}\n{READING}"
+    wires = READ_ON.replace("[", "[Name.value -> Read.variableName, ")
+    assert told(tmp_path, text + wires) == ["G213 a.yaml:9"]
+
+
+@pytest.mark.parametrize("verb", ["ReadPrimAttribute", "WritePrimAttribute"])
+def test_an_attribute_by_a_wrong_name(verb: str, tmp_path: Path) -> None:
+    inputs = "{prim: /rover, name: 'xformOp:tranlsate'}"
+    text = f"{TICK}  A: {{type: {verb}, inputs: {inputs}}}\n  B: ROS2PublishOdometry\n"
+    wires = "Tick.tick -> B.execIn, A.value -> B.position"
+    if verb == "WritePrimAttribute":
+        text, wires = text.replace("name", "value: [1.0, 2.0, 3.0], name"), "Tick.tick -> A.execIn"
+    assert told(tmp_path, f"{text}connections: [{wires}]\n") == ["G307 a.yaml:4"]
+
+
+def test_a_value_that_decides_a_type_and_is_not_legal(tmp_path: Path) -> None:
+    array = "{type: ConstructArray, inputs: {arrayType: 'doubl[]', input0: 1, input1: a}}"
+    text = f"{TICK}  Make: {array}\n  A: {{type: ArticulationController, inputs: {{robotPath: /rover}}}}\n"
+    wires = "connections: [Tick.tick -> A.execIn, Make.array -> A.velocityCommand]\n"
+    assert told(tmp_path, text + wires) == ["G212 a.yaml:4"]
+
+
+# Files
+
+
+@pytest.mark.parametrize(
+    ("scene", "told_at"),
+    [
+        ("robots: {r: {use: graph.yaml}}", "G107 graph.yaml:1"),
+        ("robots: {r: {use: a.yaml}}", "G107 a.yaml:1"),
+        ("graphs: {g: {use: robot.yaml}}", "G107 robot.yaml:2"),
+    ],
+)
+def test_a_file_of_another_kind(scene: str, told_at: str, tmp_path: Path) -> None:
+    (tmp_path / "graph.yaml").write_text("graph: g\nat: /g\nnodes: {T: OnTick}\nconnections: []\n")
+    (tmp_path / "robot.yaml").write_text("format: 1\nrobot: r\nurdf: r.urdf\nbase_link: base\n")
+    (tmp_path / "world.xml").write_text(WORLD)
+    assert told(tmp_path, f"scene: s\nworld: world.xml\n{scene}\n") == [told_at]
+
+
+def test_a_graph_file_that_names_its_scene_but_not_itself(tmp_path: Path) -> None:
+    (tmp_path / "scene.yaml").write_text("scene: s\nworld: world.xml\ngraphs: {g: {use: graph.yaml}}\n")
+    (tmp_path / "world.xml").write_text(WORLD)
+    (tmp_path / "graph.yaml").write_text("scene: scene.yaml\nnodes: {T: OnTick}\n")
+    assembly = build.assemble(tmp_path / "scene.yaml")
+    assembly.world.close()
+    assert [finding.message for finding in assembly.findings.errors] == ["missing key 'graph'"]

@@ -70,3 +70,31 @@ def test_nodes_behind_a_refused_wire_are_not_called_idle(tmp_path: Path) -> None
     nodes = "  A: ROS2SubscribeTwist\n  B: ROS2PublishClock\n"
     assert told(tmp_path, nodes, "Tick.tock -> A.execIn, A.execOut -> B.execIn") == ["G204 Tick.tock"]
     assert told(tmp_path, nodes, "A.execOut -> B.execIn") == ["W101 A", "W101 B"]
+
+
+@pytest.mark.parametrize("wire", ["Tick.tick => A.execIn", "Tick.tick -> A.execIn -> B.execIn", "Tick -> A.execIn"])
+def test_nodes_behind_a_wire_that_cannot_be_read_are_not_called_idle(wire: str, tmp_path: Path) -> None:
+    path = tmp_path / "a.yaml"
+    nodes = "  A: ROS2SubscribeTwist\n  B: ROS2PublishClock\n  C: ROS2Context\n"
+    path.write_text(
+        f"graph: g\nnodes:\n{TICK}{nodes}connections: ['{wire}', A.execOut -> B.execIn, C.context -> B.context]\n"
+    )
+    assembly = build.assemble(path, Options())
+    assembly.world.close()
+    assert [finding.code for finding in assembly.findings.items] == ["G202"]
+
+
+@pytest.mark.parametrize(
+    ("value", "underlined", "message"),
+    [
+        ("[left, 2]", "2", "A.jointNames[1] of a token[]: expected text, got 2"),
+        ("[[left]]", "[", "A.jointNames[0] of a token[]: expected text, got a list"),
+        ("left", "left", "A.jointNames is a token[]: expected a list of token, got 'left'"),
+    ],
+)
+def test_of_a_list_the_element_is_told_that_is_wrong(value: str, underlined: str, message: str, tmp_path: Path) -> None:
+    node = f"  A: {{type: IsaacArticulationController, inputs: {{targetPrim: /rover, jointNames: {value}}}}}\n"
+    assert told(tmp_path, node, "Tick.tick -> A.execIn") == [f"G211 {underlined}"]
+    assembly = build.assemble(tmp_path / "a.yaml", Options())
+    assembly.world.close()
+    assert [finding.message for finding in assembly.findings.errors] == [message]

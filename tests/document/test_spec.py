@@ -208,6 +208,12 @@ def test_every_mistake_of_a_file_is_told_at_once() -> None:
     assert len(told(GraphSpec, text)) == 8
 
 
+@pytest.mark.parametrize("path", ["/dd 100/drive", "/dd100/drive\u00a02", "/dd100/../x"])
+def test_a_path_that_no_prim_can_have(path: str) -> None:
+    (message,) = told(GraphSpec, f"graph: g\nat: {path}\n")
+    assert message.startswith("2:5 at: a prim path is written without ")
+
+
 @pytest.mark.parametrize("number", ["1", "1.0", "true", "'1'"])
 def test_the_format_is_the_number_one(number: str) -> None:
     assert bool(told(GraphSpec, f"format: {number}\ngraph: g\n")) is (number != "1")

@@ -56,6 +56,7 @@ class Job:
         rays: as `--rays` gives it.
         heard: whether the peer hears everything; if not, nobody listens until a reader is made.
         fault: hears of nodes that raise, as with `--keep-going`.
+        allowed: as `--allow` gives it.
     """
 
     def __init__(
@@ -69,10 +70,13 @@ class Job:
         rays: RaysChoice = "auto",
         heard: bool = True,
         fault: Callable[[NodeError], None] | None = None,
+        allowed: Sequence[Path] = (),
     ) -> None:
         self.transport = MemoryTransport(wants_all=heard)
         self.recorder = Recorder()
-        self.assembly = assemble(name, overrides, seed=seed, robot_state=robot_state, registry=registry, rays=rays)
+        self.assembly = assemble(
+            name, overrides, seed=seed, robot_state=robot_state, registry=registry, rays=rays, allowed=allowed
+        )
         network = LiveNetwork(lambda domain: self.transport, 0, lambda complaint: None)
         if heard:
             network.sinks.append(self.recorder)
@@ -130,9 +134,12 @@ def assemble(
     robot_state: bool = False,
     registry: Registry | None = None,
     rays: RaysChoice = "auto",
+    allowed: Sequence[Path] = (),
 ) -> Assembly:
     path = name if isinstance(name, Path) else find_given(name, "scenes")
-    options = Options(overrides or {}, seed=seed, robot_state=robot_state, registry=registry, rays=rays)
+    options = Options(
+        overrides or {}, seed=seed, robot_state=robot_state, registry=registry, rays=rays, allowed=allowed
+    )
     return build.assemble(path, options)
 
 

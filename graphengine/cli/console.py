@@ -1,0 +1,130 @@
+"""What a person sees of a run on the standard error: a line about how it goes, messages of nodes, and a summary."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import time
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from graphengine.diagnostics import NodeError
+    from graphengine.ros.network import LiveNetwork
+    from graphengine.session import Session
+
+LATE_PICTURE = """a picture came too late and was dropped
+  drawing does not keep up: make pictures smaller or fewer, or run slower, as with --rate 0.5"""
+
+
+class Console:
+    """What a person sees of a run: a live line on a terminal, a plain line now and then elsewhere, a summary at the end.
+
+    A terminal that was closed, or a disk that is full, does not end a run whose messages are what it is for.
+    """
+
+    LIVE, PLAIN = 0.25, 10.0  # seconds of wall time between two lines
+
+    def __init__(self, network: LiveNetwork) -> None:
+        self.network = network
+        self.terminal = sys.stderr is not None and sys.stderr.isatty()
+        self.said: set[tuple[str, str, str]] = set()
+        self.faults = 0
+        self.last_sent = 0
+        self.last_ticks = 0
+        self.last_line = ""
+        self.begin()
+
+    def begin(self) -> None:
+        """The run begins, whose time and work count; that of setting everything up does not."""
+        self.start = self.last = time.perf_counter()
+        self.cpu_start = self.last_cpu = time.thread_time()
+
+    def tell(self, text: str, end: str = "\n") -> None:
+        """Print at once, if that is possible."""
+        with contextlib.suppress(OSError):
+            print(text, end=end, file=sys.stderr, flush=True)
+
+    def say(self, severity: str, node: str, message: str) -> None:
+        """A node's message, once; what its first line says counts."""
+        from graphengine.cli.common import clean
+
+        key = (severity, node, message.partition("\n")[0])
+        if key not in self.said:
+            self.said.add(key)
+            self._clear_line()
+            self.tell(clean(f"{severity}: {node + ': ' if node else ''}{message}"))
+
+    def fault(self, error: NodeError) -> None:
+        """A node raised, and the run goes on."""
+        from graphengine.cli.common import explain
+
+        self.faults += 1
+        self.say("error", "", explain(error))
+
+    def on_tick(self, session: Session) -> bool:
+        """Called after each tick, and while the run is paused; the run goes on."""
+        if session.state != "playing":
+            self.network.look()
+        for camera in session.services.world.dropped_pictures:
+            self.say("warning", camera, LATE_PICTURE)
+        now = time.perf_counter()
+        if now - self.last >= (self.LIVE if self.terminal else self.PLAIN):
+            self._show(self._line(session, now - self.last))
+            self.last, self.last_cpu = now, time.thread_time()
+            self.last_sent, self.last_ticks = self.network.sent, session.ticks
+        return True
+
+    def _line(self, session: Session, elapsed: float) -> str:
+        """Where the run is, and how fast it was in the seconds since the last line."""
+        ticks = session.ticks - self.last_ticks
+        if not ticks and session.state != "playing":
+            return f"t {session.time:9.2f} s   {session.state}"
+        factor = ticks * session.clock.delta / elapsed
+        tick = (time.thread_time() - self.last_cpu) / ticks if ticks else 0.0
+        out = (self.network.sent - self.last_sent) / elapsed
+        return (
+            f"t {session.time:9.2f} s   real time x{factor:<6.2f} tick {tick * 1e3:6.2f} ms   out {out:6.0f} messages/s"
+        )
+
+    def _show(self, line: str) -> None:
+        """Write over the line of a terminal; elsewhere a line that says the same is not repeated."""
+        if self.terminal:
+            self.tell(f"\r{line[: self._columns()]}\x1b[K", end="")
+        elif line != self.last_line:
+            self.tell(line)
+        self.last_line = line
+
+    def _columns(self) -> int | None:
+        """How long a line may be that is to be written over: a wrapped one could not."""
+        try:
+            columns = os.get_terminal_size(sys.stderr.fileno()).columns
+        except OSError:
+            columns = 0
+        return columns - 1 if columns else None
+
+    def _clear_line(self) -> None:
+        if self.terminal:
+            self.tell("\r\x1b[K", end="")
+
+    def summarize(self, session: Session) -> None:
+        """What was done, and how fast."""
+        from graphengine.cli.common import counted
+
+        self._clear_line()
+        wall = time.perf_counter() - self.start
+        ticks, simulated = session.ticks, session.ticks * session.clock.delta
+        tick = (time.thread_time() - self.cpu_start) / ticks if ticks else 0.0
+        faults = f", {counted(self.faults, 'fault')}" if self.faults else ""
+        for camera, number in session.services.world.dropped_pictures.items():
+            self.tell(f"came too late and dropped: {counted(number, 'picture')} of {camera}")
+        for topic, number in sorted(self.network.malformed.items()):
+            self.tell(f"malformed and dropped: {counted(number, 'message')} of {topic}")
+        for topic, number in sorted(self.network.overwritten.items()):
+            self.tell(f"overwritten before a tick took them: {counted(number, 'message')} of {topic}")
+        for topic, number in sorted(self.network.given_up.items()):
+            self.tell(f"given up on a reader that did not keep up: {counted(number, 'message')} of {topic}")
+        self.tell(
+            f"{counted(ticks, 'tick')}, {simulated:.3f} s of simulation in {wall:.3f} s (x{simulated / wall:.2f}), "
+            f"{tick * 1e3:.3f} ms a tick, {counted(self.network.sent, 'message')}{faults}"
+        )

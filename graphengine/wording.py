@@ -1,0 +1,66 @@
+"""Words that messages share: suggestions, listings, and what others wrote in a form that is safe to print."""
+
+from __future__ import annotations
+
+import bisect
+import difflib
+from collections.abc import Iterable
+
+_LONGEST = 2000
+
+
+def printable(text: str) -> str:
+    """Text on one line that cannot steer a terminal, whatever a file or its name holds."""
+    text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
+    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
+
+
+_MANY = 1000
+"""Of more names than this, only some are compared."""
+_BESIDE = 150
+
+
+def _worth_comparing(name: str, legal: Iterable[str]) -> list[str]:
+    """Of many names those that begin alike, are of nearly the same length and stand beside it in the alphabet."""
+    names = set(legal)
+    if len(names) <= _MANY:
+        return sorted(names)
+    alike = sorted(other for other in names if other[:1] == name[:1] and abs(len(other) - len(name)) < 3)
+    place = bisect.bisect(alike, name)
+    return alike[max(0, place - _BESIDE) : place + _BESIDE]
+
+
+def did_you_mean(name: str, legal: Iterable[str], wording: str = "did you mean {}?") -> str:
+    """A suggestion when a legal name is near, else the empty string."""
+    name = name[:200]
+    names = _worth_comparing(name, legal)
+    near = difflib.get_close_matches(name, names, n=3, cutoff=0.6)
+    if near:
+        scores = {other: difflib.SequenceMatcher(None, other, name).ratio() for other in near}
+        nearest = max(scores.values())
+        near = sorted((o for o in near if scores[o] > nearest - 0.05), key=lambda other: (-scores[other], other))
+    else:
+        folded = {n.lower(): n for n in names}
+        near = [folded[name.lower()]] if name.lower() in folded else []
+    return wording.format(" or ".join(repr(n) for n in near)) if near else ""
+
+
+def listing(names: Iterable[str], what: str = "legal") -> str:
+    """`legal: a, b, c`, cut after 20 names."""
+    all_names = list(names)
+    if not all_names:
+        return f"{what}: none"
+    more = f", … ({len(all_names) - 20} more)" if len(all_names) > 20 else ""
+    return f"{what}: {', '.join(all_names[:20])}{more}"
+
+
+def shown(value: object) -> str:
+    """A value from a file in few words, for `got …`."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if value is None:
+        return "nothing"
+    if isinstance(value, dict):
+        return "a mapping"
+    text = "a list" if isinstance(value, list) else repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
