@@ -6,7 +6,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeVar
 
-from graphengine.diagnostics import Span
+import numpy as np
+
+from graphengine.diagnostics import ContextError, Finding, Span
 from graphengine.node import Node, Port
 from graphengine.template import FlatGraph, NodeEntry, WireEntry
 from graphengine.types import PortType, UnionType, brief
@@ -102,6 +104,36 @@ class Graph:
     def by_id(self, node_id: str) -> Instance:
         """The instance of a node's name."""
         return next(instance for instance in self.instances if instance.id == node_id)
+
+
+def refusal(instance: Instance, error: ContextError) -> Finding:
+    """What a node refuses, at the place of the input that asked for it."""
+    _, place = asking(instance, error.value)
+    return Finding(error.code, f"{instance.id}: {error.message}", place, error.help, instance.entry.via)
+
+
+def literal_key(instance: Instance, port: Port) -> str:
+    """How the file writes the name of an input, with or without its side."""
+    sided = f"inputs:{port.name}"
+    return sided if sided in instance.entry.spec.inputs else port.name
+
+
+def asking(instance: Instance, value: object) -> tuple[str, Span]:
+    """Field and place of the input whose value is, or holds, the offending one; else the node's place alone."""
+    given = instance.entry.spec.inputs
+    for port in instance.cls.fields.values():
+        key = literal_key(instance, port)
+        if port.side != "inputs" or key not in given:
+            continue
+        held, literal = getattr(instance.node, port.field), given[key]
+        alike = not isinstance(value, np.ndarray) and (
+            literal == value or (isinstance(held, str | tuple) and held == value)
+        )
+        if held is value or alike:
+            return port.field, instance.entry.span("inputs", key)
+        if isinstance(literal, list) and isinstance(value, str | int) and value in literal:
+            return port.field, instance.entry.span("inputs", key, literal.index(value))
+    return "", instance.span
 
 
 def visible(node_id: str, variables: Mapping[str, T]) -> Mapping[str, T]:

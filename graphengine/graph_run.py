@@ -10,7 +10,8 @@ from graphengine.diagnostics import NodeError
 from graphengine.executor import Executor
 from graphengine.graph import visible
 from graphengine.graph_variable import GraphVariable
-from graphengine.node_context import NodeContext, Services
+from graphengine.node_context.context import NodeContext
+from graphengine.node_context.services import Services
 from graphengine.plan import Plan
 from graphengine.simulation_clock import SimulationClock
 from graphengine.stage import at_or_below

@@ -2,9 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, TypeVar
 
 from graphengine import types
+from graphengine.diagnostics import ContextError, did_you_mean, listing
+
+T = TypeVar("T")
+
+
+def find_variable(variables: Mapping[str, T], name: str) -> T:
+    """What is known of a graph's variable, by its name.
+
+    Raises:
+        ContextError: the graph has none of that name.
+    """
+    if name not in variables:
+        near = did_you_mean(name, variables) or listing(variables, "variables")
+        raise ContextError(f"the graph has no variable {name!r}", name, near)
+    return variables[name]
 
 
 class GraphVariable:

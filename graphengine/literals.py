@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import fnmatch
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from graphengine import types
@@ -70,45 +71,81 @@ def set_literals(graph: Graph, known: dict[str, Instance | None], findings: Find
                     related=entry.via,
                 )
             else:
-                _set_literal(instance, port, value, entry.span("inputs", name), findings)
+                _set_literal(instance, port, value, partial(entry.span, "inputs", name), findings)
 
 
-def _set_literal(instance: Instance, port: Port, value: Any, span: Span, findings: Findings) -> None:
-    """Put a value from the file, or from the command line, into an input."""
+def _set_literal(
+    instance: Instance, port: Port, value: Any, at: Callable[..., Span], findings: Findings, given_by: str = ""
+) -> None:
+    """Put a value from the file, or from what the last argument says, into an input.
+
+    Args:
+        instance: the node.
+        port: its input.
+        value: what was given, perhaps with its type.
+        at: the place of the value, or of what stands below a key of it.
+        findings: where mistakes go.
+        given_by: who gave the value, if not the file.
+    """
+    instance.refused.add(port.field)
     if value is UNKNOWN:
-        instance.refused.add(port.field)
         return
+    wanted = port.type
+    if _is_open(port.type) and isinstance(value, dict) and set(value) == {"type", "value"}:
+        try:
+            wanted = _alternative(types.parse(str(value["type"])), port.type)
+        except ValueError as error:
+            near = did_you_mean(str(value["type"]), map(str, _alternatives(port.type) or _PLAIN_TYPES))
+            message = f"{instance.id}.{port.name}: {error}"
+            findings.add("G212", message, at("type"), near, given_by, related=instance.entry.via)
+            return
+        value, at = value["value"], partial(at, "value")
     try:
-        if isinstance(port.type, UnionType) or port.type == types.ANY:
-            port_type, value = _explicit(value, port.type)
-            instance.settled[port.field] = port_type
+        if _is_open(port.type):
+            instance.settled[port.field], value = _typed(value, wanted)
         setattr(instance.node, port.field, port.check(value))
     except TypeError as error:
-        instance.refused.add(port.field)
         wrong, _, remedy = str(error).partition("; ")
-        if isinstance(port.type, PortType) and port.type.array and isinstance(value, str | int | float):
+        if isinstance(wanted, PortType) and wanted.array and isinstance(value, str | int | float):
             remedy = f"write [{value}]"
-        findings.add(
-            "G211",
-            f"{instance.id}.{port.name} is {with_article(port.type)}: {wrong}, got {shown(value)}",
-            span,
-            remedy,
-            related=instance.entry.via,
-        )
+        number = _wrong_element(wanted, value)
+        if number is None:
+            message = f"{instance.id}.{port.name} is {with_article(wanted)}: {wrong}, got {shown(value)}"
+            place = at()
+        else:
+            message = (
+                f"{instance.id}.{port.name}[{number}] of {with_article(wanted)}: {wrong}, got {shown(value[number])}"
+            )
+            place = at(number)
+        findings.add("G211", message, place, remedy, given_by, related=instance.entry.via)
     except ValueError as error:
-        instance.refused.add(port.field)
         unit = f" (unit: {port.unit})" if port.unit else ""
-        given = "" if ", got " in str(error) else f", got {shown(value)}"
-        findings.add(
-            "G212",
-            f"{instance.id}.{port.name}: {error}{given}{unit}",
-            span,
-            did_you_mean(str(value), port.tokens) if port.tokens else "",
-            related=instance.entry.via,
-        )
+        message = f"{instance.id}.{port.name}: {error}{_got(error, value)}{unit}"
+        near = did_you_mean(str(value), port.tokens) if port.tokens else ""
+        findings.add("G212", message, at(), near, given_by, related=instance.entry.via)
     else:
         instance.literals.add(port.field)
         instance.refused.discard(port.field)
+
+
+def _wrong_element(port_type: PortType | UnionType, value: Any) -> int | None:
+    """Which element of a list is the first that an array does not take; None where it is not about one."""
+    if not (isinstance(port_type, PortType) and port_type.array and isinstance(value, list)):
+        return None
+    return next((number for number, element in enumerate(value) if not _takes(port_type, [element])), None)
+
+
+def _got(error: Exception, value: Any) -> str:
+    """What was given, where the mistake does not say it itself."""
+    return "" if ", got " in str(error) else f", got {shown(value)}"
+
+
+def _is_open(port_type: PortType | UnionType) -> bool:
+    return isinstance(port_type, UnionType) or port_type == types.ANY
+
+
+def _alternatives(port_type: PortType | UnionType) -> Sequence[PortType]:
+    return port_type.alternatives if isinstance(port_type, UnionType) else ()
 
 
 _TUPLES = tuple(PortType(base, count) for base in ("int", "double") for count in (2, 3, 4))
@@ -117,18 +154,15 @@ _PLAIN_TYPES += (*_TUPLES, *(PortType(name, array=True) for name in ("int", "int
 """What a value is on a port that takes everything, where the file does not say it."""
 
 
-def _explicit(value: Any, port_type: PortType | UnionType) -> tuple[PortType, Any]:
-    """The type and value of a literal for a port of several types: `{type: double, value: 1}`, or the first that takes it."""
-    alternatives = port_type.alternatives if isinstance(port_type, UnionType) else ()
-    if isinstance(value, dict) and set(value) == {"type", "value"}:
-        named = _alternative(types.parse(str(value["type"])), port_type)
-        return named, types.coerce(value["value"], named)
-    for alternative in alternatives or _PLAIN_TYPES:
-        try:
-            return alternative, types.coerce(value, alternative)
-        except (TypeError, ValueError):
-            continue
-    raise TypeError(_refusal(value, alternatives))
+def _typed(value: Any, wanted: PortType | UnionType) -> tuple[PortType, Any]:
+    """The type and value of a literal: the type that the file names, or the first that takes it of those that a port takes."""
+    if isinstance(wanted, PortType) and wanted != types.ANY:
+        return wanted, types.coerce(value, wanted)
+    alternatives = _alternatives(wanted)
+    try:
+        return types.first_that_takes(value, alternatives or _PLAIN_TYPES)
+    except TypeError:
+        raise TypeError(_refusal(value, alternatives)) from None
 
 
 def _refusal(value: Any, alternatives: Sequence[PortType]) -> str:
@@ -162,14 +196,24 @@ def _alternative(named: PortType | UnionType, port_type: PortType | UnionType) -
     Raises:
         ValueError: the port takes nothing of the kind.
     """
-    if not isinstance(named, PortType) or named.base in ("any", "bundle", "execution"):
-        raise ValueError(f"a value is of one type, such as double or token, and not {with_article(named)}")
+    named = _one_type(named, "value")
     if isinstance(port_type, PortType) or named in port_type.alternatives:
         return named
     for alternative in port_type.alternatives:
         if replace(alternative, role=named.role) == named:
             return alternative
     raise ValueError(f"expected one of {brief(port_type)}")
+
+
+def _one_type(named: PortType | UnionType, what: str) -> PortType:
+    """A type that something can be of.
+
+    Raises:
+        ValueError: it is several, or that of no value.
+    """
+    if not isinstance(named, PortType) or named.base in ("any", "bundle", "execution"):
+        raise ValueError(f"a {what} is of one type, such as double or token, and not {with_article(named)}")
+    return named
 
 
 def set_overrides(name: str, instances: Sequence[Instance], overrides: Sequence[Override], findings: Findings) -> None:
@@ -181,7 +225,13 @@ def set_overrides(name: str, instances: Sequence[Instance], overrides: Sequence[
             port = find_port(instance.cls, override.port, ["inputs"])
             if port is not None and not port.is_exec:
                 override.used = True
-                _set_literal(instance, port, override.value, instance.span, findings)
+                given_by = f"given by --set {override.text}"
+                _set_literal(instance, port, override.value, partial(_only, instance.span), findings, given_by)
+
+
+def _only(span: Span, *_: str) -> Span:
+    """The one place that there is of a value that stands in no file."""
+    return span
 
 
 def check_required(graph: Graph, findings: Findings) -> None:
@@ -213,20 +263,22 @@ def check_required(graph: Graph, findings: Findings) -> None:
 
 
 def set_variables(graph: Graph, findings: Findings) -> None:
-    """Give the graph's variables their defaults."""
+    """Give the graph's variables their types and defaults; of one with a mistake nothing more is told."""
     for name, entry in graph.flat.variables.items():
-        spec, document = entry.spec, entry.document
+        spec, at = entry.spec, partial(entry.document.span, "variables", entry.name)
+        graph.variable_types[name], graph.variables[name] = types.ANY, None
         try:
-            port_type = types.parse(spec.type)
-            if isinstance(port_type, UnionType):
-                raise ValueError(f"{spec.type!r} is not the type of a variable")
-            graph.variable_types[name] = port_type
-            graph.variables[name] = port_type.zero if spec.default is None else types.coerce(spec.default, port_type)
+            port_type = _one_type(types.parse(spec.type), "variable")
         except ValueError as error:
-            span = document.span("variables", entry.name, "type")
-            findings.add("G211", f"variable {name!r}: {error}", span, "types are double, int, string, vectord[3], …")
-        except TypeError as error:
-            span = document.span("variables", entry.name, "default")
-            findings.add(
-                "G211", f"variable {name!r} is {with_article(port_type)}: {error}, got {shown(spec.default)}", span
-            )
+            hint = "types are double, int, string, vectord[3], …"
+            findings.add("G211", f"variable {name!r}: {error}", at("type"), hint)
+            continue
+        graph.variable_types[name], graph.variables[name] = port_type, port_type.zero
+        if spec.default is None:
+            continue
+        try:
+            graph.variables[name] = types.coerce(spec.default, port_type)
+        except (TypeError, ValueError) as error:
+            wrong, _, remedy = str(error).partition("; ")
+            message = f"variable {name!r} is {with_article(port_type)}: {wrong}{_got(error, spec.default)}"
+            findings.add("G211" if isinstance(error, TypeError) else "G212", message, at("default"), remedy)

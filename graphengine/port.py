@@ -7,13 +7,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
-from graphengine.types import ANY, EXECUTION, PortType, UnionType, coerce, parse
+from graphengine.types import ANY, EXECUTION, PortType, UnionType, coerce, first_that_takes, parse
 
 T = TypeVar("T")
 Side = Literal["inputs", "outputs", "state"]
 
 MISSING: Any = object()
 """In the place of a default that was not given."""
+
+_TOLD = 20
+"""Of so many legal texts the first are told to who wrote another."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +70,8 @@ class Port:
             return value
         value = coerce(value, self.type)
         if self.tokens and value not in self.tokens:
-            raise ValueError(f"expected {self.constraint}")
+            more = f", … ({len(self.tokens) - _TOLD} more)" if len(self.tokens) > _TOLD else ""
+            raise ValueError(f"expected one of {', '.join(self.tokens[:_TOLD])}{more}")
         if isinstance(value, int | float) and not isinstance(value, bool):
             low_enough = (self.le is None or value <= self.le) and (self.lt is None or value < self.lt)
             high_enough = (self.ge is None or value >= self.ge) and (self.gt is None or value > self.gt)
@@ -179,6 +183,8 @@ def value_port(owner: str, name: str, field: Field, hint: Any) -> Port:
             raise TypeError(f"{owner}.{name}: default {field.default!r} can be changed; give factory={kind}")
         return replace(port, default=field.default)
     try:
+        if isinstance(port_type, UnionType):
+            return replace(port, default=first_that_takes(field.default, port_type.alternatives)[1])
         return replace(port, default=port.check(field.default))
     except (TypeError, ValueError) as error:
         raise TypeError(f"{owner}.{name}: default {field.default!r}: {error}") from None

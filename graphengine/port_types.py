@@ -7,8 +7,19 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from graphengine import types
-from graphengine.diagnostics import Findings
-from graphengine.graph import Graph, Instance, Wire, declared_inputs, known_type, visible, wired_ports, with_article
+from graphengine.diagnostics import ContextError, Findings
+from graphengine.graph import (
+    Graph,
+    Instance,
+    Wire,
+    asking,
+    declared_inputs,
+    known_type,
+    refusal,
+    visible,
+    wired_ports,
+    with_article,
+)
 from graphengine.node import Node, Port
 from graphengine.types import PortType, UnionType
 
@@ -18,26 +29,35 @@ _BETWEEN = {("token", "string"): "ToString", ("string", "token"): "ToToken"}
 
 def settle_types(graph: Graph, findings: Findings) -> None:
     """Resolve ports of several types along the wires until nothing changes, then check every wire."""
-    contradicted = _settle(graph)
-    for index, message in contradicted.items():
-        instance = graph.instances[index]
-        findings.add("G206", f"{instance.id}: {message}", instance.span, related=instance.entry.via)
-    unknown = _tell_unsettled(graph, findings) | set(contradicted)
+    refused = _settle(graph)
+    for index, error in refused.items():
+        if not graph.instances[index].refused:  # else what it says may follow from what was told of it
+            _tell_refusal(graph.instances[index], error, findings)
+    unknown = _tell_unsettled(graph, findings, set(refused))
     checked: list[Wire] = []
     for wire in graph.data_wires:
         source, target = graph.instances[wire.source], graph.instances[wire.target]
         gives = known_type(source, source.cls.fields[wire.source_field])
         takes = known_type(target, target.cls.fields[wire.target_field])
         converter = types.conversion(gives, takes) if gives and takes else None
+        told = wire.source in unknown or source.settled.get(wire.source_field) == types.ANY
+        if told and (gives is None or gives == types.ANY != takes):
+            continue
         if gives is None:
-            if wire.source in unknown:
-                continue
             span, name = wire.entry.source.span, wire.entry.source
             findings.add(
                 "G213",
                 f"the type of {name} cannot be told from its wires ({wire})",
                 span,
                 "set a value with its type",
+                related=wire.entry.via,
+            )
+        elif gives == types.ANY != takes and source.cls.resolve_types is not Node.resolve_types:
+            findings.add(
+                "G213",
+                f"the type of {wire.entry.source} cannot be told, as what decides it comes by a wire",
+                wire.entry.source.span,
+                f"give {source.id} values instead, below `inputs:`",
                 related=wire.entry.via,
             )
         elif takes is None or converter is None:
@@ -66,14 +86,24 @@ def settle_types(graph: Graph, findings: Findings) -> None:
         instance.node.clear()
 
 
-def _settle(graph: Graph) -> dict[int, str]:
-    """Carry types through nodes and along wires; what nodes of which the types contradict each other say.
+def _tell_refusal(instance: Instance, error: ValueError | ContextError, findings: Findings) -> None:
+    """Tell what a node says of types that contradict each other, or of a value that decides them and does not make sense."""
+    if isinstance(error, ValueError):
+        findings.add("G206", f"{instance.id}: {error}", instance.span, related=instance.entry.via)
+        return
+    findings.put(refusal(instance, error))
+    instance.refused.add(asking(instance, error.value)[0])
+
+
+def _settle(graph: Graph) -> dict[int, ValueError | ContextError]:
+    """Carry types through nodes and along wires; what nodes say to which the types make no sense.
 
     It goes in rounds, of which each looks at nodes that the one before changed. Where nothing else tells what a port gives, it
     is what the other end of its wire takes: the first such wire of the file, and on it goes.
     """
-    contradicted: dict[int, str] = {}
+    refused: dict[int, ValueError | ContextError] = {}
     instances, wires = graph.instances, graph.data_wires
+    _settle_defaults(graph)
     out_of, into = dict[int, list[int]](), dict[int, list[int]]()
     for number, wire in enumerate(wires):
         out_of.setdefault(wire.source, []).append(number)
@@ -89,21 +119,32 @@ def _settle(graph: Graph) -> dict[int, str]:
             for number in into.get(index, ()):
                 heapq.heappush(backwards, number)
         looked_at, changed = sorted(changed), set()
-        changed.update(index for index in looked_at if _settle_node(graph, instances[index], contradicted))
+        changed.update(index for index in looked_at if _settle_node(graph, instances[index], refused))
         onwards = sorted(number for index in looked_at for number in out_of.get(index, ()))
         changed.update(wires[number].target for number in onwards if _settle_target(graph, wires[number]))
-    return contradicted
+    return refused
 
 
-def _settle_node(graph: Graph, instance: Instance, contradicted: dict[int, str]) -> bool:
+def _settle_defaults(graph: Graph) -> None:
+    """Settle inputs that keep a default of theirs to the first type that takes it."""
+    given = wired_ports(graph) | declared_inputs(graph)
+    for instance in graph.instances:
+        for port in instance.cls.fields.values():
+            if not isinstance(port.type, UnionType) or port.side != "inputs" or port.default is None:
+                continue
+            if port.field not in instance.literals and (instance.id, port.name) not in given:
+                instance.settled[port.field], _ = types.first_that_takes(port.default, port.type.alternatives)
+
+
+def _settle_node(graph: Graph, instance: Instance, refused: dict[int, ValueError | ContextError]) -> bool:
     """Settle what follows within a node; whether that was anything."""
     changed = _settle_couples(instance)
-    if instance.index in contradicted or instance.cls.resolve_types is Node.resolve_types:
+    if instance.index in refused or instance.cls.resolve_types is Node.resolve_types:
         return changed
     try:
         return _settle_what_follows(instance, visible(instance.id, graph.variable_types)) or changed
-    except ValueError as error:
-        contradicted[instance.index] = str(error)
+    except (ValueError, ContextError) as error:
+        refused[instance.index] = error
         return changed
 
 
@@ -127,13 +168,15 @@ def _depends_on_inputs(instance: Instance) -> bool:
     return any(port.side == "inputs" and isinstance(port.type, UnionType) for port in instance.cls.fields.values())
 
 
-def _tell_unsettled(graph: Graph, findings: Findings) -> set[int]:
+def _tell_unsettled(graph: Graph, findings: Findings, refusing: set[int]) -> set[int]:
     """Tell of inputs that nothing gives a type; the instances that lack one for a reason told elsewhere, and those behind."""
     wired, declared, behind = wired_ports(graph), declared_inputs(graph), dict[int, list[int]]()
     wires = {(wire.target, wire.target_field): wire for wire in graph.data_wires}
-    unknown: set[int] = set()
+    unknown = set(refusing)
     for instance in graph.instances:
         for port in instance.cls.fields.values():
+            if port.side == "inputs" and _misses(instance, port, wired):
+                unknown.add(instance.index)
             if not isinstance(port.type, UnionType) or port.side != "inputs" or port.field in instance.settled:
                 continue
             wire = wires.get((instance.index, port.field))
@@ -147,7 +190,7 @@ def _tell_unsettled(graph: Graph, findings: Findings) -> set[int]:
                 graph.left_open[f"{instance.id}.{port.name}"] = None
                 unknown.add(instance.index)
                 continue
-            if port.required is True or port.field in instance.refused or (instance.id, port.name) in wired:
+            if instance.index in unknown or (instance.id, port.name) in wired:
                 unknown.add(instance.index)
                 continue
             findings.add(
@@ -164,6 +207,13 @@ def _tell_unsettled(graph: Graph, findings: Findings) -> set[int]:
                 unknown.add(index)
                 pending.append(index)
     return unknown
+
+
+def _misses(instance: Instance, port: Port, wired: set[tuple[str, str]]) -> bool:
+    """Whether an input has no value because of a mistake that is told elsewhere."""
+    if port.field in instance.refused:
+        return True
+    return port.required is True and port.field not in instance.literals and (instance.id, port.name) not in wired
 
 
 def _choose(instance: Instance, port: Port, other: PortType | None, *, widening: bool) -> bool:
@@ -192,7 +242,7 @@ def _settle_what_follows(instance: Instance, variables: Mapping[str, PortType]) 
     }
     for name, wanted in instance.node.resolve_types(known, variables).items():
         port = fields[name]
-        if known.get(name) == wanted:
+        if known.get(name) == wanted or instance.settled.get(name) == wanted:
             continue
         open_type = port.type == types.ANY or (isinstance(port.type, UnionType) and wanted in port.type.alternatives)
         if not open_type or (name in known and not _restate(instance, port, wanted)):

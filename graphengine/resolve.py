@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from graphengine.diagnostics import MAX_ERRORS, ContextError, Findings, did_you_mean, listing
 from graphengine.gates import add_gates
-from graphengine.graph import Graph, Instance, Wire, find_port, port_names
+from graphengine.graph import Graph, Instance, Wire, find_port, literal_key, port_names
 from graphengine.literals import Override, check_required, set_literals, set_overrides, set_variables
 from graphengine.node import Port, grown
 from graphengine.parameters import UNKNOWN
@@ -145,7 +145,7 @@ def _connect(graph: Graph, known: dict[str, Instance | None], findings: Findings
                 findings.add(
                     "W103",
                     f"{entry.target} has a value and a wire; the wire wins",
-                    other.entry.key_span("inputs", into.name),
+                    other.entry.key_span("inputs", literal_key(other, into)),
                     f"wired from {entry.source}; remove the value, or the wire",
                     related=entry.via,
                 )

@@ -19,7 +19,7 @@ from __future__ import annotations
 import functools
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -177,6 +177,20 @@ def coerce(value: Any, port_type: PortType) -> Any:
     return _frozen(np.array(elements, port_type.dtype).reshape(shape))
 
 
+def first_that_takes(value: Any, alternatives: Iterable[PortType]) -> tuple[PortType, Any]:
+    """The first of several types that takes a literal, and the literal in its representation.
+
+    Raises:
+        TypeError: none does.
+    """
+    for alternative in alternatives:
+        try:
+            return alternative, coerce(value, alternative)
+        except (TypeError, ValueError):
+            continue
+    raise TypeError("none of its types takes it")
+
+
 def _buffer(value: Any) -> Any:
     if type(value) is int and value == 0:
         return value
@@ -283,10 +297,13 @@ def plain(element: Any) -> Any:
 
 
 def equal(one: Any, other: Any) -> bool:
-    """Whether two port values are the same, arrays included."""
+    """Whether two port values are the same, arrays included; what is no number is the same as itself."""
     if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
-        return isinstance(one, np.ndarray) and isinstance(other, np.ndarray) and np.array_equal(one, other)
-    return bool(one == other)
+        both = isinstance(one, np.ndarray) and isinstance(other, np.ndarray)
+        return both and np.array_equal(one, other, equal_nan=True)
+    if isinstance(one, tuple) and isinstance(other, tuple):
+        return one == other or (len(one) == len(other) and all(map(equal, one, other)))
+    return bool(one == other or (one != one and other != other))
 
 
 _VALUES = "bool|int|int64|uint64|uint|uchar|double|float|half|timecode|token|int[2]|int[3]|int[4]"

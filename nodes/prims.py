@@ -18,12 +18,12 @@ from typing import Any
 from graphengine.context import Context, Frame, PrimAttribute
 from graphengine.diagnostics import ContextError
 from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
-from graphengine.prim_attributes import type_of_attribute
+from graphengine.prims.usd_types import type_of_attribute
 from graphengine.rotation import Pose, rotate
-from graphengine.types import PortType, Target, Token
+from graphengine.types import Double3, PortType, Target, Token
+from nodes.touched import ANY, WIRED, attribute_of, drives_of, reading_poses
 
 _UNUSED = "means nothing here: there is one value, that of now, and no layers"
-_ANY, _WIRED = "prim:any", "prim:*"
 
 
 class PrimNode(Node):
@@ -34,13 +34,17 @@ class PrimNode(Node):
 
     use_path: bool
 
+    def given(self) -> str:
+        """Path of the prim as far as it is known; empty where a wire decides it."""
+        return self.prim_path if self.use_path else next(iter(self.prim), "")
+
     def path(self) -> str:
         """Path of the prim.
 
         Raises:
             ContextError: there is none.
         """
-        path = self.prim_path if self.use_path else next(iter(self.prim), "")
+        path = self.given()
         if not path:
             name, other = ("primPath", "prim") if self.use_path else ("prim", "primPath")
             given = self.prim if self.use_path else self.prim_path
@@ -49,18 +53,6 @@ class PrimNode(Node):
             )
             raise ContextError(f"{name} is empty", "", hint)
         return path
-
-    def keys(self, subject: str) -> list[str]:
-        """What it reads or writes, for the order of readers and writers; nothing where a wire decides which prim it is.
-
-        Poses hang together along the tree, so that those of one robot, or of all objects, are one subject.
-        """
-        path = self.prim_path if self.use_path else next(iter(self.prim), "")
-        if not path or not subject:
-            return []
-        if subject.startswith("xformOp:") or subject == "pose":
-            return [f"pose:/{path.split('/')[1] if '/' in path else path}"]
-        return [f"prim:{path.replace('/Geometry/', '/')}.{subject}"]
 
 
 class AttributeNode(PrimNode):
@@ -79,9 +71,12 @@ class ReadPrimAttribute(AttributeNode, type="omni.graph.nodes.ReadPrimAttribute"
     value: Any = Out(type="any", doc="of the attribute's type; quaternions are (x, y, z, w)")
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """The attribute's type, which its name tells."""
-        found = type_of_attribute(self.name)
-        return {"value": found} if found is not None else {}
+        """The attribute's type, which its name tells.
+
+        Raises:
+            ContextError: no prim has one of that name.
+        """
+        return {"value": type_of_attribute(self.name)} if self.name else {}
 
     def setup(self, context: Context) -> None:
         """Bind the attribute.
@@ -96,8 +91,12 @@ class ReadPrimAttribute(AttributeNode, type="omni.graph.nodes.ReadPrimAttribute"
         self.value = self.attribute.read()
 
     def reads(self) -> Iterable[str]:
-        """The attribute."""
-        return (*(self.keys(self.name) or [_ANY]), _WIRED)
+        """The attribute, which of a drive a controller may have told too."""
+        path = self.given()
+        if not path or not self.name:
+            return ANY, WIRED
+        told = (drives_of(path),) if self.name.startswith("drive:") else ()
+        return (attribute_of(path, self.name), *told, WIRED)
 
 
 class WritePrimAttribute(AttributeNode, type="omni.graph.nodes.WritePrimAttribute"):
@@ -113,9 +112,10 @@ class WritePrimAttribute(AttributeNode, type="omni.graph.nodes.WritePrimAttribut
         """Nothing; what cannot become the attribute's value is told before the run.
 
         Raises:
+            ContextError: no prim has an attribute of that name.
             ValueError: texts for numbers, or so many numbers that do not go together.
         """
-        given, wanted = known.get("value"), type_of_attribute(self.name)
+        given, wanted = known.get("value"), type_of_attribute(self.name) if self.name else None
         if given is not None and wanted is not None:
             as_long = given.array or given.count == wanted.count  # how long an array is shows when it is written
             if given.is_number != wanted.is_number or not as_long:
@@ -140,14 +140,14 @@ class WritePrimAttribute(AttributeNode, type="omni.graph.nodes.WritePrimAttribut
 
     def writes(self) -> Iterable[str]:
         """The attribute."""
-        return (*(self.keys(self.name) or [_WIRED]), _ANY)
+        path = self.given()
+        return (attribute_of(path, self.name) if path and self.name else WIRED, ANY)
 
 
-class GetPrimLocalToWorldTransform(PrimNode, type="omni.graph.nodes.GetPrimLocalToWorldTransform", volatile=True):
-    """Pose of a prim in the world as a matrix for row vectors, with the position (m) in its last row."""
+class PosedNode(PrimNode, volatile=True):
+    """A node that reads where a prim is in the world."""
 
     use_path: bool = In(default=True, setup=True)
-    local_to_world_transform: Any = Out(type="matrixd[4]")
 
     frame: Frame = State()
 
@@ -159,13 +159,37 @@ class GetPrimLocalToWorldTransform(PrimNode, type="omni.graph.nodes.GetPrimLocal
         """
         self.frame = context.frame(self.path())
 
+    def reads(self) -> Iterable[str]:
+        """The pose."""
+        return reading_poses([self.given()] if self.given() else [])
+
+
+class GetPrimLocalToWorldTransform(PosedNode, type="omni.graph.nodes.GetPrimLocalToWorldTransform"):
+    """Pose of a prim in the world as a matrix for row vectors, with the position (m) in its last row."""
+
+    local_to_world_transform: Any = Out(type="matrixd[4]")
+
     def compute(self) -> None:
         """Read the pose."""
         self.local_to_world_transform = matrix_of(self.frame.pose())
 
-    def reads(self) -> Iterable[str]:
-        """The pose."""
-        return (*(self.keys("pose") or [_ANY]), _WIRED)
+
+class GetPrimDirectionVector(PosedNode, type="omni.graph.nodes.GetPrimDirectionVector"):
+    """Where the axes of a prim point to in the world, called as those of a camera: x is right, y is up and -z is forward."""
+
+    backward_vector: Double3 = Out(doc="z")
+    down_vector: Double3 = Out(doc="-y")
+    forward_vector: Double3 = Out(doc="-z")
+    left_vector: Double3 = Out(doc="-x")
+    right_vector: Double3 = Out(doc="x")
+    up_vector: Double3 = Out(doc="y")
+
+    def compute(self) -> None:
+        """Turn the axes."""
+        _, orientation = self.frame.pose()
+        self.right_vector, self.left_vector = (rotate(orientation, (sign, 0.0, 0.0)) for sign in (1.0, -1.0))
+        self.up_vector, self.down_vector = (rotate(orientation, (0.0, sign, 0.0)) for sign in (1.0, -1.0))
+        self.backward_vector, self.forward_vector = (rotate(orientation, (0.0, 0.0, sign)) for sign in (1.0, -1.0))
 
 
 class ReadPrimLocalTransform(Node, type="omni.graph.nodes.ReadPrimLocalTransform", volatile=True):
@@ -192,7 +216,7 @@ class ReadPrimLocalTransform(Node, type="omni.graph.nodes.ReadPrimLocalTransform
 
     def reads(self) -> Iterable[str]:
         """The pose."""
-        return (f"pose:/{self.prim[0].split('/')[1]}" if self.prim else _ANY, _WIRED)
+        return reading_poses(self.prim)
 
 
 def matrix_of(pose: Pose) -> tuple[float, ...]:

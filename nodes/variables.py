@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from graphengine.context import Context, Variable
+from graphengine.graph_variable import find_variable
 from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
 from graphengine.types import PortType, Target, Token
 
@@ -30,9 +31,15 @@ class VariableNode(Node):
         self.variable = context.variable(self.variable_name)
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """The variable's type."""
+        """The variable's type.
+
+        Raises:
+            ContextError: the graph has none of that name.
+        """
+        if not self.variable_name:
+            return {}
         values = [name for name in type(self).fields if name.startswith("value")]
-        return dict.fromkeys(values, variables[self.variable_name]) if self.variable_name in variables else {}
+        return dict.fromkeys(values, find_variable(variables, self.variable_name))
 
 
 class ReadVariable(VariableNode, type="omni.graph.core.ReadVariable", volatile=True):

@@ -35,7 +35,10 @@ class OnPlaybackTick(Node, type="omni.graph.action.OnPlaybackTick"):
 
 
 class OnTick(Node, type="omni.graph.action.OnTick", gated=True):
-    """Fires at every tick, or with a frame period of n at every (n + 1)-th, in a graph with `runs: tick`."""
+    """Fires at the first tick since play and at every other, or with a frame period of n at every (n + 1)-th after it.
+
+    Its graph has `runs: tick`, which is what graphs do by default.
+    """
 
     frame_period: UInt = In(default=0, doc="ticks to leave out between two that fire")
     only_playback: bool = In(default=True, doc="graphs run while the simulation plays, and at no other time")
@@ -50,6 +53,7 @@ class OnTick(Node, type="omni.graph.action.OnTick", gated=True):
     clock: Clock = State()
     accumulated_seconds: float = State(default=0.0)
     frame_count: UInt = State(default=0)
+    fired: bool = State(default=False)
 
     def setup(self, context: Context) -> None:
         """Bind the clock, which counts ticks.
@@ -64,8 +68,9 @@ class OnTick(Node, type="omni.graph.action.OnTick", gated=True):
         clock = self.clock
         self.accumulated_seconds += clock.delta
         self.frame_count += 1
-        if self.frame_count <= self.frame_period:
+        if self.fired and self.frame_count <= self.frame_period:
             return None
+        self.fired = True
         self.time, self.frame, self.is_playing = clock.time, float(clock.frame), True
         self.absolute_sim_time = self.time_since_start = clock.monotonic_time
         self.delta_seconds = self.accumulated_seconds

@@ -30,7 +30,10 @@ class Gate(Node, type="omni.graph.action.Gate", gated=True, counts=True):
 
 
 class Multigate(Node, type="omni.graph.action.Multigate", gated=True, counts=True):
-    """Fires one of its outputs at each execution, the next one each time, and after the last the first again."""
+    """Fires one of its outputs at each execution, the next one each time, and after the last the first again.
+
+    Where no wire begins at an output below the last, nothing fires when it is its turn.
+    """
 
     numbered: ClassVar[Numbered] = {"output": ExecOut}
 
@@ -39,6 +42,7 @@ class Multigate(Node, type="omni.graph.action.Multigate", gated=True, counts=Tru
     output0 = ExecOut(doc="the first; output1 and so on are there when a wire begins at them")
 
     next: int = State(default=0)
+    turns: tuple[int | None, ...] = State(default=())
 
     def compute(self) -> Fire:
         """Reset, then fire the next."""
@@ -46,9 +50,11 @@ class Multigate(Node, type="omni.graph.action.Multigate", gated=True, counts=Tru
             self.next = 0
         if not self.exec_in:
             return None
-        outputs = self.series["output"]
-        fired: Fire = getattr(self, outputs[self.next % len(outputs)])
-        self.next = (self.next + 1) % len(outputs)
+        if not self.turns:
+            outputs = {int(name.removeprefix("output")): getattr(self, name) for name in self.series["output"]}
+            self.turns = tuple(outputs.get(number) for number in range(max(outputs) + 1))
+        fired = self.turns[self.next]
+        self.next = (self.next + 1) % len(self.turns)
         return fired
 
 
@@ -126,7 +132,10 @@ class Rendezvous(Node, gated=True, counts=True):
 
 
 class SyncGate(Rendezvous, type="omni.graph.action.SyncGate"):
-    """Fires when it was executed with one value as often as wires lead to it; another value begins anew."""
+    """Fires when it was executed with one value as often as wires lead to it; another value begins anew.
+
+    It begins anew once it has fired, too: in the reference it fires at each further execution with the same value.
+    """
 
     sync_value_in: UInt64 = In(default=0, name="syncValue")
     sync_value_out: UInt64 = Out(name="syncValue", doc="the value that is being waited for")

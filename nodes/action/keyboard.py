@@ -8,16 +8,16 @@ modifiers alone, and none with the arrows.
 from __future__ import annotations
 
 from graphengine.context import Context, Keyboard
-from graphengine.keys import KEYS
+from graphengine.keys import KEYS, MODIFIERS
 from graphengine.node import ExecOut, Fire, In, Node, Out, State
 from graphengine.types import Token
 
 
 class OnKeyboardInput(Node, type="omni.graph.action.OnKeyboardInput"):
-    """Fires when a key goes down while its modifiers are held, and when one of them goes up."""
+    """Fires when a key goes down while its modifiers are held and no others, and when it or one of its modifiers goes up."""
 
     key_in: Token = In(default="A", tokens=KEYS)
-    shift_in: bool = In(default=False, doc="whether Shift has to be held; without it Shift does not matter")
+    shift_in: bool = In(default=False, doc="whether Shift has to be held when the key goes down; else it must not be")
     alt_in: bool = In(default=False, doc="likewise Alt")
     ctrl_in: bool = In(default=False, doc="likewise Ctrl")
     only_playback: bool = In(default=True, doc="graphs run while the simulation plays, and at no other time")
@@ -36,12 +36,13 @@ class OnKeyboardInput(Node, type="omni.graph.action.OnKeyboardInput"):
         """Compare this tick with the one before."""
         keyboard = self.keyboard
         wanted = {"shift": self.shift_in, "alt": self.alt_in, "ctrl": self.ctrl_in}
-        modified = all(keyboard.any_of(modifier) for modifier, needed in wanted.items() if needed)
+        wanted = {modifier: needed for modifier, needed in wanted.items() if self.key_in not in MODIFIERS[modifier]}
+        held = {modifier: keyboard.any_of(modifier) for modifier in wanted}
         down = self.key_in in keyboard.held
-        if self.is_pressed and not (down and modified):
+        if self.is_pressed and not (down and all(held[modifier] for modifier, needed in wanted.items() if needed)):
             self.is_pressed = False
             return self.released
-        if down and modified and self.key_in not in keyboard.before:
+        if down and held == wanted and self.key_in not in keyboard.before:
             self.is_pressed, self.key_out = True, self.key_in
             return self.pressed
         return None

@@ -96,10 +96,11 @@ class WhileLoop(Node, type="graphengine.action.WhileLoop"):
         """Round by round."""
         if self.break_loop and not self.exec_in:
             return
-        self.index = 0
+        self.index = rounds = 0
         while self.condition:
+            self.index = rounds
             yield self.loop_body
             if self.break_loop:
                 break
-            self.index += 1
+            rounds += 1
         yield self.finished

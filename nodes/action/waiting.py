@@ -1,4 +1,4 @@
-"""What fires later than it was executed (`omni.graph.action`). Time is that of the simulation."""
+"""What fires later than it was executed (`omni.graph.action`, `omni.graph.nodes`). Time is that of the simulation."""
 
 from __future__ import annotations
 
@@ -35,14 +35,51 @@ class Delay(Node, type="omni.graph.action.Delay"):
         return self.finished
 
 
+class Timer(Node, type="omni.graph.nodes.Timer"):
+    """Moves a value from a start to an end: fires updated at each tick on the way and at the end, finished in the tick after."""
+
+    play = ExecIn(doc="begins, in the tick that follows; means nothing while the value moves")
+    duration: float = In(default=1.0, unit="s", doc="of the way; 0 or less is no time")
+    start_value: float = In(default=0.0, doc="value at the beginning")
+    end_value: float = In(default=1.0, doc="value after the duration")
+    updated = ExecOut()
+    finished = ExecOut()
+    value: float = Out(doc="on a straight line between both")
+
+    clock: Clock = State()
+    start: float = State(default=0.0)
+    arrived: bool = State(default=False)
+
+    def setup(self, context: Context) -> None:
+        """Bind the clock."""
+        self.clock = context.clock
+
+    def compute(self) -> None:
+        """Begin to move."""
+        if not self.active:
+            self.start, self.arrived = self.clock.time + self.clock.delta, False
+            self.active = True
+
+    def update(self) -> Fire:
+        """Move to where the value is in the tick that follows."""
+        if self.arrived:
+            self.active = False
+            return self.finished
+        passed = self.clock.time + self.clock.delta - self.start
+        self.arrived = passed > self.duration - 1e-6 * self.clock.delta  # a sum of periods may be a little less
+        way = self.end_value - self.start_value
+        self.value = self.end_value if self.arrived else self.start_value + way * passed / self.duration
+        return self.updated
+
+
 class Countdown(Node, type="omni.graph.action.Countdown"):
     """Counts ticks from its last execution up to a duration, fires tick at every period-th and finished at the last."""
 
     exec_in = ExecIn(doc="starts the count anew where one is under way; this tick is number 0 and fires nothing")
     duration: Int = In(default=5, doc="ticks")
-    period: Int = In(default=1, ge=1, doc="ticks")
+    period: Int = In(default=1, ge=0, doc="ticks; 0 is as 1")
     tick = ExecOut()
-    tick_value: Int = Out(doc="number of the tick, 1 to duration")
+    tick_value: Int = Out(doc="number of the tick, 1 to duration; 0 when the count begins")
     alpha: Float = Out(doc="tickValue / duration")
     finished = ExecOut()
 
@@ -50,7 +87,8 @@ class Countdown(Node, type="omni.graph.action.Countdown"):
 
     def compute(self) -> None:
         """Begin to count."""
-        self.count = 0
+        self.count = self.tick_value = 0
+        self.alpha = 0.0
         self.active = True
 
     def update(self) -> Fire:
@@ -58,7 +96,7 @@ class Countdown(Node, type="omni.graph.action.Countdown"):
         self.count += 1
         self.tick_value = self.count
         self.alpha = min(1.0, self.count / max(1, self.duration))
-        fired = self.tick if self.count % self.period == 0 else 0
+        fired = self.tick if self.count % max(1, self.period) == 0 else 0
         if self.count >= self.duration:
             self.active = False
             self.count = -1

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from graphengine.context import Articulation, Context, JointSelection
 from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
 from graphengine.types import (
@@ -12,6 +14,7 @@ from graphengine.types import (
     Target,
     Tokens,
 )
+from nodes.touched import drives_of
 
 
 class RobotNode(Node):
@@ -73,6 +76,10 @@ class IsaacArticulationController(SelectedJointsNode, type="isaacsim.core.nodes.
                 path = self.articulation.prim_path
                 raise ValueError(f"{name} has {len(command)} values for {joints} joints of {path}; nothing was applied")
         selection.command(position.tolist() or None, velocity.tolist() or None, effort.tolist() or None)
+
+    def writes(self) -> Iterable[str]:
+        """What the robot's drives are told."""
+        return (drives_of(self.prim()),) if self.robot_path or self.target_prim else ()
 
 
 class IsaacArticulationState(SelectedJointsNode, type="isaacsim.core.nodes.IsaacArticulationState"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 from graphengine import rotation
 from graphengine.context import Body, Clock, Context
@@ -12,6 +13,7 @@ from graphengine.types import (
     Target,
     Vector3d,
 )
+from nodes.touched import reading_poses
 
 
 class IsaacComputeOdometry(Node, type="isaacsim.core.nodes.IsaacComputeOdometry"):
@@ -61,6 +63,10 @@ class IsaacComputeOdometry(Node, type="isaacsim.core.nodes.IsaacComputeOdometry"
             self.angular_acceleration = _slope(angular, self.angular_velocity, elapsed)
         self.last_time = self.clock.time
         self.linear_velocity, self.global_linear_velocity, self.angular_velocity = local, velocity, angular
+
+    def reads(self) -> Iterable[str]:
+        """The pose."""
+        return reading_poses(self.chassis_prim)
 
 
 def _slope(now: Vector3d, before: Vector3d, elapsed: float) -> Vector3d:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from graphengine.types import (
     Tokens,
     Vector3d,
 )
+from nodes.touched import reading_poses
 
 _HALF_TURN_ABOUT_X = (1.0, 0.0, 0.0, 0.0)
 
@@ -39,6 +40,10 @@ class IsaacReadWorldPose(Node, type="isaacsim.core.nodes.IsaacReadWorldPose", vo
         """Read the pose."""
         self.translation, self.orientation = self.frame.pose()
         self.scale = (1.0, 1.0, 1.0)
+
+    def reads(self) -> Iterable[str]:
+        """The pose."""
+        return reading_poses(self.prim)
 
 
 class IsaacComputeTransformTree(Node, type="isaacsim.core.nodes.IsaacComputeTransformTree"):
@@ -68,6 +73,10 @@ class IsaacComputeTransformTree(Node, type="isaacsim.core.nodes.IsaacComputeTran
         """Read all poses."""
         self.parent_frames, self.child_frames = self.names
         self.translations, self.orientations = self.constant or self.read_poses()
+
+    def reads(self) -> Iterable[str]:
+        """The poses."""
+        return reading_poses((*self.target_prims, *self.parent_prim))
 
     def read_poses(self) -> tuple[Double3s, Double4s]:
         """Translations and orientations of all edges, now."""

@@ -156,6 +156,26 @@ class ArrayRemoveValue(ArrayNode, type="omni.graph.nodes.ArrayRemoveValue"):
         self.array_out = joined(self.array_in, *(array[start + 1 : stop] for start, stop in ends))
 
 
+class ArrayReplaceValue(ArrayNode, type="omni.graph.nodes.ArrayReplaceValue"):
+    """An array with another value in the place of the first element that has a value, or of all of them."""
+
+    array_in: Any = In(type=SEQUENCES, name="array", required=True)
+    value: Any = In(type=ELEMENTS, required=True, doc="is looked for")
+    new_value: Any = In(type=ELEMENTS, required=True, doc="takes its place")
+    replace_all_found: bool = In(default=False, doc="replaces every element that has the value, not only the first")
+    array_out: Any = Out(type=SEQUENCES, name="array")
+    found: bool = Out(doc="whether there was one")
+
+    def compute(self) -> None:
+        """Replace it."""
+        array = as_array(self.array_in)
+        there = places(array, self.value)[: None if self.replace_all_found else 1]
+        self.found = bool(there)
+        kept = [array[start + 1 : stop] for start, stop in itertools.pairwise([-1, *there, len(array)])]
+        changed = [part for piece in kept[:-1] for part in (piece, [self.new_value])]
+        self.array_out = joined(self.array_in, *changed, kept[-1])
+
+
 class ArrayFindValue(ArrayNode, type="omni.graph.nodes.ArrayFindValue"):
     """Index of the first element that has a value."""
 
@@ -205,6 +225,17 @@ class ArrayRotate(ArrayNode, type="omni.graph.nodes.ArrayRotate"):
         array = as_array(self.array_in)
         cut = -self.steps % len(array) if len(array) else 0
         self.array_out = joined(self.array_in, array[cut:], array[:cut])
+
+
+class ArrayReverse(ArrayNode, type="omni.graph.nodes.ArrayReverse"):
+    """An array from its end to its beginning."""
+
+    array_in: Any = In(type=SEQUENCES, name="array", required=True)
+    array_out: Any = Out(type=SEQUENCES, name="array")
+
+    def compute(self) -> None:
+        """Turn it round."""
+        self.array_out = joined(self.array_in, as_array(self.array_in)[::-1])
 
 
 class ArraySlice(ArrayNode, type="omni.graph.nodes.ArraySlice"):

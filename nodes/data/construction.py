@@ -93,6 +93,17 @@ class ConstructArray(ConstructedNode, type="omni.graph.nodes.ConstructArray"):
         assert isinstance(asked, PortType)
         return element_of(asked)
 
+    def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
+        """The array's type, and with it that of literals among the elements.
+
+        Raises:
+            ValueError: the elements do not go together, or one of them is missing.
+        """
+        for number, name in enumerate(self.elements()):
+            if int(name.removeprefix("input")) != number:
+                raise ValueError(f"{name} is there, and input{number} before it is not")
+        return super().resolve_types(known, variables)
+
     def compute(self) -> None:
         """Put them together."""
         self.array = self.constructed()

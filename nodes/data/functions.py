@@ -1,4 +1,4 @@
-"""Functions of one or a few numbers (`omni.graph.nodes`), of each number in tuples and arrays. Angles are in degrees."""
+"""Functions of one or a few numbers (`omni.graph.nodes`), of each number in tuples and arrays."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from graphengine.node import In, Out
 from graphengine.types import Int, PortType
-from nodes.data.broadcast import Operation, is_real
+from nodes.data.broadcast import is_real
 from nodes.data.elementwise import Elementwise
 from nodes.data.unions import DECIMALS, INTEGRAL_TUPLES, NUMERICS, PLAIN_NUMERICS, with_arrays
 
@@ -103,7 +103,7 @@ class Ceil(_ToWhole, type="omni.graph.nodes.Ceil"):
 
 
 class Round(Elementwise, type="omni.graph.nodes.Round"):
-    """A real number with fewer decimals; one that is half way goes to the even neighbour."""
+    """A real number with fewer decimals; one that is half way goes to the neighbour that is farther from 0."""
 
     input_in: Any = In(type=DECIMALS, name="input", required=True, doc="number, tuple or array")
     decimals: Int = In(default=0, doc="how many digits stay after the point; negative ones round before it")
@@ -112,7 +112,11 @@ class Round(Elementwise, type="omni.graph.nodes.Round"):
     @staticmethod
     def operation(value: Any, decimals: Any) -> Any:
         """Round arrays."""
-        rounded = np.around(value, int(decimals))
+        power = np.float64(10.0) ** abs(int(decimals))
+        scaled = value * power if decimals > 0 else value / power
+        whole = np.trunc(scaled)
+        whole += np.where(np.abs(scaled - whole) >= 0.5, np.sign(scaled), 0.0)
+        rounded = whole / power if decimals > 0 else whole * power
         lost = np.isfinite(value) & ~np.isfinite(rounded)  # so many decimals that their power of ten is no double
         return np.where(lost, value if decimals > 0 else 0.0, rounded)
 
@@ -170,132 +174,28 @@ class NthRoot(_Power, type="omni.graph.nodes.NthRoot"):
         self.result = self.operate(self.nth_root, self.value)
 
 
-def _or_nan(function: Operation) -> Operation:
-    """A function of Python numbers that is NaN where it has no value."""
+class Logarithm(_Power, type="omni.graph.nodes.Logarithm"):
+    """The power to which a base is raised to give a value."""
 
-    def total(number: float) -> float:
-        try:
-            found: float = function(number)
-        except ValueError:
-            return math.nan
-        return found
-
-    return total
-
-
-def _of_degrees(many: Operation, one: Operation) -> tuple[Operation, Operation]:
-    """A function of an angle in radians as one of degrees: of arrays, and of a number."""
-    return lambda angles: many(np.radians(angles)), _or_nan(lambda angle: one(math.radians(angle)))
-
-
-def _in_degrees(many: Operation, one: Operation) -> tuple[Operation, Operation]:
-    """A function whose values are in radians as one with values in degrees: of arrays, and of a number."""
-    return lambda values: np.degrees(many(values)), _or_nan(lambda value: math.degrees(one(value)))
-
-
-class _OfAngle(Elementwise):
-    """A function of angles in degrees."""
-
-    value_in: Any = In(type=DECIMALS, name="value", required=True, unit="deg")
-    value_out: Any = Out(type=DECIMALS, name="value", doc="of the type of the angle")
-
-    def compute(self) -> None:
-        """Compute."""
-        self.value_out = self.operate(self.value_in)
-
-
-class Sin(_OfAngle, type="omni.graph.nodes.Sin"):
-    """Sine of an angle."""
-
-    operation, on_numbers = _of_degrees(np.sin, math.sin)
-
-
-class Cos(_OfAngle, type="omni.graph.nodes.Cos"):
-    """Cosine of an angle."""
-
-    operation, on_numbers = _of_degrees(np.cos, math.cos)
-
-
-class Tan(_OfAngle, type="omni.graph.nodes.Tan"):
-    """Tangent of an angle."""
-
-    operation, on_numbers = _of_degrees(np.tan, math.tan)
-
-
-class _ToAngle(Elementwise):
-    """A function whose values are angles in degrees."""
-
-    value_in: Any = In(type=DECIMALS, name="value", required=True, doc="number, tuple or array")
-    value_out: Any = Out(type=DECIMALS, name="value", unit="deg")
-
-    def compute(self) -> None:
-        """Compute."""
-        self.value_out = self.operate(self.value_in)
-
-
-class Asin(_ToAngle, type="omni.graph.nodes.Asin"):
-    """The angle from -90 to 90 degrees whose sine a number is; NaN beyond -1 to 1."""
-
-    operation, on_numbers = _in_degrees(np.arcsin, math.asin)
-
-
-class Acos(_ToAngle, type="omni.graph.nodes.Acos"):
-    """The angle from 0 to 180 degrees whose cosine a number is; NaN beyond -1 to 1."""
-
-    operation, on_numbers = _in_degrees(np.arccos, math.acos)
-
-
-class Atan(_ToAngle, type="omni.graph.nodes.Atan"):
-    """The angle from -90 to 90 degrees whose tangent a number is."""
-
-    operation, on_numbers = _in_degrees(np.arctan, math.atan)
-
-
-class ATan2(Elementwise, type="omni.graph.nodes.ATan2"):
-    """The angle of a point from the x axis, from -180 to 180 degrees."""
-
-    a: Any = In(type=DECIMALS, required=True, doc="y of the point")
-    b: Any = In(type=DECIMALS, required=True, doc="x of the point")
-    result: Any = Out(type=DECIMALS, unit="deg")
+    base: float = In(default=10.0, gt=0.0, doc="above 0, and not 1")
+    value: Any = In(type=NUMERICS, required=True, doc="number, tuple or array; one that is not above 0 is an error")
+    result: Any = Out(type=NUMERICS, doc="a double where the value is whole")
 
     @staticmethod
-    def operation(y: Any, x: Any) -> Any:
-        """Of arrays, in degrees."""
-        return np.degrees(np.arctan2(y, x))
+    def operation(base: Any, value: Any) -> Any:
+        """Logarithms of arrays; those of powers of 10 and of 2 are whole.
 
-    @staticmethod
-    def on_numbers(y: float, x: float) -> float:
-        """Of one point, in degrees."""
-        return math.degrees(math.atan2(y, x))
-
-    def compute(self) -> None:
-        """Compute."""
-        self.result = self.operate(self.a, self.b)
-
-
-class ToDeg(Elementwise, type="omni.graph.nodes.ToDeg"):
-    """An angle in degrees."""
-
-    operation = np.degrees
-    on_numbers = math.degrees
-
-    radians: Any = In(type=DECIMALS, required=True, unit="rad")
-    degrees: Any = Out(type=DECIMALS, unit="deg")
+        Raises:
+            ValueError: the base or a number has none.
+        """
+        if not base > 0.0 or base == 1.0:
+            raise ValueError(f"base is {base:g}; it has to be above 0, and not 1")
+        for wrong in np.ravel(value)[~(np.ravel(value) > 0.0)][:1]:
+            raise ValueError(f"{wrong:g} has no logarithm; value has to be above 0")
+        if base in (2.0, 10.0):
+            return np.log2(value) if base == 2.0 else np.log10(value)
+        return np.log(value) / np.log(base)
 
     def compute(self) -> None:
-        """Convert."""
-        self.degrees = self.operate(self.radians)
-
-
-class ToRad(Elementwise, type="omni.graph.nodes.ToRad"):
-    """An angle in radians."""
-
-    operation = np.radians
-    on_numbers = math.radians
-
-    degrees: Any = In(type=DECIMALS, required=True, unit="deg")
-    radians: Any = Out(type=DECIMALS, unit="rad")
-
-    def compute(self) -> None:
-        """Convert."""
-        self.radians = self.operate(self.degrees)
+        """Take the logarithm."""
+        self.result = self.operate(self.base, self.value)

@@ -239,8 +239,9 @@ class InvertMatrix(Elementwise, type="omni.graph.nodes.OgnInvertMatrix"):
         """Invert arrays."""
         squares = square(matrix)
         identity = np.eye(squares.shape[-1])
-        singular = (np.linalg.matrix_rank(squares) < len(identity))[..., None, None]
-        inverses = np.linalg.inv(np.where(singular, identity, squares))
+        finite = np.where(np.isfinite(squares).all(axis=(-2, -1), keepdims=True), squares, 0.0)
+        singular = (np.linalg.matrix_rank(finite) < len(identity))[..., None, None]
+        inverses = np.linalg.inv(np.where(singular, identity, finite))
         return flat(np.where(singular, _LARGEST_FLOAT * identity, inverses))
 
     def compute(self) -> None:

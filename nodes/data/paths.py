@@ -32,6 +32,51 @@ class GetPrimPaths(Node, type="omni.graph.nodes.GetPrimPaths"):
         self.prim_paths = self.prims
 
 
+def parent_of(path: str) -> str:
+    """The path without its last name, which may be that of a property; what is no path stays."""
+    if "." in path.rpartition("/")[2]:
+        return path.rpartition(".")[0]
+    above, slash, _ = path.rpartition("/")
+    return above or slash or path
+
+
+def below(path: str, suffix: str) -> str:
+    """A path with names behind it; what is no path stays."""
+    between = "" if suffix.startswith(".") else "/"
+    return f"{path.rstrip('/')}{between}{suffix}" if path and suffix else path
+
+
+class AppendPath(Node, type="omni.graph.nodes.AppendPath"):
+    """A path with names behind it, such as /World/box of /World and box."""
+
+    path_in: Any = In(type="token|token[]", name="path", couple="path", required=True, doc="a prim's, or several")
+    suffix: Token = In(default="", doc="names of prims below it, and of a property, such as box/lid or box.mass")
+    path_out: Any = Out(type="token|token[]", name="path", couple="path", doc="of the type of the input")
+
+    def compute(self) -> None:
+        """Append.
+
+        Raises:
+            ValueError: the suffix is not one of names.
+        """
+        if self.suffix.startswith("/"):
+            raise ValueError(f"suffix is {self.suffix!r}; it is appended to a path, so leave out the first /")
+        path, suffix = self.path_in, self.suffix
+        self.path_out = below(path, suffix) if isinstance(path, str) else tuple(below(one, suffix) for one in path)
+
+
+class GetParentPath(Node, type="omni.graph.nodes.GetParentPath"):
+    """The path of what is above a prim, such as /World of /World/box."""
+
+    path: Any = In(type="token|token[]", couple="path", required=True, doc="a prim's or a property's, or several")
+    parent_path: Any = Out(type="token|token[]", couple="path", doc="of the type of the input")
+
+    def compute(self) -> None:
+        """Cut the last name off."""
+        path = self.path
+        self.parent_path = parent_of(path) if isinstance(path, str) else tuple(map(parent_of, path))
+
+
 class GraphTarget(Node, type="omni.graph.nodes.GraphTarget"):
     """Path of the prim that the node's graph is put at."""
 

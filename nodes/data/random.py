@@ -86,8 +86,8 @@ def unit(generator: np.random.Generator, size: Literal[3, 4]) -> tuple[float, ..
 class RandomNumeric(TypedNode, RandomNode, type="omni.graph.nodes.RandomNumeric"):
     """A number between two others, or a tuple or an array of such."""
 
-    minimum: Any = In(type=NUMERICS, name="min", required=True, doc="the lowest number")
-    maximum: Any = In(type=NUMERICS, name="max", required=True, doc="the highest whole number; real ones stay below it")
+    minimum: Any = In(type=NUMERICS, name="min", default=0, doc="the lowest number")
+    maximum: Any = In(type=NUMERICS, name="max", default=1.0, doc="the highest whole number; real ones stay below it")
     random: Any = Out(type=NUMERICS, doc="single numbers go with tuples and arrays, as those of sums do")
 
     def compute(self) -> None:
@@ -111,8 +111,8 @@ class RandomNumeric(TypedNode, RandomNode, type="omni.graph.nodes.RandomNumeric"
 class RandomGaussian(TypedNode, RandomNode, type="omni.graph.nodes.RandomGaussian"):
     """A normally distributed number, or a tuple or an array of such."""
 
-    mean: Any = In(type=DECIMALS, required=True, doc="of the distribution, or of its logarithm")
-    stdev: Any = In(type=DECIMALS, required=True, doc="standard deviation of the distribution, or of its logarithm")
+    mean: Any = In(type=DECIMALS, default=0.0, doc="of the distribution, or of its logarithm")
+    stdev: Any = In(type=DECIMALS, default=1.0, doc="standard deviation of the distribution, or of its logarithm")
     use_log: bool = In(default=False, doc="draws from a log-normal distribution")
     random: Any = Out(type=DECIMALS, doc="single numbers go with tuples and arrays, as those of sums do")
 

@@ -69,15 +69,21 @@ def checked_length(length: int) -> int:
     return max(length, 0)
 
 
-def position(index: int, length: int) -> int:
+def position(index: int, length: int, whole: str = "array", parts: str = "elements") -> int:
     """The place that an index means, which counts from the end where it is negative.
+
+    Args:
+        index: what was asked for.
+        length: how many parts there are.
+        whole: what has them, in words.
+        parts: what they are, in words.
 
     Raises:
         ValueError: there is none.
     """
     if not -length <= index < length:
         legal = f"legal: {-length} to {length - 1}" if length else "it is empty"
-        raise ValueError(f"the array of {length} elements has no index {index}; {legal}")
+        raise ValueError(f"the {whole} of {length} {parts} has no index {index}; {legal}")
     return index % length
 
 

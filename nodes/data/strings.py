@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 from graphengine.node import In, Node, Numbered, Out
-from graphengine.types import PortType, String
-from nodes.data.sequences import MAX_LENGTH
+from graphengine.types import PortType, String, Token, Tokens
+from nodes.data.sequences import MAX_LENGTH, checked_length
 
 TEXTS = "string|token|token[]"
+
+
+def check_text_length(letters: int) -> None:
+    """Refuse a text that is too long.
+
+    Raises:
+        ValueError: it is.
+    """
+    if letters > MAX_LENGTH:
+        raise ValueError(f"a text of {letters} letters is too long; {MAX_LENGTH} are the most")
 
 
 def appended(texts: str | tuple[str, ...], suffix: str | tuple[str, ...]) -> str | tuple[str, ...]:
@@ -20,8 +30,7 @@ def appended(texts: str | tuple[str, ...], suffix: str | tuple[str, ...]) -> str
     """
     if isinstance(texts, str):
         if isinstance(suffix, str):
-            if len(texts) + len(suffix) > MAX_LENGTH:
-                raise ValueError(f"a text of {len(texts) + len(suffix)} letters is too long; {MAX_LENGTH} are the most")
+            check_text_length(len(texts) + len(suffix))
             return texts + suffix
         raise ValueError(f"{len(suffix)} texts cannot be appended to one")
     if isinstance(suffix, str):
@@ -76,6 +85,52 @@ class AppendString(Node, type="omni.graph.nodes.AppendString"):
             ValueError: numbers of texts differ.
         """
         self.value_out = appended(self.value_in, self.suffix)
+
+
+_CASES: dict[str, Callable[[str], str]] = {
+    "UpperCase": str.upper,
+    "LowerCase": str.lower,
+    "Capitalize": str.capitalize,
+    "Title": lambda text: " ".join(map(str.capitalize, text.split(" "))),
+}
+
+
+class CapitalizeString(Node, type="omni.graph.nodes.CapitalizeString"):
+    """A text in capitals or in small letters, whole or but for its first letter, or the first letters of its words."""
+
+    operation: Token = In(default="UpperCase", tokens=tuple(_CASES))
+    string_in: Any = In(type=TEXTS, name="string", couple="text", required=True, doc="a text, or several")
+    string_out: Any = Out(type=TEXTS, name="string", couple="text", doc="of the type of the input")
+
+    def compute(self) -> None:
+        """Write it otherwise.
+
+        Raises:
+            ValueError: there is no such operation.
+        """
+        change = _CASES.get(self.operation)
+        if change is None:
+            raise ValueError(f"operation is {self.operation!r}; it is one of {', '.join(_CASES)}")
+        text = self.string_in
+        self.string_out = change(text) if isinstance(text, str) else tuple(map(change, text))
+
+
+class SplitString(Node, type="omni.graph.nodes.SplitString"):
+    """The parts of a text between those places where another text stands."""
+
+    delimiter: String = In(default=" ", doc="the other text")
+    string: String = In(default="", doc="is taken apart")
+    elements: Tokens = Out(doc="the parts, some of them perhaps empty; none if the text or the delimiter is empty")
+
+    def compute(self) -> None:
+        """Take it apart.
+
+        Raises:
+            ValueError: the parts are too many.
+        """
+        parts = self.string.split(self.delimiter) if self.string and self.delimiter else []
+        checked_length(len(parts))
+        self.elements = tuple(parts)
 
 
 class StartsWith(Node, type="omni.graph.nodes.StartsWith"):

@@ -72,6 +72,7 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
 
     def wheel_speeds_of_a_twist(self) -> Floats:
         """What gives the wheels' speeds when multiplied by (vx, vy, wz), shape (wheels, 3)."""
+        self.check_finite()
         wheels, positions = len(self.wheel_positions), self.wheel_positions
         if wheels < 3:
             raise ValueError(f"a base that drives in every direction has 3 wheels or more, wheelPositions has {wheels}")
@@ -81,13 +82,27 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
         axles, rollers = (np.array(axes) for axes in zip(*self.axes(), strict=True))
         contributions: Floats = radii * rollers
         contributions[:, 2] = np.cross(contributions, positions)[:, 2]
-        if np.linalg.matrix_rank(contributions) < 3:
+        if not np.isfinite(contributions).all() or np.linalg.matrix_rank(contributions) < 3:
             raise ValueError("wheels with these axles and roller angles cannot drive in every direction")
         if self.rolling:
             return _without_slip(radii, axles, rollers, positions, np.array(_unit("upAxis", self.up_axis)))
         weighted = contributions / radii
         least: Floats = weighted @ np.linalg.inv(contributions.T @ weighted)
         return least
+
+    def check_finite(self) -> None:
+        """Tell an input that no geometry follows from, before LAPACK prints that it cannot bear it."""
+        inputs: dict[str, Floats] = {
+            "wheelRadius": self.wheel_radius,
+            "wheelPositions": self.wheel_positions,
+            "wheelOrientations": self.wheel_orientations,
+            "mecanumAngles": self.mecanum_angles,
+            "wheelAxis": np.array(self.wheel_axis),
+            "upAxis": np.array(self.up_axis),
+        }
+        for name, value in inputs.items():
+            if not np.isfinite(value).all():
+                raise ValueError(f"{name} is not finite")
 
     def axes(self) -> Iterator[tuple[Vector3, Vector3]]:
         """Of each wheel the axle and its rollers' axis, unit vectors in the base's frame."""

@@ -6,6 +6,7 @@ Six coefficients are what it takes to meet position, velocity and acceleration a
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.polynomial import polynomial
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 from graphengine.context import Context, Frame
 from graphengine.node import In, Out, State
 from graphengine.types import Double3, Doubles, Quaterniond, Target, Vector3d
+from nodes.touched import reading_poses
 from nodes.wheeled_robots.planar import Heading, PlanarNode, wrapped, yaw_of
 
 Floats = NDArray[np.float64]
@@ -80,6 +82,10 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
             self.path_arrays = self.plan(self.heading(), target)
             self.target = self.planned = target
 
+    def reads(self) -> Iterable[str]:
+        """The pose of the prim to go to."""
+        return reading_poses(self.target_prim) if self.target_prim else ()
+
     def target_now(self) -> Heading:
         """Where to go.
 
@@ -97,10 +103,13 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
         """The path as arrays.
 
         Raises:
-            ValueError: no duration keeps to the limits, or points are too close in time.
+            ValueError: no duration keeps to the limits, points are too close in time, or a number is not finite.
         """
         if not self.step >= SHORTEST_STEP:
             raise ValueError(f"step must be {SHORTEST_STEP} s or more, it is {self.step:g}")
+        asked = (self.initial_velocity, self.initial_accel, self.goal_velocity, self.goal_accel)
+        if not all(map(math.isfinite, asked)):
+            raise ValueError("speeds and accelerations at both ends must be finite")
         ends = np.array(
             [
                 *_end(start, self.initial_velocity, self.initial_accel),

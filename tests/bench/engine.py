@@ -14,12 +14,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 from graphengine.diagnostics import Findings
-from graphengine.dry import DryNetwork, DryWorld
+from graphengine.dry.network import DryNetwork
+from graphengine.dry.world import DryWorld
 from graphengine.executor import Executor
 from graphengine.files import Files
 from graphengine.graph_run import make_graph_run
 from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out
-from graphengine.node_context import NodeContext, Services
+from graphengine.node_context.context import NodeContext
+from graphengine.node_context.services import Services
 from graphengine.planning import make_plan
 from graphengine.registry import Registry, default_registry
 from graphengine.resolve import resolve

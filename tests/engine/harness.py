@@ -10,12 +10,13 @@ from typing import Any
 
 from graphengine.backend import EndpointClaim, OwnedPublisher
 from graphengine.diagnostics import Findings, NodeError
-from graphengine.dry import DryEndpoint, DryNetwork, DryWorld
+from graphengine.dry.network import DryEndpoint, DryNetwork
+from graphengine.dry.world import DryWorld
 from graphengine.files import Files
 from graphengine.graph import Graph
 from graphengine.graph_run import GraphRun, make_graph_run
 from graphengine.literals import Override
-from graphengine.node_context import Services
+from graphengine.node_context.services import Services
 from graphengine.plan import Plan
 from graphengine.planning import make_plan
 from graphengine.registry import Registry

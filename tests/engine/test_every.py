@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from graphengine import check
 from graphengine.diagnostics import Findings
-from graphengine.dry import DryWorld
+from graphengine.dry.world import DryWorld
 from graphengine.gates import EveryHz, EveryTicks
 from graphengine.simulation_clock import SimulationClock
 from graphengine.stage import Stage

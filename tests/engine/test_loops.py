@@ -6,7 +6,7 @@ import pytest
 
 from graphengine.diagnostics import NodeError
 from tests.engine.conftest import MakeBench
-from tests.engine.nodes_for_tests import ForLoop
+from tests.engine.nodes_for_tests.pushers import ForLoop
 
 
 def test_r11_each_iteration_completes_its_body_and_then_finished_fires(bench: MakeBench) -> None:

@@ -11,7 +11,7 @@ import pytest
 from graphengine.node import ExecIn, ExecOut, Fire, In, Node, NodeMeta, Numbered, Out, Pushes, State, grown, node
 from graphengine.ros.definitions import DEFINITIONS, Definitions
 from graphengine.types import Doubles, Token, Vector3d
-from tests.engine import nodes_for_tests as nodes
+from tests.engine.nodes_for_tests import actions, data, events, latent, pushers
 
 
 class Controller(Node, type="test.Controller"):
@@ -40,7 +40,7 @@ def test_ports_are_called_as_in_omnigraph_unless_they_say_otherwise() -> None:
         *("inputs:execIn", "inputs:wheelRadius", "inputs:mode", "inputs:gains", "inputs:offset"),
         *("outputs:execOut", "outputs:command", "state:calls", "state:memory", "state:bound"),
     ]
-    assert nodes.Counter.ports["inputs:reset"].field == "reset_in"
+    assert actions.Counter.ports["inputs:reset"].field == "reset_in"
 
 
 @pytest.mark.parametrize("name", ["reset", "compute", "setup", "fields", "ports", "kind", "clear", "reads", "gated"])
@@ -89,8 +89,8 @@ def test_a_default_that_is_not_legal_is_refused(default: Any, why: str) -> None:
 
 
 def test_a_port_without_a_default_has_the_zero_of_its_type() -> None:
-    assert nodes.Counter.fields["count"].default == 0.0
-    assert nodes.Show.fields["value"].default is None
+    assert actions.Counter.fields["count"].default == 0.0
+    assert actions.Show.fields["value"].default is None
 
 
 def test_defaults_are_shared_and_cannot_be_changed() -> None:
@@ -160,9 +160,9 @@ def test_instances_have_slots_and_nothing_else() -> None:
 
 
 def test_outputs_of_execution_are_bits_that_joined_say_what_to_fire() -> None:
-    branch = nodes.Branch()
+    branch = actions.Branch()
     assert (branch.exec_true, branch.exec_false) == (1, 2)
-    assert nodes.Branch(condition=True).exec_true | nodes.Branch().exec_false == 3
+    assert actions.Branch(condition=True).exec_true | actions.Branch().exec_false == 3
 
 
 # Kinds
@@ -170,21 +170,21 @@ def test_outputs_of_execution_are_bits_that_joined_say_what_to_fire() -> None:
 
 def test_the_shape_of_a_class_says_what_kind_of_node_it_is() -> None:
     kinds: dict[str, list[type[Node]]] = {
-        "data": [nodes.Add, nodes.Constant, nodes.Twice, nodes.Ticket],
-        "action": [nodes.Do, nodes.Branch, nodes.Gate],
-        "event": [nodes.Tick, nodes.Every],
-        "pusher": [nodes.ForLoop, nodes.OnMessage],
-        "latent": [nodes.Delay, nodes.Stages],
+        "data": [data.Add, data.Constant, data.Twice, data.Ticket],
+        "action": [actions.Do, actions.Branch, actions.Gate],
+        "event": [events.Tick, events.Every],
+        "pusher": [pushers.ForLoop, events.OnMessage],
+        "latent": [latent.Delay, latent.Stages],
     }
     assert all(cls.kind() == kind for kind, classes in kinds.items() for cls in classes)
 
 
 def test_an_action_with_several_outputs_says_what_it_fires_without_being_told_to() -> None:
-    assert (nodes.Branch.gated, nodes.Door.gated, nodes.Do.gated) == (True, True, False)
+    assert (actions.Branch.gated, actions.Door.gated, actions.Do.gated) == (True, True, False)
 
 
 def test_a_subclass_adds_ports_and_keeps_kind_bits_and_keywords() -> None:
-    class More(nodes.Gate, type="test.More"):
+    class More(actions.Gate, type="test.More"):
         third = ExecOut()
 
         def compute(self) -> Fire:
@@ -197,7 +197,7 @@ def test_a_subclass_adds_ports_and_keeps_kind_bits_and_keywords() -> None:
 
 
 def test_latent_nodes_know_whether_they_are_active() -> None:
-    delay = nodes.Delay()
+    delay = latent.Delay()
     assert delay.active is False
     delay.active = True
     delay.clear()
@@ -208,9 +208,9 @@ def test_latent_nodes_know_whether_they_are_active() -> None:
 
 
 def test_a_function_becomes_a_data_node() -> None:
-    assert nodes.Twice.kind() == "data"
-    assert list(nodes.Twice.ports) == ["inputs:number", "outputs:value"]
-    twice: Any = nodes.Twice(number=4.0)
+    assert data.Twice.kind() == "data"
+    assert list(data.Twice.ports) == ["inputs:number", "outputs:value"]
+    twice: Any = data.Twice(number=4.0)
     twice.compute()
     assert twice.value == 8.0
 
@@ -246,16 +246,16 @@ def test_a_function_says_what_it_returns() -> None:
 
 
 def test_literals_grow_ports_and_the_same_literals_give_the_same_class() -> None:
-    three = grown(nodes.Sums, {"count": 3}, DEFINITIONS)
+    three = grown(data.Sums, {"count": 3}, DEFINITIONS)
     assert [name for name in three.fields if name.startswith("input")] == ["input0", "input1", "input2"]
-    assert grown(nodes.Sums, {"count": 3}, DEFINITIONS) is three
-    assert grown(nodes.Sums, {"count": 2}, DEFINITIONS) is not three
-    assert issubclass(three, nodes.Sums)
+    assert grown(data.Sums, {"count": 3}, DEFINITIONS) is three
+    assert grown(data.Sums, {"count": 2}, DEFINITIONS) is not three
+    assert issubclass(three, data.Sums)
     assert (three.__name__, three.type_name) == ("Sums", "test.Sums")
 
 
 def test_literals_that_grow_other_defaults_give_another_class() -> None:
-    one, other = grown(nodes.Sums, {"first": 1.0}, DEFINITIONS), grown(nodes.Sums, {"first": 2.0}, DEFINITIONS)
+    one, other = grown(data.Sums, {"first": 1.0}, DEFINITIONS), grown(data.Sums, {"first": 2.0}, DEFINITIONS)
     assert (one.fields["input0"].default, other.fields["input0"].default) == (1.0, 2.0)
 
 
@@ -275,7 +275,7 @@ def test_grown_execution_ports_are_told_apart_by_their_names() -> None:
 
 
 def test_a_class_without_dynamic_ports_is_itself() -> None:
-    assert grown(nodes.Do, {"a": 1.0}, DEFINITIONS) is nodes.Do
+    assert grown(actions.Do, {"a": 1.0}, DEFINITIONS) is actions.Do
 
 
 class Ways(Node, type="test.Ways"):

@@ -8,7 +8,7 @@ import pytest
 
 from graphengine import build
 from graphengine.diagnostics import Findings, UsageError
-from graphengine.dry import DryNetwork
+from graphengine.dry.network import DryNetwork
 from graphengine.graph import Graph, settled_type, with_article
 from graphengine.literals import Override
 from graphengine.node import In, Node, Out

@@ -225,6 +225,61 @@ def test_a_wrong_value_for_a_subgraphs_input_is_told_where_it_was_written(
     assert found.span.column == column
 
 
+SCALED = """
+    graph: scaled
+    parameters: {factor: {type: double, default: 2.0}, label: {type: string}}
+    inputs: {go: Do.execIn}
+    nodes:
+      Do: {type: Do, inputs: {a: $(factor)}}
+      Text: {type: Text, inputs: {a: of $(label)}}
+"""
+USES = """
+    graph: outer
+    parameters: {side: {type: string, default: left}}
+    nodes:
+      Tick: Tick
+      One: {subgraph: scaled.yaml, parameters: {factor: 3, label: $(side)}}
+      Two: {subgraph: scaled.yaml, parameters: {label: right}}
+    connections: [Tick.tick -> One.go, Tick.tick -> Two.go]
+"""
+
+
+def test_each_use_of_a_subgraph_gives_values_for_its_parameters(file: MakeFile) -> None:
+    file(SCALED, "scaled.yaml")
+    graph, findings = resolve(file(USES, "outer.yaml"))
+    assert findings == []
+    assert [literal(graph, f"{use}/Do", "a") for use in ("One", "Two")] == [3.0, 2.0]
+    assert [literal(graph, f"{use}/Text", "a") for use in ("One", "Two")] == ["of left", "of right"]
+
+
+@pytest.mark.parametrize(
+    ("given", "code", "underlined"),
+    [
+        ("factor: fast, label: a", "G211", "fast"),
+        ("factr: 3, label: a", "G111", "factr"),
+        ("factor: 3", "G107", "scaled.yaml"),
+        ("label: $(sid)", "G111", "$(sid)"),
+    ],
+)
+def test_a_wrong_value_for_a_subgraphs_parameter_is_told_once_where_it_was_written(
+    file: MakeFile, given: str, code: str, underlined: str
+) -> None:
+    file(SCALED, "scaled.yaml")
+    _, (found,) = resolve(file(USES.replace("factor: 3, label: $(side)", given), "outer.yaml"))
+    assert (found.code, place(found)) == (code, ("outer.yaml", 5))
+    span = found.span
+    assert span is not None
+    assert span.source.lines[4][span.column - 1 : span.column - 1 + span.length] == underlined
+
+
+def test_parameters_of_a_node_that_is_no_subgraph_are_an_error(file: MakeFile) -> None:
+    _, (found,) = resolve(file("{graph: g, nodes: {A: {type: Do, parameters: {a: 1}}}}"))
+    assert (found.code, found.message) == (
+        "G109",
+        "A: a subgraph has parameters, a node of a type has none; values of its ports stand below `inputs:`",
+    )
+
+
 def test_a_value_and_a_wire_into_one_input_of_a_subgraph_are_told(file: MakeFile) -> None:
     found = tell(
         file, INNER, OUTER.replace("Two: {subgraph: inner.yaml}", "Two: {subgraph: inner.yaml, inputs: {speed: 1}}")

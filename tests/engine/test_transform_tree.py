@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.dry import DryBody
+from graphengine.dry.world import DryBody
 from graphengine.stage import Prim, Stage
 from graphengine.transform_tree import expand, frame_names
 

@@ -269,6 +269,15 @@ def test_a_converted_value_is_in_the_representation_of_the_target(source: str, t
         assert type(first) is (int if target == "int64" else float)
 
 
+@pytest.mark.parametrize("port_type", ["double", "double[2]", "double[]", "float[3][]"])
+def test_a_value_that_is_no_number_is_equal_to_another_such(port_type: str) -> None:
+    kind = concrete(port_type)
+    element: Any = float("nan") if kind.count == 1 else [float("nan")] + [1.0] * (kind.count - 1)
+    one, other = (coerce([element] if kind.array else element, kind) for _ in range(2))
+    assert types.equal(one, other)
+    assert not types.equal(one, coerce([], kind) if kind.array else kind.zero)
+
+
 def test_equal_compares_arrays_whole() -> None:
     assert types.equal(np.zeros(3), np.zeros(3))
     assert not types.equal(np.zeros(3), np.zeros(2))

@@ -1,4 +1,4 @@
-"""OnPlaybackTick."""
+"""OnPlaybackTick and OnTick."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from graphengine.diagnostics import CheckError
 from graphengine.simulation_clock import SimulationClock
 from graphengine.testing import RecordingContext, RecordingWorld
-from nodes.action.events import OnPlaybackTick
-from tests.nodes.harness import Player
+from nodes.action.events import OnPlaybackTick, OnTick
+from tests.nodes.harness import Player, ready
 
 
 def ticking(context: RecordingContext) -> OnPlaybackTick:
@@ -95,3 +95,41 @@ def test_while_stopped_or_paused_nothing_fires(play: Player) -> None:
     playing.session.play()
     playing.session.pause()
     assert playing.published("/clock") == []
+
+
+# OnTick
+
+
+@pytest.mark.parametrize(("period", "frames"), [(0, [1, 2, 3, 4, 5, 6]), (1, [1, 3, 5]), (2, [1, 4]), (9, [1])])
+def test_the_first_tick_fires_and_from_then_on_so_many_are_left_out(period: int, frames: list[int]) -> None:
+    context, fired = RecordingContext(), list[int]()
+    node = ready(OnTick, context, frame_period=period)
+    for _ in range(2):
+        for _ in range(6):
+            context.tick()
+            fired += [int(node.frame)] if node.compute() == node.tick else []
+        context.stop(node)
+        assert (node.frame, node.delta_seconds, node.is_playing) == (0.0, 0.0, False)
+    assert fired == frames * 2
+
+
+def test_the_time_of_ticks_that_are_left_out_counts_to_the_next_that_fires() -> None:
+    context = RecordingContext()
+    node = ready(OnTick, context, frame_period=2)
+    deltas = []
+    for _ in range(4):
+        context.tick()
+        deltas += [node.delta_seconds] if node.compute() == node.tick else []
+    assert deltas == pytest.approx([1 / 60, 3 / 60])
+    assert (node.time, node.absolute_sim_time, node.is_playing) == (4 / 60, 4 / 60, True)
+
+
+def test_in_a_graph_a_tick_with_a_period_fires_from_the_first_on(play: Player) -> None:
+    playing = play.graph(
+        """
+        nodes: {Tick: {type: OnTick, inputs: {framePeriod: 3}}, C: PublishClock}
+        connections: [Tick.tick -> C.execIn, Tick.frame -> C.timeStamp]
+        """
+    )
+    playing.tick(10)
+    assert [message.clock.sec for message in playing.published("/clock")] == [1, 5, 9]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from graphengine.diagnostics import JointError, PrimError
-from graphengine.dry import DryArticulation
+from graphengine.dry.world import DryArticulation
 from graphengine.testing import RecordingArticulation, RecordingContext, RecordingWorld
 from nodes.core.articulation import IsaacArticulationState, IsaacJointNameResolver
 from nodes.physics_sensors import IsaacReadJointState

@@ -35,6 +35,25 @@ def test_a_multigate_fires_one_output_after_the_other_and_begins_again() -> None
     assert fired(node) == "output0"
 
 
+def test_a_multigate_takes_a_turn_in_which_nothing_fires_for_an_output_that_no_wire_begins_at() -> None:
+    node = of(Multigate, "output2", "output4")
+    assert [fired(node) for _ in range(6)] == ["output0", "", "output2", "", "output4", "output0"]
+
+
+def test_in_a_graph_a_multigate_counts_outputs_by_their_numbers(play: Player) -> None:
+    playing = play.graph(
+        """
+        nodes: {Tick: OnPlaybackTick, Gates: Multigate, First: Counter, Third: Counter}
+        connections: [Tick.tick -> Gates.execIn, Gates.output0 -> First.execIn, Gates.output2 -> Third.execIn]
+        """
+    )
+    playing.tick(7)
+    assert (playing.node("First").count, playing.node("Third").count) == (3, 2)
+    playing.session.stop()
+    playing.tick()
+    assert playing.node("First").count == 1
+
+
 def test_a_flip_flop_tells_which_way_it_fired() -> None:
     node = FlipFlop()
     assert [(fired(node), node.is_a) for _ in range(3)] == [("a", True), ("b", False), ("a", True)]

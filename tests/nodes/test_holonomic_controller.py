@@ -166,6 +166,12 @@ def test_after_a_stop_there_is_no_command_until_the_next_compute() -> None:
         ({"wheel_orientations": [[1.0, 0.0, 0.0, 0.0]] * 3}, "cannot drive in every direction"),
         ({"mecanum_angles": [0.0, 90.0, 60.0], "rolling": True}, "mecanumAngles of 0 or 180 degrees are not legal"),
         ({"up_axis": NONE}, "upAxis must not be all zeros"),
+        ({"wheel_positions": [[math.nan, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]}, "wheelPositions is not finite"),
+        ({"wheel_radius": [0.1, math.inf, 0.1]}, "wheelRadius is not finite"),
+        ({"mecanum_angles": [math.inf] * 3}, "mecanumAngles is not finite"),
+        ({"wheel_orientations": [[math.nan] * 4] * 3}, "wheelOrientations is not finite"),
+        ({"wheel_axis": (math.inf, 0.0, 0.0)}, "wheelAxis is not finite"),
+        ({"up_axis": (0.0, 0.0, math.nan)}, "upAxis is not finite"),
     ],
 )
 def test_a_geometry_that_cannot_be_is_refused(inputs: dict[str, Any], complaint: str) -> None:

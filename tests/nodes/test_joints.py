@@ -144,6 +144,7 @@ def test_what_does_not_stand_for_a_robot_is_refused_with_what_does() -> None:
     with pytest.raises(PrimError, match="does not stand for a robot") as caught:
         ready(IsaacArticulationController, context, target_prim="/arm/base_link/hand")
     assert "/arm/Geometry/base_link" in "".join(caught.value.help)
+    assert "the robot file can name a link for it: articulation_root" in caught.value.help
 
 
 def test_in_a_graph_a_wrong_width_stops_the_run_and_names_the_node(play: Player) -> None:

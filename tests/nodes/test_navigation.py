@@ -209,6 +209,8 @@ def test_a_prim_can_be_the_target_and_its_yaw_has_a_sign(turn: float) -> None:
         ),
         ({"max_accel": math.inf, "target_position": (1e6, 0.0, 0.0)}, "even one of 95 s needs"),
         ({"target_position": (math.nan, 0.0, 0.0)}, "the target must be finite"),
+        ({"goal_velocity": math.inf}, "speeds and accelerations at both ends must be finite"),
+        ({"initial_accel": -math.inf}, "speeds and accelerations at both ends must be finite"),
     ],
 )
 def test_what_cannot_be_planned_is_refused(inputs: dict[str, Any], complaint: str) -> None:

@@ -180,6 +180,7 @@ NEEDED: dict[str, dict[str, Any]] = {
     **{name: {"value": 1.5} for name in ("ToBool", "ToDouble", "ToFloat", "ToHalf")},
     **{name: {"value": 1.5} for name in ("ToInt", "ToInt64", "ToUint", "ToUint64")},
     **{name: {"value": "/robot"} for name in ("ToString", "ToTarget", "ToToken", "ToUchar")},
+    "GetPrimDirectionVector": {"prim_path": "/robot"},
     "GetPrimLocalToWorldTransform": {"prim_path": "/robot"},
     "ReadPrimAttribute": {"prim": "/robot", "name": "xformOp:translate"},
     "ReadPrimLocalTransform": {"prim": "/robot"},

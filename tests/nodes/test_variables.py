@@ -40,6 +40,21 @@ def test_a_change_is_an_event_of_the_next_tick_only() -> None:
     assert seen == [False, True, False, True]
 
 
+def test_a_number_that_stays_none_does_not_change() -> None:
+    variable = GraphVariable(float("nan"))
+    variable.value = float("nan")
+    variable.freeze()
+    assert not variable.changed
+
+
+@pytest.mark.parametrize(("port_type", "value"), [("double[2]", "[0.0, .nan]"), ("double[]", "[.nan]")])
+def test_a_variable_that_stays_no_number_does_not_change(play: Player, port_type: str, value: str) -> None:
+    text = COUNTING.format(type=f"'{port_type}'", default=value, value=f"{{type: '{port_type}', value: {value}}}")
+    playing = play.graph(text)
+    playing.tick(4)
+    assert playing.node("Count").count == 0
+
+
 COUNTING = """
 variables: {{total: {{type: {type}, default: {default}}}}}
 nodes:

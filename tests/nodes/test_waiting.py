@@ -1,4 +1,4 @@
-"""Delay, Countdown and custom events: alone, and in graphs."""
+"""Delay, Timer, Countdown and custom events: alone, and in graphs."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 
 from graphengine.testing import RecordingContext
 from nodes.action.custom import OnCustomEvent, SendCustomEvent
-from nodes.action.waiting import Countdown, Delay
+from nodes.action.waiting import Countdown, Delay, Timer
 from tests.nodes.harness import Player, Playing, ready
 
 # Later
@@ -57,6 +57,73 @@ def test_a_delay_that_is_executed_again_waits_anew() -> None:
     assert ticks == 5  # its output is executed in the pass after
 
 
+def passes(node: Timer, context: RecordingContext, limit: int = 100) -> list[tuple[str, float]]:
+    """What it fires in the passes after it was executed, with its value."""
+    fired = list[tuple[str, float]]()
+    while node.active and len(fired) < limit:
+        ports = node.update()
+        fired.append(({node.updated: "updated", node.finished: "finished"}[ports or 0], node.value))
+        context.tick()
+    return fired
+
+
+def test_a_timer_moves_a_value_from_one_end_to_the_other() -> None:
+    context = RecordingContext()
+    node = ready(Timer, context, duration=4 / 60, start_value=10.0, end_value=-10.0)
+    context.tick()
+    node.compute()
+    moved = [("updated", pytest.approx(value)) for value in (10.0, 5.0, 0.0, -5.0, -10.0)]
+    assert passes(node, context) == [*moved, ("finished", -10.0)]
+    node.compute()
+    assert len(passes(node, context)) == 6
+    context.stop(node)
+    assert (node.value, node.active) == (0.0, False)
+
+
+def test_a_timer_that_is_executed_again_moves_on() -> None:
+    context = RecordingContext()
+    node = ready(Timer, context, duration=0.1)
+    node.compute()
+    before = node.update(), node.update()
+    node.compute()
+    assert before == (node.updated, node.updated)
+    assert node.value == 0.0
+    context.tick(6)
+    assert (node.update(), node.value) == (node.updated, 1.0)
+
+
+@pytest.mark.parametrize("duration", [0.0, -1.0])
+def test_a_timer_without_a_duration_is_at_its_end_at_once(duration: float) -> None:
+    context = RecordingContext()
+    node = ready(Timer, context, duration=duration, end_value=3.0)
+    node.compute()
+    assert passes(node, context) == [("updated", 3.0), ("finished", 3.0)]
+
+
+def test_a_timer_in_a_graph_updates_once_a_tick_and_finishes_in_the_next(play: Player) -> None:
+    playing = play.graph(
+        """
+        nodes:
+          Tick: OnPlaybackTick
+          Start: Once
+          Move: {type: Timer, inputs: {duration: 0.05, endValue: 6.0}}
+          Moved: Counter
+          Clock: PublishClock
+          Done: Counter
+        connections:
+          - Tick.tick -> Start.execIn
+          - Start.once -> Move.play
+          - Move.updated -> Moved.execIn
+          - Moved.execOut -> Clock.execIn
+          - Move.value -> Clock.timeStamp
+          - Move.finished -> Done.execIn
+        """
+    )
+    assert ticks_until_done(playing) == 6  # executed in tick 1, at 0, 1/3, 2/3 and the whole way in 2 to 5
+    assert [message.clock.sec for message in playing.published("/clock")] == [0, 2, 4, 6]
+    assert playing.node("Moved").count == 4
+
+
 def test_a_countdown_fires_every_period_and_at_its_end() -> None:
     node: Any = Countdown(duration=5, period=2)
     seen = []
@@ -72,6 +139,24 @@ def test_a_countdown_fires_every_period_and_at_its_end() -> None:
         (5, 1.0, False, True),
     ]
     assert node.count == -1
+
+
+def test_a_countdown_that_is_executed_again_begins_at_0() -> None:
+    node: Any = Countdown(duration=4)
+    node.compute()
+    for _ in range(3):
+        node.update()
+    assert (node.tick_value, node.alpha) == (3, 0.75)
+    node.compute()
+    assert (node.tick_value, node.alpha, node.count) == (0, 0.0, 0)
+
+
+@pytest.mark.parametrize("period", [0, -2])
+def test_a_period_of_no_ticks_is_one_of_one(period: int) -> None:
+    node: Any = Countdown(duration=2)
+    node.period = period
+    node.compute()
+    assert [node.update() & node.tick for _ in range(2)] == [node.tick, node.tick]
 
 
 def test_a_countdown_in_a_graph_ticks_once_a_tick(play: Player) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 _IDENTITY = tuple(float(i % 5 == 0) for i in range(16))
 _VECTOR = (1.0, -2.0, 2.0)
 _QUATERNION = (0.5, 0.5, 0.5, 0.5)
@@ -20,18 +22,30 @@ _SHARED: dict[str, dict[str, Any]] = {
     "GetMatrix4Quaternion GetMatrix4Rotation GetMatrix4RotationMatrix": {"matrix": _IDENTITY},
 }
 
+_ARRAY = np.array([1.0, 2.0, 1.0])
+
 NEEDED: dict[str, dict[str, Any]] = {
     **{name: inputs for names, inputs in _SHARED.items() for name in names.split()},
+    "AppendPath": {"path_in": "/robot", "suffix": "base_link"},
+    "AppendTargets": {"input0": ("/a", "/b"), "input1": ("/b", "/c")},
+    "ArrayReplaceValue": {"array_in": _ARRAY, "value": 1.0, "new_value": 3.0},
+    "ArrayReverse": {"array_in": _ARRAY},
     "BooleanNot": {"value_in": True},
     "BreakMatrix2": {"matrix": (1.0, 0.0, 0.0, 1.0)},
     "BreakMatrix3": {"matrix": _IDENTITY[:9]},
     "BreakVector2": {"tuple_in": (1.0, 2.0)},
     "BreakVector3": {"tuple_in": (1.0, 2.0, 3.0)},
     "BreakVector4": {"tuple_in": (1.0, 2.0, 3.0, 4.0)},
+    "CapitalizeString": {"string_in": "base link", "operation": "Title"},
     "Clamp": {"input_in": 3.0, "lower": 0.0, "upper": 2.0},
     "Ease": {"alpha": 0.25, "start": 0.0, "end": 4.0},
     "Exponent": {"base": 3.0},
+    "FindString": {"string": "base_link", "value": "_"},
+    "GetParentPath": {"path": "/robot/base_link"},
+    "GetString": {"string_in": "base_link", "index": 5, "count": 2},
+    "InsertString": {"string_in": "base", "value": "_link", "index": 4},
     "InterpolateTo": {"current": 0.0, "target": 4.0},
+    "Logarithm": {"value": 100.0},
     "Magnitude": {"input_in": _VECTOR},
     "MakeMatrix2": {"x": (1.0, 2.0), "y": (3.0, 4.0)},
     "MakeMatrix3": {"x": _VECTOR, "y": _VECTOR, "z": _VECTOR},
@@ -42,11 +56,14 @@ NEEDED: dict[str, dict[str, Any]] = {
     "MatrixMultiply": {"a": _IDENTITY, "b": _IDENTITY},
     "Modulo": {"a": 7, "b": 4},
     "Normalize": {"vector": _VECTOR},
+    "RemoveString": {"string_in": "base_link", "index": -5},
+    "ReplaceString": {"string_in": "base_link", "replace": "_", "value": "/"},
     "RotateVector": {"rotation": _QUATERNION, "vector": _VECTOR},
     "SetMatrix4Quaternion": {"matrix_in": _IDENTITY, "quaternion": _QUATERNION},
     "SetMatrix4Rotation": {"matrix_in": _IDENTITY, "rotation_angle": 90.0},
     "SetMatrix4Scale": {"matrix_in": _IDENTITY, "scale": _VECTOR},
     "SetMatrix4Translation": {"matrix_in": _IDENTITY, "translation": _VECTOR},
+    "SplitString": {"string": "base link"},
     "ToDeg": {"radians": 1.0},
     "ToRad": {"degrees": 90.0},
     "TransformVector": {"matrix": _IDENTITY, "vector": _VECTOR},

@@ -1,4 +1,4 @@
-"""Absolute, Clamp, rounding, powers and roots, trigonometry."""
+"""Absolute, Clamp, rounding, powers, roots and logarithms."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from graphengine.diagnostics import CheckError
-from nodes.data import functions
-from nodes.data.functions import Absolute, ATan2, Ceil, Clamp, Exponent, Floor, NthRoot, Round, ToDeg, ToRad
+from nodes.data.functions import Absolute, Ceil, Clamp, Exponent, Floor, Logarithm, NthRoot, Round
 from tests.nodes.data.harness import computed, shown, typed
 from tests.nodes.harness import Player
 
@@ -67,9 +66,15 @@ def test_floors_of_tuples_and_arrays_are_ints() -> None:
 
 @pytest.mark.parametrize(
     ("value", "decimals", "expected"),
-    [(1.2345, 2, 1.23), (1234.5, -2, 1200.0), (2.5, 0, 2.0), (3.5, 0, 4.0), (1.2345, 400, 1.2345), (12.5, -400, 0.0)],
+    [
+        *[(1.2345, 2, 1.23), (1234.5, -2, 1200.0), (1.2345, 400, 1.2345), (12.5, -400, 0.0)],
+        *[(2.5, 0, 3.0), (-2.5, 0, -3.0), (0.125, 2, 0.13), (25.0, -1, 30.0)],
+        *[(0.49999999999999994, 0, 0.0), (2.0**53 - 1, 0, 2.0**53 - 1)],
+    ],
 )
-def test_a_number_is_rounded_to_so_many_decimals(value: float, decimals: int, expected: float) -> None:
+def test_a_number_is_rounded_to_so_many_decimals_and_away_from_0_where_it_is_half_way(
+    value: float, decimals: int, expected: float
+) -> None:
     assert computed(Round, input_in=value, decimals=decimals).output == expected
     assert computed(Round, input_in=(value, 0.0), decimals=decimals).output == (expected, 0.0)
 
@@ -96,54 +101,34 @@ def test_roots_of_negative_numbers_exist_where_the_degree_is_odd() -> None:
     assert computed(NthRoot, value=(9.0, 16.0)).result == (3.0, 4.0)
 
 
-TRIGONOMETRY = [
-    ("Sin", 30.0, 0.5),
-    ("Cos", 60.0, 0.5),
-    ("Tan", 45.0, 1.0),
-    ("Asin", 0.5, 30.0),
-    ("Acos", 0.5, 60.0),
-    ("Atan", 1.0, 45.0),
-]
-
-
-@pytest.mark.parametrize(("name", "value", "expected"), TRIGONOMETRY)
-def test_angles_are_in_degrees(play: Player, name: str, value: float, expected: float) -> None:
-    cls = getattr(functions, name)
-    assert computed(cls, value_in=value).value_out == pytest.approx(expected, abs=1e-13)
-    many = typed(cls, {"value_in": "float[2][]"}, value_in=np.full((2, 2), value, np.float32)).value_out
-    assert many.dtype == np.float32
-    np.testing.assert_allclose(many, np.full((2, 2), expected), rtol=1e-6)
-    shows = shown(play, "double Here.value", {"Here": f"{{type: {name}, inputs: {{value: {value}}}}}"})
-    assert shows == pytest.approx(expected, abs=1e-13)
-
-
-@pytest.mark.parametrize("name", ["Asin", "Acos"])
-def test_there_is_no_angle_of_a_sine_or_cosine_above_1(name: str) -> None:
-    assert math.isnan(computed(getattr(functions, name), value_in=1.5).value_out)
-
-
-@given(st.floats(-179.9, 179.9), st.floats(0.1, 10.0))
-def test_the_angle_of_a_point_is_that_from_the_x_axis(angle: float, radius: float) -> None:
-    y, x = radius * math.sin(math.radians(angle)), radius * math.cos(math.radians(angle))
-    assert computed(ATan2, a=y, b=x).result == pytest.approx(angle, abs=1e-9)
-    assert computed(ATan2, a=(y, 1.0), b=(x, 0.0)).result == pytest.approx((angle, 90.0), abs=1e-9)
-
-
-@given(st.floats(-1e3, 1e3))
-def test_degrees_and_radians_are_the_inverse_of_each_other(angle: float) -> None:
-    radians = computed(ToRad, degrees=angle).radians
-    assert radians == pytest.approx(angle * math.pi / 180.0, rel=1e-15)
-    assert computed(ToDeg, radians=radians).degrees == pytest.approx(angle, rel=1e-14)
-
-
-def test_degrees_of_an_array_are_an_array() -> None:
-    assert computed(ToRad, degrees=np.array([0.0, 180.0])).radians.tolist() == [0.0, math.pi]
-
-
 def test_in_a_graph_a_real_number_that_no_int_is_is_told_at_its_node(play: Player) -> None:
     with pytest.raises(CheckError, match=r"Low: 1e\+12 is no int, which is"):
         shown(play, "int Low.result", {"Low": "{type: Floor, inputs: {a: 1.0e+12}}"})
 
 
-def test_in_a_graph_a_whole_literal_may_be_an_angle(play: Player) -> None:
-    assert shown(play, "double Sine.value", {"Sine": "{type: Sin, inputs: {value: 90}}"}) == 1.0
+@given(st.floats(1e-3, 1e3), st.floats(1.1, 50.0))
+def test_the_base_to_the_power_of_a_logarithm_is_the_value(value: float, base: float) -> None:
+    assert base ** computed(Logarithm, value=value, base=base).result == pytest.approx(value, rel=1e-12)
+
+
+def test_powers_of_the_base_have_whole_logarithms() -> None:
+    assert [computed(Logarithm, value=10.0**n).result for n in range(-5, 20)] == list(range(-5, 20))
+    assert [computed(Logarithm, value=2.0**n, base=2.0).result for n in range(-5, 20)] == list(range(-5, 20))
+    node = typed(Logarithm, {"value": "int"}, value=1000)
+    assert (node.result, str(node.settled["result"])) == (3.0, "double")
+    many = typed(Logarithm, {"value": "float[2][]"}, value=np.array([[1.0, 10.0]], np.float32)).result
+    assert (many.tolist(), many.dtype) == ([[0.0, 1.0]], np.float32)
+
+
+@pytest.mark.parametrize(
+    ("inputs", "told"),
+    [
+        ({"value": 0.0}, "0 has no logarithm"),
+        ({"value": -2}, "-2 has no logarithm"),
+        ({"value": np.array([1.0, math.nan])}, "nan has no logarithm"),
+        ({"value": 2.0, "base": 1.0}, "base is 1; it has to be above 0, and not 1"),
+    ],
+)
+def test_what_has_no_logarithm_is_an_error(inputs: dict[str, Any], told: str) -> None:
+    with pytest.raises(ValueError, match=told):
+        computed(Logarithm, **inputs)

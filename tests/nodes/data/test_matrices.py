@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -112,6 +113,17 @@ def test_the_inverse_of_a_singular_matrix_is_the_identity_times_the_largest_floa
     both = computed(InvertMatrix, matrix=np.array([singular.ravel(), regular.ravel()])).inverted_matrix
     assert both[0].tolist() == (LARGEST_FLOAT * np.eye(3)).ravel().tolist()
     assert both[1].tolist() == (0.5 * np.eye(3)).ravel().tolist()
+
+
+@pytest.mark.parametrize("number", [math.nan, math.inf])
+def test_what_is_no_number_has_no_inverse_and_nothing_is_printed_of_it(
+    number: float, capfd: pytest.CaptureFixture[str]
+) -> None:
+    broken, regular = np.eye(4), 2.0 * np.eye(4)
+    broken[1, 2] = number
+    both = computed(InvertMatrix, matrix=np.array([broken.ravel(), regular.ravel()])).inverted_matrix
+    assert both.tolist() == [(LARGEST_FLOAT * np.eye(4)).ravel().tolist(), (0.5 * np.eye(4)).ravel().tolist()]
+    assert capfd.readouterr() == ("", "")
 
 
 def test_a_vector_is_a_point_to_a_matrix_of_four_rows() -> None:

@@ -65,3 +65,8 @@ def test_a_wire_from_a_value_into_execution_names_the_first_few_of_many_types(tm
     add = "A: {type: omni.graph.nodes.Add, inputs: {a: 1, b: 2}}"
     found = the_mistake(tmp_path, f"{add}, D: Branch", "A.sum -> D.execIn")
     assert found.message.endswith("more: `graphrun nodes --format json`)), D.execIn takes execution")
+
+
+def test_an_element_without_the_one_before_it_is_told(tmp_path: Path) -> None:
+    found = the_mistake(tmp_path, "Make: {type: ConstructArray, inputs: {arraySize: 3, input0: 1.0, input2: 3.0}}")
+    assert (found.code, found.message) == ("G206", "Make: input2 is there, and input1 before it is not")

@@ -282,6 +282,29 @@ def test_whole_numbers_reach_both_ends_and_real_ones_stay_below() -> None:
         ready(RandomNumeric, RecordingContext(), minimum=1, maximum=0).compute()
 
 
+def test_without_bounds_a_number_is_drawn_from_0_to_1_and_a_normal_one_around_0(play: Player) -> None:
+    playing = play.graph(
+        """
+        nodes:
+          Tick: OnPlaybackTick
+          Any: RandomNumeric
+          Die: {type: RandomNumeric, inputs: {max: 6}}
+          Normal: RandomGaussian
+          Wide: {type: RandomGaussian, inputs: {stdev: [1.0, 100.0]}}
+        connections: [Tick.tick -> Any.execIn, Tick.tick -> Die.execIn, Tick.tick -> Normal.execIn, Tick.tick -> Wide.execIn]
+        """
+    )
+    drawn: dict[str, list[Any]] = {name: [] for name in ("Any", "Die", "Normal", "Wide")}
+    for _ in range(200):
+        playing.tick()
+        for name, values in drawn.items():
+            values.append(playing.node(name).random)
+    assert 0.0 <= min(drawn["Any"]) < 0.1 < 0.9 < max(drawn["Any"]) < 1.0
+    assert set(drawn["Die"]) == set(range(7))
+    assert np.mean(drawn["Normal"]) == pytest.approx(0.0, abs=5 / math.sqrt(200))
+    assert np.std(np.array(drawn["Wide"]), axis=0) == pytest.approx([1.0, 100.0], rel=0.3)
+
+
 def test_numbers_of_arrays_and_tuples_are_drawn_each() -> None:
     node = ready(RandomNumeric, RecordingContext(), minimum=np.array([0, 10]), maximum=np.array([1, 11]))
     assert all(low in (0, 1) and high in (10, 11) for low, high in drawn(node, 10))

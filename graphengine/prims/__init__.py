@@ -1,0 +1,1 @@
+"""Prims as USD shows them: their types, and attributes with their values."""

@@ -1,0 +1,41 @@
+"""For tests of nodes: a Context over a world and topics that tests write and read; and a check of node classes.
+
+    context = RecordingContext()
+    robot = context.world.add_robot("/dd100", ["left", "right"])
+    node = IsaacArticulationController(robot_path="/dd100", velocity_command=np.array([1.0, 2.0]))
+    node.setup(context)
+    node.compute()
+    assert robot.targets["velocity"] == [1.0, 2.0]
+
+`context.transport.messages("/odom")` reads a topic back, `context.transport.inject("/cmd_vel", twist)` feeds one.
+"""
+
+from __future__ import annotations
+
+from graphengine.testing.node_check import check_node
+from graphengine.testing.recording_context import RecordingContext
+from graphengine.testing.recording_world import (
+    RecordingArticulation,
+    RecordingBody,
+    RecordingCamera,
+    RecordingContactSensor,
+    RecordingEntities,
+    RecordingImu,
+    RecordingLidar,
+    RecordingSelection,
+    RecordingWorld,
+)
+
+__all__ = [
+    "RecordingArticulation",
+    "RecordingBody",
+    "RecordingCamera",
+    "RecordingContactSensor",
+    "RecordingContext",
+    "RecordingEntities",
+    "RecordingImu",
+    "RecordingLidar",
+    "RecordingSelection",
+    "RecordingWorld",
+    "check_node",
+]

@@ -1,0 +1,57 @@
+"""One node's door to the world and the network of a test."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from graphengine.graph_variable import GraphVariable
+from graphengine.node import Node
+from graphengine.node_context.context import NodeContext
+from graphengine.node_context.services import Services
+from graphengine.ros.memory import MemoryTransport
+from graphengine.ros.network import LiveNetwork
+from graphengine.simulation_clock import SimulationClock
+from graphengine.testing.recording_world import RecordingWorld
+
+
+class RecordingContext(NodeContext):
+    """One node's door to a world and a network of a test; `wanted` says whether somebody listens to all topics."""
+
+    clock: SimulationClock
+
+    def __init__(
+        self, prim_path: str = "/World/graph/node", *, wanted: bool = True, ros_domain_id: int | None = None
+    ) -> None:
+        self.world, self._memory = RecordingWorld(), MemoryTransport(wants_all=wanted)
+        self.logged: list[tuple[str, str]] = []  # severity and text
+        self.variables: dict[str, GraphVariable] = {}
+        network = LiveNetwork(lambda _: self._memory, 0, lambda text: self.logged.append(("network", text)))
+        self.services = Services(self.world, network, domain_from_environment=ros_domain_id)
+        self.services.log = lambda severity, _, message: self.logged.append((severity, message))
+        clock = SimulationClock(self.world.tick_period)
+        super().__init__(self.services, clock, "graph", prim_path, 1.0 / clock.delta, self.variables)
+
+    @property
+    def transport(self) -> MemoryTransport:
+        """The topics, with everything that was published until now."""
+        self.services.network.flush()
+        return self._memory
+
+    def tick(self, ticks: int = 1) -> None:
+        """Begin the next tick: time goes on, what arrived becomes visible."""
+        for _ in range(ticks):
+            shared = self.services
+            frozen: list[Any] = [shared.network, shared.keys, *shared.mailboxes.values(), *self.variables.values()]
+            for part in frozen:
+                part.freeze()
+            self.clock.set_frame(self.clock.frame + 1)
+
+    def stop(self, *nodes: Node) -> None:
+        """Stop as a session does: time is 0, nodes' outputs and state are at their defaults."""
+        self.services.network.forget_calls()
+        for node in nodes:
+            node.reset()
+            node.clear()
+        for path in self.services.generators:
+            self.services.reseed(path)
+        self.clock.stop()

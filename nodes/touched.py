@@ -1,0 +1,38 @@
+"""Keys of what nodes read and change in the world, by which a pass puts readers and writers of one thing in order.
+
+Poses hang together along the tree, so that those of one robot, or of all objects, are one thing. Where a wire decides which
+prim it is, the key is not known before the run: such a reader reads what any writer writes, and the other way round.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+ANY = "prim:any"
+"""What every writer of a prim changes, and who does not know its prim reads."""
+WIRED = "prim:*"
+"""What every reader of a prim reads, and who does not know its prim changes."""
+
+
+def pose_of(path: str) -> str:
+    """The pose of a prim."""
+    return f"pose:{_root(path)}"
+
+
+def drives_of(path: str) -> str:
+    """What the drives of a robot are told."""
+    return f"drives:{_root(path)}"
+
+
+def attribute_of(path: str, name: str) -> str:
+    """One attribute of a prim."""
+    return pose_of(path) if name.startswith("xformOp:") else f"prim:{path.replace('/Geometry/', '/')}.{name}"
+
+
+def reading_poses(paths: Iterable[str]) -> tuple[str, ...]:
+    """What a node reads that reads poses of prims; none of which are known if there are no paths."""
+    return (*(dict.fromkeys(map(pose_of, paths)) or (ANY,)), WIRED)
+
+
+def _root(path: str) -> str:
+    return f"/{path.split('/')[1] if '/' in path else path}"

@@ -1,0 +1,188 @@
+"""ReadPrimAttribute, WritePrimAttribute and the nodes of poses: alone, and in graphs."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from graphengine.diagnostics import CheckError, ContextError, NodeError
+from graphengine.prims.stage_prims import StagePrims
+from graphengine.prims.usd_types import PORT_TYPES, type_of_attribute
+from nodes.prims import (
+    GetPrimDirectionVector,
+    GetPrimLocalToWorldTransform,
+    ReadPrimAttribute,
+    ReadPrimLocalTransform,
+    WritePrimAttribute,
+)
+from tests.nodes.harness import Player, matrix, ready, yaw
+from tests.nodes.prims.harness import BOX, READING, READING_WIRES, arm, box
+
+
+@pytest.mark.parametrize("where", [{"prim": BOX}, {"prim_path": BOX, "use_path": True}])
+def test_an_attribute_is_read_as_ports_carry_it(where: dict[str, Any]) -> None:
+    node = ready(ReadPrimAttribute, box(), name="xformOp:translate", **where)
+    node.compute()
+    assert node.value == (1.0, 2.0, 3.0)
+    node = ready(ReadPrimAttribute, box(), name="xformOp:orient", **where)
+    node.compute()
+    assert node.value == pytest.approx(yaw(0.5))
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "read"),
+    [
+        ("xformOp:translate", (4, 5.5, -6), (4.0, 5.5, -6.0)),
+        ("xformOp:translate", np.array([4.0, 5.0, 6.0]), (4.0, 5.0, 6.0)),
+        ("xformOp:orient", yaw(-1.0), yaw(-1.0)),
+    ],
+)
+def test_what_is_written_is_read(name: str, value: Any, read: Any) -> None:
+    context = box()
+    ready(WritePrimAttribute, context, prim=BOX, name=name, value=value).compute()
+    node = ready(ReadPrimAttribute, context, prim=BOX, name=name)
+    node.compute()
+    assert node.value == pytest.approx(read)
+
+
+@pytest.mark.parametrize(
+    ("value", "told"),
+    [
+        ((1.0, 2.0), r"is a double\[3\]: expected 3 values, got 2"),
+        ("up", r"is a double\[3\]: expected a list of 3 values, got 'up'"),
+        ((1.0, 2.0, math.nan), r"xformOp:translate of /World/box: it has to be .*, not \[1.0, 2.0, nan\]"),
+    ],
+)
+def test_a_value_that_does_not_fit_says_what_would(value: Any, told: str) -> None:
+    node = ready(WritePrimAttribute, box(), prim=BOX, name="xformOp:translate", value=value)
+    with pytest.raises(ContextError, match=told):
+        node.compute()
+
+
+def test_what_cannot_be_changed_says_what_can() -> None:
+    with pytest.raises(ContextError, match="physics:mass of /World/box cannot be changed") as refused:
+        ready(WritePrimAttribute, box(), prim=BOX, name="physics:mass", value=2.0)
+    assert "what can be changed there: xformOp:translate, xformOp:orient" in str(refused.value)
+
+
+def test_an_unknown_attribute_is_told_with_the_nearest() -> None:
+    with pytest.raises(ContextError, match="has no attribute 'xformOp:translat'") as refused:
+        ready(ReadPrimAttribute, box(), prim=BOX, name="xformOp:translat")
+    assert "xformOp:translate" in str(refused.value)
+
+
+def test_a_prim_on_the_other_input_is_pointed_at() -> None:
+    with pytest.raises(ContextError, match="prim is empty") as refused:
+        ready(ReadPrimAttribute, box(), prim_path=BOX, name="xformOp:translate")
+    assert "primPath is set, which counts while usePath is true" in str(refused.value)
+
+
+def test_a_pose_is_a_matrix_for_row_vectors() -> None:
+    context = box()
+    context.world.add_body("/World/box/lid", (1.0, 0.0, 0.0), yaw(0.25))
+    whole = ready(GetPrimLocalToWorldTransform, context, prim_path=BOX)
+    whole.compute()
+    made = np.array(whole.local_to_world_transform).reshape(4, 4)
+    assert made[:3, :3] == pytest.approx(matrix(yaw(0.5)).T)
+    assert made[3].tolist() == [1.0, 2.0, 3.0, 1.0]
+    local = ready(ReadPrimLocalTransform, context, prim="/World/box/lid")
+    local.compute()
+    world = context.world.body(context.world.stage.find("/World/box/lid")).pose()
+    row = np.array([*world[0], 1.0])
+    assert np.array([0.0, 0.0, 0.0, 1.0]) @ np.array(local.value).reshape(4, 4) @ made == pytest.approx(row)
+
+
+def test_the_axes_of_a_prim_point_where_it_is_turned_to() -> None:
+    node = ready(GetPrimDirectionVector, box(), prim_path=BOX)
+    node.compute()
+    right, up, backward = matrix(yaw(0.5)).T
+    assert [node.right_vector, node.left_vector] == [pytest.approx(right), pytest.approx(-right)]
+    assert [node.up_vector, node.down_vector] == [pytest.approx(up), pytest.approx(-up)]
+    assert [node.backward_vector, node.forward_vector] == [pytest.approx(backward), pytest.approx(-backward)]
+
+
+def test_in_a_graph_the_axes_of_a_prim_are_those_of_now(play: Player) -> None:
+    nodes = """
+  Turn: {type: WritePrimAttribute, inputs: {prim: /World/box, name: 'xformOp:orient', value: [0.0, 0.0, 1.0, 0.0]}}
+  Axes: {type: GetPrimDirectionVector, inputs: {primPath: /World/box}}
+  Look: {type: PublishOdometry}
+"""
+    wires = "  - Tick.tick -> Turn.execIn\n  - Turn.execOut -> Look.execIn\n  - Axes.rightVector -> Look.position"
+    playing = arm(play, nodes, wires)
+    playing.tick()
+    assert playing.node("Look").position == pytest.approx((-1.0, 0.0, 0.0))
+
+
+DRIVE = """
+  Drive:
+    type: WritePrimAttribute
+    inputs: {prim: /arm/Physics/turn, name: 'drive:angular:physics:targetPosition', value: 45.0}
+  Angle: {type: ReadPrimAttribute, inputs: {prim: /arm/Physics/turn, name: 'state:angular:physics:position'}}
+  Target:
+    type: ReadPrimAttribute
+    inputs: {primPath: /arm/Physics/turn, usePath: true, name: 'drive:angular:physics:targetPosition'}
+  Both: {type: ConstructArray, inputs: {arraySize: 2}}
+  Each: ForEach
+"""
+WIRES = """
+  - Tick.tick -> Drive.execIn
+  - Drive.execOut -> Each.execIn
+  - Angle.value -> Both.input0
+  - Target.value -> Both.input1
+  - Both.array -> Each.arrayIn
+"""
+
+
+def test_a_drive_is_told_where_to_go_in_degrees_and_goes_there(play: Player) -> None:
+    playing = arm(play, DRIVE, WIRES)
+    playing.tick()
+    angle, target = playing.node("Both").array.tolist()
+    assert target == 45.0
+    assert abs(angle) < 1.0
+    playing.tick(600)
+    assert playing.node("Both").array.tolist() == pytest.approx([45.0, 45.0], abs=0.5)
+    assert playing.node("Both").array.dtype == np.float32
+
+
+def test_a_wrong_value_stops_the_run_and_names_the_attribute(play: Player) -> None:
+    playing = arm(play, READING.replace("[7, 8, 9]", "[7, 8, .nan]"), READING_WIRES)
+    with pytest.raises(NodeError, match="it has to be an array of 3 finite numbers"):
+        playing.tick()
+
+
+@pytest.mark.parametrize(
+    ("value", "told"),
+    [
+        ("up", r"Put: value is token and xformOp:translate is double\[3\]"),
+        ("[7, 8]", r"Put: value is int\[2\] and xformOp:translate is double\[3\]"),
+    ],
+)
+def test_a_value_of_another_kind_is_told_before_the_run(play: Player, value: str, told: str) -> None:
+    with pytest.raises(CheckError, match=told):
+        arm(play, READING.replace("{type: 'double[3]', value: [7, 8, 9]}", value), READING_WIRES)
+
+
+def test_a_list_needs_no_type_to_be_written(play: Player) -> None:
+    playing = arm(play, READING.replace("{type: 'double[3]', value: [7, 8, 9]}", "[7, 8, 9]"), READING_WIRES)
+    playing.tick()
+    assert playing.node("Read").value == pytest.approx((7.0, 8.0, 9.0))
+
+
+def test_what_cannot_be_written_is_told_before_the_run(play: Player) -> None:
+    with pytest.raises(CheckError, match="physics:mass of /World/box cannot be changed while the simulation runs"):
+        arm(play, READING.replace("'xformOp:translate', value", "'physics:mass', value"), READING_WIRES)
+
+
+def test_the_types_by_name_are_those_that_prims_have(play: Player) -> None:
+    playing = arm(play, DRIVE, WIRES)
+    prims, seen = StagePrims(playing.session.services.world), set()
+    for path, _ in prims.below("/"):
+        for name, kind in prims.attributes(path).items():
+            assert type_of_attribute(name) == PORT_TYPES[kind]
+            seen.add(name)
+    assert len(seen) > 6
+    with pytest.raises(ContextError, match="no prim has an attribute 'drive:angular:physics:stiffness'"):
+        type_of_attribute("drive:angular:physics:stiffness")

@@ -1,0 +1,39 @@
+"""Which modifiers OnKeyboardInput wants held, and which not."""
+
+from __future__ import annotations
+
+import pytest
+
+from graphengine.testing import RecordingContext
+from nodes.action.keyboard import OnKeyboardInput
+from tests.nodes.harness import ready
+from tests.nodes.test_events import typed
+
+
+@pytest.mark.parametrize("held", ["LeftShift", "RightControl", "LeftAlt"])
+def test_a_key_without_modifiers_is_not_pressed_while_one_is_held(held: str) -> None:
+    context = RecordingContext()
+    node = ready(OnKeyboardInput, context, key_in="D")
+    assert typed(node, context, held, f"{held} D", held, "", "D") == ["", "", "", "", "pressed"]
+
+
+def test_of_two_nodes_the_one_fires_whose_modifiers_are_held() -> None:
+    context = RecordingContext()
+    plain = ready(OnKeyboardInput, context, key_in="S")
+    save = ready(OnKeyboardInput, context, key_in="S", ctrl_in=True)
+    context.services.keys.press(["LeftControl", "S"])
+    context.tick()
+    assert (plain.compute(), save.compute()) == (None, save.pressed)
+
+
+def test_a_modifier_that_is_held_later_does_not_release_a_key() -> None:
+    context = RecordingContext()
+    node = ready(OnKeyboardInput, context, key_in="D")
+    assert typed(node, context, "D", "D LeftShift", "LeftShift") == ["pressed", "", "released"]
+
+
+@pytest.mark.parametrize(("key", "others"), [("LeftShift", ""), ("RightControl", "")])
+def test_a_modifier_may_be_the_key_itself(key: str, others: str) -> None:
+    context = RecordingContext()
+    node = ready(OnKeyboardInput, context, key_in=key)
+    assert typed(node, context, key, "") == ["pressed", "released"]
