@@ -34,5 +34,10 @@ def reading_poses(paths: Iterable[str]) -> tuple[str, ...]:
     return (*(dict.fromkeys(map(pose_of, paths)) or (ANY,)), WIRED)
 
 
+def writing_poses(paths: Iterable[str]) -> tuple[str, ...]:
+    """What a node changes that puts prims somewhere; none of which are known if there are no paths."""
+    return (*(dict.fromkeys(map(pose_of, paths)) or (WIRED,)), ANY)
+
+
 def _root(path: str) -> str:
     return f"/{path.split('/')[1] if '/' in path else path}"

@@ -5,9 +5,10 @@ from __future__ import annotations
 import contextlib
 import queue
 import threading
+import time
 import traceback
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -18,6 +19,8 @@ from graphengine.session import Session
 
 MAX_WAITING = 1000
 """Commands that nobody has taken up yet; more are refused."""
+SHARE = 0.01
+"""Seconds of the processor after which what else was asked for waits until a tick ran."""
 
 
 class Doable(Protocol):
@@ -38,9 +41,13 @@ class CommandDesk:
 
     Futures end in the session's thread, callbacks included. They fail with what the session raised; also with `UsageError` for
     commands that make no sense, and with `StateError` for those that come too late or are too many.
+
+    Args:
+        clock: seconds, of the processor in this thread.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, clock: Callable[[], float] = time.thread_time) -> None:
+        self._clock = clock
         self._arrived: queue.SimpleQueue[_Request | None] = queue.SimpleQueue()
         self._taken: deque[_Request | None] = deque()
         self._stepping: tuple[int, Future[Any]] | None = None
@@ -71,10 +78,13 @@ class CommandDesk:
         return answer
 
     def serve(self, session: Session) -> None:
-        """Do what has arrived; what arrives meanwhile waits, so that ticks go on."""
+        """Do what has arrived; what arrives meanwhile, or would take too long together, waits, so that ticks go on."""
         self._end_steps(session)
         waiting = len(self._taken) + self._arrived.qsize()
-        for _ in range(waiting):
+        end = self._clock() + SHARE
+        for done in range(waiting):
+            if done and self._clock() >= end:
+                break
             request = self._taken.popleft() if self._taken else self._arrived.get()
             if request is not None and request.answer.set_running_or_notify_cancel():
                 self._do(request, session)

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from graphengine.build import Assembly
 from graphengine.diagnostics import RecordingError
-from graphengine.node_context import Services
+from graphengine.node_context.services import Services
 from graphengine.recording import machine
 from graphengine.recording.sources import SourceNames
 

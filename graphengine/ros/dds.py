@@ -11,7 +11,7 @@ import atexit
 import itertools
 import threading
 from collections import Counter
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
@@ -169,6 +169,14 @@ class DdsTransport:
         return {service: warning for service, warning in told if warning}
 
     @property
+    def rival_services(self) -> Sequence[str]:
+        """Services of this transport that somebody else offers too, as far as `graph` has heard; a call reaches both."""
+        with self._lock:
+            own = Counter(end.service for end in self._services if isinstance(end, DdsServer))
+            known = self._discovery.servers if self._discovery is not None else Counter[str]()
+            return [service for service, number in own.items() if known[service] > number]
+
+    @property
     def source(self) -> bytes:
         """GID of the writer of the message that is being delivered; empty when it is gone already."""
         return self._delivering.source if isinstance(self._delivering, DdsReader) else b""
@@ -319,7 +327,8 @@ def _lossless(qos: QoS) -> QoS:
 def _deep(qos: QoS) -> QoS:
     """What to read with: Cyclone DDS does not tell what it overwrites, and whoever keeps only so many here does.
 
-    The depth of latched topics stays, as it says how much of the past is wanted.
+    A reader announces what it keeps, so that `ros2 topic info -v` on Cyclone DDS shows this depth. That of latched topics stays,
+    as it says how much of the past is wanted.
     """
     qos = settled(qos)
     return replace(qos, depth=max(qos.depth, _BACKLOG)) if qos.durability == "volatile" else qos

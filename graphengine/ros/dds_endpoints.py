@@ -31,6 +31,7 @@ class DdsWriter:
         self.dropped = 0
         """Messages given up because a reader did not keep up."""
         self._remove = remove
+        self._send = cyclone.sender(entity)
         self._lock = threading.Lock()
 
     def write(self, data: bytes) -> None:
@@ -41,7 +42,7 @@ class DdsWriter:
         """
         if len(data) & 3:
             data += bytes(-len(data) & 3)
-        code = cyclone.write(self.entity, data)
+        code = self._send(data)
         if code == cyclone.TIMEOUT:
             self.dropped += 1
         elif code < 0:

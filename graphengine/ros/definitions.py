@@ -27,7 +27,15 @@ from rosbags.typesys.stores import ros2_jazzy
 from graphengine.diagnostics import did_you_mean, listing, shown
 from graphengine.ros.faults import find_fault
 from graphengine.ros.folders import Folders
-from graphengine.ros.interfaces import Definition, Description, MessageTypeError, TypeName, element_of, read
+from graphengine.ros.interfaces import (
+    Definition,
+    Description,
+    MessageTypeError,
+    TypeName,
+    element_of,
+    read,
+    signed_byte,
+)
 
 SHARE = Path(__file__).parent / "share"
 MAX_NESTING = 32
@@ -234,12 +242,16 @@ class Definitions:
             return self.initial(detail)
         if kind == Nodetype.BASE:
             zero = "" if detail[0] == "string" else dtype_of(detail[0]).type(0).item()
-            return zero if given is None else type(zero)(given)
+            if given is None:
+                return zero
+            return signed_byte(given) if detail[0] == "byte" else type(zero)(given)
         element, count = detail
         length = count if kind == Nodetype.ARRAY else 0
         if element[0] == Nodetype.BASE and element[1][0] != "string":
-            dtype = dtype_of(element[1][0])
-            return np.zeros(length, dtype) if given is None else np.array(given, dtype)
+            number = element[1][0]
+            if given is None:
+                return np.zeros(length, dtype_of(number))
+            return np.array([signed_byte(value) for value in given] if number == "byte" else given, dtype_of(number))
         return [self._initial(element, None) for _ in range(length)] if given is None else list(given)
 
     def _file(self, message_type: str) -> Path | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator, Sequence, Sized
 from dataclasses import dataclass, replace
 from typing import Any
@@ -90,6 +91,8 @@ class Discovery:
         """None for one that is no ROS 2 topic, such as a service's."""
         self._services: dict[bytes, tuple[str, str]] = {}
         """Names and types, by endpoints that send or take requests."""
+        self._servers: dict[bytes, str] = {}
+        """Services by the endpoints that take requests."""
         self._graph: Graph | None = None
         """What was known at the last look; None once more was heard."""
 
@@ -102,6 +105,11 @@ class Discovery:
         if self._graph is None:
             self._graph = self._drawn()
         return self._graph
+
+    @property
+    def servers(self) -> Counter[str]:
+        """How many servers each service has, as of the last look."""
+        return Counter(self._servers.values())
 
     def _drawn(self) -> Graph:
         owners = {gid: node for nodes in self._nodes.values() for gid, node in nodes.items()}
@@ -128,9 +136,11 @@ class Discovery:
                 self._endpoints[gid] = _endpoint(gid, direction, sample)
                 if service := _service(sample):
                     self._services[gid] = service
+                    if direction == "subscribe":
+                        self._servers[gid] = service[0]
             else:
-                self._endpoints.pop(gid, None)
-                self._services.pop(gid, None)
+                for known in (self._endpoints, self._services, self._servers):
+                    known.pop(gid, None)
 
     def _hear_nodes(self) -> None:
         while arrived := cyclone.take(self._told):

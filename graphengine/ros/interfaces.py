@@ -42,6 +42,18 @@ SCALARS = {
 }
 """How `struct` packs each number of a message."""
 
+
+def signed_byte(value: int) -> int:
+    """A byte as the encoder takes it, which counts from -128.
+
+    Raises:
+        ValueError: it is none.
+    """
+    if not 0 <= value <= 0xFF:
+        raise ValueError(f"{value} is no byte")
+    return (value ^ 0x80) - 0x80
+
+
 _SNAKE = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)*\Z")
 _CAMEL = re.compile(r"[A-Z][A-Za-z0-9]*\Z")
 _WIDE = {"wstring", "wchar"}
@@ -141,8 +153,13 @@ def _parse(path: Path, package: str, text: str, line: int) -> Definition:
             legal = "legal: lower-case letters, digits and single underscores; the first is a letter, the last is none"
             raise MessageTypeError(f"{path}: ROS 2 refuses the field name {parsed.name!r}", path.stem, legal)
     (constants, fields), *_ = make_typesdict([message]).values()
-    initial = {parsed.name: parsed.value for parsed in message.fields if parsed.value is not None}
+    initial = {parsed.name: _unescaped(parsed.value) for parsed in message.fields if parsed.value is not None}
     return _sound(path, Definition(list(constants), list(fields), initial))
+
+
+def _unescaped(value: Any) -> Any:
+    """A value that a definition gives to a field; in texts, rosbags leaves the backslashes before quotes."""
+    return value.replace('\\"', '"').replace("\\'", "'") if isinstance(value, str) else value
 
 
 def _first_fault(text: str) -> tuple[int, str]:

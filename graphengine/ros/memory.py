@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections import defaultdict, deque
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
@@ -103,6 +103,7 @@ class MemoryTransport:
     node = ""
     malformed: Mapping[str, int] = MappingProxyType({})
     foreign_services: Mapping[str, str] = MappingProxyType({})
+    rival_services: Sequence[str] = ()
 
     def __init__(self, *, wants_all: bool = False, keeps: bool = True, definitions: Definitions = DEFINITIONS) -> None:
         self._definitions = definitions

@@ -17,8 +17,7 @@ from graphengine.diagnostics import Findings, did_you_mean, listing, shown
 from graphengine.document import Value
 from graphengine.ros.definitions import DEFINITIONS, Definitions, dtype_of
 from graphengine.ros.faults import find_fault
-from graphengine.ros.interfaces import Description, named
-from graphengine.ros.plain import signed_byte
+from graphengine.ros.interfaces import Description, named, signed_byte
 
 HEADER = "std_msgs/msg/Header"
 TIME = "builtin_interfaces/msg/Time"

@@ -103,7 +103,10 @@ __all__ = [
     "Vector3",
 ]
 
-_INT32 = 2**31
+_EARLIEST, _LATEST = -(2.0**31), 2.0**31
+"""Seconds that a stamp can hold, the last one not included: it counts them in 32 bits."""
+_ENCAPSULATIONS = (b"\0\0", b"\0\1")
+"""What CDR messages begin with, by their byte order: the larger end first, or the smaller."""
 
 
 class MessageError(TransportError):
@@ -119,7 +122,7 @@ def stamp(seconds: float) -> Time:
     Raises:
         MessageError: the time is beyond what the message can hold.
     """
-    if not -_INT32 <= seconds < _INT32:
+    if not _EARLIEST <= seconds < _LATEST:
         raise MessageError(f"a stamp cannot be {seconds} s: ROS 2 counts seconds in 32 bits")
     return Time(*divmod(int(seconds * 1e9), 1_000_000_000))
 
@@ -183,13 +186,20 @@ def encode(message: Any, definitions: Definitions = DEFINITIONS) -> bytes:
 def decode(data: bytes, message_type: str, definitions: Definitions = DEFINITIONS) -> Any:
     """The message that bytes of either byte order hold; arrays are views of them and cannot be written.
 
+    Bytes after it are let pass, as ROS 2 does: rmw_fastrtps_cpp encodes some messages into more bytes than they take.
+
     Raises:
         MessageError: the bytes are no such message.
         MessageTypeError: there is no such type.
     """
     definitions.definition(message_type)
+    store = definitions.store
     try:
-        return definitions.store.deserialize_cdr(memoryview(data), message_type)
+        if data[:2] not in _ENCAPSULATIONS:
+            raise ValueError("their encapsulation is not that of CDR")
+        codec = store.get_msgdef(message_type)
+        read = codec.deserialize_cdr_le if data[1] else codec.deserialize_cdr_be
+        return read(memoryview(data)[4:], 0, codec.cls, store)[0]
     except Exception as error:
         raise MessageError(f"{len(data)} bytes are no {message_type}: {error}") from error
 

@@ -127,6 +127,10 @@ class LiveNetwork:
             if arrived:
                 for sink in self.sinks:
                     sink.deliver(end.claim, arrived)
+        self.look()
+
+    def look(self) -> None:
+        """Tell what keeps the session and its peers apart, if it is time to; for runs that make no ticks too."""
         for domain, watch in self._watches.items():
             watch.look(partial(self._ends, domain))
 

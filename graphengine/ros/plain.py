@@ -11,7 +11,7 @@ from rosbags.typesys.base import normalize_fieldname
 from graphengine.diagnostics import did_you_mean, listing, shown
 from graphengine.ros.definitions import DEFINITIONS, Definitions, dtype_of
 from graphengine.ros.faults import find_fault
-from graphengine.ros.interfaces import Description
+from graphengine.ros.interfaces import Description, signed_byte
 from graphengine.ros.messages import MessageError, message_type
 
 
@@ -95,16 +95,11 @@ def _scalar(value: Any, name: str, place: str) -> Any:
         legal, what = isinstance(value, int) and not isinstance(value, bool), "a whole number"
     if not legal:
         raise MessageError(f"{place}: expected {what}, got {shown(value)}")
-    if name == "byte":
-        if not 0 <= value <= 0xFF:
-            raise MessageError(f"{place} is {value!r}, not a byte")
-        return signed_byte(value)
     try:
+        if name == "byte":
+            return signed_byte(value)
         return float(value) if name.startswith("float") else value
+    except ValueError:
+        raise MessageError(f"{place} is {value!r}, not a byte") from None
     except OverflowError:
         raise MessageError(f"{place} is too large for a {name}") from None
-
-
-def signed_byte(value: int) -> int:
-    """A byte as the encoder takes it, which counts from -128."""
-    return (value ^ 0x80) - 0x80

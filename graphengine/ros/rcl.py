@@ -9,7 +9,8 @@ import logging
 import os
 import threading
 import warnings
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections import Counter
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import Any, get_args
 
 from graphengine.context import QoS
@@ -225,6 +226,14 @@ class RclTransport:
         with self._lock:
             told = [] if self._closed else [(end.service, end.warning(self._node)) for end in self._services]
         return {service: warning for service, warning in told if warning}
+
+    @property
+    def rival_services(self) -> Sequence[str]:
+        """Services of this transport that somebody else offers too, as far as it is known; a call reaches both."""
+        with self._lock:
+            own = Counter(end.service for end in self._services if isinstance(end, RclServer))
+            told = {} if self._closed else {service: self._node.count_services(service) for service in own}
+            return [service for service, number in told.items() if number > own[service]]
 
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> Graph:
         """Who writes and reads which topic, as far as it is known; it is the faster the less is asked for.

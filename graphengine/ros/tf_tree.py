@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -10,6 +12,8 @@ from graphengine.ros.rates import SECOND
 
 MAX_EDGES = 5000
 """Frames within others that are taken in; drawing a chain of so many takes 100 MB."""
+TOLERANCE = 0.01
+"""How far the square of a quaternion's length may be from 1, as in tf2's buffer_core.cpp."""
 
 
 @dataclass(slots=True)
@@ -75,6 +79,8 @@ class FrameTree:
 
     def __init__(self) -> None:
         self._edges: dict[tuple[str, str], Edge] = {}
+        self._refused: dict[tuple[str, str, str], set[bytes]] = {}
+        """Who sent which edge that tf2 does not take, and why it does not."""
         self._full = False
 
     def add(self, message: Any, static: bool, source: bytes) -> None:
@@ -84,10 +90,13 @@ class FrameTree:
             parent = transform.header.frame_id.removeprefix("/")
             child = transform.child_frame_id.removeprefix("/")
             edge = self._edges.get((child, parent))
+            if len(self._edges) + len(self._refused) >= MAX_EDGES and edge is None:
+                self._full = True
+                continue
+            if why := _refusal(parent, child, transform.transform):
+                self._refused.setdefault((child, parent, why), set()).add(source)
+                continue
             if edge is None:
-                if len(self._edges) == MAX_EDGES:
-                    self._full = True
-                    continue
                 edge = self._edges[child, parent] = Edge(parent, child, static)
             stamp = transform.header.stamp
             edge.add(stamp.sec * SECOND + stamp.nanosec, source)
@@ -121,7 +130,8 @@ class FrameTree:
             names: who has which GID.
         """
         full = [f"there are more than {MAX_EDGES} transforms; the others are left out"] if self._full else []
-        return [*full, *self._islands(), *self._parents(names), *self._loops(), *self._rivals(names)]
+        wrong = (self._islands(), self._parents(names), self._loops(), self._rivals(names), self._refusals(names))
+        return [*full, *itertools.chain(*wrong)]
 
     def _islands(self) -> Iterator[str]:
         roots = self.roots()
@@ -155,6 +165,24 @@ class FrameTree:
             if len(edge.sources) > 1:
                 yield f"{edge.child} in {edge.parent} is broadcast by several: {broadcasters(edge, names)}"
 
+    def _refusals(self, names: Mapping[bytes, str]) -> Iterator[str]:
+        for (child, parent, why), sources in sorted(self._refused.items()):
+            yield f"tf2 does not take {child!r} in {parent!r}, as {why}: it is sent by {_named(sources, names)}"
+
+
+def _refusal(parent: str, child: str, transform: Any) -> str:
+    """Why tf2 throws a transform away; empty if it does not."""
+    place, turn = transform.translation, transform.rotation
+    quaternion = turn.x, turn.y, turn.z, turn.w
+    if not parent or not child:
+        return "a frame has no name"
+    if parent == child:
+        return "it is a frame within itself"
+    if any(map(math.isnan, (place.x, place.y, place.z, *quaternion))):
+        return "a number in it is NaN"
+    off = abs(sum(value * value for value in quaternion) - 1.0)
+    return "" if off < TOLERANCE else "its quaternion is not of length 1"
+
 
 def _descend(root: str, children: Mapping[str, Iterable[Edge]], shown: set[str]) -> Iterator[Row]:
     """A root and what lies below it, without recursion: a chain of frames may be long."""
@@ -173,7 +201,11 @@ def _descend(root: str, children: Mapping[str, Iterable[Edge]], shown: set[str])
 
 def broadcasters(edge: Edge, names: Mapping[bytes, str]) -> str:
     """Who broadcast an edge, as far as it is known."""
-    return ", ".join(sorted({names.get(source, "unknown") for source in edge.sources}))
+    return _named(edge.sources, names)
+
+
+def _named(sources: Iterable[bytes], names: Mapping[bytes, str]) -> str:
+    return ", ".join(sorted({names.get(source, "unknown") for source in sources}))
 
 
 def frequency(edge: Edge) -> str:

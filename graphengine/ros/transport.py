@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Protocol
 
 from graphengine.context import QoS
@@ -113,6 +113,10 @@ class Transport(Protocol):
     @property
     def foreign_services(self) -> Mapping[str, str]:
         """Services of this transport with a peer that it cannot talk to, and what to tell people about each."""
+
+    @property
+    def rival_services(self) -> Sequence[str]:
+        """Services of this transport that somebody else offers too, as far as `graph` has heard; a call reaches both."""
 
     @property
     def malformed(self) -> Mapping[str, int]:

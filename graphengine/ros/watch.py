@@ -96,6 +96,8 @@ class Watch:
         foreign = self._transport.foreign_services
         for warning in foreign.values():
             self._say(warning)
+        if rivals := self._transport.rival_services:
+            self._say(*_rival_servers(rivals))
         for topic in sorted(self._transport.malformed.keys() - foreign.keys()):
             self._say(f"{topic}: a peer sends what is no message of the topic's type; dropped")
 
@@ -171,6 +173,13 @@ def _rivals(topic: str, publishers: Sequence[Endpoint], node: str, own: int) -> 
     for other in others:
         what = f"{topic}: {other} publishes it too: time will jump to and fro for whoever listens"
         yield what, "end either of them, or give it a ROS_DOMAIN_ID of its own"
+
+
+def _rival_servers(services: Sequence[str]) -> Fault:
+    """That services are offered twice, in the same words whichever they are: of two runs alike, that is dozens."""
+    shown = f"{', '.join(services[:3])}{' and others' if len(services) > 3 else ''}"
+    ways = "end either of them, or give it other names, as with --simulation-interfaces /one, or its own ROS_DOMAIN_ID"
+    return "another program offers services that this run offers too: either may answer a call", f"{shown}: {ways}"
 
 
 def _vendors(ends: Iterable[Endpoint]) -> set[bytes]:

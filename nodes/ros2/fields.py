@@ -23,9 +23,9 @@ from graphengine.diagnostics import ContextError
 from graphengine.node import Node
 from graphengine.ros.definitions import Definitions, dtype_of
 from graphengine.ros.faults import find_fault
-from graphengine.ros.interfaces import Description, MessageTypeError, element_of, message_of, written
+from graphengine.ros.interfaces import Description, MessageTypeError, element_of, message_of, signed_byte, written
 from graphengine.ros.messages import MessageError
-from graphengine.ros.plain import from_plain, signed_byte, to_plain
+from graphengine.ros.plain import from_plain, to_plain
 
 MAX_PORTS = 2000
 """Of a node; the largest message of ROS 2 Jazzy makes 38."""

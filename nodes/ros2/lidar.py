@@ -43,7 +43,7 @@ class ROS2RtxLidarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxLidarHe
 
     lidar: Lidar = State()
     publisher: Publisher = State()
-    level: slice = State()
+    level: slice | None = State()
 
     def setup(self, context: Context) -> None:
         """Bind the sensor and open the topic."""
@@ -54,7 +54,7 @@ class ROS2RtxLidarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxLidarHe
             context.log("warning", "enableObjectIdMap has no effect: rays do not tell objects apart")
         super().setup(context)
         self.lidar = context.lidar(self.render_product_path)
-        self.level = level_ring(self.lidar)
+        self.level = level_ring(self.lidar) if len(self.lidar.elevations) > 1 else None
         kind = "LaserScan" if self.type_in == "laser_scan" else "PointCloud2"
         self.publisher = self.open_for(
             context, self.lidar, f"sensor_msgs/msg/{kind}", self.topic_name, frame_id=self.frame_id
@@ -71,6 +71,9 @@ class ROS2RtxLidarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxLidarHe
         """One range a beam; all beams are of one instant, so time_increment is 0."""
         first, last, increment = self.lidar.angles
         near, far = self.lidar.ranges
+        ranges, intensities = scan.ranges, scan.intensities
+        if self.level is not None:
+            ranges, intensities = ranges[self.level], intensities[self.level]
         return messages.LaserScan(
             messages.header(self.stamp(scan.time), self.frame_id),
             first,
@@ -80,8 +83,8 @@ class ROS2RtxLidarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxLidarHe
             1.0 / self.lidar.rate,
             near,
             far,
-            self.reported(scan.ranges[self.level], far),
-            scan.intensities[self.level],
+            self.reported(ranges, far),
+            intensities,
         )
 
     def reported(self, ranges: NDArray[np.float32], far: float) -> NDArray[np.float32]:

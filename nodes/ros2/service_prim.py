@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any
 
@@ -12,6 +12,7 @@ from graphengine.diagnostics import GraphError
 from graphengine.node import ExecIn, ExecOut, Fire, In, Node, State
 from graphengine.ros import messages
 from graphengine.types import String, UInt64
+from nodes.touched import ANY, WIRED
 
 _PACKAGE = "isaac_ros2_messages/srv"
 
@@ -60,6 +61,10 @@ class ROS2ServicePrim(Node, type="isaacsim.ros2.bridge.ROS2ServicePrim", gated=T
             qos_profile=self.qos_profile,
             ros_context=self.context,
         )
+
+    def writes(self) -> Iterable[str]:
+        """Any attribute of any prim."""
+        return WIRED, ANY
 
     def compute(self) -> Fire:
         """Answer what was asked."""

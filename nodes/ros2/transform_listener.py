@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
 from graphengine.context import Context, Frame, Placement, Quaternion, Subscription, Vector3
@@ -11,6 +12,7 @@ from graphengine.node import ExecOut, Fire, In, State
 from graphengine.rotation import compose
 from graphengine.types import String, Tokens
 from nodes.ros2.publisher import TopicNode
+from nodes.touched import writing_poses
 
 _FARTHEST = 1e9
 """Coordinates that are taken for a place, m; the physics counts up to 1e10."""
@@ -61,6 +63,10 @@ class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2Subsc
         }
         topic = self.topic_name
         self.subscription = self.listen(context, "tf2_msgs/msg/TFMessage", topic, outermost_namespace=True)
+
+    def writes(self) -> Iterable[str]:
+        """The poses of its prims."""
+        return writing_poses(self.frame_names_map[::2])
 
     def compute(self) -> Fire:
         """Go by the newest transform of each child; a parent that came before its child did has moved by then."""

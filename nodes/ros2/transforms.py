@@ -12,6 +12,7 @@ from graphengine.ros import messages
 from graphengine.types import Double3s, Double4s, Quaterniond, String, Target, Tokens, UInt64, Vector3d
 from nodes.core.transforms import pose_of
 from nodes.ros2.publisher import PublisherNode
+from nodes.touched import reading_poses
 
 
 def transform(
@@ -92,6 +93,10 @@ class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.RO
         if not edges:
             raise ContextError("parentFrames and childFrames are empty, and no targetPrims are given")
         self.publisher = self.open(context, frame_id=edges[0][0], transforms=edges)
+
+    def reads(self) -> Iterable[str]:
+        """The poses of its prims, where no arrays bring them."""
+        return reading_poses(self.target_prims) if self.target_prims else ()
 
     def message(self) -> messages.TFMessage:
         """All transforms."""

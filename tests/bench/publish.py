@@ -79,7 +79,7 @@ def odometry() -> ROS2PublishOdometry:
 def laser_scan() -> Any:
     """The node that publishes a lidar, with all of its beams."""
     node: Any = ROS2RtxLidarHelper(render_product_path=Room.prim_path, selected_metadata=())
-    node.lidar, node.level = Room(), slice(0, BEAMS)
+    node.lidar, node.level = Room(), None
     return node
 
 

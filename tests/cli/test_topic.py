@@ -83,6 +83,10 @@ def test_list_names_every_topic_in_order(topic: Graphrun, crowd: DdsTransport) -
     assert result.lines == ["/cmd_vel", "/parameter_events", "/rosout", "/scan"]
 
 
+def test_commands_written_for_ros2_may_ask_for_no_daemon(topic: Graphrun, crowd: DdsTransport) -> None:
+    assert topic("list", "--no-daemon") == topic("list")
+
+
 def test_list_shows_types_and_hidden_topics_when_asked(topic: Graphrun, crowd: DdsTransport) -> None:
     assert f"/cmd_vel [{TWIST}]" in topic("list", "-t").lines
     assert f"/robot/_private [{STRING}]" in topic("list", "-t", "--include-hidden-topics").lines

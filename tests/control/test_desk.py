@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from graphengine.control.desk import MAX_WAITING, CommandDesk
+from graphengine.control.desk import MAX_WAITING, SHARE, CommandDesk
 from graphengine.diagnostics import NodeError, StateError, UsageError
 from graphengine.session import Session
 from tests.control.conftest import MakeTicking
@@ -51,6 +51,23 @@ def test_what_is_asked_for_meanwhile_waits_for_the_next_tick(ticking: MakeTickin
     assert not asked[0].done()
     desk.serve(session)
     assert asked[0].result(0)["state"] == "playing"
+
+
+class Long:
+    def __init__(self, clock: list[float]) -> None:
+        self.clock = clock
+
+    def apply(self, session: Session) -> None:
+        self.clock[0] += SHARE
+
+
+def test_a_flood_of_commands_leaves_ticks_their_turn(ticking: MakeTicking) -> None:
+    now = [0.0]
+    desk, session = CommandDesk(lambda: now[0]), ticking().session
+    asked = [desk.ask(Long(now)) for _ in range(3)]
+    for done in (1, 2, 3):
+        desk.serve(session)
+        assert [answer.done() for answer in asked].count(True) == done
 
 
 def test_a_command_that_is_refused_leaves_the_run_going(ticking: MakeTicking) -> None:

@@ -209,6 +209,8 @@ def test_entities_are_found_by_name_and_by_place(sim: Simulator, filters: dict[s
     [
         ({"filter": "("}, FAILED),
         ({"filter": "x" * 2000}, FAILED),
+        ({"filter": "(?:x{9999}){9999}"}, FAILED),  # which would be written out in all of the memory that there is
+        ({"filter": "(x{0009999}){1,9999}"}, FAILED),
         ({"filter": "(a|b|ab|ba|al|ll|l)*(a|b|l|ba|al)*(b|a|l)*(b|a|l|al)*c{99}"}, OK),
         ({"bounds": bounds(CONVEX_HULL, (0, 0, 0), (1, 0, 0), (0, 1, 0))}, UNSUPPORTED),
         ({"bounds": bounds(BOX, (0, 0, 0))}, FAILED),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import signal
 import subprocess
 import sys
 import uuid
@@ -25,10 +26,10 @@ OK, QUITTING = 1, 3
 
 
 @contextlib.contextmanager
-def running(folder: Path, transport: str, domain: int) -> Iterator[subprocess.Popen[bytes]]:
+def running(folder: Path, transport: str, domain: int, *namespace: str) -> Iterator[subprocess.Popen[bytes]]:
     project = Project(folder).write("world.xml", WORLD)
     environment = {**os.environ, "ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-    options = ["--transport", transport, "--simulation-interfaces", "--no-control", "--paused"]
+    options = ["--transport", transport, "--simulation-interfaces", *namespace, "--no-control", "--paused"]
     command = [sys.executable, "-m", "graphengine.cli", "run", str(project.folder / "scene.yaml"), *options]
     process = subprocess.Popen(command, cwd=ROOT, env=environment, stderr=subprocess.PIPE)
     try:
@@ -70,3 +71,44 @@ def test_a_run_of_another_process_is_controlled(tmp_path: Path, domain: int, kin
         finally:
             transport.close()
         assert process.wait(PATIENCE) == 0
+
+
+def entities(client: Client, namespace: str) -> list[str]:
+    return list(client.ask(f"{namespace}/get_entities", "simulation_interfaces/srv/GetEntities").entities)
+
+
+@pytest.mark.parametrize("kind", ["dds", pytest.param("rclpy", marks=pytest.mark.ros)])
+def test_two_runs_in_one_domain_are_told_apart_by_their_namespaces(tmp_path: Path, domain: int, kind: str) -> None:
+    if kind == "rclpy":
+        pytest.importorskip("simulation_interfaces")
+    with running(tmp_path, kind, domain, "/one") as one, running(tmp_path, kind, domain, "/two") as two:
+        there = Domain(domain, "LOCALHOST")
+        transport = DdsTransport(there, "client") if kind == "dds" else RclTransport(there, "client")
+        client = Client(transport)
+        try:
+            assert entities(client, "one") == entities(client, "two") == ["bot", "ball", "shelf"]
+            crate = {"name": "box", "resource_string": CRATE, "initial_pose__pose__position__y": 5.0}
+            spawned = client.ask("two/spawn_entity", "simulation_interfaces/srv/SpawnEntity", **crate)
+            assert spawned.result.result == OK
+            assert (len(entities(client, "one")), len(entities(client, "two"))) == (3, 4)
+            asked = client.ask(
+                "one/scene/get_parameters", "rcl_interfaces/srv/GetParameters", names=["real_time_factor"]
+            )
+            assert [value.double_value for value in asked.values] == [1.0]
+        finally:
+            transport.close()
+        for run in (one, two):
+            run.send_signal(signal.SIGINT)
+            _, said = run.communicate(timeout=PATIENCE)
+            assert b"either may answer" not in said
+
+
+def test_two_runs_that_offer_the_same_services_say_so(tmp_path: Path, domain: int) -> None:
+    with running(tmp_path, "dds", domain) as one, running(tmp_path, "dds", domain) as two:
+        for run in (one, two):
+            assert run.stderr is not None
+            said = iter(run.stderr.readline, b"")
+            assert next(line for line in said if line.startswith(b"warning")) == (
+                b"warning: another program offers services that this run offers too: either may answer a call\n"
+            )
+            assert b"/get_simulator_features" in run.stderr.readline()

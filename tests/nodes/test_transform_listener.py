@@ -14,7 +14,10 @@ from graphengine.diagnostics import ContextError, PrimError
 from graphengine.ros import messages
 from graphengine.rotation import compose
 from graphengine.testing import RecordingBody, RecordingContext
+from nodes.core.transforms import IsaacReadWorldPose
+from nodes.ros2.service_prim import ROS2ServicePrim
 from nodes.ros2.transform_listener import ROS2SubscribeTransformTree
+from nodes.ros2.transforms import ROS2PublishTransformTree
 from tests.nodes import scenes
 from tests.nodes.harness import Player, ready, yaw
 
@@ -215,3 +218,19 @@ def test_a_robot_follows_another_by_its_tf(play: Player) -> None:
         for link in links:
             assert near(pose("twin", link), *compose((corner, IDENTITY), before[link])), link
     assert abs(pose("robot", links[-1])[1][2]) > 0.1
+
+
+def test_who_reads_a_pose_in_the_same_pass_reads_it_after_it_was_changed() -> None:
+    def made(cls: Any, **inputs: Any) -> Any:
+        return cls(**inputs)
+
+    told = made(ROS2SubscribeTransformTree, frame_names_map=["/World/box", "box", "/World/cart", "cart"])
+    for writer, path, touched in (
+        (told, "/World/box", True),
+        (told, "/dd100/base_link", False),
+        (made(ROS2SubscribeTransformTree), "/World/box", True),
+        (made(ROS2ServicePrim), "/World/box", True),
+    ):
+        for reader in (made(IsaacReadWorldPose, prim=[path]), made(ROS2PublishTransformTree, target_prims=[path])):
+            assert bool(set(writer.writes()) & set(reader.reads())) == touched
+    assert set(told.writes()) & set(made(IsaacReadWorldPose).reads())

@@ -185,6 +185,13 @@ def test_damaged_messages_decode_or_raise_one_error(message_type: str, seed: int
             decode(candidate, message_type)
 
 
+def test_bytes_after_a_message_are_let_pass_as_ros_2_does() -> None:
+    message = DEFINITIONS.initial("sensor_msgs/msg/JointState")
+    message.name = ["a"]
+    # Fast DDS encodes so, where a sequence of numbers of eight bytes is empty (rmw_serialize.cpp of rmw_fastrtps_cpp).
+    assert same(decode(encode(message) + b"rubbish!", "sensor_msgs/msg/JointState"), message)
+
+
 def test_bytes_that_are_no_message_raise_an_error_that_says_which() -> None:
     with pytest.raises(TransportError, match="3 bytes are no rosgraph_msgs/msg/Clock"):
         decode(b"\0\1\0", "rosgraph_msgs/msg/Clock")

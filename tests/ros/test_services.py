@@ -3,29 +3,16 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator
 from functools import partial
 
 import pytest
 
 from graphengine.context import QoS
 from graphengine.diagnostics import TransportError
-from graphengine.ros.domain import Domain
 from graphengine.ros.interfaces import MessageTypeError
-from graphengine.ros.messages import DEFINITIONS, decode, encode
-from graphengine.ros.rcl import RclTransport
-from graphengine.ros.transport import ServiceClient, ServiceServer
-from tests.ros.contract import ALL, NETWORKED, RCLPY, AnyTransport, Eventually, Join, needs_rclpy
-
-NAME = "/robot/add"
-TYPE = "diagnostic_msgs/srv/AddDiagnostics"  # text in requests, and in answers
-SERVICES = QoS()
-
-
-def rmw() -> str:
-    import rclpy
-
-    return str(rclpy.get_rmw_implementation_identifier())
+from graphengine.ros.transport import ServiceServer
+from tests.ros.contract import ALL, NETWORKED, RCLPY, AnyTransport, Eventually, Join
+from tests.ros.service_contract import NAME, TYPE, Client, Server, foreign, question, reply, rmw
 
 
 @pytest.fixture(params=ALL)
@@ -33,55 +20,6 @@ def kind(request: pytest.FixtureRequest) -> str:
     if " to " in request.param and rmw() != "rmw_cyclonedds_cpp":
         pytest.skip(f"services do not cross between Cyclone DDS and {rmw()}, nor do they in ROS 2")
     return str(request.param)
-
-
-def question(text: str) -> bytes:
-    request = DEFINITIONS.initial(f"{TYPE}_Request")
-    request.load_namespace = text
-    return encode(request)
-
-
-def reply(text: str) -> bytes:
-    response = DEFINITIONS.initial(f"{TYPE}_Response")
-    response.message = text
-    return encode(response)
-
-
-class Server:
-    """A server, and what it was asked."""
-
-    def __init__(self, transport: AnyTransport, name: str = NAME, qos: QoS = SERVICES) -> None:
-        self.asked: list[tuple[bytes, str]] = []
-        self.end: ServiceServer = transport.server(name, TYPE, qos, self.take)
-
-    def take(self, request_id: bytes, data: bytes) -> None:
-        assert type(request_id) is type(data) is bytes
-        self.asked.append((request_id, decode(data, f"{TYPE}_Request").load_namespace))
-
-    @property
-    def texts(self) -> list[str]:
-        return [text for _, text in self.asked]
-
-    def answer(self, number: int) -> None:
-        """Answer the n-th request."""
-        request_id, text = self.asked[number]
-        self.end.answer(request_id, reply(f"{text}!"))
-
-
-class Client:
-    """A client, and what it was answered."""
-
-    def __init__(self, transport: AnyTransport, name: str = NAME, qos: QoS = SERVICES) -> None:
-        self.answers: dict[int, str] = {}
-        self.end: ServiceClient = transport.client(name, TYPE, qos, self.take)
-
-    def take(self, number: int, data: bytes) -> None:
-        assert type(data) is bytes
-        assert number not in self.answers
-        self.answers[number] = decode(data, f"{TYPE}_Response").message
-
-    def call(self, text: str) -> int:
-        return self.end.call(question(text))
 
 
 @pytest.fixture
@@ -411,12 +349,25 @@ def test_the_graph_tells_of_services(join: Join, domain_id: int, eventually: Eve
     assert eventually(lambda: TYPE not in {kind for _, kind in alice.graph().services})
 
 
-# RMWs that are none of ours
+@pytest.mark.parametrize("kind", NETWORKED, indirect=True)
+def test_who_offers_a_service_learns_that_somebody_else_does(
+    join: Join, domain_id: int, eventually: Eventually
+) -> None:
+    alice, bob = join(domain_id, "alice"), join(domain_id, "bob")
+    for name in (NAME, NAME, "/other"):
+        Server(alice, name)
+    Client(bob, "/other")
+    rival = Server(bob)
 
+    def rivals(transport: AnyTransport) -> list[str]:
+        transport.graph()
+        return list(transport.rival_services)
 
-def foreign(transport: AnyTransport) -> list[str]:
-    """How warnings about services begin."""
-    return [text.split(": ")[1] for text in transport.foreign_services.values()]
+    assert eventually(lambda: rivals(alice) == [NAME])
+    assert eventually(lambda: rivals(bob) == [NAME])
+    rival.end.close()
+    assert eventually(lambda: rivals(alice) == [])
+    assert rivals(bob) == []
 
 
 def test_peers_on_the_same_rmw_are_nothing_to_warn_of(
@@ -426,63 +377,3 @@ def test_peers_on_the_same_rmw_are_nothing_to_warn_of(
     client.call("a")
     assert eventually(lambda: server.asked)
     assert foreign(join(domain_id, "bob")) == []
-
-
-@pytest.fixture
-def fast(domain_id: int) -> Iterator[RclTransport]:
-    """A node on Fast DDS."""
-    if rmw() != "rmw_fastrtps_cpp":
-        pytest.skip("RMW_IMPLEMENTATION is not rmw_fastrtps_cpp")
-    transport = RclTransport(Domain(domain_id, "LOCALHOST"), "fast")
-    yield transport
-    transport.close()
-
-
-@pytest.mark.parametrize("kind", [pytest.param("dds", marks=needs_rclpy)])
-def test_a_client_on_fast_dds_is_not_heard_and_people_are_told(
-    join: Join, domain_id: int, fast: RclTransport, eventually: Eventually
-) -> None:
-    bob = join(domain_id, "bob")
-    service_type = "rcl_interfaces/srv/GetParameters"
-    asked: list[bytes] = []
-    bob.server(NAME, service_type, QoS(), lambda request_id, data: asked.append(data))
-    client = fast.client(NAME, service_type, QoS(), lambda number, data: None)
-    assert eventually(lambda: foreign(bob) == ["a client on rmw_fastrtps_cpp cannot be talked to"])
-    assert eventually(lambda: foreign(fast) == ["a server on rmw_cyclonedds_cpp cannot be talked to"])
-    assert eventually(lambda: client.ready)  # ROS 2 does not know better
-    request = DEFINITIONS.initial(f"{service_type}_Request")
-    # Of what comes without a header, this would be taken for one and a request: it has two texts where there were four.
-    request.names = ["aaaa", "\5", "", ""]
-    client.call(encode(request))
-    assert eventually(lambda: bob.malformed == {NAME: 1})
-    request.names = ["a"]
-    client.call(encode(request))  # this one, Cyclone DDS drops itself
-    assert eventually(lambda: bob.malformed == {NAME: 2})
-    assert asked == []
-    own = bob.client(NAME, service_type, QoS(), lambda number, data: None)
-    assert eventually(lambda: own.ready)
-    own.call(encode(request))
-    assert eventually(lambda: [decode(data, f"{service_type}_Request") for data in asked] == [request])
-
-
-@pytest.mark.parametrize("kind", [pytest.param("dds", marks=needs_rclpy)])
-def test_a_server_on_fast_dds_is_not_ready_and_people_are_told(
-    join: Join, domain_id: int, fast: RclTransport, eventually: Eventually
-) -> None:
-    bob = join(domain_id, "bob")
-    client, server = Client(bob), Server(fast)
-    assert eventually(lambda: foreign(bob) == ["a server on rmw_fastrtps_cpp cannot be talked to"])
-    assert eventually(lambda: foreign(fast) == ["a client on rmw_cyclonedds_cpp cannot be talked to"])
-    assert not client.end.ready
-    client.call("a")
-    sibling = Client(fast)
-    assert eventually(lambda: sibling.end.ready)
-    sibling.call("b")
-    assert eventually(lambda: server.texts == ["b"])
-    server.answer(0)
-    assert eventually(lambda: sibling.answers == {1: "b!"})
-    assert client.answers == {}
-    own = Server(bob)
-    assert eventually(lambda: client.end.ready)
-    client.call("c")
-    assert eventually(lambda: own.texts == ["c"])

@@ -34,6 +34,7 @@ class Played(MemoryTransport):
     def __init__(self) -> None:
         super().__init__()
         self.present: list[Endpoint] = []
+        self.rival_services: list[str] = []
         self.looks = 0
 
     def graph(self, asked: object = None) -> Graph:
@@ -168,6 +169,19 @@ def test_another_clock_of_the_same_name_is_told() -> None:
     own = peer("publish", "/clock", CLOCK, node="session")
     (said,) = watched.look(own, replace(own, gid=bytes(16)))
     assert said.startswith("/clock: another process named /session publishes it too")
+
+
+def test_services_that_somebody_else_offers_too_are_told_once() -> None:
+    watched = Watched()
+    assert watched.look() == []
+    watched.network.rival_services = ["/spawn_entity", *(f"/service_{i}" for i in range(30))]
+    (said,) = watched.look()
+    what, remedy = said.splitlines()
+    assert what == "another program offers services that this run offers too: either may answer a call"
+    assert "/spawn_entity" in remedy
+    assert "ROS_DOMAIN_ID" in remedy
+    watched.network.rival_services.append("/another")
+    assert watched.look() == []
 
 
 @pytest.mark.parametrize(

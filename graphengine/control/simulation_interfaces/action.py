@@ -129,7 +129,8 @@ class SimulateSteps:
             self._next(goal)
 
     def _end(self, goal: _Goal, status: int) -> None:
-        goal.status = status
+        with self._lock:  # else one who cancels just then could write over it
+            goal.status = status
         self._tell_status()
         goal.ended.set_result(None)
 

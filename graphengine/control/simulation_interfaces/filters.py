@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import time
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -11,6 +12,8 @@ from graphengine.control.simulation_interfaces.results import FAILED, UNSUPPORTE
 from graphengine.entity import Box
 
 MAX_PATTERN = 1000
+MAX_UNROLLED = 100_000
+"""Characters of an expression whose counted repetitions are written out, as they are before it is used."""
 PATIENCE = 0.1
 """Seconds that all names together may take: an expression can be made to take for ever."""
 EMPTY, BOX, CONVEX_HULL, SPHERE = range(4)
@@ -28,6 +31,8 @@ def name_filter(pattern: str, names: Sequence[str]) -> list[str]:
         return list(names)
     if len(pattern) > MAX_PATTERN:
         raise RefusedError(FAILED, f"a filter has at most {MAX_PATTERN} characters")
+    if len(pattern) * _repetitions(pattern) > MAX_UNROLLED:
+        raise RefusedError(FAILED, f"the filter {pattern[:80]!r} repeats too much")
     import regex  # Python's own cannot be stopped
 
     try:
@@ -37,6 +42,12 @@ def name_filter(pattern: str, names: Sequence[str]) -> list[str]:
         raise RefusedError(FAILED, f"the filter {pattern[:80]!r} is no regular expression: {error}") from None
     except TimeoutError:
         raise RefusedError(FAILED, f"the filter {pattern[:80]!r} takes too long") from None
+
+
+def _repetitions(pattern: str) -> int:
+    """How often the innermost part of an expression is written out at most: all may lie within each other."""
+    counts = (re.findall(r"[0-9]+", braces) for braces in re.findall(r"\{[^{}]*\}", pattern))
+    return math.prod(max(*map(int, found), 1) for found in counts if found)
 
 
 def has_tags(wanted: Any, tags: Sequence[str]) -> bool:

@@ -51,12 +51,19 @@ class SimulationInterfaces:
         assembly: that the session was made from.
         transport: to offer them on; what of its types is not there is left out.
         complain: told once of what is left out, and of a peer that sends what is no request.
+        namespace: where the services and the action are; `/` for none.
     """
 
     def __init__(
-        self, desk: CommandDesk, assembly: Assembly, transport: Transport, complain: Callable[[str], None]
+        self,
+        desk: CommandDesk,
+        assembly: Assembly,
+        transport: Transport,
+        complain: Callable[[str], None],
+        namespace: str = "/",
     ) -> None:
         self._desk = desk
+        self._above = namespace.rstrip("/")
         self._offers = Offers(transport, complain)
         missing: list[str] = []
         offered: list[str] = []
@@ -68,7 +75,7 @@ class SimulationInterfaces:
                 missing.append(name)
         self._action: SimulateSteps | None = None
         try:
-            self._action = SimulateSteps(desk, transport, complain, "/simulate_steps")
+            self._action = SimulateSteps(desk, transport, complain, f"{self._above}/simulate_steps")
             offered.append("simulate_steps")
         except MessageTypeError:
             missing.append("simulate_steps")
@@ -112,7 +119,7 @@ class SimulationInterfaces:
         def handle(request: Any, response: Any) -> Future[Any]:
             return self._ask(answer, request, response)
 
-        self._offers.add(f"/{name}", kind, handle, _finish)
+        self._offers.add(f"{self._above}/{name}", kind, handle, _finish)
 
     def _ask(self, answer: Answer | None, request: Any, response: Any) -> Future[Any]:
         """Leave word at the desk; single steps are a command of their own, as they are done when they ran."""
