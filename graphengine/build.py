@@ -14,19 +14,19 @@ from graphengine import check, document, spec_reader
 from graphengine.backend import EndpointClaim, Network, World
 from graphengine.diagnostics import Findings, NodeError, UsageError, did_you_mean, listing
 from graphengine.dry.world import DryWorld
+from graphengine.engine.graph import Graph
+from graphengine.engine.literals import Override
+from graphengine.engine.plan import Plan
 from graphengine.files import Files, NotFoundError
-from graphengine.graph import Graph
-from graphengine.graph_run import make_graph_run
-from graphengine.literals import Override
 from graphengine.namespaces import write_namespaces
-from graphengine.node_context.services import Services
 from graphengine.permissions import Permissions
-from graphengine.plan import Plan
 from graphengine.registry import Registry, default_registry
 from graphengine.ros.definitions import Definitions
 from graphengine.roster import SceneRoster
+from graphengine.running.graph_run import make_graph_run
+from graphengine.running.node_context.services import Services
+from graphengine.running.simulation_clock import SimulationClock
 from graphengine.session import Session
-from graphengine.simulation_clock import SimulationClock
 from graphengine.spec import SceneSpec
 from graphengine.stage import Stage
 from graphengine.uses import GraphFile, find_use, plan_graphs, resolve_uses, robot_uses, use_place

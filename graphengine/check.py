@@ -11,16 +11,16 @@ from graphengine.backend import EndpointClaim, World
 from graphengine.diagnostics import ContextError, Finding, Findings, GraphError, JointError, PrimError, Span
 from graphengine.dry.network import DryNetwork
 from graphengine.dry.world import DryWorld
-from graphengine.gates import EveryHz
-from graphengine.graph import Instance, asking, refusal
-from graphengine.graph_run import make_graph_run
-from graphengine.node_context.services import Services
+from graphengine.engine.gates import EveryHz
+from graphengine.engine.graph import Instance, asking, refusal
+from graphengine.engine.plan import Plan
+from graphengine.engine.template import WireEntry
 from graphengine.permissions import Permissions
-from graphengine.plan import Plan
 from graphengine.registry import LINTS
-from graphengine.simulation_clock import SimulationClock
+from graphengine.running.graph_run import make_graph_run
+from graphengine.running.node_context.services import Services
+from graphengine.running.simulation_clock import SimulationClock
 from graphengine.stage import Stage, at_or_below
-from graphengine.template import WireEntry
 
 
 @dataclass(slots=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from graphengine.diagnostics import Findings, PrimError
-from graphengine.plan import Plan
+from graphengine.engine.plan import Plan
 from graphengine.spec import SceneSpec
 from graphengine.spec_reader import Loaded
 from graphengine.stage import Stage, at_or_below

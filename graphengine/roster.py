@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 from graphengine import check
 from graphengine.backend import EndpointClaim
 from graphengine.diagnostics import Findings, NodeError, UnknownEntityError, UsageError, did_you_mean, listing
-from graphengine.graph_run import GraphRun, make_graph_run
-from graphengine.literals import Override
+from graphengine.engine.literals import Override
+from graphengine.engine.plan import Plan
 from graphengine.namespaces import write_namespaces
-from graphengine.node_context.services import Services
-from graphengine.plan import Plan
-from graphengine.simulation_clock import SimulationClock
+from graphengine.running.graph_run import GraphRun, make_graph_run
+from graphengine.running.node_context.services import Services
+from graphengine.running.simulation_clock import SimulationClock
 from graphengine.spec import RobotUse
 from graphengine.uses import plan_graphs, resolve_uses, robot_uses
 

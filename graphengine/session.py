@@ -17,16 +17,16 @@ from graphengine.diagnostics import (
     UsageError,
 )
 from graphengine.entity import warning
-from graphengine.graph_run import GraphRun
-from graphengine.inbox import Inbox, LiveInbox
-from graphengine.mailbox import find_impulses
-from graphengine.node_context.services import Services
-from graphengine.pacer import Pacer
-from graphengine.simulation_clock import SimulationClock
+from graphengine.running.graph_run import GraphRun
+from graphengine.running.inbox import Inbox, LiveInbox
+from graphengine.running.mailbox import find_impulses
+from graphengine.running.node_context.services import Services
+from graphengine.running.pacer import Pacer
+from graphengine.running.simulation_clock import SimulationClock
+from graphengine.running.ticker import SCOPES as SCOPES
+from graphengine.running.ticker import ResetScope as ResetScope
+from graphengine.running.ticker import Ticker
 from graphengine.spec import RobotUse
-from graphengine.ticker import SCOPES as SCOPES
-from graphengine.ticker import ResetScope as ResetScope
-from graphengine.ticker import Ticker
 
 SessionState = Literal["stopped", "playing", "paused"]
 

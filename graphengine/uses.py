@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 from graphengine import check, document
 from graphengine.diagnostics import Findings
+from graphengine.engine.graph import Graph
+from graphengine.engine.literals import Override
+from graphengine.engine.parameters import Use
+from graphengine.engine.plan import Plan
+from graphengine.engine.planning import make_plan
+from graphengine.engine.resolve import resolve
+from graphengine.engine.template import load_graph
 from graphengine.files import Files, NotFoundError
-from graphengine.graph import Graph
-from graphengine.literals import Override
-from graphengine.parameters import Use
-from graphengine.plan import Plan
-from graphengine.planning import make_plan
 from graphengine.registry import Registry
-from graphengine.resolve import resolve
 from graphengine.spec import GraphUse
 from graphengine.stage import Stage, normalize
-from graphengine.template import load_graph
 
 if TYPE_CHECKING:
     from graphengine.world.description.robot_file import RobotFile

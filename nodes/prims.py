@@ -18,8 +18,8 @@ from typing import Any
 from graphengine.context import Context, Frame, PrimAttribute
 from graphengine.diagnostics import ContextError
 from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
-from graphengine.prims.usd_types import type_of_attribute
 from graphengine.rotation import Pose, rotate
+from graphengine.running.prims.usd_types import type_of_attribute
 from graphengine.types import Double3, PortType, Target, Token
 from nodes.touched import ANY, WIRED, attribute_of, drives_of, reading_poses
 

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from graphengine.context import Context, Variable
-from graphengine.graph_variable import find_variable
 from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
+from graphengine.running.graph_variable import find_variable
 from graphengine.types import PortType, Target, Token
 
 _IGNORED = "means nothing, as in the reference"

@@ -115,8 +115,8 @@ def clean(text: str) -> str:
 
 def explain(error: GraphError) -> str:
     """What went wrong; for a node that raised, also the lines of Python where it did."""
-    from graphengine import executor
     from graphengine.diagnostics import NodeError
+    from graphengine.engine import executor
 
     cause = error.__cause__
     frames = traceback.extract_tb(cause.__traceback__) if isinstance(error, NodeError) and cause else []

@@ -11,7 +11,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING
 
 from graphengine.cli.keyboard import ENDS, Keyboard
-from graphengine.keys import keys_of
+from graphengine.running.keys import keys_of
 
 if TYPE_CHECKING:
     from graphengine.session import Session

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from graphengine.build import Assembly
-    from graphengine.graph import Wire
-    from graphengine.plan import Call, Plan, Region
+    from graphengine.engine.graph import Wire
+    from graphengine.engine.plan import Call, Plan, Region
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """0 without errors, 1 with."""
     from graphengine.cli.common import assemble, print_findings
-    from graphengine.codegen import write_source
+    from graphengine.engine.codegen import write_source
 
     assembly = assemble(arguments)
     assembly.world.close()

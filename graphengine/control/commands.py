@@ -16,8 +16,8 @@ from pydantic import BeforeValidator, Field, model_validator
 from graphengine import document as documents
 from graphengine.context import Quaternion, Vector3
 from graphengine.diagnostics import Findings, StateError, UsageError, did_you_mean, listing, shown
-from graphengine.pacer import SLOWEST
 from graphengine.ros.names import join_namespaces
+from graphengine.running.pacer import SLOWEST
 from graphengine.session import SCOPES, ResetScope, Session
 from graphengine.spec import Orientation, Positive, RobotUse, Spec, Vector
 from graphengine.spec_reader import validate

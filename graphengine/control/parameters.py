@@ -12,9 +12,9 @@ import numpy as np
 
 from graphengine.control.desk import CommandDesk
 from graphengine.control.offers import Handle, Offers
-from graphengine.pacer import SLOWEST
 from graphengine.ros import messages
 from graphengine.ros.transport import Transport
+from graphengine.running.pacer import SLOWEST
 from graphengine.session import Session
 
 NAME = "real_time_factor"

@@ -8,8 +8,8 @@ from typing import Protocol, TypeVar
 
 from graphengine.diagnostics import Finding, Findings, Span
 from graphengine.document import Value
-from graphengine.graph import Graph
-from graphengine.template import NodeEntry, WireEntry
+from graphengine.engine.graph import Graph
+from graphengine.engine.template import NodeEntry, WireEntry
 
 CIRCLES = ("G209", "G210")
 """Codes of findings that name wires which run in a circle."""

@@ -16,10 +16,10 @@ import numpy as np
 from graphengine.diagnostics import Finding, Findings, UsageError, printable
 from graphengine.drawing.geometry import Point
 from graphengine.drawing.painting import paint
-from graphengine.graph import Graph, Instance, find_port, settled_type
+from graphengine.engine.graph import Graph, Instance, find_port, settled_type
+from graphengine.engine.template import NodeEntry, WireEnd, WireEntry
 from graphengine.node import Port
 from graphengine.spec import EverySpec
-from graphengine.template import NodeEntry, WireEnd, WireEntry
 from graphengine.types import brief
 
 MAX_NODES = 3000

@@ -13,8 +13,8 @@ import numpy as np
 
 from graphengine import types
 from graphengine.diagnostics import Findings
-from graphengine.gates import EveryOnce, EveryTicks
-from graphengine.graph import Graph, Instance, Wire
+from graphengine.engine.gates import EveryOnce, EveryTicks
+from graphengine.engine.graph import Graph, Instance, Wire
 from graphengine.omnigraph.graph_file import SCRIPT_NODE
 from graphengine.port import Port
 from graphengine.types import PortType, UnionType

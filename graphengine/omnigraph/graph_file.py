@@ -10,7 +10,7 @@ import numpy as np
 
 from graphengine import types
 from graphengine.diagnostics import ContextError, Findings, Span, did_you_mean, listing
-from graphengine.graph import find_port, port_names
+from graphengine.engine.graph import find_port, port_names
 from graphengine.node import Node, Port, grown
 from graphengine.omnigraph.recorded import RecordedGraph, RecordedNode, RecordedValue, RecordedWire
 from graphengine.omnigraph.yaml_text import block, comment, flow, scalar

@@ -10,9 +10,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from graphengine.build import Assembly
 from graphengine.diagnostics import RecordingError
-from graphengine.node_context.services import Services
 from graphengine.recording import machine
 from graphengine.recording.sources import SourceNames
+from graphengine.running.node_context.services import Services
 
 FORMAT = 1
 RaysName = Literal["auto", "mujoco", "fast"]

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from graphengine.graph_variable import GraphVariable
 from graphengine.node import Node
-from graphengine.node_context.context import NodeContext
-from graphengine.node_context.services import Services
 from graphengine.ros.memory import MemoryTransport
 from graphengine.ros.network import LiveNetwork
-from graphengine.simulation_clock import SimulationClock
+from graphengine.running.graph_variable import GraphVariable
+from graphengine.running.node_context.context import NodeContext
+from graphengine.running.node_context.services import Services
+from graphengine.running.simulation_clock import SimulationClock
 from graphengine.testing.recording_world import RecordingWorld
 
 

@@ -8,8 +8,8 @@ modifiers alone, and none with the arrows.
 from __future__ import annotations
 
 from graphengine.context import Context, Keyboard
-from graphengine.keys import KEYS, MODIFIERS
 from graphengine.node import ExecOut, Fire, In, Node, Out, State
+from graphengine.running.keys import KEYS, MODIFIERS
 from graphengine.types import Token
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from graphengine.context import Clock, Context, Mailbox
-from graphengine.mailbox import IMPULSE
 from graphengine.node import ExecOut, Fire, In, Node, State
 from graphengine.registry import lint
+from graphengine.running.mailbox import IMPULSE
 from graphengine.types import Token
 
 if TYPE_CHECKING:

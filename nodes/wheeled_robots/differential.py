@@ -16,7 +16,7 @@ from nodes.wheeled_robots.limits import limited, ramped
 
 if TYPE_CHECKING:
     from graphengine.check import LintContext
-    from graphengine.graph import Instance
+    from graphengine.engine.graph import Instance
     from graphengine.stage import Prim
 
 

@@ -16,18 +16,18 @@ from pathlib import Path
 from graphengine.diagnostics import Findings
 from graphengine.dry.network import DryNetwork
 from graphengine.dry.world import DryWorld
-from graphengine.executor import Executor
+from graphengine.engine.executor import Executor
+from graphengine.engine.planning import make_plan
+from graphengine.engine.resolve import resolve
+from graphengine.engine.template import load_graph
 from graphengine.files import Files
-from graphengine.graph_run import make_graph_run
 from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out
-from graphengine.node_context.context import NodeContext
-from graphengine.node_context.services import Services
-from graphengine.planning import make_plan
 from graphengine.registry import Registry, default_registry
-from graphengine.resolve import resolve
-from graphengine.simulation_clock import SimulationClock
+from graphengine.running.graph_run import make_graph_run
+from graphengine.running.node_context.context import NodeContext
+from graphengine.running.node_context.services import Services
+from graphengine.running.simulation_clock import SimulationClock
 from graphengine.stage import Stage
-from graphengine.template import load_graph
 
 
 class Tick(Node, type="bench.Tick"):

@@ -12,19 +12,19 @@ from graphengine.backend import EndpointClaim, OwnedPublisher
 from graphengine.diagnostics import Findings, NodeError
 from graphengine.dry.network import DryEndpoint, DryNetwork
 from graphengine.dry.world import DryWorld
+from graphengine.engine.graph import Graph
+from graphengine.engine.literals import Override
+from graphengine.engine.plan import Plan
+from graphengine.engine.planning import make_plan
+from graphengine.engine.resolve import resolve
+from graphengine.engine.template import load_graph
 from graphengine.files import Files
-from graphengine.graph import Graph
-from graphengine.graph_run import GraphRun, make_graph_run
-from graphengine.literals import Override
-from graphengine.node_context.services import Services
-from graphengine.plan import Plan
-from graphengine.planning import make_plan
 from graphengine.registry import Registry
-from graphengine.resolve import resolve
+from graphengine.running.graph_run import GraphRun, make_graph_run
+from graphengine.running.node_context.services import Services
+from graphengine.running.simulation_clock import SimulationClock
 from graphengine.session import Session
-from graphengine.simulation_clock import SimulationClock
 from graphengine.stage import Stage
-from graphengine.template import load_graph
 from tests.engine import nodes_for_tests
 
 REGISTRY = Registry()

@@ -11,7 +11,7 @@ from typing import Any
 
 from graphengine import types
 from graphengine.context import Context
-from graphengine.graph import Graph, Wire
+from graphengine.engine.graph import Graph, Wire
 from graphengine.node import Ending, Kind, Port
 
 

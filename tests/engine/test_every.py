@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from graphengine import check
 from graphengine.diagnostics import Findings
 from graphengine.dry.world import DryWorld
-from graphengine.gates import EveryHz, EveryTicks
-from graphengine.simulation_clock import SimulationClock
+from graphengine.engine.gates import EveryHz, EveryTicks
+from graphengine.running.simulation_clock import SimulationClock
 from graphengine.stage import Stage
 from graphengine.testing import RecordingContext
 from nodes.core.flow import IsaacSimulationGate, OgnIsaacRunOneSimulationFrame

@@ -9,8 +9,8 @@ import pytest
 from graphengine import build
 from graphengine.diagnostics import Findings, UsageError
 from graphengine.dry.network import DryNetwork
-from graphengine.graph import Graph, settled_type, with_article
-from graphengine.literals import Override
+from graphengine.engine.graph import Graph, settled_type, with_article
+from graphengine.engine.literals import Override
 from graphengine.node import In, Node, Out
 from graphengine.types import UnionType, parse
 from tests.engine import harness

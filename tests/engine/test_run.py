@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from graphengine.diagnostics import StateError
-from graphengine.pacer import Pacer
+from graphengine.running.pacer import Pacer
 from graphengine.session import IDLE, Session
 from tests.engine.conftest import MakePlay
 

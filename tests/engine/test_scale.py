@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from graphengine.diagnostics import Findings
-from graphengine.planning.regions import MAX_PUSHERS
+from graphengine.engine.planning.regions import MAX_PUSHERS
 from tests.engine.harness import Bench, planned, write
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from graphengine.diagnostics import ContextError, NodeError, PhysicsError
-from graphengine.graph_variable import GraphVariable
+from graphengine.running.graph_variable import GraphVariable
 from tests.engine.conftest import MakePlay
 from tests.engine.harness import Play
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from graphengine.diagnostics import Finding, Findings
-from graphengine.graph import Graph
+from graphengine.engine.graph import Graph
 from tests.engine.conftest import MakeFile
 from tests.engine.harness import Bench, planned, resolved
 

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from graphengine.dry.world import DryBody
+from graphengine.running.transform_tree import expand, frame_names
 from graphengine.stage import Prim, Stage
-from graphengine.transform_tree import expand, frame_names
 
 
 def named(*paths: str, **overrides: str) -> dict[str, str]:

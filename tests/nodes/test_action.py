@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from graphengine.diagnostics import CheckError
-from graphengine.simulation_clock import SimulationClock
+from graphengine.running.simulation_clock import SimulationClock
 from graphengine.testing import RecordingContext, RecordingWorld
 from nodes.action.events import OnPlaybackTick, OnTick
 from tests.nodes.harness import Player, ready

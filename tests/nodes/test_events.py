@@ -10,7 +10,7 @@ import pytest
 from graphengine import build
 from graphengine.control import commands
 from graphengine.diagnostics import UsageError
-from graphengine.keys import KEYS, keys_of
+from graphengine.running.keys import KEYS, keys_of
 from graphengine.testing import RecordingContext
 from nodes.action.keyboard import OnKeyboardInput, ReadKeyboardState
 from nodes.action.logging import LogMessage, PrintText

@@ -9,10 +9,10 @@ import pytest
 import yaml
 
 from graphengine.files import Files
-from graphengine.graph_variable import GraphVariable
 from graphengine.node import Node, Port
 from graphengine.permissions import Permissions
 from graphengine.registry import default_registry, short_names
+from graphengine.running.graph_variable import GraphVariable
 from graphengine.testing import RecordingContext, check_node
 from graphengine.types import UnionType, coerce, equal, parse
 from tests.nodes.data import needed as data

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from graphengine.context import Articulation, Body, Context, Frame, JointSelection, Lidar, Vector3
 from graphengine.diagnostics import ContextError, PrimError, TransportError
-from graphengine.graph_variable import GraphVariable
+from graphengine.running.graph_variable import GraphVariable
 from graphengine.testing import RecordingBody, RecordingContext, RecordingWorld
 from tests.nodes.harness import matrix, twist, yaw
 

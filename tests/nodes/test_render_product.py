@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from graphengine.diagnostics import CheckError, ContextError, PrimError
-from graphengine.node_context.context import NodeContext
+from graphengine.running.node_context.context import NodeContext
 from graphengine.testing import RecordingContext, RecordingWorld
 from nodes.core.render_product import IsaacCreateRenderProduct, IsaacReadCameraInfo, IsaacSetCameraOnRenderProduct
 from tests.nodes.harness import Player, dd100, ready

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from graphengine.diagnostics import CheckError
-from graphengine.graph_variable import GraphVariable
+from graphengine.running.graph_variable import GraphVariable
 from graphengine.testing import RecordingContext
 from nodes.action.events import OnVariableChange
 from nodes.variables import ReadVariable, WriteVariable

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from graphengine.diagnostics import Finding, Findings
+from graphengine.engine.graph import Graph
+from graphengine.engine.resolve import resolve
+from graphengine.engine.template import load_graph
 from graphengine.files import Files
-from graphengine.graph import Graph
 from graphengine.omnigraph.graph_file import compose, file_names
 from graphengine.omnigraph.recorded import RecordedGraph
 from graphengine.omnigraph.script.reading import read_script
 from graphengine.registry import default_registry
-from graphengine.resolve import resolve
-from graphengine.template import load_graph
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = Path(__file__).parent / "scripts"

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from graphengine.diagnostics import Findings
-from graphengine.graph import Graph
+from graphengine.engine.graph import Graph
 from graphengine.node import Node, grown
 from graphengine.omnigraph.export import write_script
 from graphengine.omnigraph.graph_file import compose

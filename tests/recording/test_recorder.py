@@ -18,12 +18,12 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from graphengine import build
 from graphengine.diagnostics import RecordingError, UsageError
 from graphengine.files import shipped
-from graphengine.inbox import LiveInbox
 from graphengine.recording.recorder import Recorder
 from graphengine.recording.writer import RecordingWriter
 from graphengine.ros import messages
 from graphengine.ros.memory import MemoryTransport
 from graphengine.ros.network import LiveNetwork
+from graphengine.running.inbox import LiveInbox
 from tests.jobs.harness import nanoseconds, twist
 from tests.recording.harness import CMD_VEL, DRIVE, Run, record
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from graphengine.diagnostics import CheckError, ContextError, NodeError
-from graphengine.prims.stage_prims import StagePrims
-from graphengine.prims.usd_types import PORT_TYPES, type_of_attribute
+from graphengine.running.prims.stage_prims import StagePrims
+from graphengine.running.prims.usd_types import PORT_TYPES, type_of_attribute
 from nodes.prims import (
     GetPrimDirectionVector,
     GetPrimLocalToWorldTransform,

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from graphengine.context import Vector3
 from graphengine.diagnostics import Findings, PrimError
-from graphengine.prims.stage_prims import StagePrims
 from graphengine.rotation import rotate
+from graphengine.running.prims.stage_prims import StagePrims
 from graphengine.spec import RobotUse
 from graphengine.stage import Prim, Stage
 from graphengine.world.engine import mujoco

@@ -7,7 +7,7 @@ from typing import Any
 
 from graphengine.backend import World
 from graphengine.context import Articulation
-from graphengine.prims.attribute import Attribute, numbers
+from graphengine.running.prims.attribute import Attribute, numbers
 from graphengine.stage import Prim
 
 

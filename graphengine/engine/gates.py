@@ -11,10 +11,10 @@ from fractions import Fraction
 
 from graphengine.context import Clock, Context
 from graphengine.diagnostics import Findings
-from graphengine.graph import Graph, Instance, Wire
+from graphengine.engine.graph import Graph, Instance, Wire
+from graphengine.engine.template import WireEnd, WireEntry
 from graphengine.node import ExecIn, ExecOut, Fire, In, Node, State
 from graphengine.spec import MAX_HZ, NodeSpec
-from graphengine.template import WireEnd, WireEntry
 from graphengine.types import UInt
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from graphengine.diagnostics import Findings
-from graphengine.graph import Graph
-from graphengine.plan import Copy
-from graphengine.planning.wiring import WiredGraph
+from graphengine.engine.graph import Graph
+from graphengine.engine.plan import Copy
+from graphengine.engine.planning.wiring import WiredGraph
 
 
 class DependencyGraph(WiredGraph):

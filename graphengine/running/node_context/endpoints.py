@@ -8,8 +8,8 @@ from typing import Any
 from graphengine.backend import Closable, EndpointClaim
 from graphengine.context import Publisher, QoS, ServiceClient, ServiceServer, Subscription
 from graphengine.diagnostics import ContextError, TopicError
-from graphengine.node_context.services import Services
 from graphengine.ros import names, qos
+from graphengine.running.node_context.services import Services
 
 
 class _Closing:

@@ -19,12 +19,12 @@ from graphengine.context import (
     RobotDescription,
 )
 from graphengine.diagnostics import ContextError, PrimError, listing
-from graphengine.node_context.services import Services
-from graphengine.prims.stage_prims import BoundAttribute, StagePrims
-from graphengine.render_product import ProductCamera, RenderProduct
+from graphengine.running.node_context.services import Services
+from graphengine.running.prims.stage_prims import BoundAttribute, StagePrims
+from graphengine.running.render_product import ProductCamera, RenderProduct
+from graphengine.running.transform_tree import expand
 from graphengine.sensor import LARGEST_PICTURE
 from graphengine.stage import Prim, PrimKind
-from graphengine.transform_tree import expand
 
 
 def _named(kind: PrimKind) -> str:

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from typing import Literal
 
 from graphengine.diagnostics import GraphError, TransportError
-from graphengine.graph_run import GraphRun
-from graphengine.inbox import Inbox
 from graphengine.node import Ending
-from graphengine.node_context.services import Services
-from graphengine.simulation_clock import SimulationClock
+from graphengine.running.graph_run import GraphRun
+from graphengine.running.inbox import Inbox
+from graphengine.running.node_context.services import Services
+from graphengine.running.simulation_clock import SimulationClock
 
 ResetScope = Literal["time", "state", "spawned"]
 SCOPES: tuple[ResetScope, ...] = ("time", "state", "spawned")

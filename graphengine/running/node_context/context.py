@@ -9,12 +9,12 @@ from typing import Literal
 import numpy as np
 
 from graphengine.context import Clock
-from graphengine.graph_variable import GraphVariable, find_variable
-from graphengine.keys import HeldKeys
-from graphengine.mailbox import NodeMailbox, QueueMailbox
-from graphengine.node_context.endpoints import OwnedEndpoints
-from graphengine.node_context.handles import WorldHandles
-from graphengine.node_context.services import Services
+from graphengine.running.graph_variable import GraphVariable, find_variable
+from graphengine.running.keys import HeldKeys
+from graphengine.running.mailbox import NodeMailbox, QueueMailbox
+from graphengine.running.node_context.endpoints import OwnedEndpoints
+from graphengine.running.node_context.handles import WorldHandles
+from graphengine.running.node_context.services import Services
 
 
 class NodeContext(WorldHandles, OwnedEndpoints):

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from graphengine.backend import EndpointClaim, Network, OwnedServer, World
-from graphengine.keys import HeldKeys
-from graphengine.mailbox import QueueMailbox
 from graphengine.permissions import Permissions
-from graphengine.render_product import RenderProduct
+from graphengine.running.keys import HeldKeys
+from graphengine.running.mailbox import QueueMailbox
+from graphengine.running.render_product import RenderProduct
 from graphengine.seeds import key_of
 from graphengine.stage import Stage, at_or_below
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from graphengine.graph import Wire
-from graphengine.plan import Activation, Branch, Call, Fire, Pin, Refresh, Region
-from graphengine.planning.regions import RegionGraph
+from graphengine.engine.graph import Wire
+from graphengine.engine.plan import Activation, Branch, Call, Fire, Pin, Refresh, Region
+from graphengine.engine.planning.regions import RegionGraph
 
 
 class RegionWriter:

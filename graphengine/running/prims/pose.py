@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from graphengine.backend import World
-from graphengine.prims.attribute import Attribute, numbers
 from graphengine.rotation import Pose, compose, relative
+from graphengine.running.prims.attribute import Attribute, numbers
 from graphengine.stage import Prim
 
 

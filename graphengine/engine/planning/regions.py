@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import networkx as nx
 
 from graphengine.diagnostics import Findings
-from graphengine.gates import Gate
-from graphengine.graph import Graph, Wire
+from graphengine.engine.gates import Gate
+from graphengine.engine.graph import Graph, Wire
+from graphengine.engine.planning.dependencies import DependencyGraph
 from graphengine.node import ENDINGS, Ending
-from graphengine.planning.dependencies import DependencyGraph
 
 MAX_PUSHERS = 500
 """One below the other: the function of each one's region calls that of the next, and Python allows some 1000 calls."""

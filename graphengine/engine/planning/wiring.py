@@ -7,7 +7,7 @@ from dataclasses import replace
 import networkx as nx
 
 from graphengine.diagnostics import Findings
-from graphengine.graph import Graph, Instance, Wire
+from graphengine.engine.graph import Graph, Instance, Wire
 
 
 class WiredGraph:

@@ -10,8 +10,8 @@ from typing import Any, Literal
 
 from graphengine.diagnostics import Findings, Span, did_you_mean, listing
 from graphengine.document import Document, Location
+from graphengine.engine.parameters import Use, load_filled
 from graphengine.files import Files, NotFoundError
-from graphengine.parameters import Use, load_filled
 from graphengine.spec import GraphSpec, NodeSpec, VariableSpec
 from graphengine.spec_reader import Loaded
 

@@ -10,9 +10,9 @@ from typing import Any
 
 from graphengine import types
 from graphengine.diagnostics import Findings, Span, did_you_mean, listing, shown
-from graphengine.graph import Graph, Instance, declared_inputs, find_port, wired_ports, with_article
+from graphengine.engine.graph import Graph, Instance, declared_inputs, find_port, wired_ports, with_article
+from graphengine.engine.parameters import UNKNOWN
 from graphengine.node import Port
-from graphengine.parameters import UNKNOWN
 from graphengine.types import PortType, UnionType, brief
 
 

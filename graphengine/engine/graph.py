@@ -9,8 +9,8 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 
 from graphengine.diagnostics import ContextError, Finding, Span
+from graphengine.engine.template import FlatGraph, NodeEntry, WireEntry
 from graphengine.node import Node, Port
-from graphengine.template import FlatGraph, NodeEntry, WireEntry
 from graphengine.types import PortType, UnionType, brief
 
 T = TypeVar("T")

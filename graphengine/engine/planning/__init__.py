@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from graphengine.diagnostics import Findings
-from graphengine.graph import Graph
-from graphengine.plan import Plan, Refresh
-from graphengine.planning.calls import RegionWriter
-from graphengine.planning.dependencies import DependencyGraph
-from graphengine.planning.lints import lint_reads_and_writes
-from graphengine.planning.push import PushGraph
-from graphengine.planning.regions import RegionGraph
+from graphengine.engine.graph import Graph
+from graphengine.engine.plan import Plan, Refresh
+from graphengine.engine.planning.calls import RegionWriter
+from graphengine.engine.planning.dependencies import DependencyGraph
+from graphengine.engine.planning.lints import lint_reads_and_writes
+from graphengine.engine.planning.push import PushGraph
+from graphengine.engine.planning.regions import RegionGraph
 
 __all__ = ["make_plan"]
 

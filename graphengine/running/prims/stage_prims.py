@@ -15,11 +15,11 @@ from typing import Any
 
 from graphengine.backend import World
 from graphengine.diagnostics import ContextError, did_you_mean, listing, shown
-from graphengine.prims.attribute import Attribute
-from graphengine.prims.joint import joint_attributes
-from graphengine.prims.pose import pose_attributes
-from graphengine.prims.scenery import friction_attributes, gravity_attributes, light_attributes
-from graphengine.prims.usd_types import PORT_TYPES, is_physics_scene, usd_type
+from graphengine.running.prims.attribute import Attribute
+from graphengine.running.prims.joint import joint_attributes
+from graphengine.running.prims.pose import pose_attributes
+from graphengine.running.prims.scenery import friction_attributes, gravity_attributes, light_attributes
+from graphengine.running.prims.usd_types import PORT_TYPES, is_physics_scene, usd_type
 from graphengine.types import coerce
 
 _WITHOUT_POSE = ("scope", "joint", "material", "graph")

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from graphengine.diagnostics import MAX_ERRORS, ContextError, Findings, did_you_mean, listing
-from graphengine.gates import add_gates
-from graphengine.graph import Graph, Instance, Wire, find_port, literal_key, port_names
-from graphengine.literals import Override, check_required, set_literals, set_overrides, set_variables
+from graphengine.engine.gates import add_gates
+from graphengine.engine.graph import Graph, Instance, Wire, find_port, literal_key, port_names
+from graphengine.engine.literals import Override, check_required, set_literals, set_overrides, set_variables
+from graphengine.engine.parameters import UNKNOWN
+from graphengine.engine.port_types import settle_types
+from graphengine.engine.template import FlatGraph, WireEnd, WireEntry
 from graphengine.node import Port, grown
-from graphengine.parameters import UNKNOWN
-from graphengine.port_types import settle_types
 from graphengine.registry import Registry
-from graphengine.template import FlatGraph, WireEnd, WireEntry
 from graphengine.types import UnionType, brief
 
 MAX_GUESSES = 100

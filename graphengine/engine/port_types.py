@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from graphengine import types
 from graphengine.diagnostics import ContextError, Findings
-from graphengine.graph import (
+from graphengine.engine.graph import (
     Graph,
     Instance,
     Wire,

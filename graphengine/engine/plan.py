@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from graphengine.gates import Gate
-from graphengine.graph import Graph
+from graphengine.engine.gates import Gate
+from graphengine.engine.graph import Graph
 from graphengine.node import Ending
 
 

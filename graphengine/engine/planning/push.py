@@ -10,9 +10,9 @@ from __future__ import annotations
 import networkx as nx
 
 from graphengine.diagnostics import Findings
-from graphengine.graph import Graph, Wire
-from graphengine.plan import Call, Plan, Region
-from graphengine.planning.dependencies import DependencyGraph
+from graphengine.engine.graph import Graph, Wire
+from graphengine.engine.plan import Call, Plan, Region
+from graphengine.engine.planning.dependencies import DependencyGraph
 
 
 class PushGraph(DependencyGraph):

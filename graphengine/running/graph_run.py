@@ -7,13 +7,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from graphengine.diagnostics import NodeError
-from graphengine.executor import Executor
-from graphengine.graph import visible
-from graphengine.graph_variable import GraphVariable
-from graphengine.node_context.context import NodeContext
-from graphengine.node_context.services import Services
-from graphengine.plan import Plan
-from graphengine.simulation_clock import SimulationClock
+from graphengine.engine.executor import Executor
+from graphengine.engine.graph import visible
+from graphengine.engine.plan import Plan
+from graphengine.running.graph_variable import GraphVariable
+from graphengine.running.node_context.context import NodeContext
+from graphengine.running.node_context.services import Services
+from graphengine.running.simulation_clock import SimulationClock
 from graphengine.stage import at_or_below
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from graphengine.backend import World
 from graphengine.diagnostics import ContextError, shown
-from graphengine.prims.attribute import Attribute, numbers
+from graphengine.running.prims.attribute import Attribute, numbers
 from graphengine.stage import Prim
 
 STRONGEST_GRAVITY = 1000.0

@@ -7,12 +7,13 @@ import linecache
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from graphengine import codegen, types
+from graphengine import types
 from graphengine.context import Context
 from graphengine.diagnostics import Findings, GraphError, NodeError
+from graphengine.engine import codegen
+from graphengine.engine.plan import Copy, Plan
+from graphengine.engine.planning import make_plan
 from graphengine.node import Ending
-from graphengine.plan import Copy, Plan
-from graphengine.planning import make_plan
 
 ContextFactory = Callable[[int], Context]
 """The context of a node, by its index in the graph; each call gives a new one and closes the old one's handles."""

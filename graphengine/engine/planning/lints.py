@@ -6,7 +6,7 @@ import itertools
 
 import networkx as nx
 
-from graphengine.planning.regions import RegionGraph
+from graphengine.engine.planning.regions import RegionGraph
 
 
 def lint_reads_and_writes(regions: RegionGraph) -> None:

@@ -14,8 +14,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from graphengine import types
+from graphengine.engine.plan import Branch, Call, Copy, Fire, Plan, Refresh, Region
 from graphengine.node import Node
-from graphengine.plan import Branch, Call, Copy, Fire, Plan, Refresh, Region
 
 _serial = itertools.count()
 
