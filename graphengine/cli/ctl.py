@@ -11,7 +11,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli import Parser
-from graphengine.cli.units import angle, duration, number, rate, vector
+from graphengine.cli.units import angle, duration, number, rate, vector, whole
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -69,7 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("stop", "back to time 0, everything as at the start, until it plays again", lambda given: {})
     add("quit", "end the run, as Ctrl-C does", lambda given: {})
     step = add("step", "run single ticks of a session that is paused", lambda given: {"ticks": given.ticks})
-    step.add_argument("ticks", metavar="TICKS", nargs="?", type=int, default=1, help="how many (default 1)")
+    step.add_argument("ticks", metavar="TICKS", nargs="?", type=whole, default=1, help="how many (default 1)")
     reset = add("reset", "begin anew, and go on", lambda given: {"scope": given.scope or "all"})
     scope = (
         "time: clock, graphs and sensors; state: where things are; spawned: robots that came are removed (default all)"
@@ -221,5 +221,5 @@ def _robot(robot: dict[str, Any]) -> tuple[str, str, str, str]:
     """Name, namespace, where it is as seen from above, and whether it came while the session ran."""
     (x, y, _), (qx, qy, qz, qw) = robot["position"], robot["orientation"]
     yaw = math.degrees(math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz)))
-    place = f"at ({x:z.2f}, {y:z.2f}), yaw {yaw:z.0f} deg"
+    place = f"at ({x:z.2f}, {y:z.2f}) m, yaw {yaw:z.0f} deg"
     return robot["name"], f"/{robot['namespace']}", place, "spawned" if robot["spawned"] else ""

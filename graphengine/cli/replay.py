@@ -100,6 +100,8 @@ def _replay(arguments: argparse.Namespace, recording: Recording, plain: Callable
             found = run.run()
         except RecordingError as error:
             raise RecordingError(f"{error}\n  up to there {_counted(run)} are identical") from None
+        for pattern in sorted(run.idle_patterns) if found is None else ():
+            warn(f"--ignore {pattern}: nothing was sent on such a topic")
         if found is None and recording.cut_off:
             warn(f"the run was cut off: the recording ends at t = {recording.times.seconds(run.ticks):.3f} s")
         print(plain(_verdict(found, run, session, recording)))

@@ -98,6 +98,8 @@ class Replay:
         """Ticks that were the same."""
         self.messages = 0
         """Messages that were the same."""
+        self.idle_patterns = set(ignored)
+        """Those of `ignored` that no topic fits."""
         self._session = session
         self._network = network
         self._recording = recording
@@ -168,7 +170,9 @@ class Replay:
             self._warn(f"nobody reads {stream.topic} ({stream.message_type}), on which messages were recorded")
 
     def _counts(self, topic: str) -> bool:
-        return not any(fnmatch.fnmatchcase(topic, pattern) for pattern in self._ignored)
+        patterns = [pattern for pattern in self._ignored if fnmatch.fnmatchcase(topic, pattern)]
+        self.idle_patterns.difference_update(patterns)
+        return not patterns
 
     def _compare(self, tick: Tick) -> Difference | None:
         recorded = [(stream, data) for stream, data in tick.sent if self._counts(stream.topic)]

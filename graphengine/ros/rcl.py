@@ -34,6 +34,8 @@ def import_error() -> str | None:
         for module in ("rclpy.executors", "rclpy.node", "rosidl_runtime_py.utilities"):
             importlib.import_module(module)
     except Exception as error:
+        if isinstance(error, ModuleNotFoundError) and error.name == "rclpy":
+            return "no ROS 2 is sourced"
         return f"{type(error).__name__}: {error}".splitlines()[0]
     return None
 

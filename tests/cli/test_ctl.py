@@ -61,7 +61,7 @@ def test_a_run_is_held_stepped_and_let_go(ctl: Graphrun) -> None:
         name = f"dd100_flat (process {run.process.pid})"
         assert ctl("state").lines == [
             f"{name}: paused, t = 0.000 s, rate 1",
-            "  dd100  /dd100_0000  at (0.00, 0.00), yaw 0 deg",
+            "  dd100  /dd100_0000  at (0.00, 0.00) m, yaw 0 deg",
         ]
         assert ctl("step").lines == [f"{name}: paused, t = 0.017 s, rate 1"]
         assert ctl("step", "59").lines == [f"{name}: paused, t = 1.000 s, rate 1"]
@@ -86,8 +86,8 @@ def test_robots_come_and_go_and_are_moved(ctl: Graphrun, tmp_path: Path, monkeyp
             "spawn", "second", "robots/dd100.yaml", "--at", "-1,2,0.03", "--yaw", "-90deg", "--namespace", "two"
         )
         assert second.lines[1:] == [
-            "  dd100   /dd100_0000  at (0.00, 0.00), yaw 0 deg",
-            "  second  /two         at (-1.00, 2.00), yaw -90 deg  spawned",
+            "  dd100   /dd100_0000  at (0.00, 0.00) m, yaw 0 deg",
+            "  second  /two         at (-1.00, 2.00) m, yaw -90 deg  spawned",
         ]
         ctl("spawn", "cube", "cube.yaml", "--at", "3,0,1")
         ctl("move", "cube", "-3", "4", "--rpy", "0,0,180deg", "--linear", "-1,0,0")
@@ -243,7 +243,7 @@ def test_a_terminal_shows_that_a_run_is_paused(project: Path) -> None:
         (["rate", "0"], "is not a rate; write realtime, max or a factor"),
         (["rate", "nan"], "is not a rate"),
         (["rate", "-1"], "'-1' is not a rate"),
-        (["step", "x"], "invalid int value"),
+        (["step", "x"], "'x' is not a whole number"),
         (["move", "a", "x", "1"], "'x' is not a number"),
         (["move", "a", "inf", "1"], "'inf' is not a number"),
         (["move", "a", "1", "2", "--yaw", "90grad"], "'90grad' is not an angle; write"),

@@ -347,7 +347,10 @@ def test_another_seed_is_found_at_the_first_scan(graphrun: Graphrun, tmp_path: P
     assert result.lines[0] == "different in tick 1, t = 0.016667 s: /dd100_0000/sim_lidar/scan"
     assert "ranges[0]: recorded " in result.out
     assert "(and 540 more of 541 elements)" in result.out
-    assert graphrun("replay", str(tmp_path / "out.mcap"), "--seed", "8", "--ignore", "*/scan").code == 0
+    result = graphrun("replay", str(tmp_path / "out.mcap"), "--seed", "8", "--ignore", "*/scan")
+    assert (result.code, result.err) == (0, "")
+    result = graphrun("replay", str(tmp_path / "out.mcap"), "--ignore", "*/scan", "--ignore", "/scna")
+    assert (result.code, result.err) == (0, "warning: --ignore /scna: nothing was sent on such a topic\n")
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from tests.engine.conftest import MakeBench
 from tests.engine.harness import Bench
 
@@ -333,6 +335,19 @@ def test_r10_without_a_stated_order_readers_come_after_the_writer_and_a_lint_say
     assert run.codes == ["W105"]
     assert run.message("W105") == "Before reads and Write writes variable speed, in no stated order"
     assert run.tick() == ["Write 2", "Before 2", "After 2"]
+
+
+@pytest.mark.parametrize("starts", ["Before", "Write"])
+def test_r10_who_never_runs_needs_no_order(bench: MakeBench, starts: str) -> None:
+    run = bench(
+        READ_WRITE_READ
+        + f"""
+    connections:
+      - Tick.tick -> {starts}.execIn
+      - Read.value -> Before.a
+    """
+    )
+    assert "W105" not in run.codes
 
 
 def test_r10_below_one_port_of_a_loop_the_order_is_not_stated(bench: MakeBench) -> None:

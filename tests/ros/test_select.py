@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -29,6 +30,15 @@ def test_without_rclpy_dds_is_chosen_and_says_why(domain: Domain) -> None:
     transport = open_transport("auto", domain, "alice")
     assert transport.description.startswith(f"dds (Eclipse Cyclone DDS), domain {domain.id}, discovery range OFF; ")
     assert "chosen because rclpy cannot be imported (ModuleNotFoundError: " in transport.description
+    transport.close()
+
+
+def test_where_no_ros_is_sourced_nothing_sounds_like_a_fault(domain: Domain, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("rclpy", *(name for name in sys.modules if name.startswith("rclpy."))):
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    monkeypatch.setattr(sys, "path", [path for path in sys.path if not (Path(path) / "rclpy").is_dir()])
+    transport = open_transport("auto", domain, "alice")
+    assert transport.description.endswith("chosen because rclpy cannot be imported (no ROS 2 is sourced)")
     transport.close()
 
 

@@ -11,10 +11,11 @@ from graphengine.engine.planning.regions import RegionGraph
 
 def lint_reads_and_writes(regions: RegionGraph) -> None:
     """Tell where only the tie rule decides whether a reader sees a write of the same pass."""
+    running = set[int]().union(*regions.members)
     writers: dict[str, list[int]] = {}
-    for instance in regions.graph.instances:
-        for name in regions.graph.writes(instance.index):
-            writers.setdefault(name, []).append(instance.index)
+    for index in sorted(running):
+        for name in regions.graph.writes(index):
+            writers.setdefault(name, []).append(index)
     if not writers:
         return
     for instance in regions.graph.instances:
@@ -22,7 +23,7 @@ def lint_reads_and_writes(regions: RegionGraph) -> None:
             readers = (
                 [instance.index] if regions.kinds[instance.index] != "data" else _consumers(regions, instance.index)
             )
-            for reader in readers:
+            for reader in (reader for reader in readers if reader in running):
                 for writer in writers.get(name, []):
                     if _in_stated_order(regions, reader, writer):
                         continue
