@@ -6,6 +6,8 @@ import heapq
 from collections.abc import Mapping
 from dataclasses import replace
 
+import networkx as nx
+
 from graphengine import types
 from graphengine.diagnostics import ContextError, Findings
 from graphengine.engine.graph import (
@@ -34,6 +36,7 @@ def settle_types(graph: Graph, findings: Findings) -> None:
         if not graph.instances[index].refused:  # else what it says may follow from what was told of it
             _tell_refusal(graph.instances[index], error, findings)
     unknown = _tell_unsettled(graph, findings, set(refused))
+    circular = _circular(graph)
     checked: list[Wire] = []
     for wire in graph.data_wires:
         source, target = graph.instances[wire.source], graph.instances[wire.target]
@@ -43,7 +46,9 @@ def settle_types(graph: Graph, findings: Findings) -> None:
         told = wire.source in unknown or source.settled.get(wire.source_field) == types.ANY
         if told and (gives is None or gives == types.ANY != takes):
             continue
-        if gives is None:
+        if gives is None and wire.source in circular:
+            checked.append(wire)  # whose plan tells of the circle
+        elif gives is None:
             span, name = wire.entry.source.span, wire.entry.source
             findings.add(
                 "G213",
@@ -84,6 +89,17 @@ def settle_types(graph: Graph, findings: Findings) -> None:
     for instance in graph.instances:
         instance.node.settled = instance.settled
         instance.node.clear()
+
+
+def _circular(graph: Graph) -> set[int]:
+    """Data nodes that wait for each other, and those that wait for them: no type comes out of a circle."""
+    waiting: nx.DiGraph[int] = nx.DiGraph()
+    for wire in graph.data_wires:
+        source, target = graph.instances[wire.source].cls, graph.instances[wire.target].cls
+        if source.kind() == target.kind() == "data" and source.fields[wire.source_field].side == "outputs":
+            waiting.add_edge(wire.source, wire.target)
+    circles = [part for part in nx.strongly_connected_components(waiting) if waiting.subgraph(part).number_of_edges()]
+    return set[int]().union(*({first} | nx.descendants(waiting, first) for first in map(min, circles)))
 
 
 def _tell_refusal(instance: Instance, error: ValueError | ContextError, findings: Findings) -> None:
