@@ -16,7 +16,7 @@ from graphengine.diagnostics import Findings
 from graphengine.engine.gates import EveryOnce, EveryTicks
 from graphengine.engine.graph import Graph, Instance, Wire
 from graphengine.omnigraph.graph_file import SCRIPT_NODE
-from graphengine.port import Port
+from graphengine.port import ExecOut, Port
 from graphengine.types import PortType, UnionType
 
 OWN = "graphengine."
@@ -129,6 +129,8 @@ class _Exporter:
                     settled = instance.settled.get(port.field, port.type)
                     name = "any" if isinstance(settled, UnionType) else str(settled)
                     yield f"({text(self._end(instance, port))}, {text(name)})"
+            for hole in _holes(instance):
+                yield f"({text(f'{self.names[instance.id]}.outputs:{hole}')}, {text('execution')})"
 
     def _wires(self) -> Iterator[str]:
         wires = sorted([*self.graph.data_wires, *self.graph.exec_wires], key=lambda wire: wire.order)
@@ -205,6 +207,14 @@ def _fixed_ports(instance: Instance) -> set[str]:
     if instance.cls.type_name == SCRIPT_NODE or numbered:
         return set(base.ports)
     return set(instance.cls.ports)
+
+
+def _holes(instance: Instance) -> Iterator[str]:
+    """Numbered execution outputs that lead nowhere, below one that does not: OmniGraph counts up to the first missing."""
+    for stem, make in instance.cls.numbered.items():
+        numbers = {int(field.removeprefix(stem)) for field in instance.cls.series[stem]}
+        if make is ExecOut and 0 in numbers:
+            yield from (f"{stem}{number}" for number in range(max(numbers)) if number not in numbers)
 
 
 def _block(key: str, items: Sequence[str]) -> Iterator[str]:

@@ -90,6 +90,27 @@ def test_a_bundle_is_named_as_omnigraph_names_it(tmp_path: Path) -> None:
     assert meaning(back) == meaning(graph)
 
 
+def test_between_numbered_outputs_there_is_none_missing(tmp_path: Path) -> None:
+    path = tmp_path / "graph.yaml"
+    path.write_text(
+        """graph: graph
+nodes: {Tick: OnPlaybackTick, Gate: Multigate, First: Counter, Last: Counter}
+connections: [Tick.tick -> Gate.execIn, Gate.output0 -> First.execIn, Gate.output3 -> Last.execIn]
+""",
+        "utf-8",
+    )
+    graph, _ = resolved(path)
+    back, text = again(graph, tmp_path)
+    assert meaning(back) == meaning(graph)
+    assert [f'("Gate.outputs:output{number}", "execution")' in text for number in range(5)] == [
+        False,
+        True,
+        True,
+        True,
+        False,
+    ]
+
+
 def test_an_exported_script_that_is_run_builds_the_same(tmp_path: Path) -> None:
     graph, _ = resolved(ROOT / "graphs" / "tutorial" / "joint_states.yaml")
     script = tmp_path / "exported.py"
