@@ -12,4 +12,6 @@ ruff check .
 ruff format --check --quiet .
 mypy
 lint-imports --no-cache
+# Compiled once, and kept: no test waits for it, or hears that it takes some seconds.
+python -c 'from graphengine.world.sensors.fast import rays; rays.trouble()'
 python -m pytest -n auto --dist loadgroup "$@"

@@ -341,7 +341,7 @@ def test_pictures_that_come_too_late_are_told_at_once_and_counted_in_the_end(
 
 
 def test_without_a_terminal_a_short_run_says_two_lines() -> None:
-    result = process("run", "dd100_flat", "--for", "1s", *MEMORY)
+    result = process("run", "dd100_flat", "--for", "1s", "--rays", "mujoco", *MEMORY)
     assert (result.code, result.out) == (0, "")
     assert not re.search(r"[\r\x1b]", result.err)
     assert len(result.err.splitlines()) == 2
@@ -350,7 +350,9 @@ def test_without_a_terminal_a_short_run_says_two_lines() -> None:
 
 @pytest.mark.parametrize("columns", [100, 40])
 def test_on_a_terminal_one_line_is_written_over_and_never_wraps(columns: int) -> None:
-    with live("run", "dd100_flat", "--for", "1s", "--rate", "realtime", *MEMORY, columns=columns) as run:
+    with live(
+        "run", "dd100_flat", "--for", "1s", "--rays", "mujoco", "--rate", "realtime", *MEMORY, columns=columns
+    ) as run:
         run.hear(lambda said: False)
         assert run.process.wait(PATIENCE) == 0
         first, *rest = run.said.replace("\r\n", "\n").split("\n", 1)
