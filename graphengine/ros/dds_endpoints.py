@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -11,8 +10,7 @@ from cyclonedds.core import DDSException
 
 from graphengine.diagnostics import TransportError
 from graphengine.ros import cyclone
-
-_log = logging.getLogger(__name__)
+from graphengine.ros.handing_over import HandingOver
 
 
 def gid_of(entity: Any) -> bytes:
@@ -73,7 +71,7 @@ class DdsReader:
         self.gid = gid_of(entity)
         self._deliver = deliver
         self._remove = remove
-        self._failed = False
+        self._hand_over = HandingOver(topic)
         self._writer = 0
         self._gids: dict[int, bytes] = {}
 
@@ -88,12 +86,7 @@ class DdsReader:
         """Deliver some of what has arrived; false when there was nothing."""
         arrived = cyclone.take(self.entity)
         for data, self._writer in arrived:
-            try:
-                self._deliver(data)
-            except Exception:
-                if not self._failed:
-                    _log.exception("%s: a message could not be delivered; told once", self.topic)
-                self._failed = True
+            self._hand_over(self._deliver, data)
         return bool(arrived)
 
     def close(self) -> None:

@@ -7,7 +7,6 @@ that its answer is for.
 
 from __future__ import annotations
 
-import logging
 import re
 import struct
 import threading
@@ -21,8 +20,7 @@ from graphengine.diagnostics import TransportError
 from graphengine.ros import cyclone, vendors
 from graphengine.ros.calls import Calls
 from graphengine.ros.dds_endpoints import gid_of
-
-_log = logging.getLogger(__name__)
+from graphengine.ros.handing_over import HandingOver
 
 _ENCAPSULATION = 4
 """Bytes before every CDR message, of which the second tells the byte order."""
@@ -75,7 +73,7 @@ class _End:
         """Messages given up because a peer did not keep up."""
         self._closed = False
         self._remove = remove
-        self._failed = False
+        self._hand_over = HandingOver(service)
         self._lock = threading.RLock()
         self._writers: dict[int, cyclone.Peer] = {}
         self._readers: dict[int, cyclone.Peer] = {}
@@ -102,12 +100,7 @@ class _End:
             if call is None or self._is_foreign(handle):
                 self.malformed += 1
                 continue
-            try:
-                self._receive(handle, *call)
-            except Exception:
-                if not self._failed:
-                    _log.exception("%s: a message could not be delivered; told once", self.service)
-                self._failed = True
+            self._hand_over(self._receive, handle, *call)
         return bool(arrived)
 
     def refresh(self) -> None:

@@ -18,6 +18,7 @@ from graphengine.diagnostics import TransportError
 from graphengine.ros import names, rosout
 from graphengine.ros.domain import Domain
 from graphengine.ros.graph import Direction, Graph, full_name
+from graphengine.ros.handing_over import HandingOver
 from graphengine.ros.interfaces import MessageTypeError
 from graphengine.ros.rcl_profiles import to_endpoint, to_profile
 from graphengine.ros.rcl_services import RclClient, RclServer
@@ -82,16 +83,11 @@ class RclReader:
         self.subscription: Any = None
         self._deliver = deliver
         self._remove = remove
-        self._failed = False
+        self._hand_over = HandingOver(topic)
 
     def receive(self, data: bytes) -> None:
         """Deliver one message."""
-        try:
-            self._deliver(data)
-        except Exception:
-            if not self._failed:
-                _log.exception("%s: a message could not be delivered; told once", self.topic)
-            self._failed = True
+        self._hand_over(self._deliver, data)
 
     def close(self) -> None:
         """Leave the topic; a second time does nothing."""

@@ -7,7 +7,6 @@ it, `send_response`, which rclpy gives a request's header, delivers it.
 from __future__ import annotations
 
 import itertools
-import logging
 import threading
 import warnings
 from collections.abc import Callable, Sequence
@@ -17,8 +16,7 @@ from typing import Any
 from graphengine.diagnostics import TransportError
 from graphengine.ros import names, vendors
 from graphengine.ros.calls import MAX_OPEN
-
-_log = logging.getLogger(__name__)
+from graphengine.ros.handing_over import HandingOver
 
 
 class _End:
@@ -29,7 +27,7 @@ class _End:
         self.entity: Any = None
         """What rclpy knows it by; None once it is closed."""
         self._remove = remove
-        self._failed = False
+        self._handing_over = HandingOver(service)
 
     def close(self) -> None:
         """Leave the service; a second time does nothing."""
@@ -57,12 +55,7 @@ class _End:
     def _hand_over(self, deliver: Callable[[Any, bytes], None], call: Any, message: Any) -> None:
         from rclpy.serialization import serialize_message
 
-        try:
-            deliver(call, serialize_message(message))
-        except Exception:
-            if not self._failed:
-                _log.exception("%s: a message could not be delivered; told once", self.service)
-            self._failed = True
+        self._handing_over(lambda: deliver(call, serialize_message(message)))
 
 
 class RclServer(_End):
