@@ -11,6 +11,7 @@ import pytest
 
 from graphengine.cli import main
 from tests.cli.harness import Graphrun, Result
+from tests.recording import harness as recordings
 
 _domains = itertools.count()
 
@@ -59,3 +60,17 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "mine.yaml").write_text(CLOCK, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+@pytest.fixture(scope="session")
+def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A recording of five seconds of the warehouse, commanded at odd times."""
+    path = tmp_path_factory.mktemp("drive") / "drive.mcap"
+    recordings.record(path, 300, commands=recordings.DRIVE)
+    return path
+
+
+@pytest.fixture
+def clock(tmp_path: Path) -> Path:
+    """A graph to be recorded, in a folder of its own."""
+    return recordings.put(tmp_path / "hall" / "clock.yaml", recordings.CLOCK)

@@ -41,6 +41,19 @@ connections:
   - Tick.tick -> Clock.execIn
   - Time.simulationTime -> Clock.timeStamp
 """
+GOODBYE = CLOCK.replace(
+    "connections:\n",
+    """  Stop: {type: OnStageEvent, inputs: {eventName: Simulation Stop Play}}
+  Closing: OnClosing
+  Stopped: {type: ROS2PublishClock, inputs: {topicName: stopped}}
+  Closed: {type: ROS2PublishClock, inputs: {topicName: closed}}
+connections:
+  - Stop.execOut -> Stopped.execIn
+  - Time.simulationTime -> Stopped.timeStamp
+  - Closing.execOut -> Closed.execIn
+  - Time.simulationTime -> Closed.timeStamp
+""",
+)
 NOISY_ROBOT = """robot: noisy
 extends: robots/dd100.yaml
 sensors:
