@@ -36,8 +36,8 @@ def settle_types(graph: Graph, findings: Findings) -> None:
         if not graph.instances[index].refused:  # else what it says may follow from what was told of it
             _tell_refusal(graph.instances[index], error, findings)
     unknown = _tell_unsettled(graph, findings, set(refused))
-    circular = _circular(graph)
     checked: list[Wire] = []
+    untold: list[Wire] = []
     for wire in graph.data_wires:
         source, target = graph.instances[wire.source], graph.instances[wire.target]
         gives = known_type(source, source.cls.fields[wire.source_field])
@@ -46,17 +46,8 @@ def settle_types(graph: Graph, findings: Findings) -> None:
         told = wire.source in unknown or source.settled.get(wire.source_field) == types.ANY
         if told and (gives is None or gives == types.ANY != takes):
             continue
-        if gives is None and wire.source in circular:
-            checked.append(wire)  # whose plan tells of the circle
-        elif gives is None:
-            span, name = wire.entry.source.span, wire.entry.source
-            findings.add(
-                "G213",
-                f"the type of {name} cannot be told from its wires ({wire})",
-                span,
-                "set a value with its type",
-                related=wire.entry.via,
-            )
+        if gives is None:
+            untold.append(wire)
         elif gives == types.ANY != takes and source.cls.resolve_types is not Node.resolve_types:
             findings.add(
                 "G213",
@@ -85,10 +76,19 @@ def settle_types(graph: Graph, findings: Findings) -> None:
             checked.append(
                 Wire(wire.source, wire.source_field, wire.target, wire.target_field, converter, wire.entry, wire.order)
             )
-    graph.data_wires = checked
+    graph.data_wires = checked + _tell_untold(graph, untold, findings)
     for instance in graph.instances:
         instance.node.settled = instance.settled
         instance.node.clear()
+
+
+def _tell_untold(graph: Graph, untold: list[Wire], findings: Findings) -> list[Wire]:
+    """Tell of wires that carry nobody knows what; those that a circle keeps from it remain, for the plan tells of the circle."""
+    circular = _circular(graph) if untold else set()
+    for wire in (wire for wire in untold if wire.source not in circular):
+        what = f"the type of {wire.entry.source} cannot be told from its wires ({wire})"
+        findings.add("G213", what, wire.entry.source.span, "set a value with its type", related=wire.entry.via)
+    return [wire for wire in untold if wire.source in circular]
 
 
 def _circular(graph: Graph) -> set[int]:
