@@ -34,8 +34,10 @@ _offsets = itertools.count()
 
 @pytest.fixture
 def domain_id() -> int:
-    """A domain that no other test of this process uses, and hardly one of another."""
-    return 101 + (os.getpid() * 7 + next(_offsets)) % 99
+    """A domain that no other test of this run uses, in whichever of pytest-xdist's processes, and hardly one of another run."""
+    worker = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
+    share = 99 // int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
+    return 101 + worker * share + (os.getpid() * 7 + next(_offsets)) % share
 
 
 @pytest.fixture
