@@ -6,27 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from graphengine.context import (
-    Articulation,
-    Body,
-    Camera,
-    ContactSensor,
-    Frame,
-    Friction,
-    Imu,
-    Lidar,
-    Light,
-    Placement,
-    Publisher,
-    QoS,
-    Quaternion,
-    ServiceClient,
-    ServiceServer,
-    Subscription,
-    Vector3,
-)
+from graphengine.context import Friction, Light
 from graphengine.diagnostics import JointError, did_you_mean, listing
 from graphengine.entity import Box, Entity, EntityState, Overlap
+from graphengine.messaging import Publisher, QoS, ServiceClient, ServiceServer, Subscription
+from graphengine.motion import Articulation, Body, Frame, Placement
+from graphengine.sensor import Camera, ContactSensor, Imu, Lidar, Quaternion, Vector3
 from graphengine.stage import Prim, Stage
 
 
@@ -105,6 +90,13 @@ class World(Protocol):
     @property
     def dropped_pictures(self) -> Mapping[str, int]:
         """How many pictures came too late since play, by prim path of the camera; only where some did."""
+
+    clamps_commands: bool
+    """Whether a command to a joint beyond its limits is set to the limit."""
+
+    @property
+    def clamped_commands(self) -> Mapping[str, int]:
+        """How many commands were set to a limit, by kind, joint and limit; only where some were."""
 
     @property
     def gravity(self) -> Vector3:

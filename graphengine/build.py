@@ -19,16 +19,18 @@ from graphengine.engine.literals import Override
 from graphengine.engine.plan import Plan
 from graphengine.files import Files, NotFoundError
 from graphengine.namespaces import write_namespaces
+from graphengine.node import UNKNOWN_PRIM
 from graphengine.permissions import Permissions
 from graphengine.registry import Registry, default_registry
 from graphengine.ros.definitions import Definitions
 from graphengine.roster import SceneRoster
+from graphengine.running.dropped_values import BadValues, DroppedValues
 from graphengine.running.graph_run import make_graph_run
 from graphengine.running.node_context.services import Services
 from graphengine.running.simulation_clock import SimulationClock
 from graphengine.session import Session
 from graphengine.spec import SceneSpec
-from graphengine.stage import Stage
+from graphengine.stage import Stage, at_or_below
 from graphengine.uses import GraphFile, find_use, plan_graphs, resolve_uses, robot_uses, use_place
 
 if TYPE_CHECKING:
@@ -66,11 +68,6 @@ class Assembly:
     def permissions(self) -> Permissions:
         """What its graphs may do."""
         return Permissions(self.files, self.options.environment, self.options.scripts)
-
-    @property
-    def runnable(self) -> bool:
-        """Whether nothing keeps it from running."""
-        return not self.findings.errors
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,9 +115,10 @@ def assemble(path: Path, options: Options | None = None) -> Assembly:
         return assembly
     kind = spec_reader.kind_of(found)
     if kind == "scene":
-        uses = _scene_uses(assembly, path, files)
+        _plan(assembly, _scene_uses(assembly, path, files))
+        _lint_idle_robots(assembly)
     elif kind == "graph":
-        uses = _graph_uses(assembly, path, found)
+        _plan(assembly, _graph_uses(assembly, path, found))
     else:
         what, advice, schema = "a file is a graph or a scene", "begin with `graph: NAME`", "graph"
         if kind == "robot":
@@ -128,8 +126,16 @@ def assemble(path: Path, options: Options | None = None) -> Assembly:
             advice = f"give a scene that has robots: {{{path.stem}: {{use: {path.name}}}}}"
         place, see = found.span().part(0, 1), f"see `graphrun schema {schema}`"
         assembly.findings.add("G107", f"no key `graph` or `scene`: {what}", place, advice, see)
-        return assembly
-    _plan(assembly, uses)
+    return assembly
+
+
+def check_robot(path: Path, options: Options) -> Assembly:
+    """Check a robot file by itself; its graphs are checked with a scene that has the robot."""
+    from graphengine.world.loading import load_robot_file
+
+    files = Files.of(path, options.allowed, options.near, options.installed, options.shipped)
+    assembly = Assembly(path, options, files)
+    load_robot_file(path, files, assembly.findings)
     return assembly
 
 
@@ -214,6 +220,28 @@ def _plan(assembly: Assembly, uses: Sequence[GraphFile]) -> None:
     )
 
 
+def _lint_idle_robots(assembly: Assembly) -> None:
+    """Report robots of a scene that no node of any graph commands or moves."""
+    if assembly.loaded is None or assembly.findings.errors:
+        return
+    keys = {key for plan in assembly.plans for index in plan.order for key in plan.graph.writes(index)}
+    if UNKNOWN_PRIM in keys:
+        return
+    moved = {key.partition(":")[2].partition(".")[0] for key in keys if ":/" in key}
+    reported: set[str] = set()  # a fleet has one mistake, not one a robot
+    for name, robot in assembly.loaded.robots.items():
+        path, joints = robot.prim_path, assembly.world.stage.find(robot.prim_path).facts["joints"]
+        idle = not any(at_or_below(path, place) or at_or_below(place, path) for place in moved)
+        if joints and idle and robot.placement.key not in reported:
+            reported.add(robot.placement.key)
+            assembly.findings.add(
+                "W208",
+                f"nothing commands robot {name}, which has {len(joints)} joints that move",
+                assembly.loaded.scenery.scene.document.key_span("robots", robot.placement.key),
+                "give it a graph with an IsaacArticulationController, below `graphs:` of its robot file or of the scene",
+            )
+
+
 def _unmatched(override: Override, plans: Sequence[Plan]) -> str:
     """Which part of a `--set` names nothing, and what is near."""
     nodes = {f"{plan.graph.name}/{instance.id}": instance for plan in plans for instance in plan.graph.instances}
@@ -238,6 +266,7 @@ def start(
     domain_from_environment: int | None = None,
     log: Callable[[str, str, str], None] | None = None,
     fault: Callable[[NodeError], None] | None = None,
+    bad_values: BadValues = "drop",
 ) -> Session:
     """A session of a checked assembly, stopped at time 0; it owns the world and the network from here on.
 
@@ -248,6 +277,8 @@ def start(
         domain_from_environment: ROS_DOMAIN_ID where the caller found one.
         log: told severity, prim path and text of what nodes say.
         fault: told of a node that raised, whose branch alone then ends; without it the run stops.
+        bad_values: `drop` counts a value from a wire that a node cannot use, and clamps commands to the limits of joints; `stop`
+            makes such a value a fault of the node, and sets commands as they are.
 
     Raises:
         CheckError: the assembly has errors.
@@ -261,6 +292,8 @@ def start(
     world = assembly.world
     services = Services(world, network, assembly.options.seed, domain_id, domain_from_environment)
     services.permissions = assembly.permissions
+    services.dropped = DroppedValues() if bad_values == "drop" else None
+    world.clamps_commands = bad_values == "drop"
     if log is not None:
         services.log = log
     clock = SimulationClock(world.tick_period)

@@ -32,6 +32,16 @@ class LintContext:
     claims: Sequence[EndpointClaim]
     findings: Findings
 
+    def disagree(self, code: str, message: str, claim: EndpointClaim, other: EndpointClaim, remedy: str) -> None:
+        """Tell of a claim that cannot live together with another one."""
+        span = self.span(other)
+        self.findings.add(code, message, self.span(claim), remedy, related=[(span, "the other one")] if span else [])
+
+    def span(self, claim: EndpointClaim) -> Span | None:
+        """The node that claims."""
+        instance = self.instance(claim.node)
+        return instance.span if instance else None
+
     def instance(self, prim_path: str) -> Instance | None:
         """The node at a prim path."""
         for plan in self.graphs:
@@ -112,9 +122,15 @@ def _dry_setup_graph(plan: Plan, services: Services, findings: Findings, *, prim
         else:
             findings.put(explain(plan.graph.instances[index], error))
 
-    executor = make_graph_run(plan, services, _clock(plan, services.world)).executor
-    executor.setup(fail)
-    executor.close()  # what the nodes claimed stays: it is the answer
+    run = make_graph_run(plan, services, _clock(plan, services.world))
+    run.executor.setup(fail)
+    run.executor.close()  # what the nodes claimed stays: it is the answer
+    for index, path, prim in run.contexts.asked():
+        robot = services.stage.robot_of(prim)
+        if robot is not None and not services.stage.is_literal(path, prim):
+            _, span = asking(plan.graph.instances[index], path)
+            below = prim.path.removeprefix(f"{robot.path}/")  # a fleet has one note, not one a robot
+            findings.add("N105", f"the path leaves links out; the prim is {below} of its robot", span)
     for instance in plan.graph.instances:  # the same instances run later, from their defaults
         instance.node.reset()
         instance.node.clear()
@@ -176,16 +192,13 @@ def lint_structure(plan: Plan, findings: Findings) -> None:
             continue
         if instance.cls.kind() == "data":
             hint = "wire its outputs to a node with an execution input, or remove it"
-            findings.add(
-                "W102", f"nothing that runs uses {instance.id}", instance.span, hint, related=instance.entry.via
-            )
+            code, message = "W102", f"nothing that runs uses {instance.id}"
         else:
-            hint = (
-                f"wire its execution input, for instance from {events[0]}"
-                if events
-                else "the graph has no event node; add one, such as OnPlaybackTick"
-            )
-            findings.add("W101", f"no event reaches {instance.id}", instance.span, hint, related=instance.entry.via)
+            hint = "the graph has no event node; add one, such as OnPlaybackTick"
+            if events:
+                hint = f"wire its execution input, for instance from {events[0]}"
+            code, message = "W101", f"no event reaches {instance.id}"
+        findings.add(code, message, instance.span, hint, related=instance.entry.via)
 
 
 def lint_rates(plans: Sequence[Plan], world: World, findings: Findings) -> None:
@@ -196,13 +209,9 @@ def lint_rates(plans: Sequence[Plan], world: World, findings: Findings) -> None:
             most = plan.rate(gate.index, passes) or passes
             if not isinstance(gate.node, EveryHz) or gate.node.hz <= most:
                 continue
-            findings.add(
-                "W106",
-                f"{gate.part_of} is to run {gate.node.hz:g} times a second, and cannot more often than {most:g} times",
-                gate.span,
-                "leave `every` out, or raise `tick_rate` of the scene",
-                related=gate.entry.via,
-            )
+            often = f"{gate.node.hz:g} times a second, and cannot more often than {most:g} times"
+            remedy = "leave `every` out, or raise `tick_rate` of the scene"
+            findings.add("W106", f"{gate.part_of} is to run {often}", gate.span, remedy, related=gate.entry.via)
 
 
 def _clock(plan: Plan, world: World) -> SimulationClock:
@@ -222,25 +231,22 @@ def lint_claims(context: LintContext) -> None:
             function(context)
 
 
-def _spans(context: LintContext, claim: EndpointClaim) -> Span | None:
-    instance = context.instance(claim.node)
-    return instance.span if instance else None
-
-
 def _check_places(context: LintContext) -> None:
     """Graphs of a robot that stand outside of it: they mean another robot, or none, and collect no namespace of this one."""
     told: set[str] = set()  # a fleet has one mistake, not one a robot
+    prims = {robot.entity_name: robot.path for robot in context.stage.prims("robot")}
     for plan in context.graphs:
         robot, _, name = plan.graph.name.partition("/")
         path, document = plan.graph.prim_path, plan.graph.flat.loaded.document
-        if not name or at_or_below(path, f"/{robot}") or str(document.path) in told:
+        own = prims.get(robot, f"/{robot}")
+        if not name or at_or_below(path, own) or str(document.path) in told:
             continue
         told.add(str(document.path))
         context.findings.add(
             "W107",
-            f"graph {name} of robot {robot} stands at {path}, which is not below /{robot}",
+            f"graph {name} of robot {robot} stands at {path}, which is not below {own}",
             document.span("at" if "at" in document.data else "graph"),
-            f"write at: $(robot)/{path.split('/', 2)[2]}, with parameters: {{robot: {{type: target}}}}",
+            f"write at: $(robot)/{'/'.join(path.split('/')[2:]) or name}, with parameters: {{robot: {{type: target}}}}",
             "$(robot) is whichever robot uses the graph",
         )
 
@@ -252,14 +258,9 @@ def _check_topic_types(context: LintContext) -> None:
     ):  # publishers and servers first
         other = first.setdefault((claim.ros_context, claim.topic, claim.is_service), claim)
         if other.message_type != claim.message_type:
-            span = _spans(context, other)
-            context.findings.add(
-                "G305",
-                f"{claim.topic} is {claim.message_type} here and {other.message_type} at {other.node}",
-                _spans(context, claim),
-                f"a {'service has one type' if claim.is_service else 'topic has one message type'}; rename one of them",
-                related=[(span, "the other one")] if span else [],
-            )
+            message = f"{claim.topic} is {claim.message_type} here and {other.message_type} at {other.node}"
+            rule = "service has one type" if claim.is_service else "topic has one message type"
+            context.disagree("G305", message, claim, other, f"a {rule}; rename one of them")
 
 
 def _check_servers(context: LintContext) -> None:
@@ -269,20 +270,17 @@ def _check_servers(context: LintContext) -> None:
             continue
         other = servers.setdefault((claim.ros_context, claim.topic), claim)
         if other is not claim:
-            span = _spans(context, other)
-            context.findings.add(
-                "G309",
-                f"the service {claim.topic} is offered here and by {other.node}",
-                _spans(context, claim),
-                "a call is answered by one server; give one of them another name, or a nodeNamespace",
-                related=[(span, "the other one")] if span else [],
-            )
+            message = f"the service {claim.topic} is offered here and by {other.node}"
+            remedy = "a call is answered by one server; give one of them another name, or a nodeNamespace"
+            context.disagree("G309", message, claim, other, remedy)
 
 
 def _check_transforms(context: LintContext) -> None:
     groups: dict[tuple[int, str], list[tuple[str, str, EndpointClaim]]] = {}
     for claim in context.claims:
         for parent, child in claim.transforms:
+            if parent == child:  # tf2 ignores it
+                continue
             groups.setdefault((claim.ros_context, claim.topic.rpartition("/")[0]), []).append((parent, child, claim))
     for (_, namespace), edges in groups.items():
         _check_parents(context, edges)
@@ -295,16 +293,10 @@ def _check_parents(context: LintContext, edges: Iterable[tuple[str, str, Endpoin
         known, first = parents.setdefault(child, (parent, claim))
         if first is claim and known == parent:
             continue
-        span = _spans(context, first)
         twice = f"frame {child!r} below {parent!r} comes from both {first.node} and {claim.node}"
         parents_differ = f"frame {child!r} has two parents: {known!r} from {first.node}, {parent!r} from {claim.node}"
-        context.findings.add(
-            "G306",
-            twice if known == parent else parents_differ,
-            _spans(context, claim),
-            "a frame has one parent and one publisher; rename a frame, or remove one of the two",
-            related=[(span, "the other one")] if span else [],
-        )
+        remedy = "a frame has one parent and one publisher; rename a frame, or remove one of the two"
+        context.disagree("G306", twice if known == parent else parents_differ, claim, first, remedy)
 
 
 def _check_pieces(context: LintContext, namespace: str, edges: Sequence[tuple[str, str, EndpointClaim]]) -> None:
@@ -319,7 +311,7 @@ def _check_pieces(context: LintContext, namespace: str, edges: Sequence[tuple[st
     context.findings.add(
         "W203",
         f"the TF tree{f' of {namespace}' if namespace else ''} is in {len(pieces)} pieces: {' and '.join(roots)}",
-        _spans(context, claim),
+        context.span(claim),
         "robot_state_publisher is missing, which joins them by the robot's fixed joints; "
         "start it, or run with --robot-state, or publish the missing edge",
     )

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, Protocol
+from typing import Any, Literal, Protocol, TypedDict, Unpack
 
 import numpy as np
 
@@ -41,6 +41,33 @@ Friction = tuple[float, float]
 """Static and dynamic friction."""
 Light = tuple[float, Vector3]
 """Intensity, in times of what it is at the start, and colour (red, green, blue)."""
+
+
+class EndpointOptions(TypedDict, total=False):
+    """What a node can say of a topic or service besides its type and name."""
+
+    namespace: str
+    """Used verbatim when not empty."""
+    qos_profile: str
+    """JSON text of a QoS profile; empty for reliable, volatile, keep-last."""
+    ros_context: int
+    """Handle from `ros_context`."""
+
+
+class TopicOptions(EndpointOptions, total=False):
+    """What a node can say of a topic; an empty namespace is collected from prims."""
+
+    outermost_namespace: bool
+    """Keep only the outermost collected value, as TF nodes do."""
+    queue_size: int
+    """History depth without a profile; 10 by default."""
+
+
+class ServiceOptions(EndpointOptions, total=False):
+    """What a node can say of a service."""
+
+    collects_namespace: bool
+    """An empty namespace is collected from the prims above the node."""
 
 
 class Clock(Protocol):
@@ -197,8 +224,14 @@ class Context(Protocol):
     def placement(self, prim: str) -> Placement | None:
         """What puts a prim somewhere; None for one that neither moves by itself nor stands for a robot that does."""
 
-    def transform_tree(self, targets: Sequence[str], parent: str = "") -> Sequence[FrameLink]:
-        """The edges that OmniGraph expands target prims to: a robot to its links, any other prim to one edge."""
+    def transform_tree(self, targets: Sequence[str], parent: str = "", *, loops: bool = True) -> Sequence[FrameLink]:
+        """The edges that OmniGraph expands target prims to: a robot to its links, any other prim to one edge.
+
+        Args:
+            targets: paths of prims.
+            parent: path of the parent frame's prim; empty for the world.
+            loops: whether a link or body that is the parent and a target has an edge from itself to itself.
+        """
 
     def articulation(self, prim: str) -> Articulation:
         """The robot that a prim stands for."""
@@ -211,6 +244,15 @@ class Context(Protocol):
 
     def render_product(self, prim: str, width: int, height: int) -> str:
         """Path of the render product of a sensor or camera prim; the same answer for the same question."""
+
+    def viewport(self, name: str, size: tuple[int, int] | None = None, *, make: bool = False) -> str:
+        """Path of the render product of a viewport, which shows the first camera that `exchange_camera` is asked for.
+
+        Args:
+            name: of the viewport; "Viewport" is always there.
+            size: width and height of its pictures from now on, pixels; as they are when None, at first 1280 x 720.
+            make: make it unless it is there.
+        """
 
     def lidar(self, render_product: str) -> Lidar:
         """The lidar behind a render product, or at a prim path; in graphs that run once a tick."""
@@ -235,82 +277,44 @@ class Context(Protocol):
         message_type: str,
         topic: str,
         *,
-        namespace: str = "",
         namespace_from: str = "",
-        outermost_namespace: bool = False,
-        qos_profile: str = "",
-        queue_size: int = 10,
         latched: bool = False,
-        ros_context: int = 0,
         rate: float | None = None,
         frame_id: str = "",
         transforms: Sequence[tuple[str, str]] = (),
+        **options: Unpack[TopicOptions],
     ) -> Publisher:
         """A topic to write to.
 
         Args:
             message_type: ROS 2 name, as in `nav_msgs/msg/Odometry`.
             topic: name below the namespace; leading and trailing non-alphanumerics are dropped.
-            namespace: used verbatim when not empty; else collected from prims.
-            namespace_from: prim where collection starts; the node's own prim when empty.
-            outermost_namespace: keep only the outermost collected value, as TF nodes do.
-            qos_profile: JSON text of a QoS profile; empty for reliable, volatile, keep-last `queue_size`.
-            queue_size: history depth without a profile.
+            namespace_from: prim where collection of the namespace starts; the node's own prim when empty.
             latched: transient local with depth 1, whatever the profile says.
-            ros_context: handle from `ros_context`.
             rate: messages a second where the node knows better than its place in the graph.
             frame_id: what goes into the header, for the table of topics.
             transforms: (parent, child) pairs that will be published, for the checks of the TF tree.
+            options: what can be said of every topic.
         """
 
     def subscription(
-        self,
-        message_type: str,
-        topic: str,
-        *,
-        namespace: str = "",
-        outermost_namespace: bool = False,
-        qos_profile: str = "",
-        queue_size: int = 10,
-        ros_context: int = 0,
-        alternatives: Sequence[str] = (),
+        self, message_type: str, topic: str, *, alternatives: Sequence[str] = (), **options: Unpack[TopicOptions]
     ) -> Subscription:
         """A topic to read from; arguments as for `publisher`.
 
         `alternatives` are message types that will do as well, in place of the first where that is not what others publish.
         """
 
-    def service_server(
-        self,
-        service_type: str,
-        service: str,
-        *,
-        namespace: str = "",
-        collects_namespace: bool = False,
-        qos_profile: str = "",
-        ros_context: int = 0,
-    ) -> ServiceServer:
+    def service_server(self, service_type: str, service: str, **options: Unpack[ServiceOptions]) -> ServiceServer:
         """A service to offer.
 
         Args:
             service_type: ROS 2 name, as in `std_srvs/srv/SetBool`.
             service: name below the namespace; leading and trailing non-alphanumerics are dropped.
-            namespace: used as it is.
-            collects_namespace: an empty namespace is collected from the prims above the node.
-            qos_profile: as for `publisher`.
-            ros_context: handle from `ros_context`.
+            options: what can be said of every service.
         """
 
-    def service_client(
-        self,
-        service_type: str,
-        service: str,
-        *,
-        namespace: str = "",
-        collects_namespace: bool = False,
-        qos_profile: str = "",
-        ros_context: int = 0,
-    ) -> ServiceClient:
+    def service_client(self, service_type: str, service: str, **options: Unpack[ServiceOptions]) -> ServiceClient:
         """A service to call; arguments as for `service_server`."""
 
     def stage(self) -> Prims:

@@ -11,56 +11,27 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from graphengine.errors import (
-    AmbiguousPrimError,
-    CheckError,
-    ContextError,
-    ControlError,
-    GraphError,
-    JointError,
-    NodeError,
-    PhysicsError,
-    PrimError,
-    RecordingError,
-    RenderError,
-    StateError,
-    TopicError,
-    TransportError,
-    UnknownEntityError,
-    UsageError,
-)
-from graphengine.wording import did_you_mean, listing, printable, shown
-
-__all__ = [
-    "CODES",
-    "MAX_ERRORS",
-    "Severity",
-    "Source",
-    "Span",
-    "Finding",
-    "Findings",
-    "to_json",
-    "AmbiguousPrimError",
-    "CheckError",
-    "ContextError",
-    "ControlError",
-    "GraphError",
-    "JointError",
-    "NodeError",
-    "PhysicsError",
-    "PrimError",
-    "RecordingError",
-    "RenderError",
-    "StateError",
-    "TopicError",
-    "TransportError",
-    "UnknownEntityError",
-    "UsageError",
-    "did_you_mean",
-    "listing",
-    "printable",
-    "shown",
-]
+from graphengine.errors import AmbiguousPrimError as AmbiguousPrimError
+from graphengine.errors import BadValueError as BadValueError
+from graphengine.errors import CheckError as CheckError
+from graphengine.errors import ContextError as ContextError
+from graphengine.errors import ControlError as ControlError
+from graphengine.errors import GraphError as GraphError
+from graphengine.errors import JointError as JointError
+from graphengine.errors import NodeError as NodeError
+from graphengine.errors import PhysicsError as PhysicsError
+from graphengine.errors import PrimError as PrimError
+from graphengine.errors import RecordingError as RecordingError
+from graphengine.errors import RenderError as RenderError
+from graphengine.errors import StateError as StateError
+from graphengine.errors import TopicError as TopicError
+from graphengine.errors import TransportError as TransportError
+from graphengine.errors import UnknownEntityError as UnknownEntityError
+from graphengine.errors import UsageError as UsageError
+from graphengine.wording import did_you_mean as did_you_mean
+from graphengine.wording import listing as listing
+from graphengine.wording import printable as printable
+from graphengine.wording import shown as shown
 
 Severity = Literal["error", "warning", "note"]
 
@@ -114,16 +85,24 @@ CODES: dict[str, str] = {
     "W105": "reader and writer in no stated order",
     "W106": "rate that is never reached",
     "W107": "graph of a robot that stands outside of it",
+    "W108": "wire written twice",
     "W201": "wheel radius differs from the robot's",
     "W202": "wheel distance differs from the robot's",
     "W203": "TF tree in more than one piece",
     "W204": "timestep of the world is overruled",
     "W205": "model that MuJoCo warns of",
+    "W206": "file that is read without a border of the kernel",
+    "W207": "joint that two graphs command",
+    "W208": "robot that nothing commands",
+    "W209": "command that a joint without a drive ignores",
+    "W210": "robot that touches something at the start",
     "W301": "imported node of a type that is not available",
     "W302": "part of an imported file that is left out",
     "N101": "old name of a node type",
     "N102": "prims were not checked",
     "N103": "physics setting that was resolved",
+    "N104": "robot of a description without a robot file",
+    "N105": "path of a link that leaves out the links above it",
     "N301": "part of an imported file that was changed",
     "N302": "part of an imported file that belongs to no graph",
 }
@@ -164,6 +143,10 @@ class Finding:
     span: Span | None = None
     help: tuple[str, ...] = ()
     related: tuple[tuple[Span, str], ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.code not in CODES:
+            raise ValueError(self.code)
 
     @property
     def severity(self) -> Severity:
@@ -209,15 +192,16 @@ def _excerpt(span: Span) -> list[str]:
     """The source line and a caret below it; a window of it where the line is very long."""
     if not 1 <= span.line <= len(span.source.lines):
         return []
-    line = span.source.lines[span.line - 1].rstrip("\r").replace("\t", " ")
-    start = max(0, min(span.column - 1 - _WIDTH // 2, len(line) - _WIDTH))
-    text = printable(line[start : start + _WIDTH])
+    line = span.source.lines[span.line - 1]
+    length = len(line) - line.endswith("\r")
+    start = max(0, min(span.column - 1 - _WIDTH // 2, length - _WIDTH))
+    text = printable(line[start : min(start + _WIDTH, length)].replace("\t", " "))
     if start > 0:
         text = f"…{text[1:]}"
-    if start + _WIDTH < len(line):
+    if start + _WIDTH < length:
         text = f"{text[:-1]}…"
     at = max(span.column - 1 - start, 0)
-    before, below = text[:at].ljust(at), text[at : at + max(span.length, 1)] or " "
+    before, below = text[:at], text[at : at + max(span.length, 1)] or " "
     return [f"{span.line:>6} | {text}", f"       | {' ' * _width(before)}{'^' * max(_width(below), 1)}"]
 
 
@@ -230,6 +214,8 @@ def _width(text: str) -> int:
 
 MAX_ERRORS = 1000
 """So many mistakes are told; what follows is dropped."""
+MAX_GUESSES = 50
+"""Number of findings that suggest what was meant."""
 
 
 @dataclass(slots=True)
@@ -239,6 +225,7 @@ class Findings:
     items: list[Finding] = field(default_factory=list)
     _known: set[object] = field(default_factory=set, repr=False)
     _errors: int = 0
+    _guesses: int = 0
 
     def add(
         self,
@@ -253,8 +240,7 @@ class Findings:
 
     def put(self, finding: Finding) -> None:
         """Append a finding; equal findings are kept once."""
-        assert finding.code in CODES, finding.code
-        if self._errors > MAX_ERRORS:
+        if self.full:
             return
         key = (finding.code, finding.message, str(finding.span), finding.help, tuple(map(str, finding.related)))
         if key in self._known:
@@ -264,6 +250,16 @@ class Findings:
         if self._errors > MAX_ERRORS:
             finding = Finding("G105", f"more than {MAX_ERRORS} mistakes; the others are not told")
         self.items.append(finding)
+
+    def guess(self, name: str, legal: Iterable[str]) -> str:
+        """Suggest what was meant, for the first findings only: to compare one name with hundreds takes milliseconds."""
+        self._guesses += 1
+        return did_you_mean(name, legal) if self._guesses <= MAX_GUESSES else ""
+
+    @property
+    def full(self) -> bool:
+        """Whether errors that follow are dropped."""
+        return self._errors > MAX_ERRORS
 
     @property
     def errors(self) -> list[Finding]:

@@ -10,7 +10,6 @@ import codecs
 import math
 import os
 import re
-import stat
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,6 +18,7 @@ from typing import Any
 import yaml
 
 from graphengine.diagnostics import Findings, Source, Span, did_you_mean
+from graphengine.reading import open_regular
 
 MAX_BYTES = 8_000_000
 MAX_DEPTH = 64
@@ -93,9 +93,11 @@ class Value:
 class Document:
     """One YAML file: its data, and the place of everything in it."""
 
-    def __init__(self, source: Source, root: Value) -> None:
+    def __init__(self, source: Source, root: Value, size: int) -> None:
         self.source = source
         self.root = root
+        self.size = size
+        """Number of values, those that aliases repeat counted."""
         self.data: Any = root.to_data()
 
     @property
@@ -138,15 +140,11 @@ def load(path: str | os.PathLike[str], findings: Findings, shown_as: str | None 
     shown = shown_as or os.fspath(path)
     nowhere = Span(Source(shown, ()), 1, 1)
     try:
-        with open(path, "rb", opener=_open) as file:
-            regular = stat.S_ISREG(os.fstat(file.fileno()).st_mode)
-            raw = file.read(MAX_BYTES + 1) if regular else b""
+        with open_regular(path) as file:
+            raw = file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         findings.add("G101", f"cannot read {shown!r}: {reason}", nowhere)
-        return None
-    if not regular:
-        findings.add("G101", f"cannot read {shown!r}: not a regular file", nowhere)
         return None
     if len(raw) > MAX_BYTES:
         findings.add(
@@ -165,11 +163,6 @@ def load(path: str | os.PathLike[str], findings: Findings, shown_as: str | None 
         )
         return None
     return parse(text, shown, findings)
-
-
-def _open(path: str, flags: int) -> int:
-    """Open without waiting for the other end of a pipe."""
-    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def parse(text: str, shown_as: str, findings: Findings) -> Document | None:
@@ -197,7 +190,7 @@ def parse(text: str, shown_as: str, findings: Findings) -> Document | None:
     if builder.root is None or builder.root.data is None:
         findings.add("G102", "the file is empty", Span(source, 1, 1))
         return None
-    return Document(source, builder.root)
+    return Document(source, builder.root, builder.count)
 
 
 def _report_syntax(error: yaml.MarkedYAMLError, source: Source, findings: Findings) -> None:

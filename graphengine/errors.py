@@ -1,6 +1,7 @@
 """The exception tree.
 
 GraphError                  everything that this package raises on purpose
+├── BadValueError           a value that came over a wire and that a node cannot use; the run goes on
 ├── CheckError              findings that keep a graph or scene from being built
 ├── ContextError            what a node asked for is not there, or not legal
 │   ├── PrimError           no prim at that path, or one of the wrong kind
@@ -25,6 +26,7 @@ GraphError                  everything that this package raises on purpose
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -34,6 +36,28 @@ if TYPE_CHECKING:
 
 class GraphError(Exception):
     """Root of what this package raises on purpose."""
+
+
+class BadValueError(GraphError, ValueError):
+    """A value that came over a wire and that a node cannot use.
+
+    The node's branch ends for this tick and the run goes on. A node raises it before it changes an output, a State or the world.
+
+    Args:
+        port: OmniGraph name of the input, for example `velocityCommand`, or of several that do not go together: `a, b`.
+        value: what arrived there.
+        legal: what the node can use, as the end of "… must be"; empty where the port's name says enough.
+    """
+
+    def __init__(self, port: str, value: object, legal: str = "") -> None:
+        text = " ".join(reprlib.repr(value).split())
+        super().__init__(f"{port} must be {legal}, it is {text}" if legal else f"{port} cannot be {text}")
+        self.port = port
+        self.value = value
+
+    def __str__(self) -> str:
+        text = super().__str__()
+        return f"{text}: {self.__cause__}" if self.__cause__ is not None else text
 
 
 class CheckError(GraphError):

@@ -8,7 +8,7 @@ stranger reads nothing else.
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -67,6 +67,12 @@ class Files:
     def note(self, path: Path) -> None:
         """Remember that a file is read."""
         self.used.setdefault(Path(os.path.abspath(path)))
+
+    def links(self) -> Iterator[Path]:
+        """Links in installed packages, which may be read wherever they lead."""
+        for top in self.installed:
+            for folder, folders, names in os.walk(top):
+                yield from (path for name in (*folders, *names) if (path := Path(folder, name)).is_symlink())
 
     def find(self, reference: str, folder: Path) -> Path:
         """The file that a reference in a file of `folder` means.

@@ -74,10 +74,14 @@ class JointSelection(Protocol):
         velocities: Sequence[float] | None = None,
         efforts: Sequence[float] | None = None,
     ) -> None:
-        """Set targets from the next physics step on.
+        """Set targets from the next physics step on; what is beyond a joint's limits is set to them.
 
         Each sequence has one value a joint (rad or m, rad/s or m/s, N m or N); None leaves that kind as it is, and so does
         NaN for a single joint.
+
+        Raises:
+            BadValueError: a number that physics cannot count with; nothing was set. Its port is `positionCommand`,
+                `velocityCommand` or `effortCommand`.
         """
 
 

@@ -55,6 +55,9 @@ Numbered = Mapping[str, Callable[[], Any]]
 Fire = int | None
 """What `compute` of a gated node returns: ExecOut ports joined by `|`, or None for nothing."""
 
+UNKNOWN_PRIM = "prim:*"
+"""Key of what a node changes when only a wire says which prim it changes; it may be any."""
+
 Ending = Literal["at_stop", "at_close"]
 ENDINGS: tuple[Ending, ...] = typing.get_args(Ending)
 """Methods of events that are called outside of ticks."""

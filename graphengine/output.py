@@ -1,29 +1,37 @@
-"""Files that are written whole or not at all."""
+"""Atomic writing: a file appears, or replaces an older one, only when it is complete.
+
+A symbolic link at the name of a file is replaced, and the file that it leads to is left alone: the folder may be a stranger's.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import errno
 import os
+import secrets
+import stat
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 
 def write_together(contents: Mapping[Path, bytes]) -> None:
-    """Write several files, which appear, or take the place of what was there, only when all are whole.
+    """Write several files, all or none; their folders are made.
+
+    A new file has the mode that the umask leaves; a file that is replaced passes its mode on.
 
     Raises:
-        OSError: one cannot be written, which is the error's `filename`.
+        OSError: a file cannot be written; it is the error's `filename`.
     """
-    parts = {path: path.with_name(f".{path.name}.part") for path in contents}
+    parts: dict[Path, Path] = {}
     try:
         for path, content in contents.items():
-            with _told_of(path):
-                if path.is_dir():
-                    raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-                parts[path].write_bytes(content)
+            with _naming(path):
+                with contextlib.suppress(FileExistsError):
+                    path.parent.mkdir(parents=True)
+                parts[path] = path.with_name(f".{secrets.token_hex(8)}.part")
+                _write(parts[path], content, _mode_of(path))
         for path, part in parts.items():
-            with _told_of(path):
+            with _naming(path):
                 os.replace(part, path)
     finally:
         for part in parts.values():
@@ -31,9 +39,33 @@ def write_together(contents: Mapping[Path, bytes]) -> None:
                 part.unlink(missing_ok=True)
 
 
+def _mode_of(path: Path) -> int | None:
+    """Permissions of the file that is to be replaced, None without a file, or for a link.
+
+    Raises:
+        OSError: a folder or device is there.
+    """
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+    if path.exists() and not path.is_file():
+        raise OSError(errno.EINVAL, "not a regular file")
+    return stat.S_IMODE(path.lstat().st_mode) & 0o777 if path.is_file() and not path.is_symlink() else None
+
+
+def _write(part: Path, content: bytes, mode: int | None) -> None:
+    """Write a new file through to the disk."""
+    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
+    with open(os.open(part, flags, 0o666 if mode is None else mode), "wb") as file:
+        if mode is not None:
+            os.fchmod(file.fileno(), mode)
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
+
+
 @contextlib.contextmanager
-def _told_of(path: Path) -> Iterator[None]:
-    """Have an error name the file that was to be written, not a part of it."""
+def _naming(path: Path) -> Iterator[None]:
+    """Let an error name the file that was to be written, not its temporary name."""
     try:
         yield
     except OSError as error:

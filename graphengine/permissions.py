@@ -11,6 +11,7 @@ from pathlib import Path
 
 from graphengine.diagnostics import ContextError, did_you_mean
 from graphengine.files import Files, NotFoundError
+from graphengine.reading import open_regular
 
 LARGEST_FILE = 10_000_000
 """Bytes of a file that a node reads."""
@@ -57,7 +58,7 @@ class Permissions:
         except NotFoundError as error:
             raise ContextError(error.message, reference, *error.help) from None
         try:
-            with path.open("rb") as file:
+            with open_regular(path) as file:
                 data = file.read(LARGEST_FILE + 1)
             if len(data) > LARGEST_FILE:
                 raise ContextError(f"{path} is larger than {LARGEST_FILE} bytes", reference)

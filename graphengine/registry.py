@@ -16,7 +16,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from graphengine.diagnostics import GraphError, did_you_mean
+from graphengine.diagnostics import Findings, GraphError, did_you_mean
 from graphengine.node import Node
 from graphengine.ros.definitions import DEFINITIONS, Definitions
 
@@ -92,9 +92,10 @@ class Registry:
                             return Found(self.types[new + spelling], old_name=True)
         return None
 
-    def suggest(self, name: str) -> str:
+    def suggest(self, name: str, findings: Findings | None = None) -> str:
         """Names near to one that is unknown, or where the legal ones are listed, and which plugins are missing."""
-        near = did_you_mean(name, [*self.short_names, *self.types]) or "`graphrun nodes` lists every type"
+        guess = findings.guess if findings else did_you_mean
+        near = guess(name, [*self.short_names, *self.types]) or "`graphrun nodes` lists every type"
         missing = [f"{plugin} could not be imported ({problem})" for plugin, problem in self.broken.items()]
         return "; ".join([near, *missing])
 

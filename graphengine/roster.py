@@ -51,7 +51,8 @@ class SceneRoster:
     @property
     def spawned(self) -> Sequence[str]:
         """Names of the robots that came and are still there, oldest first."""
-        return [robot.name for robot in self._services.stage.prims("robot") if robot.facts.get("spawned")]
+        stage = self._services.stage
+        return [name for name, robot in self._robots.items() if stage.find(robot.prim_path).facts.get("spawned")]
 
     def add(self, name: str, use: RobotUse) -> Sequence[GraphRun]:
         """Put a robot into the scene; its graphs, set up.

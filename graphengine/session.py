@@ -6,16 +6,10 @@ import contextlib
 import math
 import time
 from collections.abc import Callable, Sequence
-from typing import Literal, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol
 
 from graphengine.context import Quaternion, Vector3
-from graphengine.diagnostics import (
-    GraphError,
-    StateError,
-    TransportError,
-    UnknownEntityError,
-    UsageError,
-)
+from graphengine.diagnostics import GraphError, StateError, TransportError, UnknownEntityError, UsageError
 from graphengine.entity import warning
 from graphengine.running.graph_run import GraphRun
 from graphengine.running.inbox import Inbox, LiveInbox
@@ -28,27 +22,13 @@ from graphengine.running.ticker import ResetScope as ResetScope
 from graphengine.running.ticker import Ticker
 from graphengine.spec import RobotUse
 
+if TYPE_CHECKING:
+    from graphengine.roster import SceneRoster
+
 SessionState = Literal["stopped", "playing", "paused"]
 
 IDLE = 0.25
 """Seconds between two looks at whether a run that is paused is to end, where no desk wakes it."""
-
-
-class Roster(Protocol):
-    """Puts robots into a running session and takes them out; between two ticks."""
-
-    @property
-    def spawned(self) -> Sequence[str]:
-        """Names of the robots that came while the session ran and are still there, oldest first."""
-
-    def add(self, name: str, use: RobotUse) -> Sequence[GraphRun]:
-        """A robot, and its graphs, set up."""
-
-    def own(self, name: str, graphs: Sequence[GraphRun]) -> Sequence[GraphRun]:
-        """Which of the session's graphs are a robot's, which can be removed."""
-
-    def remove(self, name: str, own: Sequence[GraphRun]) -> None:
-        """Take a robot away, with its graphs."""
 
 
 class Desk(Protocol):
@@ -87,7 +67,7 @@ class Session:
         clock: SimulationClock,
         step_clock: SimulationClock,
         graphs: Sequence[GraphRun],
-        roster: Roster | None = None,
+        roster: SceneRoster | None = None,
     ) -> None:
         self.services = services
         self.clock = clock

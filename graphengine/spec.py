@@ -58,6 +58,17 @@ def _plain_path(path: str) -> str:
 
 
 _PART = "[A-Za-z_][A-Za-z0-9_]*"
+
+
+def _robot_path(path: str) -> str:
+    if not re.fullmatch(f"(/{_PART})+", path):
+        raise ValueError(
+            f"{path!r} is not the path of a robot's prim; write it as in /World/robot: from '/' on, names of letters, "
+            "digits and '_', not beginning with a digit"
+        )
+    return path
+
+
 _NAMESPACE = re.compile(rf"[^A-Za-z0-9_]*({_PART}(/{_PART})*)?[^A-Za-z0-9_]*")
 NAMESPACE_FIELD = re.compile(r"\{(name|index)(?::0([1-9]))?\}")
 """What stands in a namespace for each robot's own name or number."""
@@ -82,6 +93,7 @@ Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=200)
 Pair = Annotated[tuple[float, float], Field(strict=False)]
 Vector = Annotated[tuple[float, float, float], Field(strict=False)]
 PrimPath = Annotated[str, AfterValidator(_plain_path)]
+RobotPath = Annotated[str, Field(max_length=500), AfterValidator(_robot_path)]
 Namespace = Annotated[str, AfterValidator(_namespace)]
 NamespacePattern = Annotated[str, AfterValidator(_namespace_pattern)]
 Connection = Annotated[str, Field(max_length=1000)]
@@ -237,6 +249,10 @@ class RobotUse(Spec):
 
     use: str = Field(
         description="Robot file, or a description alone: a file of URDF, xacro or MJCF, or the text of a URDF or MJCF."
+    )
+    at: RobotPath | None = Field(
+        default=None,
+        description="Path of the robot's prim, as in /World/robot; /NAME when not given. A fleet's number is appended.",
     )
     position: Vector = (0.0, 0.0, 0.0)
     orientation: Orientation = UPRIGHT

@@ -13,7 +13,7 @@ from typing import Annotated, Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from graphengine import document as documents
-from graphengine.diagnostics import MAX_ERRORS, Findings, did_you_mean, listing, shown
+from graphengine.diagnostics import MAX_ERRORS, Findings, listing, shown
 from graphengine.document import Document, Location
 from graphengine.spec import FORMAT, KINDS, NodeSpec, Spec
 
@@ -47,12 +47,9 @@ _PLAIN: Mapping[str, tuple[str, str]] = {
 def validate(model: type[S], document: Document, data: Any, findings: Findings) -> S | None:
     """Plain data as a spec; what is wrong with it goes to `findings`, each at its place in the document."""
     if isinstance(data, dict) and type(data.get("format")) is int and data["format"] != FORMAT:
-        findings.add(
-            "G110",
-            f"format {data['format']} is not one this version reads",
-            document.span("format"),
-            f"this version reads format {FORMAT}; a file with a higher number needs a newer graphengine",
-        )
+        message = f"format {data['format']} is not one this version reads"
+        remedy = f"this version reads format {FORMAT}; a file with a higher number needs a newer graphengine"
+        findings.add("G110", message, document.span("format"), remedy)
         return None
     if _is_of_another_kind(model, document, data, findings):
         return None
@@ -90,7 +87,7 @@ def _report(model: type[Spec], document: Document, error: dict[str, Any], findin
         models = _models_at(model, location[:-1])
         legal = [key for found in models for key in found.model_fields]
         hint = "values of ports stand below `inputs:`" if NodeSpec in models else ""
-        near = did_you_mean(name, legal)
+        near = findings.guess(name, legal)
         advice = (near,) if near else (listing(legal, "keys"), hint)
         findings.add(code, message, document.key_span(*location), *advice)
     elif kind == "missing" and isinstance(location[-1], int):

@@ -9,7 +9,9 @@ lie in `Physics` and its materials in `Materials`:
     /dd100/Geometry/base_link/chassis_link/sim_lidar/Lidar
     /dd100/Physics/front_left_wheel_joint           joint
 
-`Geometry` may be left out of a path. A robot's prim, its base link and its articulation root all stand for the robot.
+`Geometry` may be left out of a path, and a link may be addressed directly below its robot if its name is unique there:
+importers that do not nest links write `/dd100/chassis_link`. A robot's prim, its base link and its articulation root all stand
+for the robot.
 """
 
 from __future__ import annotations
@@ -67,6 +69,11 @@ class Prim:
     def name(self) -> str:
         """Last element of the path."""
         return self.path.rpartition("/")[2]
+
+    @property
+    def entity_name(self) -> str:
+        """Name of a robot in its scene, which is also the prefix of its names in the physics model."""
+        return str(self.facts.get("name", self.name))
 
     @property
     def frame_name(self) -> str:
@@ -135,7 +142,7 @@ class Stage:
         del prim.parent.children[prim.name]
 
     def find(self, path: str) -> Prim:
-        """The prim that a path means; `Geometry` may be left out.
+        """The prim that a path means; `Geometry` may be left out, and the links above a link.
 
         Raises:
             PrimError: there is none; the message names the nearest.
@@ -144,7 +151,7 @@ class Stage:
         wanted = normalize(path)
         if wanted in self._by_path:
             return self._by_path[wanted]
-        found = self._meant(wanted)
+        found = self._meant(wanted) or self._laid_flat(wanted)
         if len(found) == 1:
             return found[0]
         if found:
@@ -157,12 +164,34 @@ class Stage:
         """Prims whose paths are a path with some `Geometry` put in."""
         return [p for p in self._by_short_path.get(_without_geometry(wanted), []) if _is_short_for(wanted, p.path)]
 
-    def _descend(self, path: str) -> tuple[Prim, list[str]]:
+    def _laid_flat(self, wanted: str) -> list[Prim]:
+        """Prims whose paths are a path with the links put in between a robot and the first part below it."""
+        robot, rest = self._descend(wanted, flat=False)
+        while robot.kind != "robot" and robot.parent is not None:
+            rest, robot = [robot.name, *rest], robot.parent
+        rest = rest[1:] if rest[:1] == ["Geometry"] else rest
+        paths = ["/".join([link.path, *rest[1:]]) for link in _links(robot, rest[0])] if rest else []
+        return [
+            prim for path in paths for prim in ([self._by_path[path]] if path in self._by_path else self._meant(path))
+        ]
+
+    def is_literal(self, path: str, prim: Prim) -> bool:
+        """Whether a path that means a prim is the prim's, save for `Geometry`: no link is left out."""
+        return _is_short_for(normalize(path), prim.path)
+
+    def obstacle(self, path: str) -> Prim | None:
+        """The prim that keeps a robot from being defined at a path: what is there already, or a prim above that is no scope."""
+        prim, rest = self._descend(path)
+        return None if rest and prim.kind == "scope" else prim
+
+    def _descend(self, path: str, *, flat: bool = True) -> tuple[Prim, list[str]]:
         """The last prim on the way to where a path leads, and the parts of the path that are left."""
         parts, prim = normalize(path).strip("/").split("/"), self.root
         for index, part in enumerate(parts):
             geometry = prim.children.get("Geometry")
             child = prim.children.get(part) or (geometry.children.get(part) if geometry else None)
+            if child is None and flat and len(links := _links(prim, part)) == 1:
+                child = links[0]
             if child is None:
                 return prim, parts[index:]
             prim = child
@@ -184,7 +213,7 @@ class Stage:
 
     def __contains__(self, path: str) -> bool:
         wanted = normalize(path)
-        return wanted in self._by_path or len(self._meant(wanted)) == 1
+        return wanted in self._by_path or len(self._meant(wanted) or self._laid_flat(wanted)) == 1
 
     def prims(self, kind: PrimKind | None = None) -> Iterator[Prim]:
         """All prims, or those of a kind, depth first in order of definition."""
@@ -240,6 +269,13 @@ def normalize(path: str) -> str:
 def at_or_below(path: str, other: str) -> bool:
     """Whether a normal path is another one, or lies below it."""
     return path == other or path.startswith(f"{other}/")
+
+
+def _links(robot: Prim, name: str) -> list[Prim]:
+    """The links of a robot with a name; none of any other prim."""
+    if robot.kind != "robot":
+        return []
+    return [prim for prim in robot.descendants() if prim.kind == "link" and prim.name == name]
 
 
 def _without_geometry(path: str) -> str:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from graphengine import check, document
 from graphengine.diagnostics import Findings
 from graphengine.engine.graph import Graph
+from graphengine.engine.library import GraphLibrary
 from graphengine.engine.literals import Override
 from graphengine.engine.parameters import Use
 from graphengine.engine.plan import Plan
@@ -80,10 +81,11 @@ def resolve_uses(
 ) -> list[Graph]:
     """The graphs of files with their parameters bound; those that cannot be read are left out, findings tell of them."""
     graphs: list[Graph] = []
+    library = GraphLibrary(files)
     for use in uses:
-        declared = _declared_parameters(use.path)
+        declared = _declared_parameters(library.read(use.path, findings))
         parameters = {k: v for k, v in use.parameters.items() if k in declared or k not in ("robot", "root")}
-        flat = load_graph(use.path, parameters, files, findings, use=use.use)
+        flat = load_graph(use.path, parameters, library, findings, use.use)
         if flat is None:
             continue
         at = use.at or flat.spec.at or f"/World/{flat.spec.graph}"
@@ -103,7 +105,6 @@ def plan_graphs(graphs: Sequence[Graph], findings: Findings) -> list[Plan]:
     return plans
 
 
-def _declared_parameters(path: Path) -> Sequence[str]:
-    found = document.load(path, Findings())
+def _declared_parameters(found: document.Document | None) -> Sequence[str]:
     declared = found.data.get("parameters") if found and isinstance(found.data, dict) else None
     return list(declared) if isinstance(declared, dict) else []

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import bisect
 import difflib
-from collections.abc import Iterable
+import functools
+from collections.abc import Iterable, Sequence
 
 _LONGEST = 2000
 
@@ -32,8 +33,11 @@ def _worth_comparing(name: str, legal: Iterable[str]) -> list[str]:
 
 def did_you_mean(name: str, legal: Iterable[str], wording: str = "did you mean {}?") -> str:
     """A suggestion when a legal name is near, else the empty string."""
-    name = name[:200]
-    names = _worth_comparing(name, legal)
+    return _did_you_mean(name[:200], tuple(_worth_comparing(name[:200], legal)), wording)
+
+
+@functools.lru_cache(maxsize=200)
+def _did_you_mean(name: str, names: Sequence[str], wording: str) -> str:
     near = difflib.get_close_matches(name, names, n=3, cutoff=0.6)
     if near:
         scores = {other: difflib.SequenceMatcher(None, other, name).ratio() for other in near}

@@ -16,7 +16,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from graphengine.context import Context, Frame, PrimAttribute
-from graphengine.diagnostics import ContextError
+from graphengine.diagnostics import BadValueError, ContextError, PhysicsError
 from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
 from graphengine.rotation import Pose, rotate
 from graphengine.running.prims.usd_types import type_of_attribute
@@ -134,9 +134,12 @@ class WritePrimAttribute(AttributeNode, type="omni.graph.nodes.WritePrimAttribut
         """Write it.
 
         Raises:
-            ContextError: the value is of another type, or not finite.
+            BadValueError: the value is of another type, not finite, or beyond what the attribute can be.
         """
-        self.attribute.write(self.value)
+        try:
+            self.attribute.write(self.value)
+        except (ContextError, PhysicsError) as error:
+            raise BadValueError("value", self.value) from error
 
     def writes(self) -> Iterable[str]:
         """The attribute."""

@@ -1,16 +1,18 @@
 """Keys of what nodes read and change in the world, by which a pass puts readers and writers of one thing in order.
 
-Poses hang together along the tree, so that those of one robot, or of all objects, are one thing. Where a wire decides which
-prim it is, the key is not known before the run: such a reader reads what any writer writes, and the other way round.
+Poses hang together along the tree, so that those of one robot, or of all prims below `/World`, are one thing. Where a wire
+decides which prim it is, the key is not known before the run: such a reader reads what any writer writes, and vice versa.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
+from graphengine.node import UNKNOWN_PRIM
+
 ANY = "prim:any"
 """What every writer of a prim changes, and who does not know its prim reads."""
-WIRED = "prim:*"
+WIRED = UNKNOWN_PRIM
 """What every reader of a prim reads, and who does not know its prim changes."""
 
 
@@ -21,7 +23,8 @@ def pose_of(path: str) -> str:
 
 def drives_of(path: str) -> str:
     """What the drives of a robot are told."""
-    return f"drives:{_root(path)}"
+    _, first, *below = path.split("/") if path.startswith("/") else ("", path)
+    return f"drives:/{first}/{below[0]}" if first == "World" and below else f"drives:/{first}"
 
 
 def attribute_of(path: str, name: str) -> str:

@@ -1,5 +1,6 @@
 #!/bin/sh
 # Everything that must hold, on one Python: style, types, layers, tests. Makes its own environment in .venv-<version>.
+# With TESTS_ONLY=1 the tests alone: style, types and layers are the same on every Python.
 set -eu
 cd "$(dirname "$0")/.."
 python=${PYTHON:-python3}
@@ -8,10 +9,12 @@ venv=.venv-$("$python" -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 "$venv/bin/pip" install --quiet --disable-pip-version-check --editable '.[test]'
 PATH="$PWD/$venv/bin:$PATH"
 export PATH
-ruff check .
-ruff format --check --quiet .
-mypy
-lint-imports --no-cache
+if [ -z "${TESTS_ONLY:-}" ]; then
+    ruff check .
+    ruff format --check --quiet .
+    mypy
+    lint-imports --no-cache
+fi
 # Compiled once, and kept: no test waits for it, or hears that it takes some seconds.
 python -c 'from graphengine.world.sensors.fast import rays; rays.trouble()'
 python -m pytest -n auto --dist loadgroup "$@"

@@ -8,6 +8,6 @@ cd "$(dirname "$0")/.."
 failed=0
 for rmw in ${RMW_IMPLEMENTATION:-rmw_fastrtps_cpp rmw_cyclonedds_cpp}; do
     # ROS brings plugins for pytest that are of no use here, and do not fit each version of it.
-    RMW_IMPLEMENTATION=$rmw PYTEST_DISABLE_PLUGIN_AUTOLOAD=1 .venv-ros/bin/python -m pytest tests/ros "$@" || failed=1
+    RMW_IMPLEMENTATION=$rmw PYTEST_DISABLE_PLUGIN_AUTOLOAD=1 .venv-ros/bin/python -m pytest -p pytest_timeout tests/ros "$@" || failed=1
 done
 exit $failed

@@ -3,7 +3,18 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from graphengine.build import Options
+    from graphengine.diagnostics import Findings
+
+ORDER = ("scene", "robot", "graph", "unreadable")
+"""Kinds of files in a folder, in the order in which they are checked."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -13,27 +24,65 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_file_arguments(parser, many=True)
     parser.add_argument("--strict", action="store_true", help="warnings count as errors")
     parser.add_argument("--format", choices=("text", "json"), default="text", help="for people, or for programs")
+    parser.epilog = "Of a folder, every scene, robot and graph file in it is checked, those in its folders too."
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 without errors, 1 with."""
-    from graphengine import build
     from graphengine.cli.common import counted, find_file, make_options, print_findings
     from graphengine.diagnostics import Findings, to_json
 
     options = make_options(arguments)
     findings = Findings()
-    graphs = 0
+    files = graphs = 0
     for name in arguments.files:
-        assembly = build.assemble(find_file(name), options)
-        graphs += len(assembly.graphs)
-        findings.items += [item for item in assembly.findings.items if item not in findings.items]
-        assembly.world.close()
+        given = _in_folder(Path(name)) if os.path.isdir(name) else [("", find_file(name))]
+        files += len(given)
+        graphs += _check(given, options, findings)
     errors, warnings = len(findings.errors), len(findings.warnings)
     if arguments.format == "json":
         print(to_json(findings.sorted()))
     else:
         print_findings(findings, stream=sys.stdout)
-        read = f"{counted(len(arguments.files), 'file')}, {counted(graphs, 'graph')}"
+        read = f"{counted(files, 'file')}, {counted(graphs, 'graph')}"
         print(f"{read}: {counted(errors, 'error')}, {counted(warnings, 'warning')}")
     return 1 if errors or (arguments.strict and warnings) else 0
+
+
+def _check(given: Sequence[tuple[str, Path]], options: Options, findings: Findings) -> int:
+    """Check files with their kinds, except those that an earlier one uses; returns the number of graphs."""
+    from graphengine import build
+
+    graphs, used = 0, set[Path]()
+    for kind, path in given:
+        if path.resolve() in used:
+            continue
+        assembly = build.check_robot(path, options) if kind == "robot" else build.assemble(path, options)
+        graphs += len(assembly.graphs)
+        used |= {other.resolve() for other in assembly.files.used}
+        findings.items += [item for item in assembly.findings.items if item not in findings.items]
+        assembly.world.close()
+    return graphs
+
+
+def _in_folder(folder: Path) -> list[tuple[str, Path]]:
+    """Scenes, robots, graphs and YAML that cannot be read, in this order: what a scene uses is checked as it uses it.
+
+    Raises:
+        UsageError: there are none.
+    """
+    from graphengine import document, spec_reader
+    from graphengine.cli.common import near
+    from graphengine.diagnostics import Findings, UsageError
+
+    found: dict[str, list[Path]] = {kind: [] for kind in ORDER}
+    for path in sorted(folder.rglob("*.y*ml")):
+        inside = path.relative_to(folder).parts
+        if path.is_file() and not any(part.startswith(".") for part in inside):
+            read = document.load(path, Findings())
+            kind = spec_reader.kind_of(read) if read is not None else "unreadable"
+            if kind is not None:
+                found[kind].append(Path(near(str(path))))
+    if not any(found.values()):
+        raise UsageError(f"{folder}: no scene, robot or graph file in this folder, nor in those below it")
+    return [(kind, path) for kind in ORDER for path in found[kind]]

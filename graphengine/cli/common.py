@@ -24,34 +24,31 @@ def add_file_arguments(parser: argparse.ArgumentParser, *, many: bool = False) -
     what = "a scene or graph file, or the name of one that ships, such as dd100_warehouse or dd100/cmd_vel"
     parser.add_argument("files" if many else "file", metavar="SCENE|GRAPH", nargs="+" if many else None, help=what)
     parser.add_argument("--scene", metavar="SCENE", help="scene to put a single graph into")
-    parser.add_argument(
-        "--set",
-        metavar="NODE.PORT=VALUE",
-        action="append",
-        default=[],
-        help="value of an input; [ROBOT/][GRAPH/]NODE.PORT, globs allowed",
-    )
-    parser.add_argument(
-        "--robot-state", action="store_true", help="publish what robot_state_publisher would, for every robot"
-    )
-    parser.add_argument(
-        "--rays",
-        choices=("auto", "mujoco", "fast"),
-        default="auto",
-        help="what lidars see with; `fast` needs numba, and `auto` takes it where it serves",
-    )
+    add_repeatable(parser, "--set", "NODE.PORT=VALUE", "value of an input; [ROBOT/][GRAPH/]NODE.PORT, globs allowed")
+    state = "publish what robot_state_publisher would, for every robot"
+    parser.add_argument("--robot-state", action="store_true", help=state)
+    rays = "what lidars see with; `fast` needs numba, and `auto` takes it where it serves"
+    parser.add_argument("--rays", choices=("auto", "mujoco", "fast"), default="auto", help=rays)
     parser.add_argument("--seed", type=whole, default=0, help="of every random generator (default 0)")
     add_allow_argument(parser)
-    parser.add_argument(
-        "--import", metavar="MODULE", dest="modules", action="append", default=[], help="Python module with node types"
-    )
+    add_import_argument(parser)
     add_permission_arguments(parser)
+
+
+def add_repeatable(parser: argparse._ActionsContainer, option: str, metavar: str, what: str, **more: Any) -> None:
+    """An option that may be given several times; without it the list is empty."""
+    parser.add_argument(option, metavar=metavar, action="append", default=[], help=what, **more)
+
+
+def add_import_argument(parser: argparse.ArgumentParser) -> None:
+    """Modules with further node types."""
+    add_repeatable(parser, "--import", "MODULE", "Python module with node types", dest="modules")
 
 
 def add_permission_arguments(parser: argparse.ArgumentParser) -> None:
     """What graphs may do beyond their folder."""
     variable = "variable of the environment that graphs may read; IsaacReadEnvVar reads no other"
-    parser.add_argument("--env", metavar="NAME", action="append", default=[], help=variable)
+    add_repeatable(parser, "--env", "NAME", variable)
     scripts = "let graphs run the Python in their ScriptNodes, which is not confined: read it before"
     parser.add_argument("--allow-scripts", action="store_true", help=scripts)
 
@@ -64,14 +61,14 @@ def environment(arguments: argparse.Namespace) -> dict[str, str]:
 def add_allow_argument(parser: argparse.ArgumentParser) -> None:
     """Where files and message types may be read from, beside the folder of the given file and what is installed."""
     what = "folder that files may also be read from"
-    parser.add_argument("--allow", metavar="FOLDER", type=Path, action="append", default=[], help=what)
+    add_repeatable(parser, "--allow", "FOLDER", what, type=Path)
     add_message_path(parser)
 
 
 def add_message_path(parser: argparse.ArgumentParser) -> None:
     """Where message types lie that neither ship nor are installed."""
     what = "message types: a package, a folder with packages, or one .msg, .srv or .action file"
-    parser.add_argument("--msg-path", metavar="PATH", type=Path, action="append", default=[], help=what)
+    add_repeatable(parser, "--msg-path", "PATH", what, type=Path)
 
 
 def find_file(name: str) -> Path:
@@ -91,9 +88,23 @@ def find_file(name: str) -> Path:
             failures.append(error)
             continue
         return Path(near(str(path)))
+    if os.path.exists(name):
+        require_file(name)
     hints = [_beside(name), *(line for failure in failures for line in failure.help)]
     near_ones = [line for line in hints if line.startswith("did you mean")]
     raise UsageError("\n  ".join([failures[0].message, *dict.fromkeys(near_ones or filter(None, hints))]))
+
+
+def require_file(path: str | Path) -> None:
+    """Refuse a path that a plain `open` might wait at for ever.
+
+    Raises:
+        UsageError: nothing is there, or a folder, pipe or device.
+    """
+    from graphengine.diagnostics import UsageError
+
+    if not os.path.isfile(path):
+        raise UsageError(f"{path}: not a regular file" if os.path.exists(path) else f"no file {str(path)!r}")
 
 
 def _beside(name: str) -> str:
@@ -181,7 +192,7 @@ def message_paths(arguments: argparse.Namespace) -> list[Path]:
 
     given: list[Path] = arguments.msg_path
     for path in given:
-        if not path.exists():
+        if not (path.is_file() or path.is_dir()):
             raise UsageError(f"--msg-path {path}: no such file or folder")
     return given
 
@@ -198,7 +209,7 @@ def make_registry(modules: Sequence[str]) -> Any:
     from graphengine.registry import default_registry
 
     registry = default_registry().copy()  # others in this process share the original
-    sys.path.insert(0, "")  # a module of the working directory, as with `python -m`
+    sys.path.append("")  # a module of the working directory; last, as that may be a stranger's
     for name in modules:
         if not all(part.isidentifier() for part in name.split(".")):
             raise UsageError(f"--import {name}: write the name of a module, as in my_robot.nodes")

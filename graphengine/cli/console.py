@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import sys
 import time
 from typing import TYPE_CHECKING
@@ -53,7 +54,8 @@ class Console:
         if key not in self.said:
             self.said.add(key)
             self._clear_line()
-            self.tell(clean(f"{severity}: {node + ': ' if node else ''}{message}"))
+            # Further lines are indented, so that a text of the network cannot pass for a message of the run.
+            self.tell(clean(re.sub(r"\n(?! )", "\n  ", f"{severity}: {node + ': ' if node else ''}{message}")))
 
     def fault(self, error: NodeError) -> None:
         """A node raised, and the run goes on."""
@@ -109,13 +111,18 @@ class Console:
 
     def summarize(self, session: Session) -> None:
         """What was done, and how fast."""
-        from graphengine.cli.common import counted
+        from graphengine.cli.common import clean, counted
 
         self._clear_line()
         wall = time.perf_counter() - self.start
         ticks, simulated = session.ticks, session.ticks * session.clock.delta
         tick = (time.thread_time() - self.cpu_start) / ticks if ticks else 0.0
         faults = f", {counted(self.faults, 'fault')}" if self.faults else ""
+        dropped = session.services.dropped
+        for node, number in sorted(dropped.ticks.items()) if dropped is not None else ():
+            self.tell(clean(f"dropped bad values: in {counted(number, 'tick')} at {node}"))
+        for command, number in sorted(session.services.world.clamped_commands.items()):
+            self.tell(clean(f"clamped: {counted(number, 'command')}, {command}"))
         for camera, number in session.services.world.dropped_pictures.items():
             self.tell(f"came too late and dropped: {counted(number, 'picture')} of {camera}")
         for topic, number in sorted(self.network.malformed.items()):

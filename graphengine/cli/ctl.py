@@ -25,8 +25,8 @@ EXAMPLES = """examples:
   graphrun ctl play
   graphrun ctl rate 0.5
   graphrun ctl push dd100 --force 0,80,0 --for 0.5s
-  graphrun ctl move dd100 1 2 --yaw 90deg
-  graphrun ctl spawn second robots/dd100.yaml --at 0,2,0.03 --namespace second
+  graphrun ctl move dd100 0 4 --yaw 90deg
+  graphrun ctl spawn second robots/dd100.yaml --at 0,6,0.03 --namespace second
   graphrun ctl reset --scope state
 
 A run answers to the user who started it, on the same machine, whatever its transport. What is asked for is done between two
@@ -94,6 +94,7 @@ def _add_robots(add: Callable[..., Any]) -> None:
     spawn.add_argument("--at", metavar="X,Y[,Z]", type=vector(2, 3), default=(0.0, 0.0), help="of its base link, m")
     _add_rotation(spawn)
     spawn.add_argument("--namespace", metavar="NAMESPACE", help="of its topics, in place of the robot file's")
+    spawn.add_argument("--prim", metavar="PATH", help="path of its prim, as in /World/robot (default: /NAME)")
     state = "publish what robot_state_publisher would"
     spawn.add_argument("--robot-state", action="store_true", help=state)
     delete = add("delete", "take a robot out of the scene", lambda given: {"name": given.name})
@@ -148,6 +149,7 @@ def _spawn(given: argparse.Namespace) -> dict[str, Any]:
     """The file is named from the folder of whoever asks, where it is there; the run looks elsewhere for others."""
     use: dict[str, Any] = {
         "use": os.path.abspath(given.use) if os.path.isfile(given.use) else given.use,
+        "at": given.prim,
         "position": (*given.at, 0.0)[:3],
         "orientation": _rotation(given),
         "namespace": given.namespace,
@@ -168,13 +170,8 @@ def _move(given: argparse.Namespace) -> dict[str, Any]:
 
 
 def _push(given: argparse.Namespace) -> dict[str, Any]:
-    return {
-        "entity": given.name,
-        "force": given.force,
-        "impulse": given.impulse,
-        "duration": given.duration,
-        "at": given.at,
-    }
+    values = {key: getattr(given, key) for key in ("force", "impulse", "duration", "at")}
+    return {"entity": given.name, **values}
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -206,7 +203,7 @@ def _state(client: Client) -> dict[str, Any] | None:
 
 
 def _show(entry: Entry, state: dict[str, Any], *, robots: bool) -> None:
-    from graphengine.cli.common import clean, table
+    from graphengine.cli.common import clean, counted, table
     from graphengine.diagnostics import listing
 
     speed = state["rate"] if state["rate"] == "max" else f"{state['rate']:g}"
@@ -215,6 +212,10 @@ def _show(entry: Entry, state: dict[str, Any], *, robots: bool) -> None:
         print(clean(table([_robot(robot) for robot in state["robots"]], indent="  ")))
     if robots and state["objects"]:
         print(clean(f"  {listing(state['objects'], 'objects')}"))
+    for node, ticks in state.get("dropped_values", {}).items() if robots else ():
+        print(clean(f"  dropped bad values: in {counted(ticks, 'tick')} at {node}"))
+    for command, times in state.get("clamped_commands", {}).items() if robots else ():
+        print(clean(f"  clamped: {counted(times, 'command')}, {command}"))
 
 
 def _robot(robot: dict[str, Any]) -> tuple[str, str, str, str]:

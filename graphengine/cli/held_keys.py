@@ -7,7 +7,6 @@ counts as let go when nothing came for longer than a terminal waits before the f
 from __future__ import annotations
 
 from time import monotonic
-from types import TracebackType
 from typing import TYPE_CHECKING
 
 from graphengine.cli.keyboard import ENDS, Keyboard
@@ -20,7 +19,7 @@ RELEASE_AFTER = 0.6
 """Seconds of wall time; a common wait before the first repetition is 0.5 s (X11 0.66 s, Linux console 0.25 s)."""
 
 
-class HeldTerminalKeys:
+class HeldTerminalKeys(Keyboard):
     """The terminal's keys, as long as a run goes on.
 
     Raises:
@@ -28,22 +27,13 @@ class HeldTerminalKeys:
     """
 
     def __init__(self) -> None:
-        self._keyboard = Keyboard(signals=True)
+        super().__init__(signals=True)
         self._last: dict[tuple[str, ...], float] = {}
-
-    def __enter__(self) -> HeldTerminalKeys:
-        self._keyboard.__enter__()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._keyboard.__exit__(kind, error, trace)
 
     def on_tick(self, session: Session) -> None:
         """Press what was pressed, and let go of what is no longer repeated."""
         now = monotonic()
-        for character in self._keyboard.pressed(0.0):
+        for character in self.pressed(0.0):
             keys = keys_of(character)
             if not keys or character in ENDS:
                 continue

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import ast
+import os
+import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from graphengine.cli.units import whole
 
 if TYPE_CHECKING:
     from graphengine.diagnostics import Findings
@@ -21,17 +26,27 @@ BESIDE = " belongs to no graph and is left out"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
+    from graphengine.cli.common import add_import_argument, add_repeatable
+
     parser.add_argument("file", metavar="SCRIPT|STAGE", type=Path, help="a .py file, or a .usda, .usd or .usdc file")
     parser.add_argument(
         "-o", "--output", metavar="FOLDER", type=Path, default=Path(), help="where the files go (default here)"
     )
     parser.add_argument("--force", action="store_true", help="write over files that are there")
-    parser.add_argument(
-        "--allow", metavar="FOLDER", type=Path, action="append", default=[], help="folder that may also be read"
-    )
-    parser.add_argument(
-        "--import", metavar="MODULE", dest="modules", action="append", default=[], help="Python module with node types"
-    )
+    add_repeatable(parser, "--allow", "FOLDER", "folder that may also be read", type=Path)
+    add_import_argument(parser)
+    trust = "run a script, or read a stage, that this machine's kernel cannot confine: code of the file may then do all that "
+    trust += "you may, such as read and write your files, start programs and reach the network"
+    parser.add_argument("--trust", action="store_true", help=trust)
+    call = "what to call of a script that only defines functions, such as \"build('/World/robot')\"; names are the script's, "
+    call += "others stand for what only Omniverse knows"
+    add_repeatable(parser, "--call", "CALL", call, type=_call)
+    assumed = "prim that a script finds on the stage, or what it finds to be true, such as rosgraph.is_master_online"
+    add_repeatable(parser, "--assume", "PATH|NAME", assumed)
+    variable = "environment variable that a script finds; without a value it is yours"
+    add_repeatable(parser, "--env", "NAME[=VALUE]", variable, type=_variable)
+    impulses = "ticks after which a node fires to which a script sends impulses in a loop (default: never)"
+    parser.add_argument("--impulse-every", metavar="TICKS", type=whole, default=0, help=impulses)
     parser.epilog = "What stands behind -- is what the script finds in sys.argv."
     parse = parser.parse_known_args
 
@@ -61,7 +76,7 @@ def execute(arguments: argparse.Namespace) -> int:
     found = _read(arguments, registry, findings)
     graphs = found.graphs
     if not graphs and not found.namespaces and not findings.errors:
-        hints = [*_never_called(arguments.file), *(f"a variant may: {choice}" for choice in found.choices)]
+        hints = [f"a variant may: {choice}" for choice in found.choices]
         findings.add("G401", f"{str(arguments.file)!r} builds no graph", None, *hints)
     names = file_names(graphs)
     files = {
@@ -70,6 +85,7 @@ def execute(arguments: argparse.Namespace) -> int:
     }
     print_findings(findings, notes=False)
     if findings.errors:
+        print(clean("\n".join(_notes(findings))), file=sys.stderr)
         return 1
     there = [str(path) for path in files if path.exists()]
     if there and not arguments.force:
@@ -81,61 +97,102 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _check_usage(arguments: argparse.Namespace) -> None:
+    from graphengine.cli.common import require_file
     from graphengine.diagnostics import UsageError
 
-    if not arguments.file.is_file():
-        raise UsageError(f"no file {str(arguments.file)!r}")
+    require_file(arguments.file)
     if arguments.file.suffix not in (".py", ".usd", ".usda", ".usdc", ".usdz"):
         raise UsageError(f"{arguments.file}: what can be imported ends in .py, .usda, .usd or .usdc")
+    if arguments.impulse_every < 0:
+        raise UsageError(f"--impulse-every {arguments.impulse_every}: give a number of ticks from 1 up")
     if arguments.arguments and arguments.file.suffix != ".py":
         raise UsageError(f"{arguments.arguments[0]}: only a script takes arguments")
-    for folder in (arguments.output, *arguments.allow):
+    for folder in arguments.allow:
         if not folder.is_dir():
             raise UsageError(f"no folder {str(folder)!r}")
+    if arguments.output.exists() and not arguments.output.is_dir():
+        raise UsageError(f"-o {arguments.output}: not a folder")
 
 
 def _read(arguments: argparse.Namespace, registry: Registry, findings: Findings) -> ImportedStage:
     """The graphs of the file, and what is to be told of it beside."""
-    from graphengine.cli.common import installed_packages
+    from graphengine.diagnostics import Findings, UsageError
     from graphengine.files import Files
+    from graphengine.omnigraph.recorded import RecordedGraph
     from graphengine.omnigraph.stage.reading import ImportedStage, read_stage
 
-    if arguments.file.suffix == ".py":
-        from graphengine.omnigraph.script.reading import read_script
+    def stage(path: Path, findings: Findings) -> ImportedStage:
+        files = Files.of(path, arguments.allow, Path.cwd())
+        return read_stage(path, files, registry, findings, trusted=arguments.trust) or ImportedStage()
 
+    def graphs_of(path: Path) -> list[RecordedGraph]:
+        """Graphs of a stage that a script opens; the script is imported without where it cannot be read."""
+        told, graphs = Findings(), list[RecordedGraph]()
+        try:
+            graphs = stage(path, told).graphs
+        except UsageError as error:
+            findings.add("W302", f"the graphs of {path.name} are left out: {error}", None)
+        for found in told.items:
+            code = "W302" if found.severity == "error" else found.code
+            findings.add(code, found.message, found.span, *found.help)
+        return graphs
+
+    if arguments.file.suffix == ".py":
+        from graphengine.omnigraph.script.reading import ScriptOptions, read_script
+
+        assumed, environment = tuple(arguments.assume), dict(arguments.env)
+        options = ScriptOptions(tuple(arguments.call), arguments.impulse_every, assumed, environment)
         namespaces: dict[str, str] = {}
         given = arguments.file, findings, arguments.arguments, arguments.allow
-        graphs = read_script(*given, namespaces=namespaces, types=registry.types)
+        graphs = read_script(
+            *given,
+            namespaces=namespaces,
+            types=registry.types,
+            options=options,
+            read_stage=graphs_of,
+            trusted=arguments.trust,
+        )
         return ImportedStage(graphs, namespaces)
-    files = Files.of(arguments.file, arguments.allow, Path.cwd(), installed_packages())
-    return read_stage(arguments.file, files, registry, findings) or ImportedStage()
+    return stage(arguments.file, findings)
 
 
-def _never_called(path: Path) -> Iterator[str]:
-    """Functions of a script that build graphs, which nobody calls."""
-    if path.suffix != ".py":
-        return
-    import importlib.util
+def _variable(text: str) -> tuple[str, str]:
+    """Name and value of a variable of the environment."""
+    name, equals, value = text.partition("=")
+    if not name or "\0" in text or (not equals and name not in os.environ):
+        raise argparse.ArgumentTypeError(f"{text!r}: write NAME=VALUE, or the name of a variable that is set")
+    return name, value if equals else os.environ[name]
 
-    from graphengine.omnigraph.script.places import Script
 
-    building = Script(str(path), importlib.util.decode_source(path.read_bytes())).functions_that_call("edit")
-    if building:
-        yield f"functions that build graphs are not called: {', '.join(building[:LONGEST])}"
-        yield "import it in a script beside it, call them there, and import that script"
+def _call(text: str) -> str:
+    """A call; the script's process evaluates it among the script's names."""
+    try:
+        called = isinstance(ast.parse(text.strip(), mode="eval").body, ast.Call)
+    except (ValueError, SyntaxError, RecursionError, MemoryError):
+        called = False
+    if not called:
+        example = "build('/World/robot', rate=2) or Robot(Settings('r1')).build()"
+        raise argparse.ArgumentTypeError(f"{text!r} is no call; write {example}")
+    return text.strip()
 
 
 def _origin(path: Path, graph: RecordedGraph) -> str:
-    return f"{path.name}, line {graph.span.line}" if graph.span is not None and path.suffix == ".py" else path.name
+    found = Path(graph.span.source.path) if graph.span is not None else path
+    return f"{found.name}, line {graph.span.line}" if graph.span is not None and found.suffix == ".py" else found.name
 
 
 def _report(files: dict[Path, str], graphs: Sequence[RecordedGraph], findings: Findings) -> Iterator[str]:
-    """What was written, and what has changed on the way, for people."""
+    """What was written, for people."""
     from graphengine.cli.common import counted, near
 
     for path, graph in zip(files, graphs, strict=True):
         parts = counted(len(graph.nodes), "node"), counted(len(graph.wires), "wire")
         yield f"wrote {near(str(path))}: {', '.join(parts)}, at {graph.path}"
+    yield from _notes(findings)
+
+
+def _notes(findings: Findings) -> Iterator[str]:
+    """What was changed or passed over on the way, for people."""
     notes = [finding for finding in findings.sorted() if finding.severity == "note"]
     passed = [note.message.removesuffix(BESIDE) for note in notes if note.message.endswith(BESIDE)]
     notes = [note for note in notes if not note.message.endswith(BESIDE)]

@@ -34,6 +34,8 @@ FORWARDS = 0.999
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
+    from graphengine.cli.common import add_repeatable
+
     parser.add_argument("file", metavar="URDF|XACRO", nargs="?", help="the description; else --topic or --node")
     parser.add_argument("arguments", metavar="NAME:=VALUE", nargs="*", help="arguments of a xacro file")
     parser.add_argument("-o", "--output", metavar="FILE", type=Path, required=True, help="robot file to write")
@@ -42,23 +44,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     source.add_argument(
         "--topic", nargs="?", const=TOPIC, help=f"read it from the network, from a latched topic (default {TOPIC})"
     )
-    source.add_argument("--node", help="read it from the parameter robot_description of a node, over rclpy")
+    source.add_argument("--node", help="read it from the parameter robot_description of a node")
     parser.add_argument(
         "--timeout", metavar="TIME", type=duration, default=WAIT, help=f"to wait for the network (default {WAIT:g}s)"
     )
-    parser.add_argument("--transport", choices=("auto", "dds", "rclpy"), default="auto", help="for --topic")
+    parser.add_argument("--transport", choices=("auto", "dds", "rclpy"), default="auto", help="for --topic and --node")
     parser.add_argument("--fixed-base", action="store_true", help="bolt the root link to the world, as for an arm")
-    parser.add_argument(
-        "--package-path",
-        metavar="FOLDER",
-        type=Path,
-        action="append",
-        default=[],
-        help="a ROS package, or a folder that contains some; may be read",
-    )
-    parser.add_argument(
-        "--allow", metavar="FOLDER", type=Path, action="append", default=[], help="folder that may also be read"
-    )
+    packages = "a ROS package, or a folder that contains some; may be read"
+    add_repeatable(parser, "--package-path", "FOLDER", packages, type=Path)
+    add_repeatable(parser, "--allow", "FOLDER", "folder that may also be read", type=Path)
     parse = parser.parse_known_args
 
     def parse_in_any_order(given: Sequence[str], namespace: argparse.Namespace) -> tuple[argparse.Namespace, list[str]]:
@@ -111,8 +105,6 @@ def _check_usage(arguments: argparse.Namespace) -> None:
         raise UsageError(f"-o {arguments.output}: a robot file ends in .yaml")
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", arguments.output.stem):
         raise UsageError(f"-o {arguments.output}: the robot is named as its file: letters, digits and '_'")
-    if not arguments.output.absolute().parent.is_dir():
-        raise UsageError(f"-o {arguments.output}: no folder {str(arguments.output.parent)!r}")
     for folder in (*arguments.allow, *arguments.package_path):
         if not folder.is_dir():
             raise UsageError(f"no folder {str(folder)!r}")
@@ -147,7 +139,7 @@ def _origin(arguments: argparse.Namespace, findings: Findings) -> Origin | None:
 
 
 def _from_file(arguments: argparse.Namespace, findings: Findings) -> Origin | None:
-    from graphengine.cli.common import near
+    from graphengine.cli.common import near, require_file
     from graphengine.diagnostics import UsageError
     from graphengine.world.description import xacro
     from graphengine.world.files.packages import Packages
@@ -155,8 +147,7 @@ def _from_file(arguments: argparse.Namespace, findings: Findings) -> Origin | No
     from graphengine.world.model.importing import Origin
 
     path = Path(near(arguments.file))
-    if not path.is_file():
-        raise UsageError(f"no file {arguments.file!r}")
+    require_file(path)
     element = read(path, findings, "S103")
     if element is None:
         return None
@@ -192,12 +183,12 @@ def _remote(arguments: argparse.Namespace) -> tuple[str, str]:
     from graphengine.ros.select import open_transport
 
     domain = Domain.from_environment(os.environ)
-    if arguments.node:
-        text = description.from_node(arguments.node, domain, arguments.timeout)
-        return text, f"parameter {description.PARAMETER} of {arguments.node}"
     transport = open_transport(arguments.transport, domain, "graphrun_import_urdf", environ=os.environ)
-    print(f"waiting for {arguments.topic}; {transport.description}", file=sys.stderr)
     try:
+        print(f"waiting for {arguments.node or arguments.topic}; {transport.description}", file=sys.stderr)
+        if arguments.node:
+            text = description.from_node(transport, arguments.node, arguments.timeout)
+            return text, f"parameter {description.PARAMETER} of {arguments.node}"
         return description.from_topic(transport, arguments.topic, arguments.timeout), f"topic {arguments.topic}"
     finally:
         transport.close()

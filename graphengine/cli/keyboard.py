@@ -9,7 +9,7 @@ import select
 import sys
 import termios
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, Self
 
 ENDS = ("\x03", "\x04")
 """Ctrl-C, and Ctrl-D or a terminal that is gone."""
@@ -38,7 +38,7 @@ class Keyboard:
         self._left_out = termios.ECHO | termios.ICANON | (0 if signals else termios.ISIG)
         self._before: list[Any] = []
 
-    def __enter__(self) -> Keyboard:
+    def __enter__(self) -> Self:
         self._before = termios.tcgetattr(self._file)
         changed = termios.tcgetattr(self._file)
         changed[3] &= ~self._left_out

@@ -22,7 +22,7 @@ ENDINGS = (".png", ".pgm", ".yaml", ".yml")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
-    from graphengine.cli.common import add_allow_argument
+    from graphengine.cli.common import add_allow_argument, add_repeatable
 
     what = "a scene file, or the name of one that ships, such as dd100_warehouse"
     parser.add_argument("scene", metavar="SCENE", help=what)
@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         where.add_argument(option, metavar=names, nargs=len(names), type=number, help=help, **more)
 
     def prims(option: str, help: str) -> None:
-        where.add_argument(option, metavar="PRIM", action="append", default=[], help=help)
+        add_repeatable(where, option, "PRIM", help)
 
     numbers("--z", "LOW", "HIGH", default=HEIGHTS, help="heights at which obstacles count, m (default 0.2 0.62)")
     where.add_argument("--cell", metavar="SIZE", type=number, default=0.05, help="side of a cell, m (default 0.05)")

@@ -22,15 +22,12 @@ LONG = 4
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
-    from graphengine.cli.common import add_message_path
+    from graphengine.cli.common import add_import_argument, add_message_path
 
     parser.add_argument("name", metavar="NAME", nargs="?", help="one type, in full; its registered or short name")
-    parser.add_argument(
-        "--import", metavar="MODULE", dest="modules", action="append", default=[], help="Python module with node types"
-    )
-    parser.add_argument(
-        "--message", metavar="TYPE", help="show the ports of this message or service too, as geometry_msgs/msg/Twist"
-    )
+    add_import_argument(parser)
+    message = "show the ports of this message or service too, as geometry_msgs/msg/Twist"
+    parser.add_argument("--message", metavar="TYPE", help=message)
     add_message_path(parser)
     form = parser.add_mutually_exclusive_group()
     form.add_argument("--format", choices=("text", "json"), default="text", help="for people, or for programs")

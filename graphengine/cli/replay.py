@@ -29,20 +29,18 @@ LONGEST = 80
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
-    from graphengine.cli.common import add_allow_argument, add_permission_arguments
+    from graphengine.cli.common import add_allow_argument, add_import_argument, add_permission_arguments, add_repeatable
 
     parser.add_argument("recording", metavar="FILE", type=Path, help="what `graphrun run --record FILE` wrote")
     against = "run this scene or graph, in the place of the files that the recording holds"
     parser.add_argument("--against", metavar="SCENE|GRAPH", help=against)
-    ignore = "topic that is not compared; globs allowed"
-    parser.add_argument("--ignore", metavar="TOPIC", action="append", default=[], help=ignore)
+    add_repeatable(parser, "--ignore", "TOPIC", "topic that is not compared; globs allowed")
     values = "value of an input, beside those that the run was given; [ROBOT/][GRAPH/]NODE.PORT, globs allowed"
-    parser.add_argument("--set", metavar="NODE.PORT=VALUE", action="append", default=[], help=values)
+    add_repeatable(parser, "--set", "NODE.PORT=VALUE", values)
     parser.add_argument("--seed", type=whole, help="another one than the run's")
     parser.add_argument("--rays", choices=("auto", "mujoco", "fast"), help="other ones than the run's")
     add_allow_argument(parser)
-    modules = "Python module with node types"
-    parser.add_argument("--import", metavar="MODULE", dest="modules", action="append", default=[], help=modules)
+    add_import_argument(parser)
     add_permission_arguments(parser)
 
 
@@ -92,6 +90,7 @@ def _replay(arguments: argparse.Namespace, recording: Recording, plain: Callable
         domain_id=manifest.domain_id,
         domain_from_environment=manifest.domain_from_environment,
         fault=(lambda error: None) if manifest.keep_going else None,
+        bad_values=manifest.bad_values,
     ) as session:
         for line in machine.differences(manifest.machine, machine.describe(assembly)):
             warn(f"{line}; results may differ in their last bits")
@@ -111,6 +110,7 @@ def _replay(arguments: argparse.Namespace, recording: Recording, plain: Callable
 def _what_to_run(arguments: argparse.Namespace, recording: Recording) -> tuple[Path, Options]:
     """The file and the options: as they were recorded, but for what the command line says."""
     from graphengine.cli.common import environment, find_file, parse_set, reading_options
+    from graphengine.recording import sources
 
     manifest, files = recording.manifest, recording.workspace
     options = replace(
@@ -127,10 +127,10 @@ def _what_to_run(arguments: argparse.Namespace, recording: Recording) -> tuple[P
         return find_file(arguments.against), options
     options = replace(
         options,
-        allowed=[files.project],
-        installed=[files.installed],
-        shipped=files.shipped,
-        message_paths=[files.messages],
+        allowed=[files.place(sources.PROJECT)],
+        installed=[files.place(sources.INSTALLED)],
+        shipped=files.place(sources.SHIPPED),
+        message_paths=[files.place(sources.MESSAGES)],
         scene=files.path(manifest.scene) if manifest.scene else None,
         near=None,
     )

@@ -31,15 +31,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     from graphengine.cli.common import add_file_arguments
 
     add_file_arguments(parser)
-    parser.add_argument(
-        "--for", metavar="TIME", dest="duration", type=duration, help="simulation time to run: 10, 10s, 500ms, 2min"
-    )
-    parser.add_argument(
-        "--rate",
-        type=rate,
-        default=None,
-        help="realtime, max, or a factor of real time (default realtime; max for --transport memory)",
-    )
+    simulated = "simulation time to run: 10, 10s, 500ms, 2min"
+    parser.add_argument("--for", metavar="TIME", dest="duration", type=duration, help=simulated)
+    pace = "realtime, max, or a factor of real time (default realtime; max for --transport memory)"
+    parser.add_argument("--rate", type=rate, help=pace)
     parser.add_argument("--paused", action="store_true", help="begin with a pause, which `graphrun ctl play` ends")
     parser.add_argument("--no-control", action="store_true", help="let `graphrun ctl` not reach the run")
     interfaces = (
@@ -52,6 +47,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     transport = "how to reach ROS 2 (default auto: rclpy where it is sourced, else dds); memory reaches nobody"
     parser.add_argument("--transport", choices=("auto", "dds", "rclpy", "memory"), default="auto", help=transport)
     parser.add_argument("--keep-going", action="store_true", help="a node that raises ends its branch, not the run")
+    bad = "a value from a wire that a node cannot use is dropped and counted, or ends the run (default drop)"
+    parser.add_argument("--bad-values", choices=("drop", "stop"), default="drop", help=bad)
     record = "MCAP file of all that is read, heard and said, for replay, ros2 bag and Foxglove; pictures are waited for"
     parser.add_argument("--record", metavar="FILE", type=Path, help=record)
     parser.add_argument("--force", action="store_true", help="let --record write over a file that is there")
@@ -94,6 +91,7 @@ def execute(arguments: argparse.Namespace) -> int:
         domain_from_environment=environment,
         log=console.say,
         fault=console.fault if arguments.keep_going else None,
+        bad_values=arguments.bad_values,
     )
     session.desk = desk = CommandDesk()
     with (
@@ -104,7 +102,7 @@ def execute(arguments: argparse.Namespace) -> int:
         _keys(session, console) as on_tick,
     ):
         graphs = counted(len(assembly.plans), "graph")
-        what = f"{assembly.path}: {graphs}, {_rate_of(session):g} Hz; {network.description}"
+        what = f"{assembly.path}: {graphs}, {1.0 / session.clock.delta:g} Hz; {network.description}"
         rays = assembly.loaded.simulation.rays_in_use if assembly.loaded is not None else ""
         what += (f"; rays {rays}" if rays else "") + (f"; recorded to {arguments.record}" if arguments.record else "")
         console.tell(clean(what))
@@ -189,10 +187,6 @@ def _keys(session: Session, console: Console) -> Iterator[Callable[[Session], bo
             return console.on_tick(session)
 
         yield on_tick
-
-
-def _rate_of(session: Session) -> float:
-    return 1.0 / session.clock.delta
 
 
 def _open_network(

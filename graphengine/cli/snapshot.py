@@ -40,11 +40,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--size", metavar="WxH", type=size, help="pixels (default 1280x720, or the camera's own)")
     parser.add_argument("-o", "--output", metavar="FILE", type=Path, required=True, help="the PNG to be written")
     what = parser.add_mutually_exclusive_group()
-    what.add_argument(
-        "--depth",
-        action="store_true",
-        help="what a camera measures along its optical axis, 16 bits, mm; 0: nothing in range",
-    )
+    depth = "what a camera measures along its optical axis, 16 bits, mm; 0: nothing in range"
+    what.add_argument("--depth", action="store_true", help=depth)
     what.add_argument("--segmentation", action="store_true", help="a colour for each prim, and which it is, in a table")
 
 
@@ -65,8 +62,8 @@ def execute(arguments: argparse.Namespace) -> int:
     from graphengine.diagnostics import UsageError
 
     output: Path = arguments.output
-    if output.suffix.lower() != ".png" or not output.parent.is_dir() or output.is_dir():
-        raise UsageError(f"-o {output}: write the name of a PNG file in a folder that is there, such as snapshot.png")
+    if output.suffix.lower() != ".png" or output.is_dir():
+        raise UsageError(f"-o {output}: write the name of a PNG file, such as snapshot.png")
     assembly = assemble_to_run(arguments)
     if assembly is None:
         return 1

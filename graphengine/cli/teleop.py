@@ -18,17 +18,9 @@ if TYPE_CHECKING:
 
 TOPIC = "/cmd_vel"
 TWIST, STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
-KEYS = {
-    "up": (1.0, 0.0),
-    "w": (1.0, 0.0),
-    "down": (-1.0, 0.0),
-    "s": (-1.0, 0.0),
-    "left": (0.0, 1.0),
-    "a": (0.0, 1.0),
-    "right": (0.0, -1.0),
-    "d": (0.0, -1.0),
-}
+KEYS = {"up": (1.0, 0.0), "down": (-1.0, 0.0), "left": (0.0, 1.0), "right": (0.0, -1.0)}
 """Direction of driving, and of turning."""
+KEYS |= {letter: KEYS[arrow] for letter, arrow in (("w", "up"), ("s", "down"), ("a", "left"), ("d", "right"))}
 FACTORS = {"+": 1.1, "=": 1.1, "-": 1 / 1.1}
 HELP = "arrows or w a s d: drive and turn   space: stop   + -: faster, slower   q or Ctrl-C: end"
 RATE = 20.0

@@ -75,9 +75,8 @@ def _check_output(path: Path | None) -> None:
 
     if path is None:
         return
-    if path.suffix not in (*DOT, *PICTURES, *TEXT) or not path.absolute().parent.is_dir():
-        kinds = ", ".join((*TEXT, *DOT, *PICTURES))
-        raise UsageError(f"-o {path}: write the name of a file in a folder that is there; it ends in {kinds}")
+    if path.suffix not in (*DOT, *PICTURES, *TEXT):
+        raise UsageError(f"-o {path}: the name of the file ends in {', '.join((*TEXT, *DOT, *PICTURES))}")
     if path.suffix in PICTURES and shutil.which("dot") is None:
         remedy = f"write {path.with_suffix('.dot')}, or install graphviz"
         raise UsageError(f"-o {path}: Graphviz draws pictures, and its program dot is not there\n  {remedy}")
@@ -157,24 +156,20 @@ def _write(tree: FrameTree, names: Mapping[bytes, str], path: Path | None) -> No
         TransportError: Graphviz fails.
     """
     from graphengine.diagnostics import TransportError
+    from graphengine.output import write_together
     from graphengine.ros.tf_tree import to_dot
 
-    if path is None or path.suffix in TEXT:
-        text = _table(tree, names)
-        if path is None:
-            show(text)
-        else:
-            path.write_text(f"{text}\n", encoding="utf-8")
+    if path is None:
+        show(_table(tree, names))
         return
-    source = to_dot(tree, names)
-    if path.suffix in DOT:
-        path.write_text(source, encoding="utf-8")
-        return
-    command = ["dot", f"-T{path.suffix[1:]}", "-o", str(path)]
-    try:
-        subprocess.run(command, input=source.encode(), capture_output=True, check=True, timeout=DRAWING)
-    except (subprocess.SubprocessError, OSError) as error:
-        raise TransportError(f"Graphviz cannot draw {path}: {error}") from error
+    content = (f"{_table(tree, names)}\n" if path.suffix in TEXT else to_dot(tree, names)).encode()
+    if path.suffix in PICTURES:
+        command = ["dot", f"-T{path.suffix[1:]}"]
+        try:
+            content = subprocess.run(command, input=content, capture_output=True, check=True, timeout=DRAWING).stdout
+        except (subprocess.SubprocessError, OSError) as error:
+            raise TransportError(f"Graphviz cannot draw {path}: {error}") from error
+    write_together({path: content})
 
 
 def _table(tree: FrameTree, names: Mapping[bytes, str]) -> str:

@@ -2,11 +2,13 @@
 
 Each request is a line of JSON, `{"command": "push", "arguments": {...}}`, and is answered by one: `{"result": ...}`, or
 `{"error": "why not"}`. A connection may carry any number of them, one after the other. Who sends anything else is disconnected.
+When there are too many clients, the one that has been idle for the longest is disconnected, after a line with the reason.
 """
 
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import socket
 import struct
@@ -40,6 +42,8 @@ class Channel:
     def __init__(self, desk: CommandDesk, name: str, environment: Mapping[str, str]) -> None:
         self._desk = desk
         self._clients: dict[threading.Thread, socket.socket] = {}
+        self._idle: dict[threading.Thread, None] = {}
+        """Those of them that wait for no answer, the one that has waited for the longest first."""
         self._lock = threading.Lock()
         self._closed = threading.Event()
         runs.running(environment)  # which clears away what killed ones have left
@@ -74,25 +78,48 @@ class Channel:
                 self._closed.wait(0.1)
                 continue
             with self._lock:
-                if len(self._clients) >= MAX_CLIENTS or not _is_own(connection):
+                if not _is_own(connection) or not self._has_room():
+                    _refuse(connection, f"{MAX_CLIENTS} clients wait for answers already; try again later")
                     connection.close()
                     continue
                 thread = threading.Thread(target=self._talk, args=(connection,), name="control client", daemon=True)
                 self._clients[thread] = connection
+                self._idle[thread] = None
                 thread.start()
+
+    def _has_room(self) -> bool:
+        """Whether there may be one more client; where only idle ones are in its way, the idlest is disconnected."""
+        if len(self._clients) < MAX_CLIENTS:
+            return True
+        if not self._idle:
+            return False
+        idlest = next(iter(self._idle))
+        del self._idle[idlest]
+        connection = self._clients.pop(idlest)
+        _refuse(connection, f"disconnected: idle, and more than {MAX_CLIENTS} clients came")
+        with contextlib.suppress(OSError):
+            connection.shutdown(socket.SHUT_RDWR)
+        return True
 
     def _talk(self, connection: socket.socket) -> None:
         """Answer a client until it has had enough."""
-        lines = Lines(connection)
+        lines, thread = Lines(connection), threading.current_thread()
         try:
             with connection:
                 while (request := lines.receive(MAX_REQUEST)) is not None:
+                    with self._lock:
+                        if thread not in self._idle:  # it was disconnected meanwhile
+                            return
+                        del self._idle[thread]
                     lines.send(self._answer(request))
+                    with self._lock:
+                        self._idle[thread] = None
         except (BadLineError, OSError):
             pass
         finally:
             with self._lock:
-                self._clients.pop(threading.current_thread(), None)
+                self._idle.pop(thread, None)
+                self._clients.pop(thread, None)
 
     def _answer(self, request: Any) -> dict[str, Any]:
         known = isinstance(request, dict) and isinstance(request.get("command"), str)
@@ -128,6 +155,12 @@ class Channel:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def _refuse(connection: socket.socket, why: str) -> None:
+    """Say why a client is disconnected, if it can take that without waiting."""
+    with contextlib.suppress(OSError):
+        connection.send(json.dumps({"error": why}).encode() + b"\n", socket.MSG_DONTWAIT)
 
 
 def _is_own(connection: socket.socket) -> bool:

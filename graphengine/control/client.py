@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Mapping
 from typing import Any
@@ -37,7 +38,8 @@ class Client:
             ControlError: it was refused, or the run ended meanwhile.
         """
         try:
-            self._lines.send({"command": command, "arguments": dict(arguments or {})})
+            with contextlib.suppress(BrokenPipeError, ConnectionResetError):  # a client that is refused can read why
+                self._lines.send({"command": command, "arguments": dict(arguments or {})})
             answer = self._lines.receive(MAX_ANSWER)
         except (OSError, BadLineError):
             answer = None

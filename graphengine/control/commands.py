@@ -227,6 +227,11 @@ class State(Command):
     def _apply(self, session: Session) -> dict[str, Any]:
         robots = list(session.services.stage.prims("robot"))
         paths = {robot.path for robot in robots}
+        dropped = session.services.dropped
+        counts = {
+            "dropped_values": dict(dropped.ticks) if dropped is not None else {},
+            "clamped_commands": dict(session.services.world.clamped_commands),
+        }
         return {
             "state": session.state,
             "time": session.time,
@@ -239,18 +244,19 @@ class State(Command):
                 for entity in session.services.world.entities.all()
                 if entity.kind == "object" and entity.prim_path not in paths
             ],
+            **{name: count for name, count in counts.items() if count},
         }
 
 
 def _robot(session: Session, prim: Prim) -> dict[str, Any]:
     """A robot, the namespace that its topics are in, and where it is."""
-    state = session.services.world.entities.state(prim.name)
+    state = session.services.world.entities.state(prim.entity_name)
     return {
-        "name": prim.name,
+        "name": prim.entity_name,
         "namespace": join_namespaces(session.services.stage.namespaces(prim.facts["base_link"])),
         "position": state.position,
         "orientation": state.orientation,
-        "spawned": prim.name in session.spawned,
+        "spawned": prim.entity_name in session.spawned,
     }
 
 
@@ -261,25 +267,9 @@ class Quit(Command):
         session.interrupt()
 
 
-COMMANDS: Mapping[str, type[Command]] = MappingProxyType(
-    {
-        "play": Play,
-        "pause": Pause,
-        "step": Step,
-        "stop": Stop,
-        "reset": Reset,
-        "rate": Rate,
-        "spawn": Spawn,
-        "delete": Delete,
-        "move": Move,
-        "push": Push,
-        "impulse": Impulse,
-        "press": Press,
-        "release": Release,
-        "state": State,
-        "quit": Quit,
-    }
-)
+_KINDS = (Play, Pause, Step, Stop, Reset, Rate, Spawn, Delete, Move, Push, Impulse, Press, Release, State, Quit)
+
+COMMANDS: Mapping[str, type[Command]] = MappingProxyType({kind.__name__.lower(): kind for kind in _KINDS})
 
 RECORDED = frozenset({"stop", "reset", "spawn", "delete", "move", "push", "impulse", "press", "release"})
 """Those that change the simulation's course: another run that is asked for them before the same ticks is the same."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import socket
+import time
 from typing import Any
 
 MAX_REQUEST, MAX_ANSWER = 100_000, 10_000_000
@@ -47,10 +48,12 @@ class Lines:
             BadLineError: it is none.
             OSError: the other end is gone.
         """
+        deadline = time.monotonic() + PATIENCE if self._rest else None
         while b"\n" not in self._rest:
-            if len(self._rest) > most:
+            left = patience if deadline is None else deadline - time.monotonic()
+            if len(self._rest) > most or (left is not None and left <= 0.0):
                 raise BadLineError
-            self._connection.settimeout(PATIENCE if self._rest else patience)
+            self._connection.settimeout(left)
             try:
                 more = self._connection.recv(65536)
             except TimeoutError:
@@ -58,6 +61,7 @@ class Lines:
             if not more:
                 return None
             self._rest += more
+            deadline = deadline or time.monotonic() + PATIENCE
         line, _, self._rest = self._rest.partition(b"\n")
         if len(line) > most:
             raise BadLineError

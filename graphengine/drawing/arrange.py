@@ -6,13 +6,16 @@ have a port on its border, which inside is a box without width in the first or t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 
-from graphengine.drawing import layered, placed
+from graphengine.drawing import columns, layered, placed
 from graphengine.drawing.figure import NodeBox, make_box
 from graphengine.drawing.geometry import Arrangement, Box, Link, Point, Route, bounds, simplified
 from graphengine.drawing.scheme import Scheme, WireView
+
+MAX_LEVEL, MAX_WHOLE = 200, 600
+"""Boxes and links, of one subgraph and of the whole graph, up to which crossings are avoided: the time grows with the cube."""
 
 _PADDING = 18.0
 """Between the border of a subgraph and what is in it."""
@@ -146,9 +149,18 @@ def _arrange_level(group: str, scheme: Scheme, nodes: dict[str, NodeBox], levels
         (source, source_y), (target, target_y) = end(wire, begins=True), end(wire, begins=False)
         link = Link(source, source_y, target, target_y)
         carried[number] = links.setdefault(link, len(links))
-    given = any(box.place is not None for box in boxes) and len(boxes) <= placed.MAX_BOXES
-    made = (placed if given else layered).arrange(boxes, list(links))
+    made = _way(scheme, boxes, links)(boxes, list(links))
     return _framed(group, names, boxes, made, carried, {pin: numbers[pin] for pin in pins}, links)
+
+
+def _way(
+    scheme: Scheme, boxes: Sequence[Box], links: Collection[Link]
+) -> Callable[[Sequence[Box], Sequence[Link]], Arrangement]:
+    """How a level is laid out; sizes alone decide it, so that a graph has one picture on every machine."""
+    whole = len(scheme.nodes) + len(scheme.wires)
+    if len(boxes) + len(links) > MAX_LEVEL or whole > MAX_WHOLE:
+        return columns.arrange
+    return placed.arrange if any(box.place is not None for box in boxes) else layered.arrange
 
 
 def _holds(group: str, node: str) -> bool:

@@ -26,11 +26,9 @@ _CLEAR = 6.0
 _TOUCH = 0.01
 """So far inside of a box a line still runs along its border."""
 
-_MANY = 200
-"""Of more boxes the order is searched for less long."""
-
 _OPTIONS: dict[str, Any] = {
     "direction": "leftright",
+    "effort": "balanced",
     "spacing": {
         "layer_gap": GAP[0] - 2 * _STUB,
         "node_gap": GAP[1] - 2 * _CLEAR,
@@ -59,8 +57,7 @@ def arrange(boxes: Sequence[Box], links: Sequence[Link]) -> Arrangement:
     room = [_LOOP * (count + 1) if count else 0.0 for count in loops]
     nodes = [_node(box, around) for box, around in zip(boxes, room, strict=True)]
     between = [link for link in links if link.source != link.target]
-    options = {**_OPTIONS, "effort": "balanced" if len(boxes) <= _MANY else "fast"}
-    laid = graphlay.layout({"nodes": nodes, "edges": [_edge(link, boxes, room) for link in between]}, options=options)
+    laid = graphlay.layout({"nodes": nodes, "edges": [_edge(link, boxes, room) for link in between]}, options=_OPTIONS)
     corners = tuple(
         (node["center"]["x"] - box.width / 2, node["center"]["y"] - (box.height - around) / 2)
         for node, box, around in zip(laid.nodes, boxes, room, strict=True)

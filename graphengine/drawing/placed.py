@@ -12,8 +12,6 @@ from graphengine.drawing.geometry import GAP, Arrangement, Box, Link, Point, bou
 
 MAX_STRETCH = 6.0
 """How far given places are stretched apart, at most, to make room; boxes that need more are placed anew."""
-MAX_BOXES = 250
-"""Of more boxes the places are not kept: to find a way between them takes too long."""
 
 _CLEAR = 0.1
 """px; so much more than the least distance, lest rounding makes frames overlap."""

@@ -5,13 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from graphengine.backend import (
-    EndpointClaim,
-    OwnedClient,
-    OwnedPublisher,
-    OwnedServer,
-    OwnedSubscription,
-)
+from graphengine.backend import EndpointClaim, OwnedClient, OwnedPublisher, OwnedServer, OwnedSubscription
 
 
 class DryNetwork:

@@ -7,31 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.backend import (
-    select_joints,
-)
-from graphengine.context import (
-    Articulation,
-    Body,
-    Camera,
-    ContactReading,
-    ContactSensor,
-    Frame,
-    Friction,
-    Imu,
-    ImuSample,
-    JointSelection,
-    Lidar,
-    Light,
-    Picture,
-    Placement,
-    Quaternion,
-    Scan,
-    Vector3,
-)
+from graphengine.backend import select_joints
+from graphengine.context import Friction, Light
 from graphengine.diagnostics import UnknownEntityError
 from graphengine.entity import Box, Entity, EntityState, Overlap
-from graphengine.sensor import beam_directions, pinhole
+from graphengine.motion import Body, Frame, Placement
+from graphengine.sensor import ContactReading, ImuSample, Picture, Quaternion, Scan, Vector3, beam_directions, pinhole
 from graphengine.stage import Prim, Stage
 
 
@@ -43,7 +24,7 @@ class DryEntities:
 
     def all(self) -> Sequence[Entity]:
         """Robots, and bodies that hang on no other prim with a body."""
-        robots = [Entity(prim.name, prim.path, "robot", False) for prim in self._stage.prims("robot")]
+        robots = [Entity(prim.entity_name, prim.path, "robot", False) for prim in self._stage.prims("robot")]
         return [*robots, *(Entity(prim.name, prim.path, "object", False) for prim in self._stage.prims("body"))]
 
     def state(self, name: str) -> EntityState:
@@ -86,6 +67,8 @@ class DryWorld:
         self.substeps = substeps
         self.realtime = False
         self.dropped_pictures: dict[str, int] = {}
+        self.clamps_commands = True
+        self.clamped_commands: dict[str, int] = {}
         self.gravity: Vector3 = (0.0, 0.0, -9.81)
         self._frictions: dict[str, Friction] = {}
         self._lights: dict[str, Light] = {}
@@ -127,23 +110,23 @@ class DryWorld:
         """A body that stays where it is, if the prim has one."""
         return DryPlacement() if prim.body is not None or self.stage.stands_for_robot(prim) is not None else None
 
-    def articulation(self, robot: Prim) -> Articulation:
+    def articulation(self, robot: Prim) -> DryArticulation:
         """Joints that stay where they are."""
         return DryArticulation(robot)
 
-    def lidar(self, prim: Prim) -> Lidar:
+    def lidar(self, prim: Prim) -> DryLidar:
         """A sensor that sees nothing."""
         return DryLidar(prim)
 
-    def camera(self, prim: Prim, size: tuple[int, int] | None = None) -> Camera:
+    def camera(self, prim: Prim, size: tuple[int, int] | None = None) -> DryCamera:
         """A camera that delivers nothing."""
         return DryCamera(prim, size)
 
-    def imu(self, prim: Prim) -> Imu:
+    def imu(self, prim: Prim) -> DryImu:
         """A sensor at rest."""
         return DryImu(prim)
 
-    def contact_sensor(self, prim: Prim) -> ContactSensor:
+    def contact_sensor(self, prim: Prim) -> DryContactSensor:
         """A sensor that nothing touches."""
         return DryContactSensor(prim)
 
@@ -201,7 +184,7 @@ class DryArticulation:
         self.joint_names: tuple[str, ...] = tuple(robot.facts.get("joints", ()))
         self.prismatic: tuple[bool, ...] = tuple(robot.facts.get("prismatic", (False,) * len(self.joint_names)))
 
-    def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> JointSelection:
+    def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> DryJointSelection:
         """A selection that takes commands and does nothing."""
         chosen = select_joints(self, names, indices)
         return DryJointSelection(tuple(self.joint_names[i] for i in chosen))

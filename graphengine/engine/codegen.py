@@ -1,15 +1,15 @@
 """Plan to Python source: one function a region, copies as attribute stores, flags as integers, nothing nested.
 
-The generated text is registered with `linecache`, so a traceback shows its lines, and each line knows its node, so that an
-exception names it without a try around every call. Keeping a run going after a fault, or timing each node, is other generated
-text; the plain tick has no hooks.
+The generated text is registered with `linecache`, so a traceback shows its lines. Each line knows its node, so that an exception
+names it. Each call of a node stands in a `try`, which costs nothing until the node raises. What is `caught` there (BadValueError,
+every Exception, or nothing) ends the node's branch only; any other exception ends the pass.
 """
 
 from __future__ import annotations
 
 import itertools
 import linecache
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -96,24 +96,24 @@ def _write_region(plan: Plan, region: Region, source: Source) -> None:
         for call in calls:
             indent = 2 if guard else 1
             source.add([f"# {_name(plan, call.node)}"], None, indent)
-            _write_call(call, source, indent, plan.keep_going)
+            _write_call(call, source, indent)
     if not region.calls:
         source.add(["pass"], None, 1)
 
 
-def _write_call(call: Call, source: Source, indent: int, keep_going: bool) -> None:
+def _write_call(call: Call, source: Source, indent: int) -> None:
     """Bring up to date what the node reads, then compute it: once, or for each of its activations."""
     for refresh in call.refreshes:
         if not refresh.repeated:
-            source.add(_refresh(refresh, keep_going), refresh.node, indent)
+            source.add(_refresh(refresh), refresh.node, indent)
     if not call.activations:
-        source.add(_compute(call, {pin.field: pin.counter for pin in call.pins}, keep_going), call.node, indent)
+        source.add(_compute(call, {pin.field: pin.counter for pin in call.pins}), call.node, indent)
     for activation in call.activations:
         source.add([f"for _ in range({activation.counter}):"], call.node, indent)
         for refresh in call.refreshes:
             if refresh.repeated:
-                source.add(_refresh(refresh, keep_going), refresh.node, indent + 1)
-        source.add(_compute(call, {activation.pin: "1"}, keep_going), call.node, indent + 1)
+                source.add(_refresh(refresh), refresh.node, indent + 1)
+        source.add(_compute(call, {activation.pin: "1"}), call.node, indent + 1)
 
 
 def _nodes_of(call: Call) -> Iterator[int]:
@@ -145,17 +145,17 @@ def _copy(copy: Copy) -> list[str]:
 
 
 def _copies(copies: Iterable[Copy]) -> list[str]:
-    """Copies into a node, which is set up again when one of them changed what it reads in setup."""
+    """Copies into a node, which is set up again when one of them changed what it reads in setup, or when that failed before."""
     copies = list(copies)
     lines = [line for copy in copies for line in _copy(copy)]
     if not any(copy.setup for copy in copies):
         return lines
-    return ["changed = 0", *lines, "if changed:", f"    setup_again({copies[0].target})"]
+    return [f"changed = {copies[0].target} in failed", *lines, "if changed:", f"    setup_again({copies[0].target})"]
 
 
-def _refresh(refresh: Refresh, keep_going: bool) -> list[str]:
+def _refresh(refresh: Refresh) -> list[str]:
     """A data node; one that raises keeps its last output."""
-    lines = _attempt([*_copies(refresh.copies), f"c{refresh.node}()"], refresh.node, keep_going)
+    lines = _attempt([*_copies(refresh.copies), f"c{refresh.node}()"], refresh.node)
     if refresh.flagged:
         lines.append(f"s{refresh.node} = 0")
     return [f"if s{refresh.node}:", *_indented(lines)] if refresh.if_stale else lines
@@ -176,13 +176,12 @@ def _branch(branch: Branch, *, many: bool) -> list[str]:
     return [f"if p & {branch.mask}:" if many else "if p:", *_indented(lines)] if lines else []
 
 
-def _compute(call: Call, fired: dict[str, str], keep_going: bool) -> list[str]:
+def _compute(call: Call, fired: dict[str, str]) -> list[str]:
     """The call itself and what its result leads to.
 
     Args:
         call: what to do.
         fired: how often each execution input fired, as an expression.
-        keep_going: an exception ends what would follow.
     """
     node = call.node
     before = [*_copies(call.copies), *_tell_pins(call, fired)]
@@ -191,21 +190,21 @@ def _compute(call: Call, fired: dict[str, str], keep_going: bool) -> list[str]:
     if call.kind == "pusher":
         body = [*marks, *(line for branch in call.branches for line in _branch(branch, many=True))]
         if call.rereads is not None:
-            body += [line for refresh in call.rereads for line in _refresh(refresh, keep_going)] + _copies(call.copies)
+            body += [line for refresh in call.rereads for line in _refresh(refresh)] + _copies(call.copies)
         loop = [f"for p in c{node}():", *_indented(body or ["pass"])]
-        return [*_attempt([*before, *loop], node, keep_going), *after]
+        return [*_attempt([*before, *loop], node), *after]
     if call.kind == "latent":
         start = [f"if n{node}.active:", f"    activate({node})"]
-        return [*_attempt([*before, f"c{node}()"], node, keep_going), *after, *start]
+        return [*_attempt([*before, f"c{node}()"], node), *after, *start]
     if not call.gated:
         fires = [line for branch in call.branches for fire in branch.fires for line in _fire(fire)]
-        return _attempt([*before, f"c{node}()"], node, keep_going, [*after, *fires], after)
+        return _attempt([*before, f"c{node}()"], node, [*after, *fires], after)
     many = len(call.branches) > 1
     follow = [line for branch in call.branches for line in _branch(branch, many=many)]
     if many and follow:
         follow = ["if p:", *_indented(follow)]
     compute = f"p = c{node}()" if follow else f"c{node}()"
-    return _attempt([*before, compute], node, keep_going, [*after, *follow], after)
+    return _attempt([*before, compute], node, [*after, *follow], after)
 
 
 def _tell_pins(call: Call, fired: dict[str, str]) -> list[str]:
@@ -218,13 +217,9 @@ def _tell_pins(call: Call, fired: dict[str, str]) -> list[str]:
     return lines
 
 
-def _attempt(
-    lines: list[str], node: int, keep_going: bool, follow: Sequence[str] = (), otherwise: Sequence[str] = ()
-) -> list[str]:
-    """Lines and what follows them; or, in a run that keeps going after a fault, what follows if they raise."""
-    if not keep_going:
-        return [*lines, *follow]
-    caught = ["except Exception as error:", f"    fault({node}, error)", *_indented(otherwise)]
+def _attempt(lines: list[str], node: int, follow: Sequence[str] = (), otherwise: Sequence[str] = ()) -> list[str]:
+    """Lines, what follows them, and what follows instead where they raise something that ends the node's branch only."""
+    caught = ["except caught as error:", f"    fault({node}, error)", *_indented(otherwise)]
     return ["try:", *_indented(lines), *caught, *(["else:", *_indented(follow)] if follow else [])]
 
 
@@ -253,9 +248,22 @@ def compile_source(
     setup_again: Callable[[int], None],
     activate: Callable[[int], None],
     fault: Callable[[int, Exception], None],
+    caught: tuple[type[Exception], ...],
+    failed: Container[int],
 ) -> dict[str, Any]:
-    """The functions of a generated text, bound to their nodes."""
+    """Bind the functions of a generated text to their nodes.
+
+    Args:
+        source: the text.
+        nodes: by their indices.
+        setup_again: called when an input that a node reads in setup changed.
+        activate: called when a latent node has started.
+        fault: called with a node and the exception of one of the `caught` types that it raised.
+        caught: exceptions that end a node's branch only.
+        failed: nodes whose last setup failed; they are set up again before they compute.
+    """
     namespace: dict[str, Any] = {"setup_again": setup_again, "activate": activate, "fault": fault, "equal": types.equal}
+    namespace |= {"caught": caught, "failed": failed}
     namespace |= types.CONVERTERS
     namespace |= {f"n{i}": node for i, node in enumerate(nodes)}
     namespace |= {f"c{i}": _bounded(node) if node.kind() == "pusher" else node.compute for i, node in enumerate(nodes)}

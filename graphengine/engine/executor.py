@@ -9,10 +9,9 @@ from typing import Any
 
 from graphengine import types
 from graphengine.context import Context
-from graphengine.diagnostics import Findings, GraphError, NodeError
+from graphengine.diagnostics import BadValueError, ContextError, GraphError, NodeError
 from graphengine.engine import codegen
 from graphengine.engine.plan import Copy, Plan
-from graphengine.engine.planning import make_plan
 from graphengine.node import Ending
 
 ContextFactory = Callable[[int], Context]
@@ -26,7 +25,8 @@ class Executor:
         plan: what to do.
         context_of: where nodes get their contexts.
         now: simulation tick and time, for messages.
-        fault: who hears of a node that raised, which then ends its branch only; None stops the run at the first.
+        fault: receives each fault of a node, which then ends the node's branch only; None ends the run at the first.
+        dropped: receives each value from a wire that a node could not use, with the node's index; None makes it a fault.
     """
 
     def __init__(
@@ -35,18 +35,24 @@ class Executor:
         context_of: ContextFactory,
         now: Callable[[], tuple[int, float]],
         fault: Callable[[NodeError], None] | None = None,
+        dropped: Callable[[int, BadValueError], None] | None = None,
     ) -> None:
-        if fault is not None:
-            plan = make_plan(plan.graph, Findings(), keep_going=True) or plan
         self.plan = plan
         self.nodes = [instance.node for instance in plan.graph.instances]
         self.source = codegen.write_source(plan)
         self._context_of = context_of
         self._now = now
         self._fault = fault
+        self._dropped = dropped
+        self._wired = {(wire.target, wire.target_field) for wire in plan.graph.data_wires}
+        self._failed: set[int] = set()
         self._active: dict[int, None] = {}
+        """Latent nodes; one that starts again keeps its place."""
         self._outputs_of_setup: dict[int, dict[str, Any]] = {}
-        self._functions = codegen.compile_source(self.source, self.nodes, self.setup_node, self._activate, self._report)
+        caught = (Exception,) if fault else (BadValueError,) if dropped else ()
+        self._functions = codegen.compile_source(
+            self.source, self.nodes, self._setup_again, self._active.setdefault, self._end_branch, caught, self._failed
+        )
         self._pass: Callable[[], None] = self._functions["pass_"]
         self._set_pins()
 
@@ -82,7 +88,7 @@ class Executor:
         for index in self.plan.order:
             self._apply(incoming.get(index, ()))
             try:
-                self.setup_node(index)
+                self._call(index, self._setup_node, index)
                 if index in constant:
                     self._call(index, self.nodes[index].compute)
                 elif index in self.plan.early:
@@ -110,23 +116,46 @@ class Executor:
             value = types.CONVERTERS[copy.converter](value) if copy.converter else value
             setattr(self.nodes[copy.target], copy.target_field, value)
 
-    def setup_node(self, index: int) -> None:
+    def _setup_node(self, index: int) -> None:
         """Set up one node, anew if it was before; what it puts out then, it puts out from the start of each play."""
         node = self.nodes[index]
         fields = [p.field for p in type(node).fields.values() if p.side == "outputs" and not p.is_exec]
         before = {field: getattr(node, field) for field in fields}
-        self._call(index, lambda: node.setup(self._context_of(index)))
+        node.setup(self._context_of(index))
         after = {field: getattr(node, field) for field in fields}
         self._outputs_of_setup.setdefault(index, {}).update(
             (field, value) for field, value in after.items() if value is not before[field]
         )
 
-    def _call(self, index: int, function: Callable[[], Any]) -> Any:
+    def _setup_again(self, index: int) -> None:
+        """Set up a node after an input that it reads in setup changed over a wire; until that succeeds it does not compute.
+
+        Raises:
+            BadValueError: the session does not have what the input names.
+        """
+        self._failed.add(index)
+        node = self.nodes[index]
+        ports = [port for port in type(node).fields.values() if port.setup and (index, port.field) in self._wired]
+        values = {port.name: getattr(node, port.field) for port in ports}
+        for port, value in zip(ports, values.values(), strict=True):
+            empty = port.required is True and isinstance(value, tuple | str) and not value
+            if empty or (port.tokens and value not in port.tokens):
+                raise BadValueError(port.name, value, port.constraint)
         try:
-            return function()
-        except GraphError:
+            self._setup_node(index)
+        except BadValueError:
             raise
+        except ContextError as error:
+            named = [name for name, value in values.items() if types.equal(value, error.value)] or list(values)
+            raise BadValueError(named[0], values[named[0]]) from error
+        self._failed.discard(index)
+
+    def _call(self, index: int, function: Callable[..., Any], *arguments: object) -> Any:
+        try:
+            return function(*arguments)
         except Exception as error:
+            if isinstance(error, GraphError) and not isinstance(error, BadValueError):
+                raise
             raise self.explain(index, error) from error
 
     def run_pass(self) -> None:
@@ -167,47 +196,15 @@ class Executor:
             try:
                 fired = node.update()
             except Exception as error:
-                del self._active[index]
-                node.active = False
-                self._report(index, error)
+                if not self._drop(index, error):
+                    del self._active[index]
+                    node.active = False
+                    self._report(index, error)
                 continue
             if fired:
                 self._functions[f"l{index}"] = self._functions.get(f"l{index}", 0) | fired
             if not node.active:
                 del self._active[index]
-
-    def set_constant(self, index: int, field: str, value: Any) -> None:
-        """Change a literal while the graph runs; constants that follow from it are computed again.
-
-        Raises:
-            TypeError: the value is of the wrong type.
-            ValueError: it is out of range.
-        """
-        instance, node = self.plan.graph.instances[index], self.nodes[index]
-        port = type(node).fields[field]
-        if port.side != "inputs" or port.is_exec:
-            raise TypeError(f"{instance.id}.{port.name} takes no value")
-        settled = instance.settled.get(field)
-        setattr(node, field, port.check(types.coerce(value, settled) if settled else value))
-        changed = {index} if port.setup else set()
-        changed |= self._fold()
-        for node_index in self.plan.order:
-            if node_index in changed:
-                self.setup_node(node_index)
-        if changed:
-            self._fold()  # a constant that was set up again may show something else
-        self._make_stale()
-
-    def _fold(self) -> set[int]:
-        """Compute the constants again; nodes of which an input that is read in setup changed."""
-        before = {copy: getattr(self.nodes[copy.target], copy.target_field) for copy in self.plan.constant_copies}
-        self._run(self._functions["constants"])
-        changed = set()
-        for copy, old in before.items():
-            port = type(self.nodes[copy.target]).fields[copy.target_field]
-            if port.setup and not types.equal(old, getattr(self.nodes[copy.target], copy.target_field)):
-                changed.add(copy.target)
-        return changed
 
     def _make_stale(self) -> None:
         for data in self.plan.flagged:
@@ -228,10 +225,6 @@ class Executor:
         self._make_stale()
         self._run(self._functions["constants"])
 
-    def _activate(self, index: int) -> None:
-        """Register a latent node; one that starts again keeps its place."""
-        self._active.setdefault(index)
-
     def _culprit(self, error: Exception) -> int | None:
         """The node whose line of the generated text an exception came through last."""
         found, traceback = None, error.__traceback__
@@ -240,6 +233,21 @@ class Executor:
                 found = self.source.node_at(traceback.tb_lineno)
             traceback = traceback.tb_next
         return found
+
+    def _end_branch(self, index: int, error: Exception) -> None:
+        """A node raised something that may end its branch only."""
+        if not self._drop(index, error):
+            self._report(index, error)
+
+    def _drop(self, index: int, error: Exception) -> bool:
+        """Whether an exception says that a value is bad that came over a wire, or from outside of the node's inputs."""
+        if self._dropped is None or not isinstance(error, BadValueError):
+            return False
+        ports = [type(self.nodes[index]).ports.get(f"inputs:{name}") for name in error.port.split(", ")]
+        if all(port is not None and (index, port.field) not in self._wired for port in ports):
+            return False
+        self._dropped(index, error)
+        return True
 
     def _report(self, index: int, error: Exception) -> None:
         explained = self.explain(index, error)

@@ -53,23 +53,16 @@ def set_literals(graph: Graph, known: dict[str, Instance | None], findings: Find
             if port is None:
                 outputs = find_port(cls, name.removeprefix("outputs:"), ["outputs"])
                 inputs = [p.name for p in cls.fields.values() if p.side == "inputs" and not p.is_exec]
-                findings.add(
-                    "G205" if outputs else "G204",
-                    f"{name!r} is an output of {cls.__name__}" if outputs else f"{cls.__name__} has no input {name!r}",
-                    entry.key_span("inputs", name),
-                    did_you_mean(name, inputs) or listing(inputs, "inputs"),
-                    related=entry.via,
-                )
+                code, message = "G204", f"{cls.__name__} has no input {name!r}"
+                if outputs:
+                    code, message = "G205", f"{name!r} is an output of {cls.__name__}"
+                hint = findings.guess(name, inputs) or listing(inputs, "inputs")
+                findings.add(code, message, entry.key_span("inputs", name), hint, related=entry.via)
                 meant = [p for p in cls.fields.values() if p.name in inputs and did_you_mean(name, [p.name])]
                 instance.refused.update(p.field for p in meant)
             elif port.is_exec:
-                findings.add(
-                    "G211",
-                    f"{name!r} carries execution and has no value",
-                    entry.key_span("inputs", name),
-                    "wire it",
-                    related=entry.via,
-                )
+                message = f"{name!r} carries execution and has no value"
+                findings.add("G211", message, entry.key_span("inputs", name), "wire it", related=entry.via)
             else:
                 _set_literal(instance, port, value, partial(entry.span, "inputs", name), findings)
 
@@ -95,7 +88,7 @@ def _set_literal(
         try:
             wanted = _alternative(types.parse(str(value["type"])), port.type)
         except ValueError as error:
-            near = did_you_mean(str(value["type"]), map(str, _alternatives(port.type) or _PLAIN_TYPES))
+            near = findings.guess(str(value["type"]), map(str, _alternatives(port.type) or _PLAIN_TYPES))
             message = f"{instance.id}.{port.name}: {error}"
             findings.add("G212", message, at("type"), near, given_by, related=instance.entry.via)
             return
@@ -121,7 +114,7 @@ def _set_literal(
     except ValueError as error:
         unit = f" (unit: {port.unit})" if port.unit else ""
         message = f"{instance.id}.{port.name}: {error}{_got(error, value)}{unit}"
-        near = did_you_mean(str(value), port.tokens) if port.tokens else ""
+        near = findings.guess(str(value), port.tokens) if port.tokens else ""
         findings.add("G212", message, at(), near, given_by, related=instance.entry.via)
     else:
         instance.literals.add(port.field)
@@ -252,14 +245,9 @@ def check_required(graph: Graph, findings: Findings) -> None:
                 continue
             names = " or ".join(repr(port.name) for port in ports)
             docs = "; ".join(f"{port.name}: {port.doc}" for port in ports if port.doc)
-            findings.add(
-                "G208",
-                f"{instance.id} needs its input {names}",
-                instance.span,
-                "set it below `inputs:`, or wire it",
-                docs,
-                related=instance.entry.via,
-            )
+            message = f"{instance.id} needs its input {names}"
+            remedy = "set it below `inputs:`, or wire it"
+            findings.add("G208", message, instance.span, remedy, docs, related=instance.entry.via)
 
 
 def set_variables(graph: Graph, findings: Findings) -> None:

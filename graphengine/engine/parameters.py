@@ -5,13 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
-from graphengine import document as documents
 from graphengine import types
-from graphengine.diagnostics import MAX_ERRORS, Findings, Span, did_you_mean, listing, shown
+from graphengine.diagnostics import MAX_ERRORS, Findings, Span, listing, shown
 from graphengine.document import MAX_BYTES, Document, Location, Value
+from graphengine.engine.budget import Budget
 from graphengine.spec import FORMAT, GraphSpec
 from graphengine.spec_reader import Loaded, validate
 
@@ -30,17 +29,14 @@ class Use:
     values: Mapping[str, Span] = field(default_factory=dict)
 
 
-def load_filled(
-    path: Path, bindings: Mapping[str, Any], findings: Findings, shown_as: str, use: Use | None
+def fill(
+    document: Document, bindings: Mapping[str, Any], findings: Findings, use: Use | None, budget: Budget
 ) -> Loaded[GraphSpec] | None:
-    """Read a graph file and fill in its parameters; see `template.load_graph` for the arguments."""
-    document = documents.load(path, findings, shown_as)
-    if document is None:
-        return None
+    """A graph file with its parameters filled in, None after a mistake; see `template.load_graph` for the arguments."""
     data = document.data
     if not isinstance(data, dict) or data.get("format", FORMAT) == FORMAT:  # another may mean other things by the rest
         values = _parameter_values(document, bindings, findings, use)
-        data = _Filler(values, findings).fill(document.root)
+        data = _Filler(values, findings, budget).fill(document.root)
     spec = validate(GraphSpec, document, data, findings)
     return Loaded(spec, document) if spec is not None else None
 
@@ -54,7 +50,7 @@ def _parameter_values(
     for name in bindings:
         if name not in names:
             where = use.keys.get(name, use.span) if use else document.span("graph")
-            near = did_you_mean(name, names) or listing(names, "parameters")
+            near = findings.guess(name, names) or listing(names, "parameters")
             findings.add("G111", f"the graph has no parameter {name!r}", where, near)
     values: dict[str, Any] = {}
     for name, value in names.items():
@@ -68,12 +64,9 @@ def _parameter_values(
             findings.add("G211", str(error), document.span("parameters", name, "type"))
             continue
         if name not in bindings and data.get("default") is None:
-            findings.add(
-                "G107",
-                f"parameter {name!r} of graph {document.source.path} has no default and was given no value",
-                use.span if use else document.key_span("parameters", name),
-                "write a default, or give a value where the graph is used",
-            )
+            message = f"parameter {name!r} of graph {document.source.path} has no default and was given no value"
+            remedy = "write a default, or give a value where the graph is used"
+            findings.add("G107", message, use.span if use else document.key_span("parameters", name), remedy)
             continue
         given = bindings.get(name, data.get("default"))
         if given is UNKNOWN:  # a parameter of the graph around this one, of which something was told
@@ -93,11 +86,11 @@ def _parameter_values(
 class _Filler:
     """Puts the values of parameters in the place of `$(name)`, and counts what that amounts to."""
 
-    def __init__(self, values: Mapping[str, Any], findings: Findings) -> None:
+    def __init__(self, values: Mapping[str, Any], findings: Findings, budget: Budget) -> None:
         self.values = values
         self.texts = {name: str(value) for name, value in values.items() if value is not UNKNOWN}
         self.findings = findings
-        self.size = 0
+        self.budget = budget
         self.unknown = 0
 
     def fill(self, value: Value, location: Location = ()) -> Any:
@@ -126,11 +119,11 @@ class _Filler:
         return {key: item for key, item in filled.items() if item is not UNKNOWN}
 
     def _text(self, value: Value) -> Any:
-        before, known = self.size, True
+        before, known = self.budget.text, True
         whole = _PARAMETER.fullmatch(value.data)
         if whole and whole[1] in self.texts:
             found = self.values[whole[1]]
-            self.size += getattr(found, "nbytes", len(self.texts[whole[1]]))
+            self.budget.text += getattr(found, "nbytes", len(self.texts[whole[1]]))
             filled = list(found) if isinstance(found, tuple) else found
         else:
 
@@ -142,20 +135,20 @@ class _Filler:
                     self._tell_unknown(match, value)
                 text = self.texts.get(match[1])
                 known = known and text is not None
-                self.size += len(text or "")
-                return text or "" if self.size <= MAX_BYTES else ""
+                self.budget.text += len(text or "")
+                return text or "" if self.budget.text <= MAX_BYTES else ""
 
             filled = _PARAMETER.sub(replacement, value.data)
-        if before <= MAX_BYTES < self.size:
+        if before <= MAX_BYTES < self.budget.text:
             what = f"more than {MAX_BYTES // 1_000_000} MB when the parameters are filled in"
             self.findings.add("G105", what, value.span, "split the file, or repeat less")
-        return filled if known and self.size <= MAX_BYTES else UNKNOWN
+        return filled if known and self.budget.text <= MAX_BYTES else UNKNOWN
 
     def _tell_unknown(self, match: re.Match[str], value: Value) -> None:
         self.unknown += 1
         if self.unknown <= MAX_ERRORS:
             span = value.span.part(match.start(), len(match[0])) if value.plain else value.span
-            near = did_you_mean(match[1], self.values) or listing(self.values, "parameters")
+            near = self.findings.guess(match[1], self.values) or listing(self.values, "parameters")
             self.findings.add("G111", f"no parameter {match[1]!r}", span, near)
 
 

@@ -135,9 +135,7 @@ class Plan:
     early: set[int] = field(default_factory=set)
     """Data nodes that change while the graph runs, but whose values inputs that are read in `setup` need before."""
     gates: dict[int, tuple[int, ...]] = field(default_factory=dict)
-    """Of nodes that run in every pass but for gates that they are behind: these gates."""
-    keep_going: bool = False
-    """A node that raises ends its branch only, so what follows it is never certain to run."""
+    """Of nodes that run in every pass while no node raises, except for gates above them: these gates."""
 
     @property
     def root(self) -> Region:

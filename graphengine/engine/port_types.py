@@ -49,13 +49,9 @@ def settle_types(graph: Graph, findings: Findings) -> None:
         if gives is None:
             untold.append(wire)
         elif gives == types.ANY != takes and source.cls.resolve_types is not Node.resolve_types:
-            findings.add(
-                "G213",
-                f"the type of {wire.entry.source} cannot be told, as what decides it comes by a wire",
-                wire.entry.source.span,
-                f"give {source.id} values instead, below `inputs:`",
-                related=wire.entry.via,
-            )
+            message = f"the type of {wire.entry.source} cannot be told, as what decides it comes by a wire"
+            remedy = f"give {source.id} values instead, below `inputs:`"
+            findings.add("G213", message, wire.entry.source.span, remedy, related=wire.entry.via)
         elif takes is None or converter is None:
             legal = takes or target.cls.fields[wire.target_field].type
             hint = "put a converter node between them" if gives.is_number else ""
@@ -65,13 +61,8 @@ def settle_types(graph: Graph, findings: Findings) -> None:
                 hint = "take it apart with BreakVector3"
             if legal == types.POINTER:
                 hint = "a pointer takes a buffer, from a pointer of another node; arrays have inputs of their own"
-            findings.add(
-                "G206",
-                f"{wire.entry.source} is {with_article(gives)}, {wire.entry.target} takes {with_article(legal)}",
-                wire.span,
-                hint,
-                related=wire.entry.via,
-            )
+            message = f"{wire.entry.source} is {with_article(gives)}, {wire.entry.target} takes {with_article(legal)}"
+            findings.add("G206", message, wire.span, hint, related=wire.entry.via)
         else:
             checked.append(
                 Wire(wire.source, wire.source_field, wire.target, wire.target_field, converter, wire.entry, wire.order)
@@ -209,13 +200,9 @@ def _tell_unsettled(graph: Graph, findings: Findings, refusing: set[int]) -> set
             if instance.index in unknown or (instance.id, port.name) in wired:
                 unknown.add(instance.index)
                 continue
-            findings.add(
-                "G213",
-                f"the type of {instance.id}.{port.name} cannot be told: it has neither a wire nor a value",
-                instance.span,
-                f"wire it, or write {{type: {str(port.type).partition(' ')[0]}, value: …}}",
-                related=instance.entry.via,
-            )
+            message = f"the type of {instance.id}.{port.name} cannot be told: it has neither a wire nor a value"
+            remedy = f"wire it, or write {{type: {str(port.type).partition(' ')[0]}, value: …}}"
+            findings.add("G213", message, instance.span, remedy, related=instance.entry.via)
     pending = list(unknown)
     while pending:
         for index in behind.pop(pending.pop(), ()):

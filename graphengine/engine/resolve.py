@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from graphengine.diagnostics import MAX_ERRORS, ContextError, Findings, did_you_mean, listing
+from graphengine.diagnostics import ContextError, Findings, listing
 from graphengine.engine.gates import add_gates
 from graphengine.engine.graph import Graph, Instance, Wire, find_port, literal_key, port_names
 from graphengine.engine.literals import Override, check_required, set_literals, set_overrides, set_variables
@@ -14,9 +14,6 @@ from graphengine.engine.template import FlatGraph, WireEnd, WireEntry
 from graphengine.node import Port, grown
 from graphengine.registry import Registry
 from graphengine.types import UnionType, brief
-
-MAX_GUESSES = 100
-"""Findings up to which it is guessed what node was meant: among thousands of nodes that takes milliseconds."""
 
 _BEGINS = ("outputs", "state", "inputs")
 """Sides of the ports at which a wire begins, and at which it ends."""
@@ -61,27 +58,20 @@ def _instantiate(graph: Graph, registry: Registry, findings: Findings) -> dict[s
     for end in (*ends, *(end for _, end in graph.flat.declared)):
         wired.setdefault(end.node, []).append(end.port)
     for entry in graph.flat.nodes:
+        if findings.full:
+            break
         found = registry.find(entry.spec.type)
         known[entry.id] = None
         span = entry.span("type")
         if found is None:
-            findings.add(
-                "G201",
-                f"unknown node type {entry.spec.type!r}",
-                span,
-                registry.suggest(entry.spec.type),
-                related=entry.via,
-            )
+            message = f"unknown node type {entry.spec.type!r}"
+            findings.add("G201", message, span, registry.suggest(entry.spec.type, findings), related=entry.via)
             continue
         if found.old_name:
-            new = found.cls.type_name
-            findings.add(
-                "N101", f"{entry.spec.type!r} is a name from before Isaac Sim 4.5", span, f"its name now is {new!r}"
-            )
-        if (
-            found.cls.grows() and UNKNOWN in entry.spec.inputs.values()
-        ):  # a mistake that was told; who knows which ports
-            continue
+            message = f"{entry.spec.type!r} is a name from before Isaac Sim 4.5"
+            findings.add("N101", message, span, f"its name now is {found.cls.type_name!r}")
+        if found.cls.grows() and UNKNOWN in entry.spec.inputs.values():
+            continue  # its ports depend on a literal that is reported already
         try:
             cls = grown(found.cls, entry.spec.inputs, registry.definitions, wired.get(entry.id, ()))
         except ContextError as error:
@@ -100,6 +90,8 @@ def _instantiate(graph: Graph, registry: Registry, findings: Findings) -> dict[s
 def _connect(graph: Graph, known: dict[str, Instance | None], findings: Findings) -> None:
     """Wires between ports that exist, in the right direction, of types that match."""
     taken: dict[tuple[int, str], Wire] = {}
+    written: dict[tuple[int, str, int, str], Wire] = {}
+    repeated: dict[int, tuple[Wire, list[WireEntry]]] = {}
     siblings: dict[str, list[str]] = {}
     for node in known:
         siblings.setdefault(node.rpartition("/")[0], []).append(node.rpartition("/")[2])
@@ -109,11 +101,15 @@ def _connect(graph: Graph, known: dict[str, Instance | None], findings: Findings
         source = _end(entry.source, _BEGINS, known, siblings, entry, findings)
         target = _end(entry.target, _ENDS, known, siblings, entry, findings)
         if source is None or target is None:
-            if len(findings.errors) > MAX_ERRORS:
+            if findings.full:
                 return
             continue
         (one, out), (other, into) = source, target
         wire = Wire(one.index, out.field, other.index, into.field, "", entry, order)
+        first = written.setdefault((one.index, out.field, other.index, into.field), wire)
+        if first is not wire:
+            repeated.setdefault(first.order, (first, []))[1].append(entry)
+            continue
         if out.is_exec != into.is_exec:
             what = "execution" if out.is_exec else f"a value ({brief(out.type)})"
             wants = "execution" if into.is_exec else f"a value ({brief(into.type)})"
@@ -121,34 +117,34 @@ def _connect(graph: Graph, known: dict[str, Instance | None], findings: Findings
                 "G206", f"{entry.source} carries {what}, {entry.target} takes {wants}", entry.span, related=entry.via
             )
         elif out.is_exec and out.side == "inputs":
-            findings.add(
-                "G205",
-                f"{entry.source} is an execution input; a wire begins at an output",
-                entry.source.span,
-                related=entry.via,
-            )
+            message = f"{entry.source} is an execution input; a wire begins at an output"
+            findings.add("G205", message, entry.source.span, related=entry.via)
         elif out.is_exec:
             graph.exec_wires.append(wire)
         elif (other.index, into.field) in taken:
             first = taken[other.index, into.field]
-            findings.add(
-                "G207",
-                f"two wires into {entry.target}; a data input takes one",
-                entry.span,
-                "remove one, or choose between them with a node",
-                related=[(first.span, "the other one"), *entry.via],
-            )
+            message = f"two wires into {entry.target}; a data input takes one"
+            remedy = "remove one, or choose between them with a node"
+            findings.add("G207", message, entry.span, remedy, related=[(first.span, "the other one"), *entry.via])
         else:
             taken[other.index, into.field] = wire
             graph.data_wires.append(wire)
             if into.field in other.literals and not isinstance(into.type, UnionType):
-                findings.add(
-                    "W103",
-                    f"{entry.target} has a value and a wire; the wire wins",
-                    other.entry.key_span("inputs", literal_key(other, into)),
-                    f"wired from {entry.source}; remove the value, or the wire",
-                    related=entry.via,
-                )
+                message = f"{entry.target} has a value and a wire; the wire wins"
+                remedy = f"wired from {entry.source}; remove the value, or the wire"
+                place = other.entry.key_span("inputs", literal_key(other, into))
+                findings.add("W103", message, place, remedy, related=entry.via)
+    _drop_repeated(graph, list(repeated.values()), findings)
+
+
+def _drop_repeated(graph: Graph, repeated: Sequence[tuple[Wire, Sequence[WireEntry]]], findings: Findings) -> None:
+    """Leave wires out that are written before; as in OmniGraph, two ports are connected or not."""
+    for wire, again in repeated:
+        times = f"{len(again) + 1} times" if len(again) > 1 else "twice"
+        related = [(wire.span, "first here"), *again[0].via]
+        findings.add("W108", f"{wire} is written {times}", again[0].span, "remove all but one", related=related)
+    dropped = {id(entry) for _, again in repeated for entry in again}
+    graph.flat.wires = [entry for entry in graph.flat.wires if id(entry) not in dropped]
 
 
 def _end(
@@ -164,8 +160,7 @@ def _end(
     if end.node not in known:
         inner, _, name = end.node.rpartition("/")
         near = siblings.get(inner, [])
-        guess = did_you_mean(name, near) if len(findings.items) < MAX_GUESSES else ""
-        hint = guess or listing(near, "nodes")
+        hint = findings.guess(name, near) or listing(near, "nodes")
         findings.add("G203", f"no node {name!r}", end.span, hint, related=via)
         return None
     instance = known[end.node]
@@ -191,11 +186,7 @@ def _end(
             related=via,
         )
     else:
-        findings.add(
-            "G204",
-            f"{instance.cls.__name__} has no {sides[0][:-1]} {end.port!r}",
-            end.span,
-            did_you_mean(end.port, names) or listing(names, sides[0]),
-            related=via,
-        )
+        message = f"{instance.cls.__name__} has no {sides[0][:-1]} {end.port!r}"
+        hint = findings.guess(end.port, names) or listing(names, sides[0])
+        findings.add("G204", message, end.span, hint, related=via)
     return None

@@ -8,14 +8,15 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from graphengine.diagnostics import Findings, Span, did_you_mean, listing
+from graphengine.diagnostics import Findings, Span, listing
 from graphengine.document import Document, Location
-from graphengine.engine.parameters import Use, load_filled
-from graphengine.files import Files, NotFoundError
+from graphengine.engine.budget import Budget, OverBudgetError, Via
+from graphengine.engine.library import GraphLibrary
+from graphengine.engine.parameters import Use
+from graphengine.files import NotFoundError
 from graphengine.spec import GraphSpec, NodeSpec, VariableSpec
 from graphengine.spec_reader import Loaded
 
-MAX_NODES = 20_000
 MAX_SUBGRAPH_DEPTH = 16
 
 _END = re.compile(
@@ -40,7 +41,7 @@ class NodeEntry:
     spec: NodeSpec
     document: Document
     location: Location
-    via: tuple[tuple[Span, str], ...] = ()
+    via: Via = ()
     """Where the subgraphs it came through were used."""
     given: Mapping[str, Given] = field(default_factory=dict)
     """Values of inputs that were set on a subgraph around it."""
@@ -67,7 +68,7 @@ class WireEnd:
     port: str
     side: str
     span: Span
-    via: tuple[tuple[Span, str], ...] = ()
+    via: Via = ()
     """Where a port that a subgraph declares was wired."""
 
     def __str__(self) -> str:
@@ -81,7 +82,7 @@ class WireEntry:
     source: WireEnd
     target: WireEnd
     span: Span
-    via: tuple[tuple[Span, str], ...] = ()
+    via: Via = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,9 +119,8 @@ class FlatGraph:
 def load_graph(
     path: Path,
     bindings: Mapping[str, Any],
-    files: Files,
+    library: GraphLibrary,
     findings: Findings,
-    shown_as: str | None = None,
     use: Use | None = None,
 ) -> FlatGraph | None:
     """Read a graph file, fill in its parameters and expand its subgraphs.
@@ -128,16 +128,26 @@ def load_graph(
     Args:
         path: the file.
         bindings: values for its parameters.
-        files: where the files of subgraphs are looked for.
+        library: the graph files that this one, and others beside it, are read from.
         findings: where mistakes go.
-        shown_as: the path that messages name.
         use: what put the graph where it is; mistakes in `bindings` are told there.
+
+    Returns:
+        None after a mistake in the file itself, or if the graph holds more than a graph may.
     """
-    loaded = load_filled(path, bindings, findings, shown_as or str(path), use)
-    if loaded is None:
+    document = library.read(path, findings)
+    if document is None:
         return None
-    flat = FlatGraph(loaded)
-    subgraphs = _expand(flat, loaded, "", (), (path.resolve(),), {}, files, findings)
+    budget = Budget(document.key_span("graph"))
+    try:
+        loaded = library.load(path, bindings, findings, use, budget)
+        if loaded is None:
+            return None
+        flat = FlatGraph(loaded)
+        subgraphs = _Expansion(flat, library, budget, findings).add(loaded, "", (), (path.resolve(),), {})
+    except OverBudgetError as error:
+        findings.put(error.finding)
+        return None
     if use is None:
         flat.declared = list(_find_declared(loaded, subgraphs, findings))
     return flat
@@ -168,50 +178,76 @@ def _find_declared(
 _GivenByNode = Mapping[str, Mapping[str, Given]]
 
 
-def _expand(
-    flat: FlatGraph,
-    loaded: Loaded[GraphSpec],
-    prefix: str,
-    via: tuple[tuple[Span, str], ...],
-    stack: tuple[Path, ...],
-    given: _GivenByNode,
-    files: Files,
-    findings: Findings,
-) -> dict[str, _Subgraph]:
-    """Append a file's nodes and wires; subgraphs first become nodes, then the wires to them are led through."""
-    subgraphs: dict[str, _Subgraph] = {}
-    for name, variable in loaded.spec.variables.items():
-        flat.variables[prefix + name] = VariableEntry(variable, loaded.document, name)
-    for name, spec in loaded.spec.nodes.items():
-        entry = _entry(prefix, name, spec, loaded.document, via, given.get(name, {}))
-        if not spec.subgraph:
-            flat.nodes.append(entry)
-            if len(flat.nodes) > MAX_NODES:
-                findings.add("G105", f"more than {MAX_NODES} nodes in one graph", entry.span())
-                return subgraphs
-            continue
-        inner = _open_subgraph(entry, loaded.folder, stack, files, findings)
+@dataclass(slots=True)
+class _Expansion:
+    """Puts the nodes and wires of a file, and of the subgraphs in it, into a flat graph."""
+
+    flat: FlatGraph
+    library: GraphLibrary
+    budget: Budget
+    findings: Findings
+
+    def add(
+        self, loaded: Loaded[GraphSpec], prefix: str, via: Via, stack: tuple[Path, ...], given: _GivenByNode
+    ) -> dict[str, _Subgraph]:
+        """Append a file's nodes and wires; subgraphs first become nodes, then the wires to them are led through.
+
+        Raises:
+            OverBudgetError: the graph holds too much.
+        """
+        self.budget.take_parts(loaded.spec)
+        subgraphs: dict[str, _Subgraph] = {}
+        for name, variable in loaded.spec.variables.items():
+            self.flat.variables[prefix + name] = VariableEntry(variable, loaded.document, name)
+        for name, spec in loaded.spec.nodes.items():
+            entry = _entry(prefix, name, spec, loaded.document, via, given.get(name, {}))
+            if not spec.subgraph:
+                self.flat.nodes.append(entry)
+                continue
+            self.budget.at(entry.key_span(), via)
+            subgraph = self._add_subgraph(entry, loaded.folder, stack)
+            if subgraph is None:
+                self.flat.unopened.append(entry.id)
+            else:
+                subgraphs[name] = subgraph
+        for number, text in enumerate(loaded.spec.connections):
+            wire = _parse_wire(loaded.document, ("connections", number), text, self.findings)
+            if wire is None:
+                self.flat.unread += 1
+                continue
+            source, target, span = wire
+            outer = _lead_through(source, subgraphs, "outputs", self.findings)
+            inner = _lead_through(target, subgraphs, "inputs", self.findings)
+            if outer is None or inner is None:
+                self.flat.unread += 1
+                continue
+            self.flat.wires.append(WireEntry(_prefixed(prefix, outer), _prefixed(prefix, inner), span, via))
+        return subgraphs
+
+    def _add_subgraph(self, entry: NodeEntry, folder: Path, stack: tuple[Path, ...]) -> _Subgraph | None:
+        """Expand the file that stands in place of a node; None after a mistake."""
+        span = entry.span("subgraph")
+        try:
+            path, resolved = self.library.find(entry.spec.subgraph, folder)
+        except NotFoundError as error:
+            self.findings.add("G214", f"subgraph: {error.message}", span, *error.help)
+            return None
+        if resolved in stack:
+            loop = " -> ".join(p.name for p in (*stack[stack.index(resolved) :], path))
+            self.findings.add("G214", f"a subgraph that contains itself: {loop}", span)
+            return None
+        if len(stack) > MAX_SUBGRAPH_DEPTH:
+            self.findings.add("G214", f"subgraphs nested more than {MAX_SUBGRAPH_DEPTH} deep", span)
+            return None
+        given = entry.spec.parameters
+        keys = {name: entry.key_span("parameters", name) for name in given}
+        use = Use(span, keys, {name: entry.span("parameters", name) for name in given})
+        inner = self.library.load(path, given, self.findings, use, self.budget)
         if inner is None:
-            flat.unopened.append(entry.id)
-            continue
-        inner_via = (*via, (entry.key_span(), f"in subgraph {entry.id}"))
-        inner_stack = (*stack, inner.document.path.resolve())
-        handed_on = _hand_on(entry, inner, findings)
-        below = _expand(flat, inner, f"{prefix}{name}/", inner_via, inner_stack, handed_on, files, findings)
-        subgraphs[name] = _Subgraph(inner, below)
-    for number, text in enumerate(loaded.spec.connections):
-        wire = _parse_wire(loaded.document, ("connections", number), text, findings)
-        if wire is None:
-            flat.unread += 1
-            continue
-        source, target, span = wire
-        outer = _lead_through(source, subgraphs, "outputs", findings)
-        inner_end = _lead_through(target, subgraphs, "inputs", findings)
-        if outer is None or inner_end is None:
-            flat.unread += 1
-            continue
-        flat.wires.append(WireEntry(_prefixed(prefix, outer), _prefixed(prefix, inner_end), span, via))
-    return subgraphs
+            return None
+        via = (*entry.via, (entry.key_span(), f"in subgraph {entry.id}"))
+        handed_on = _hand_on(entry, inner, self.findings)
+        return _Subgraph(inner, self.add(inner, f"{entry.id}/", via, (*stack, resolved), handed_on))
 
 
 def _entry(
@@ -219,7 +255,7 @@ def _entry(
     name: str,
     spec: NodeSpec,
     document: Document,
-    via: tuple[tuple[Span, str], ...],
+    via: Via,
     given: Mapping[str, Given],
 ) -> NodeEntry:
     """A node with its own values, but for those that it is given from outside."""
@@ -244,28 +280,6 @@ def _hand_on(entry: NodeEntry, inner: Loaded[GraphSpec], findings: Findings) -> 
 
 def _prefixed(prefix: str, end: WireEnd) -> WireEnd:
     return replace(end, node=prefix + end.node)
-
-
-def _open_subgraph(
-    entry: NodeEntry, folder: Path, stack: tuple[Path, ...], files: Files, findings: Findings
-) -> Loaded[GraphSpec] | None:
-    span = entry.span("subgraph")
-    try:
-        path = files.find(entry.spec.subgraph, folder)
-    except NotFoundError as error:
-        findings.add("G214", f"subgraph: {error.message}", span, *error.help)
-        return None
-    if path.resolve() in stack:
-        loop = " -> ".join(p.name for p in (*stack[stack.index(path.resolve()) :], path))
-        findings.add("G214", f"a subgraph that contains itself: {loop}", span)
-        return None
-    if len(stack) > MAX_SUBGRAPH_DEPTH:
-        findings.add("G214", f"subgraphs nested more than {MAX_SUBGRAPH_DEPTH} deep", span)
-        return None
-    given = entry.spec.parameters
-    keys = {name: entry.key_span("parameters", name) for name in given}
-    use = Use(span, keys, {name: entry.span("parameters", name) for name in given})
-    return load_filled(path, given, findings, str(path), use)
 
 
 def _parse_wire(
@@ -302,7 +316,7 @@ def _declared(
     """What a port that a subgraph declares means inside of it; None after a mistake."""
     declared = inner.spec.outputs if side == "outputs" else inner.spec.inputs
     if port not in declared:
-        near = did_you_mean(port, declared) or listing(declared, side)
+        near = findings.guess(port, declared) or listing(declared, side)
         findings.add("G204", f"subgraph {subgraph!r} has no {side[:-1]} {port!r}", span, near)
         return None
     place = inner.document.span(side, port)

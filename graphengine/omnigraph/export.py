@@ -14,8 +14,8 @@ import numpy as np
 from graphengine import types
 from graphengine.diagnostics import Findings
 from graphengine.engine.gates import EveryOnce, EveryTicks
-from graphengine.engine.graph import Graph, Instance, Wire
-from graphengine.omnigraph.graph_file import SCRIPT_NODE
+from graphengine.engine.graph import Graph, Instance
+from graphengine.omnigraph.graph_file import SCRIPT_NODE, unique
 from graphengine.port import ExecOut, Port
 from graphengine.types import PortType, UnionType
 
@@ -59,13 +59,11 @@ class _Exporter:
         every = instance.entry.spec.every
         if every is not None and every.hz is not None:
             ticks = max(1, round(TICK_RATE / every.hz))
-            advice = (
-                f"write `every: {{ticks: {ticks}}}`, which at {TICK_RATE} ticks a second is {TICK_RATE / ticks:g} Hz"
-            )
+            counted = f"which at {TICK_RATE} ticks a second is {TICK_RATE / ticks:g} Hz"
+            advice = f"write `every: {{ticks: {ticks}}}`, {counted}"
             self._tell(instance, "Isaac Sim counts ticks; nothing there runs so many times a second", advice)
-        used = instance.literals | {w.target_field for w in self.graph.data_wires if w.target == instance.index}
-        used |= {w.target_field for w in self.graph.exec_wires if w.target == instance.index}
         wires = [*self.graph.data_wires, *self.graph.exec_wires]
+        used = instance.literals | {wire.target_field for wire in wires if wire.target == instance.index}
         used |= {wire.source_field for wire in wires if wire.source == instance.index}
         for field in sorted(used):
             port = instance.cls.fields[field]
@@ -135,15 +133,10 @@ class _Exporter:
     def _wires(self) -> Iterator[str]:
         wires = sorted([*self.graph.data_wires, *self.graph.exec_wires], key=lambda wire: wire.order)
         for wire in wires:
-            yield f"({text(self._source(wire))}, {text(self._target(wire))})"
-
-    def _source(self, wire: Wire) -> str:
-        instance = self.graph.instances[wire.source]
-        return self._end(instance, instance.cls.fields[wire.source_field])
-
-    def _target(self, wire: Wire) -> str:
-        instance = self.graph.instances[wire.target]
-        return self._end(instance, instance.cls.fields[wire.target_field])
+            source, target = self.graph.instances[wire.source], self.graph.instances[wire.target]
+            start = self._end(source, source.cls.fields[wire.source_field])
+            end = self._end(target, target.cls.fields[wire.target_field])
+            yield f"({text(start)}, {text(end)})"
 
     def _end(self, instance: Instance, port: Port) -> str:
         """A port as scripts name it; a bundle that a node makes is a prim below the node there."""
@@ -185,28 +178,19 @@ def _names(ids: Sequence[str]) -> dict[str, str]:
     That a gate is part of a node stands behind a dot.
     """
     names: dict[str, str] = {}
-    taken = {known for known in ids if known.isidentifier()}
+    taken = {known: 2 for known in ids if known.isidentifier()}
     for full in ids:
-        name = full
-        if not full.isidentifier():
-            flat = full.replace("/", "_").replace(".", "_")
-            numbered = (f"{flat}_{number}" for number in range(2, len(ids) + 3))
-            name = next(one for one in (flat, *numbered) if one not in taken)
-            taken.add(name)
-        names[full] = name
+        joined = full.replace("/", "_").replace(".", "_")
+        names[full] = full if full.isidentifier() else unique([joined], taken, fold=False)
     return names
 
 
 def _fixed_ports(instance: Instance) -> set[str]:
     """Ports that the node's type has without a graph that asks for more, or that it makes itself from its inputs."""
     bases = [base for base in instance.cls.__mro__[1:] if getattr(base, "type_name", "") == instance.cls.type_name]
-    if not bases:
-        return set(instance.cls.ports)
-    numbered = tuple(instance.cls.numbered)
-    base: Any = bases[-1]
-    if instance.cls.type_name == SCRIPT_NODE or numbered:
-        return set(base.ports)
-    return set(instance.cls.ports)
+    grows = instance.cls.type_name == SCRIPT_NODE or instance.cls.numbered
+    base: Any = bases[-1] if bases and grows else instance.cls
+    return set(base.ports)
 
 
 def _holes(instance: Instance) -> Iterator[str]:

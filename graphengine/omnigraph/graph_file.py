@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from graphengine import types
-from graphengine.diagnostics import ContextError, Findings, Span, did_you_mean, listing
+from graphengine.diagnostics import ContextError, Findings, Span, listing
 from graphengine.engine.graph import find_port, port_names
 from graphengine.node import Node, Port, grown
-from graphengine.omnigraph.recorded import RecordedGraph, RecordedNode, RecordedValue, RecordedWire
+from graphengine.omnigraph.recorded import IMPULSE, RecordedGraph, RecordedNode, RecordedValue, RecordedWire
+from graphengine.omnigraph.replaced import modernize, replacement
 from graphengine.omnigraph.yaml_text import block, comment, flow, scalar
 from graphengine.registry import Registry
 from graphengine.types import PortType
 
 WIDTH = 120
-ON_PHYSICS_STEP = "isaacsim.core.nodes.OnPhysicsStep"
 SCRIPT_NODE = "omni.graph.scriptnode.ScriptNode"
 GONE = {
     (
@@ -30,24 +33,24 @@ GONE = {
     ("isaacsim.ros2.bridge.ROS2SubscribeJointState", "targetPrim"): "it had no use",
 }
 """Ports that older versions of Isaac Sim had, and what to do without them."""
-IMPULSE = "state:enableImpulse"
-"""What scripts set to let a node fire once."""
-VIEWPORT_TYPES = ("IsaacCreateViewport", "IsaacGetViewportRenderProduct", "IsaacSetViewportResolution")
-"""Types that take a camera's picture from a window, which there is none of here."""
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 _PORT = re.compile(r"[A-Za-z_][A-Za-z0-9_:]*\Z")
 _LONGEST_NAME = 200
+_MOST_PARTS = 20
+"""Of a path that the name of a file is made of."""
+_MOST_FOLLOWED = 100_000
+"""Wires of a graph that are followed back to what drives an input."""
 
 
 def file_names(graphs: Sequence[RecordedGraph]) -> list[str]:
     """A name for each graph, of which no two are alike even where files do not tell capital letters: the end of its path."""
-    taken: set[str] = set()
+    taken: dict[str, int] = {}
     names = []
     for graph in graphs:
         parts = [_legal(part) for part in graph.path.strip("/").split("/")]
-        choices = ["_".join(parts[-count:]) for count in range(1, len(parts) + 1)]
-        names.append(_unique(choices, taken))
+        choices = ["_".join(parts[-count:]) for count in range(1, min(len(parts), _MOST_PARTS) + 1)]
+        names.append(unique(choices, taken))
     return names
 
 
@@ -56,11 +59,20 @@ def _legal(name: str) -> str:
     return legal if _NAME.match(legal) else f"_{legal}"
 
 
-def _unique(choices: Sequence[str], taken: set[str], *, fold: bool = True) -> str:
-    """The first choice that is not taken, else the last one with a number; it is taken then."""
-    numbered = (f"{choices[-1]}_{number}" for number in range(2, len(taken) + 3))
-    name = next(name for name in (*choices, *numbered) if (name.lower() if fold else name) not in taken)
-    taken.add(name.lower() if fold else name)
+def unique(choices: Sequence[str], taken: dict[str, int], *, fold: bool = True) -> str:
+    """The first choice that is not taken, else the last one with a number; it is taken then.
+
+    Args:
+        choices: names.
+        taken: names in use, each with the number that another one of this name tries first.
+        fold: whether names that differ in capital letters alone are the same.
+    """
+    key = str.lower if fold else str
+    name = next((choice for choice in choices if key(choice) not in taken), choices[-1])
+    if key(name) in taken:
+        number = next(n for n in itertools.count(taken[key(name)]) if key(f"{name}_{n}") not in taken)
+        taken[key(name)], name = number + 1, f"{name}_{number}"
+    taken[key(name)] = 2
     return name
 
 
@@ -84,12 +96,22 @@ class _Composer:
         """Names in the file, by names in the graph."""
         self.classes: dict[str, type[Node] | None] = {}
         """Node classes with the ports that are named, by names in the graph; None where the type is not available."""
-        taken: set[str] = set()
+        self.wired: dict[str, set[str]] = {}
+        """Ports that wires begin or end at, by node."""
+        self.driving: dict[tuple[str, str], list[RecordedWire]] = {}
+        """Wires by their ends."""
+        self.followed = 0
+        for wire in graph.wires:
+            self.wired.setdefault(wire.source, set()).add(wire.source_port)
+            self.wired.setdefault(wire.target, set()).add(wire.target_port)
+            self.driving.setdefault(wire.ends[1], []).append(wire)
+        taken: dict[str, int] = {}
         for node in graph.nodes.values():
             if not node.type:
                 findings.add("W302", f"the node {graph.path}/{node.name} is left out: it has no type", node.span)
                 continue
-            self.names[node.name] = legal = _unique([_legal(node.name)], taken, fold=False)
+            modernize(node, registry, findings)
+            self.names[node.name] = legal = unique([_legal(node.name)], taken, fold=False)
             if legal != node.name:
                 findings.add("N301", f"node {node.name!r} is called {legal!r} in the file", node.span)
             self.classes[node.name] = self._class(node)
@@ -98,18 +120,13 @@ class _Composer:
         found = self.registry.find(node.type)
         if found is None:
             what = f"{node.name}: there is no node type {node.type!r} here"
-            viewport = node.type.rpartition(".")[2] in VIEWPORT_TYPES
-            advice = "use IsaacCreateRenderProduct, with its cameraPrim, width and height" if viewport else ""
-            self.findings.add(
-                "W301", what, node.span, advice or self.registry.suggest(node.type), "check tells it again"
-            )
+            advice = replacement(node.type) or self.registry.suggest(node.type, self.findings)
+            self.findings.add("W301", what, node.span, advice, "check tells it again")
             return None
         if found.old_name:
             what = f"{node.type!r} is a name from before Isaac Sim 4.5"
             self.findings.add("N101", what, node.span, f"its name now is {found.cls.type_name!r}")
-        named = [wire.source_port for wire in self.graph.wires if wire.source == node.name]
-        named += [wire.target_port for wire in self.graph.wires if wire.target == node.name]
-        named += node.attributes
+        named = [*self.wired.get(node.name, ()), *node.attributes]
         if found.cls.type_name == SCRIPT_NODE and node.attributes:
             declared = [f"{key} {kind}" for key, kind in node.attributes.items()]
             node.values["inputs:attributes"] = RecordedValue(declared, span=node.span)
@@ -134,11 +151,13 @@ class _Composer:
         yield "nodes:" if self.names else "nodes: {}"
         for name in self.names:
             yield from self._node(graph.nodes[name])
-        wires = [line for wire in dict.fromkeys(graph.wires) if (line := self._wire(wire))]
+        driven = dict.fromkeys(wire for known in graph.wires for wire in self._driven(known))
+        wires = [line for wire in driven if (line := self._wire(wire))]
         if wires:
             yield "connections:"
             yield from (f"  - {line}" for line in wires)
-        placed = {key: graph.nodes[name].position for name, key in self.names.items() if graph.nodes[name].position}
+        at = {key: graph.nodes[name].position for name, key in self.names.items()}
+        placed = {key: position for key, position in at.items() if position and math.isfinite(sum(position))}
         if placed:
             yield "layout:"
             yield from (f"  {key}: {flow(position)}" for key, position in placed.items())
@@ -146,8 +165,7 @@ class _Composer:
     def _when(self) -> Iterator[str]:
         """How often it runs, and by which rule."""
         graph = self.graph
-        physics = any(cls is not None and cls.type_name == ON_PHYSICS_STEP for cls in self.classes.values())
-        physics = physics or any(node.type.endswith(".OnPhysicsStep") for node in graph.nodes.values())
+        physics = any(node.type.rpartition(".")[2] == "OnPhysicsStep" for node in graph.nodes.values())
         if graph.pipeline_stage == "on_demand" and physics:
             yield "runs: physics_step"
         elif graph.pipeline_stage == "on_demand":
@@ -218,12 +236,36 @@ class _Composer:
             if port is None:
                 inputs = port_names(cls, "inputs")
                 what = f"{cls.__name__} has no such input"
-                advice = GONE.get((cls.type_name, name)) or did_you_mean(name, inputs) or listing(inputs, "inputs")
+                advice = GONE.get((cls.type_name, name)) or self.findings.guess(name, inputs)
+                advice = advice or listing(inputs, "inputs")
             elif port.is_exec:
                 return False  # scripts set what was once a state of execution pins
         if what:
             self._leave_out(f"the value of {node.name}.{key}: {what}", value.span or node.span, advice)
         return not what
+
+    def _driven(self, wire: RecordedWire) -> Iterator[RecordedWire]:
+        """A wire; where it passes on the events of an input, as a compound's does, those of what drives that input."""
+        ends = [(self.classes.get(node), _port_name(key)) for node, key in wire.ends]
+        ports = [find_port(cls, name, ["inputs"]) for cls, name in ends if cls is not None]
+        if not wire.source_port.startswith("inputs:") or not any(port is not None and port.is_exec for port in ports):
+            yield wire
+            return
+        pending, reached, driven = [wire.ends[0]], {wire.ends[0]}, False
+        for known in (known for end in pending for known in self.driving.get(end, ())):
+            self.followed += 1
+            if self.followed > _MOST_FOLLOWED:
+                break
+            if not known.source_port.startswith("inputs:"):
+                driven = True
+                yield replace(wire, source=known.source, source_port=known.source_port)
+            elif known.ends[0] not in reached:
+                reached.add(known.ends[0])
+                pending.append(known.ends[0])
+        many = self.followed > _MOST_FOLLOWED
+        if many or not driven:
+            why = f"more than {_MOST_FOLLOWED} wires lead to what drives" if many else "nothing drives"
+            self._leave_out(f"the wire {wire}: {why} {wire.source}.{wire.source_port}", wire.span)
 
     def _wire(self, wire: RecordedWire) -> str:
         """One connection; nothing if a node or port of it is not there."""
@@ -238,7 +280,7 @@ class _Composer:
             if not _PORT.match(name) or (cls is not None and f"{side}:{name}" not in cls.ports):
                 legal = port_names(cls, side) if cls is not None else []
                 gone = GONE.get((cls.type_name, name), "") if cls is not None else ""
-                near = gone or did_you_mean(name, legal) or listing(legal, side)
+                near = gone or self.findings.guess(name, legal) or listing(legal, side)
                 self._leave_out(f"the wire {wire}: {cls.__name__ if cls else node} has no {key}", wire.span, near)
                 return ""
             meant = next((s for s in sides if cls is not None and f"{s}:{name}" in cls.ports), sides[0])

@@ -5,22 +5,28 @@ Compounds are flat: a node inside of one is called `Compound/Node`, and wires le
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from graphengine.diagnostics import Span
+from graphengine.diagnostics import Findings, Span
 
 PipelineStage = Literal["simulation", "pre_render", "post_render", "on_demand"]
 PIPELINE_STAGES: tuple[PipelineStage, ...] = ("simulation", "pre_render", "post_render", "on_demand")
 EVALUATORS = ("execution", "push", "dirty_push")
 VARIABLE = "graph:variable:"
 POSITION = "ui:nodegraph:node:pos"
+IMPULSE = "state:enableImpulse"
 NAMESPACE = "isaac:namespace"
-"""Attributes of prims."""
+"""Attributes of prims; scripts set the impulse to let a node fire once."""
 GRAPH, NODE = "OmniGraph", "OmniGraphNode"
 """Types of prims."""
 MAX_ITEMS = 100_000
 """Of one value, lists in it counted too."""
+MAX_GRAPHS = 1000
+"""Of one import, and as many namespaces."""
+MAX_NAME = 2000
+"""Characters of a path or name."""
 
 
 @dataclass(slots=True)
@@ -70,6 +76,11 @@ class RecordedWire:
     target_port: str
     span: Span | None = field(default=None, compare=False)
 
+    @property
+    def ends(self) -> tuple[tuple[str, str], tuple[str, str]]:
+        """Node and port at its beginning, and at its end."""
+        return (self.source, self.source_port), (self.target, self.target_port)
+
     def __str__(self) -> str:
         return f"{self.source}.{self.source_port} -> {self.target}.{self.target_port}"
 
@@ -95,3 +106,19 @@ class RecordedGraph:
     wires: list[RecordedWire] = field(default_factory=list)
     variables: dict[str, RecordedValue] = field(default_factory=dict)
     span: Span | None = None
+
+    def names(self) -> Iterator[str]:
+        """All names and types in it."""
+        yield from (self.path or "\0", *self.nodes, *self.variables, *(value.type for value in self.variables.values()))
+        yield from (end for wire in self.wires for ends in wire.ends for end in ends)
+        for node in self.nodes.values():
+            yield from (node.type, *node.values, *node.attributes, *node.attributes.values())
+
+
+def carried(items: Collection[Any], names: Callable[[Any], Iterable[str]], what: str, findings: Findings) -> list[Any]:
+    """The graphs or namespaces of an import that have legal names, as many as one import may have."""
+    kept = [item for item in items if all(len(name) <= MAX_NAME and name.isprintable() for name in names(item))]
+    if left := len(items) - len(kept[:MAX_GRAPHS]):
+        legal = f"at most {MAX_GRAPHS}, of printable names up to {MAX_NAME} characters"
+        findings.add("W302", f"{left} {what} left out; legal: {legal}")
+    return kept[:MAX_GRAPHS]

@@ -106,6 +106,11 @@ def failure_of(error: BaseException) -> str:
     return _PLACE.sub("", str(error).partition("\n")[0])
 
 
+def node_of(failure: str) -> str:
+    """The node that a failure names, without what it raised; a failure of no node as it is."""
+    return failure.partition(" raised ")[0]
+
+
 def offered_qos(qos: QoS) -> str:
     """A profile as rosbag2 notes it: YAML, a list of one."""
     known = settled(qos)

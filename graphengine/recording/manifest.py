@@ -12,6 +12,7 @@ from graphengine.build import Assembly
 from graphengine.diagnostics import RecordingError
 from graphengine.recording import machine
 from graphengine.recording.sources import SourceNames
+from graphengine.running.dropped_values import BadValues
 from graphengine.running.node_context.services import Services
 
 FORMAT = 1
@@ -34,6 +35,8 @@ class Manifest(BaseModel):
     rays: RaysName = "auto"
     """What lidars saw with, where there are any."""
     keep_going: bool = False
+    bad_values: BadValues = "stop"
+    """What became of values from wires that nodes could not use; older recordings, which do not say it, ended there."""
     modules: tuple[Annotated[str, Field(pattern=r"^\w+(\.\w+)*$")], ...] = ()
     """Python modules with node types, which a replay has to be given again."""
     domain_id: Annotated[int, Field(ge=0, le=232)] = 0
@@ -86,6 +89,7 @@ def describe_run(
         robot_state=options.robot_state,
         rays=cast(RaysName, machine.rays_in_use(assembly) or options.rays),
         keep_going=keep_going,
+        bad_values="drop" if services.dropped is not None else "stop",
         modules=tuple(modules),
         domain_id=services.domain_id,
         domain_from_environment=services.domain_from_environment,

@@ -154,7 +154,11 @@ class Recorder:
                 self._tick = self._ended + 1
                 self._take_down()
             self._write_chunk()
-            self._writer.note(layout.END, {"ticks": str(self._ended), "failure": failure})
+            end = {"ticks": str(self._ended), "failure": failure}
+            dropped = self._session.services.dropped
+            if dropped is not None and dropped.ticks:
+                end["dropped_values"] = json.dumps(dropped.ticks)
+            self._writer.note(layout.END, end)
             self._writer.close()
         finally:
             self._writer.abandon()

@@ -17,6 +17,7 @@ from mcap.records import Channel, Chunk, DataEnd, McapRecord, Message, Schema
 from mcap.stream_reader import CRCValidationError, StreamReader, get_chunk_data_stream
 
 from graphengine.diagnostics import RecordingError
+from graphengine.reading import open_regular
 
 MAX_CHUNK_BYTES = 500_000_000
 """Unpacked; a chunk of a recording holds four megabytes, and at most a tick more."""
@@ -33,7 +34,7 @@ def read_records(path: Path) -> Iterator[McapRecord]:
         RecordingError: the file cannot be read, is no MCAP file, or is damaged.
     """
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             yield from _records(path, file)
     except OSError as error:
         raise RecordingError(f"{path}: cannot be read: {error.strerror}") from None

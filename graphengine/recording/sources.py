@@ -12,13 +12,15 @@ from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 
-from graphengine.diagnostics import RecordingError
+from graphengine.diagnostics import RecordingError, shown
 from graphengine.files import Files
 
 SHIPPED, INSTALLED, MESSAGES, PROJECT = PLACES = ("shipped", "installed", "messages", "project")
 MAX_BYTES = 2_000_000_000
 """Of all files of a recording together."""
 MAX_FILES = 20_000
+MAX_PARTS = 100
+"""Of the name of a file: the folders above it are made one below the other."""
 _MEDIA_TYPES: Mapping[str, str] = MappingProxyType(
     {".yaml": "application/yaml", ".yml": "application/yaml"}
     | dict.fromkeys((".xml", ".urdf", ".xacro", ".mjcf"), "application/xml")
@@ -74,27 +76,11 @@ class Workspace:
         self._folder = folder.resolve()
         self._bytes = self._files = 0
         for place in PLACES:
-            (self._folder / place).mkdir()
+            self.place(place).mkdir()
 
-    @property
-    def shipped(self) -> Path:
-        """What stands for the folder of the graphs and scenes that ship."""
-        return self._folder / SHIPPED
-
-    @property
-    def installed(self) -> Path:
-        """What stands for the folders of ROS packages."""
-        return self._folder / INSTALLED
-
-    @property
-    def messages(self) -> Path:
-        """What holds the definitions of message types."""
-        return self._folder / MESSAGES
-
-    @property
-    def project(self) -> Path:
-        """What holds all other files."""
-        return self._folder / PROJECT
+    def place(self, name: str) -> Path:
+        """The folder of one of `PLACES`."""
+        return self._folder / name
 
     def path(self, name: str) -> Path:
         """Where a file is, or would be.
@@ -103,8 +89,8 @@ class Workspace:
             RecordingError: no recorder gives such a name.
         """
         parts = PurePosixPath(name).parts
-        if not (len(parts) > 1 and parts[0] in PLACES and ".." not in parts and "\0" not in name):
-            raise RecordingError(f"{name!r} is no name that a file of a recording can have")
+        if not (1 < len(parts) <= MAX_PARTS and parts[0] in PLACES and ".." not in parts and "\0" not in name):
+            raise RecordingError(f"{shown(name)} is no name that a file of a recording can have")
         return self._folder.joinpath(*parts)
 
     def add(self, name: str, data: bytes) -> None:

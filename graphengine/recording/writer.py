@@ -164,11 +164,15 @@ class RecordingWriter:
 def _opened(path: Path, force: bool) -> FileIO:
     """An empty file that no other recording may be written to; the lock ends with the file, whatever becomes of the process.
 
+    A symbolic link is refused: in a stranger's folder it may lead to any file of the user's.
+
     Raises:
         BlockingIOError: another one is.
         OSError: it cannot be written, or is there and must not be.
     """
-    file = path.open("ab" if force else "xb", buffering=0)
+    if path.is_symlink():
+        raise OSError(errno.ELOOP, "a symbolic link; write the name of the file that it leads to")
+    file = open(path, "ab" if force else "xb", buffering=0, opener=_create)  # noqa: SIM115  # it is returned
     try:
         _lock(file)
         if stat.S_ISREG(os.fstat(file.fileno()).st_mode):
@@ -177,6 +181,11 @@ def _opened(path: Path, force: bool) -> FileIO:
         file.close()
         raise
     return file
+
+
+def _create(path: str, flags: int) -> int:
+    """Open a file, but no symbolic link, and without waiting for the reader of a pipe."""
+    return os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
 
 
 def _lock(file: FileIO) -> None:

@@ -6,6 +6,7 @@ Two functions of the package's C layer are not public: they alone move encoded b
 from __future__ import annotations
 
 import os
+import re
 import socket
 import sys
 import threading
@@ -23,6 +24,7 @@ from cyclonedds.util import duration
 
 from graphengine.context import QoS
 from graphengine.diagnostics import TransportError
+from graphengine.resources import has_address_space, has_descriptors
 from graphengine.ros.cyclone_log import LOG
 from graphengine.ros.domain import Domain
 from graphengine.ros.qos import settled
@@ -30,12 +32,16 @@ from graphengine.ros.qos import settled
 MAX_BLOCKING_MS = 100
 """How long a write to a reader that does not keep up may last."""
 
+DESCRIPTORS, ADDRESS_SPACE = 24, 400_000_000
+"""Files and bytes that a participant may need: measured are 10 sockets and pipes, and 390 MB for stacks and heaps of threads."""
+
 TIMEOUT: int = DDSException.DDS_RETCODE_TIMEOUT
 
 READING_POLICIES = threading.Lock()
 """Held while policies of a peer are read: the package keeps them meanwhile in variables that all threads share."""
 
 _ANY_STATE = 0x7F
+_TYPE_HASH = re.compile(rb"typehash=(RIHS[0-9A-Fa-f_]+);")
 _BATCH = 64
 _UNLIMITED = -1
 _LOOPBACK = "127.0.0.1"
@@ -66,18 +72,26 @@ def take(entity: Any) -> list[tuple[bytes, int]]:
     return []
 
 
-def writer_gid(reader: Any, handle: int) -> bytes:
-    """The 16 bytes by which ROS 2 knows a writer that a reader is matched with; empty when it is gone."""
-    with READING_POLICIES:
-        writer = reader.get_matched_publication_data(handle)
-    return bytes(writer.key.bytes) if writer is not None else b""
-
-
 class Peer(NamedTuple):
-    """An endpoint that one of ours is matched with."""
+    """A peer that a reader or writer of this process is matched with.
+
+    Args:
+        gid: the 16 bytes by which ROS 2 knows it.
+        user_data: bytes that it announces besides its policies.
+    """
 
     gid: bytes
     user_data: bytes
+
+    @property
+    def type_hash(self) -> str:
+        """The hash of its message type; empty where it does not announce one."""
+        return type_hash(self.user_data)
+
+
+def writer_of(reader: Any, handle: int) -> Peer:
+    """A writer that a reader is matched with; one without a GID when it is gone."""
+    return _peers([handle], reader.get_matched_publication_data).get(unsigned(handle), Peer(b"", b""))
 
 
 def writers_of(reader: Any) -> dict[int, Peer]:
@@ -109,6 +123,12 @@ def user_data(policies: Qos) -> bytes:
     """What an endpoint or participant tells besides its policies."""
     policy = policies[Policy.Userdata]
     return bytes(policy.data) if policy else b""
+
+
+def type_hash(data: bytes) -> str:
+    """The hash of a message type in the user data of an endpoint; empty without one."""
+    found = _TYPE_HASH.search(data)
+    return found[1].decode() if found else ""
 
 
 def delete(entity: Any) -> None:
@@ -201,6 +221,7 @@ def join(domain: Domain, user_data: str) -> Any:
         TransportError: there is no network, or this process is in that domain with another configuration.
     """
     with _lock:
+        _require_resources(domain)
         joined = _joined.get(domain.id)
         if joined is None:
             joined = _Joined(domain, _open(domain))
@@ -215,6 +236,17 @@ def join(domain: Domain, user_data: str) -> Any:
         joined.participants += 1
         _joined[domain.id] = joined
         return participant
+
+
+def _require_resources(domain: Domain) -> None:
+    """Refuse what Cyclone would end the process over: it checks neither its sockets nor its memory."""
+    if not has_descriptors(DESCRIPTORS):
+        raise TransportError(
+            f"cannot join {domain}: it takes {DESCRIPTORS} more open files\nraise the limit of `ulimit -n`"
+        )
+    if not has_address_space(ADDRESS_SPACE):
+        remedy = "raise the limit of `ulimit -v`"
+        raise TransportError(f"cannot join {domain}: it takes {ADDRESS_SPACE // 10**6} MB more of memory\n{remedy}")
 
 
 def leave(domain: Domain, participant: Any) -> None:

@@ -12,11 +12,13 @@ import os
 import platform
 import re
 import threading
+import time
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
 from graphengine.ros import names
+from graphengine.wording import printable
 
 _log = logging.getLogger(__name__)
 
@@ -24,7 +26,12 @@ _MAX_SIZE = 1 << 20
 """Bytes after which what was read is thrown away."""
 _LINE = re.compile(r"[0-9.]+ \[(?P<domain>[0-9]+)\] +\S+ *(?P<text>.*)")
 _MALFORMED = re.compile(r"deserialization (?P<topic>r[tqr]/\S+)/\S+ failed")
-_VARYING = re.compile(r"<[^>]*>|[0-9a-f]*[0-9][0-9a-f]*")
+_VARYING = re.compile(r"<.*|\b[0-9a-f]+\b|[0-9a-f]*[0-9][0-9a-f]*")
+"""What differs between lines of one kind: numbers, and all from the content of a packet on."""
+MAX_KINDS = 20
+"""Kinds of lines that are logged; later ones are only counted."""
+PERIOD = 60.0
+"""Seconds between two lines that say how many were not logged."""
 
 
 class CycloneLog:
@@ -36,7 +43,9 @@ class CycloneLog:
         self._stream: int | None = None
         self._rest = b""
         self._position = 0
-        self._told: set[str] = set()
+        self._kinds: set[str] = set()
+        self._unlogged = 0
+        self._due = 0.0
         self._malformed: dict[int, Counter[str]] = {}
 
     @contextmanager
@@ -72,6 +81,10 @@ class CycloneLog:
         with self._lock:
             for line in self._lines():
                 self._note(line)
+            if self._unlogged and time.monotonic() >= self._due:
+                self._due = time.monotonic() + PERIOD
+                _log.warning("Cyclone DDS: %d complaints of other kinds", self._unlogged)
+                self._unlogged = 0
             return dict(self._malformed.get(domain_id, {}))
 
     def forget(self, domain_id: int) -> None:
@@ -96,13 +109,15 @@ class CycloneLog:
         parts = _LINE.match(line)
         fault = _MALFORMED.search(line)
         if parts and fault:
-            self._malformed.setdefault(int(parts["domain"]), Counter())[names.ros_name(fault["topic"])] += 1
+            self._malformed.setdefault(int(parts["domain"]), Counter())[printable(names.ros_name(fault["topic"]))] += 1
         else:
             text = _text(line)
             kind = _VARYING.sub("", text)
-            if kind not in self._told:
-                self._told.add(kind)
-                _log.warning("Cyclone DDS: %s", text)
+            if kind not in self._kinds and len(self._kinds) < MAX_KINDS:
+                self._kinds.add(kind)
+                _log.warning("Cyclone DDS: %s", printable(text))
+            elif kind not in self._kinds:
+                self._unlogged += 1
 
 
 def _text(line: str) -> str:

@@ -13,6 +13,7 @@ import threading
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, TypeVar
 
 from cyclonedds.core import DDSException, DDSStatus, GuardCondition, WaitSet
@@ -26,7 +27,7 @@ from graphengine.diagnostics import TransportError
 from graphengine.ros import cyclone, dds_services, discovery, names, rosout
 from graphengine.ros.cyclone_log import LOG
 from graphengine.ros.dds_endpoints import DdsReader, DdsWriter, gid_of
-from graphengine.ros.dds_services import DdsClient, DdsServer
+from graphengine.ros.dds_services import DdsClient, DdsServer, Pair
 from graphengine.ros.definitions import DEFINITIONS, Definitions
 from graphengine.ros.discovery import Discovery
 from graphengine.ros.domain import Domain
@@ -89,10 +90,14 @@ class DdsTransport:
         self._namespace = node_namespace
         self.node = full_name(node_namespace, node_name)
         self._lock = threading.RLock()
+        self._hearing = threading.Lock()
+        """Held while the graph is searched, which may take long; it is taken before the other lock."""
         self._closed = False
         self._topics: dict[str, _Topic] = {}
         self._writers: list[DdsWriter] = []
         self._readers: list[DdsReader] = []
+        self._mistyped = Counter[str]()
+        """Messages of other definitions that came to readers which are closed."""
         self._services: list[DdsServer | DdsClient] = []
         self._service_numbers = itertools.count(1)
         self._delivering: DdsReader | DdsServer | DdsClient | None = None
@@ -137,7 +142,8 @@ class DdsTransport:
         """
         with self._lock:
             entity = self._endpoint(DataReader, f"rt{topic}", message_type, _deep(qos))
-            reader = DdsReader(topic, entity, deliver, self._remove)
+            agrees = partial(self._definitions.agrees, message_type)
+            reader = DdsReader(topic, entity, agrees, deliver, self._remove)
             self._readers.append(reader)
             self._watch(reader.entity, DDSStatus.DataAvailable)
         return reader
@@ -149,8 +155,8 @@ class DdsTransport:
             TransportError: as for `writer`.
         """
         with self._lock:
-            reader, writer = self._pair("service", service, service_type, qos)
-            return self._watch_pair(DdsServer(service, reader, writer, deliver, self._remove_pair))
+            pair = self._pair("service", service, service_type, qos)
+            return self._watch_pair(DdsServer(service, pair, deliver, self._remove_pair))
 
     def client(self, service: str, service_type: str, qos: QoS, deliver: Callable[[int, bytes], None]) -> DdsClient:
         """A client of a service; `deliver` runs in the transport's thread, and should do little.
@@ -159,8 +165,8 @@ class DdsTransport:
             TransportError: as for `writer`.
         """
         with self._lock:
-            reader, writer = self._pair("client", service, service_type, qos)
-            return self._watch_pair(DdsClient(service, reader, writer, deliver, self._remove_pair))
+            pair = self._pair("client", service, service_type, qos)
+            return self._watch_pair(DdsClient(service, pair, deliver, self._remove_pair))
 
     @property
     def foreign_services(self) -> Mapping[str, str]:
@@ -184,9 +190,11 @@ class DdsTransport:
     @property
     def malformed(self) -> Mapping[str, int]:
         """By topic or service, how many messages were dropped; participants of this process in one domain share the count."""
-        counts = Counter(LOG.malformed(self._domain.id))
+        counts = Counter(LOG.malformed(self._domain.id)) + self._mistyped
         for service in tuple(self._services):
             counts[service.service] += service.malformed
+        for reader in tuple(self._readers):
+            counts[reader.topic] += reader.malformed
         return +counts
 
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> Graph:
@@ -195,12 +203,13 @@ class DdsTransport:
         Raises:
             TransportError: the transport is closed.
         """
-        with self._lock:
-            if self._closed:
-                raise TransportError("the transport is closed")
-            if self._discovery is None:
-                nodes = self._endpoint(DataReader, discovery.TOPIC, discovery.TYPE, discovery.HEARING)
-                self._discovery = Discovery(self._participant, nodes)
+        with self._hearing:
+            with self._lock:
+                if self._closed:
+                    raise TransportError("the transport is closed")
+                if self._discovery is None:
+                    nodes = self._endpoint(DataReader, discovery.TOPIC, discovery.TYPE, discovery.HEARING)
+                    self._discovery = Discovery(self._participant, nodes)
             return self._discovery.graph()
 
     def log(self, severity: str, text: str) -> None:
@@ -218,7 +227,8 @@ class DdsTransport:
             self._announce()
         self._wake.set(True)
         self._thread.join()
-        cyclone.leave(self._domain, self._participant)
+        with self._hearing:
+            cyclone.leave(self._domain, self._participant)
         for writer in self._writers:
             writer.matched = False
         for service in self._services:
@@ -246,13 +256,15 @@ class DdsTransport:
         known.endpoints += 1
         return made
 
-    def _pair(self, role: str, service: str, service_type: str, qos: QoS) -> tuple[Any, Any]:
-        """A reader and a writer, whose user data tells that they belong together."""
+    def _pair(self, role: str, service: str, service_type: str, qos: QoS) -> Pair:
+        """A reader and a writer, whose user data says that they belong together."""
         asked, answered = zip(names.service_topics(service), self._definitions.service_parts(service_type), strict=True)
         heard, told = (asked, answered) if role == "service" else (answered, asked)
         identity = f"{role}id={dds_services.identity(self._gid, next(self._service_numbers))};"
         reader = self._endpoint(DataReader, *heard, qos, identity)
-        return reader, self._endpoint(DataWriter, *told, qos, identity)
+        writer = self._endpoint(DataWriter, *told, qos, identity)
+        agrees = [partial(self._definitions.agrees, message_type) for _, message_type in (heard, told)]
+        return Pair(reader, writer, service_type, *agrees)
 
     def _watch(self, entity: Any, status: int) -> None:
         entity.set_status_mask(status)
@@ -272,6 +284,8 @@ class DdsTransport:
             if self._closed or endpoint not in endpoints:
                 return
             endpoints.remove(endpoint)
+            if isinstance(endpoint, DdsReader):
+                self._mistyped[endpoint.topic] += endpoint.malformed
             self._leave(f"rt{endpoint.topic}", endpoint.entity)
             self._announce(self._node())
         if isinstance(endpoint, DdsWriter):

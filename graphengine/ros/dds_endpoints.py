@@ -1,9 +1,10 @@
-"""What a DDS transport writes and reads topics with."""
+"""Writers and readers of the DDS transport."""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Any
 
 from cyclonedds.core import DDSException
@@ -19,7 +20,13 @@ def gid_of(entity: Any) -> bytes:
 
 
 class DdsWriter:
-    """A DDS writer."""
+    """A DDS writer.
+
+    Args:
+        topic: absolute.
+        entity: of Cyclone DDS.
+        remove: called when it is closed.
+    """
 
     def __init__(self, topic: str, entity: Any, remove: Callable[[DdsWriter], None]) -> None:
         self.topic = topic
@@ -60,35 +67,50 @@ class DdsWriter:
         self._remove(self)
 
 
+@dataclass(eq=False, slots=True)
 class DdsReader:
-    """A DDS reader."""
+    """A DDS reader.
 
-    def __init__(
-        self, topic: str, entity: Any, deliver: Callable[[bytes], None], remove: Callable[[DdsReader], None]
-    ) -> None:
-        self.topic = topic
-        self.entity = entity
-        self.gid = gid_of(entity)
-        self._deliver = deliver
-        self._remove = remove
-        self._hand_over = HandingOver(topic)
-        self._writer = 0
-        self._gids: dict[int, bytes] = {}
+    Args:
+        topic: absolute.
+        entity: of Cyclone DDS.
+        agrees: whether the type hash of a writer is that of the type here.
+        deliver: called with each message.
+        remove: called when the reader is closed.
+        malformed: messages dropped because their writers have another definition of the topic's type.
+        source: GID of the writer of the message that is being delivered; empty when it is gone already.
+    """
 
-    @property
-    def source(self) -> bytes:
-        """GID of the writer of the message that is being delivered; empty when it is gone already."""
-        if self._writer not in self._gids:
-            self._gids[self._writer] = cyclone.writer_gid(self.entity, self._writer)
-        return self._gids[self._writer]
+    topic: str
+    entity: Any
+    agrees: Callable[[str], bool]
+    deliver: Callable[[bytes], None]
+    remove: Callable[[DdsReader], None]
+    malformed: int = 0
+    source: bytes = b""
+    gid: bytes = field(init=False)
+    _hand_over: HandingOver = field(init=False)
+    _writers: dict[int, tuple[bytes, bool]] = field(default_factory=dict)
+    """GID of each writer by its handle, and whether its messages can be read."""
+
+    def __post_init__(self) -> None:
+        self.gid = gid_of(self.entity)
+        self._hand_over = HandingOver(self.topic)
 
     def drain(self) -> bool:
         """Deliver some of what has arrived; false when there was nothing."""
         arrived = cyclone.take(self.entity)
-        for data, self._writer in arrived:
-            self._hand_over(self._deliver, data)
+        for data, handle in arrived:
+            if handle not in self._writers:
+                writer = cyclone.writer_of(self.entity, handle)
+                self._writers[handle] = writer.gid, self.agrees(writer.type_hash)
+            self.source, readable = self._writers[handle]
+            if readable:
+                self._hand_over(self.deliver, data)
+            else:
+                self.malformed += 1
         return bool(arrived)
 
     def close(self) -> None:
         """Leave the topic; a second time does nothing."""
-        self._remove(self)
+        self.remove(self)

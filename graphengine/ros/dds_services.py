@@ -12,7 +12,7 @@ import struct
 import threading
 from collections import deque
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple, TypeAlias
 
 from cyclonedds.core import DDSException
 
@@ -20,6 +20,7 @@ from graphengine.diagnostics import TransportError
 from graphengine.ros import cyclone, vendors
 from graphengine.ros.calls import Calls
 from graphengine.ros.dds_endpoints import gid_of
+from graphengine.ros.definitions import another_definition
 from graphengine.ros.handing_over import HandingOver
 
 _ENCAPSULATION = 4
@@ -57,18 +58,41 @@ def without_header(data: bytes) -> tuple[int, int, bytes] | None:
     return client, number, data[:_ENCAPSULATION] + data[_ENCAPSULATION + order.size :]
 
 
+_Remove: TypeAlias = Callable[[Any], None]
+"""Called with a server or client that is closed."""
+
+
+class Pair(NamedTuple):
+    """The endpoints of a server or client.
+
+    Args:
+        reader: of requests or answers.
+        writer: of the others.
+        service_type: as in `std_srvs/srv/Trigger`.
+        reads: whether the type hash of a peer's writer is that of the reader's type.
+        writes: whether the type hash of a peer's reader is that of the writer's type.
+    """
+
+    reader: Any
+    writer: Any
+    service_type: str
+    reads: Callable[[str], bool]
+    writes: Callable[[str], bool]
+
+
 class _End:
     """A server or client: a reader, a writer, and peers that come and go."""
 
     peer: str
 
-    def __init__(self, service: str, reader: Any, writer: Any, remove: Callable[[Any], None]) -> None:
+    def __init__(self, service: str, pair: Pair, remove: _Remove) -> None:
         self.service = service
-        self.reader = reader
-        self.writer = writer
-        self.gids = gid_of(reader), gid_of(writer)
+        self.reader = pair.reader
+        self.writer = pair.writer
+        self.gids = gid_of(pair.reader), gid_of(pair.writer)
         self.malformed = 0
-        """Messages that Cyclone DDS took for what they are not, as they came from another DDS."""
+        """Messages dropped as they came from another DDS, or are of another definition of the service."""
+        self._pair = pair
         self.dropped = 0
         """Messages given up because a peer did not keep up."""
         self._closed = False
@@ -79,6 +103,8 @@ class _End:
         self._readers: dict[int, cyclone.Peer] = {}
         self._vendors: set[bytes] = set()
         """How GIDs of peers on other implementations of DDS began."""
+        self._mistyped = False
+        """Whether a peer had another definition of the service's type."""
 
     def close(self) -> None:
         """Leave the service; a second time does nothing."""
@@ -120,19 +146,24 @@ class _End:
                 return  # one came between two looks of the package at how many there are; the thread is woken for it
             peers = (*self._writers.values(), *self._readers.values())
             self._vendors |= {peer.gid[:2] for peer in peers} - {vendors.CYCLONE}
+            agree = [self._pair.reads(peer.type_hash) for peer in self._writers.values()]
+            agree += [self._pair.writes(peer.type_hash) for peer in self._readers.values()]
+            self._mistyped |= not all(agree)
             self._follow()
 
     def warning(self) -> str:
         """What to tell people about peers that cannot be talked to; empty where there were none."""
         with self._lock:
-            return vendors.warning(self.service, self.peer, self._vendors, vendors.CYCLONE_RMW)
+            foreign = vendors.warning(self.service, self.peer, self._vendors, vendors.CYCLONE_RMW)
+            another = another_definition(self.service, f"a {self.peer}", self._pair.service_type, "this run")
+            return foreign or ("\n  ".join(another) if self._mistyped else "")
 
     def _is_foreign(self, handle: int) -> bool:
-        """Whether a writer runs on another DDS, whose messages have another header, or none."""
+        """Whether a writer sends what cannot be read: another header, or none, or another definition."""
         if handle not in self._writers:
             self.refresh()
         peer = self._writers.get(handle)
-        return peer is not None and not peer.gid.startswith(vendors.CYCLONE)
+        return peer is not None and not _talks(peer, self._pair.reads)
 
     def _admit(self) -> None:
         if self._closed:
@@ -159,15 +190,8 @@ class DdsServer(_End):
 
     peer = "client"
 
-    def __init__(
-        self,
-        service: str,
-        reader: Any,
-        writer: Any,
-        deliver: Callable[[bytes, bytes], None],
-        remove: Callable[[Any], None],
-    ) -> None:
-        super().__init__(service, reader, writer, remove)
+    def __init__(self, service: str, pair: Pair, deliver: Callable[[bytes, bytes], None], remove: _Remove) -> None:
+        super().__init__(service, pair, remove)
         self._deliver = deliver
         self._held: deque[tuple[int, bytes]] = deque(maxlen=_MAX_HELD)
         """Answers that wait for the reader that they are for, each with the handle of the client's writer."""
@@ -215,17 +239,10 @@ class DdsClient(_End):
 
     peer = "server"
 
-    def __init__(
-        self,
-        service: str,
-        reader: Any,
-        writer: Any,
-        deliver: Callable[[int, bytes], None],
-        remove: Callable[[Any], None],
-    ) -> None:
-        super().__init__(service, reader, writer, remove)
+    def __init__(self, service: str, pair: Pair, deliver: Callable[[int, bytes], None], remove: _Remove) -> None:
+        super().__init__(service, pair, remove)
         self.ready = False
-        self._handle = cyclone.unsigned(writer.get_instance_handle())
+        self._handle = cyclone.unsigned(pair.writer.get_instance_handle())
         self._deliver = deliver
         self._calls = Calls()
 
@@ -246,10 +263,15 @@ class DdsClient(_End):
 
     def _follow(self) -> None:
         hearing, answering = (
-            {_identity(peer) for peer in peers.values() if peer.gid.startswith(vendors.CYCLONE)}
-            for peers in (self._readers, self._writers)
+            {_identity(peer) for peer in peers.values() if _talks(peer, agrees)}
+            for peers, agrees in ((self._readers, self._pair.writes), (self._writers, self._pair.reads))
         )
         self.ready = not hearing.isdisjoint(answering)
+
+
+def _talks(peer: cyclone.Peer, agrees: Callable[[str], bool]) -> bool:
+    """Whether messages cross to or from a peer: it is on the same DDS, and has the same definition of them."""
+    return peer.gid.startswith(vendors.CYCLONE) and agrees(peer.type_hash)
 
 
 def _identity(peer: cyclone.Peer) -> bytes:

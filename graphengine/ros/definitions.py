@@ -21,13 +21,15 @@ from typing import Any
 import numpy as np
 from rosbags.interfaces import Msgdef, Nodetype
 from rosbags.typesys.base import normalize_fieldname
-from rosbags.typesys.store import Typestore
+from rosbags.typesys.store import TIDMAP, Typestore
 from rosbags.typesys.stores import ros2_jazzy
 
 from graphengine.diagnostics import did_you_mean, listing, shown
+from graphengine.ros import wide_strings
 from graphengine.ros.faults import find_fault
 from graphengine.ros.folders import Folders
 from graphengine.ros.interfaces import (
+    TEXTS,
     Definition,
     Description,
     MessageTypeError,
@@ -50,6 +52,7 @@ _INITIAL: dict[str, dict[str, Any]] = {
 """What fields of Jazzy's own types hold before anybody writes to them, where it is not zero; rosbags does not keep it."""
 PLACEHOLDER = ("structure_needs_at_least_one_member", (Nodetype.BASE, ("uint8", 0)))
 """The field that ROS 2 gives to a message without any, and its type."""
+TIDMAP["wstring"] = 18  # of type_description_interfaces/msg/FieldType, which rosbags leaves out
 _lock = threading.RLock()
 
 
@@ -63,6 +66,8 @@ class _Store(Typestore):
 
     def get_msgdef(self, typename: str) -> Msgdef[object]:
         """What encodes and decodes a type."""
+        if typename == wide_strings.NAME:
+            return wide_strings.CODEC
         return super().get_msgdef(typename) if typename in self.fielddefs else self._below.get_msgdef(typename)
 
 
@@ -157,6 +162,15 @@ class Definitions:
             self._hashes[message_type] = store.hash_rihs01(message_type)
         return self._hashes[message_type]
 
+    def agrees(self, message_type: str, type_hash: str) -> bool:
+        """Whether a peer's hash of a type is that of the definition here; true where the peer has none of this version."""
+        return not type_hash.startswith("RIHS01_") or type_hash == self.type_hash(message_type)
+
+    def is_wide(self, message_type: str) -> bool:
+        """Whether there are wide strings in a type."""
+        fields = (field for name in self._closure(message_type) for _, field in self.definition(name).fields)
+        return any(element_of(field) == (Nodetype.BASE, ("wstring", 0)) for field in fields)
+
     def text(self, message_type: str) -> str:
         """The definition of a message and of its parts as recordings keep it; MCAP calls the form `ros2msg`.
 
@@ -205,7 +219,8 @@ class Definitions:
         try:
             for name, definition in found.items():
                 self._check(name, definition, file)
-            self.store.register({n: (d.constants, d.fields) for n, d in found.items() if d.is_message})  # type: ignore[misc]
+            coded = {n: (d.constants, [(f, _coded(k)) for f, k in d.fields]) for n, d in found.items() if d.is_message}
+            self.store.register(coded)  # type: ignore[arg-type]
         except BaseException:
             for name in found:
                 del self._known[name]
@@ -241,17 +256,20 @@ class Definitions:
         if kind == Nodetype.NAME:
             return self.initial(detail)
         if kind == Nodetype.BASE:
-            zero = "" if detail[0] == "string" else dtype_of(detail[0]).type(0).item()
+            zero = "" if detail[0] in TEXTS else dtype_of(detail[0]).type(0).item()
             if given is None:
                 return zero
             return signed_byte(given) if detail[0] == "byte" else type(zero)(given)
         element, count = detail
         length = count if kind == Nodetype.ARRAY else 0
-        if element[0] == Nodetype.BASE and element[1][0] != "string":
-            number = element[1][0]
+        if element[0] == Nodetype.BASE and element[1][0] not in TEXTS:
+            number, dtype = element[1][0], dtype_of(element[1][0])
             if given is None:
-                return np.zeros(length, dtype_of(number))
-            return np.array([signed_byte(value) for value in given] if number == "byte" else given, dtype_of(number))
+                return np.zeros(length, dtype)
+            values = [signed_byte(value) for value in given] if number == "byte" else given
+            if dtype.kind in "iu" and any(not np.iinfo(dtype).min <= value <= np.iinfo(dtype).max for value in values):
+                raise OverflowError(f"not all are of type {number}")  # numpy 1 only warns
+            return np.array(values, dtype)
         return [self._initial(element, None) for _ in range(length)] if given is None else list(given)
 
     def _file(self, message_type: str) -> Path | None:
@@ -276,6 +294,23 @@ class Definitions:
         namesakes = [name for name in names if name.rpartition("/")[2] == last]
         remedy = "name the folder of its package with --msg-path, or source the workspace that it is installed in"
         return MessageTypeError(what, message_type.partition("/")[0], did_you_mean(message_type, namesakes), remedy)
+
+
+def _coded(description: Description) -> Description:
+    """As a store of rosbags takes it."""
+    kind, detail = description
+    if kind == Nodetype.BASE:
+        return (Nodetype.NAME, wide_strings.NAME) if detail[0] == "wstring" else description
+    return description if kind == Nodetype.NAME else (kind, (_coded(detail[0]), detail[1]))
+
+
+def another_definition(name: str, peer: str, message_type: str, own: str, effect: str = "") -> tuple[str, str]:
+    """What to say of a peer on a topic or service whose definition of its type is not the one here, and the remedy."""
+    package = message_type.partition("/")[0]
+    return (
+        f"{name}: {peer} has another definition of {message_type} than {own}: {effect or 'nothing crosses'}",
+        f"use one version of {package} on both sides; --msg-path names the folder of its definitions",
+    )
 
 
 def dtype_of(number: str) -> np.dtype[Any]:

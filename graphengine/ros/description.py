@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
-import threading
-from typing import Any
+import time
 
+from graphengine.context import QoS
 from graphengine.diagnostics import TransportError, listing
 from graphengine.ros import messages, names
-from graphengine.ros.domain import Domain
+from graphengine.ros.definitions import DEFINITIONS
+from graphengine.ros.graph import discover
+from graphengine.ros.listening import Inbox
 from graphengine.ros.qos import LATCHED
-from graphengine.ros.rcl import discovery, import_error
-from graphengine.ros.transport import Transport
+from graphengine.ros.transport import ServiceClient, Transport
 
 PARAMETER = "robot_description"
 _STRING = "std_msgs/msg/String"
-_CLIENT = "graphrun_import_urdf"
+_GET = "rcl_interfaces/srv/GetParameters"
+_TEXT = 4
+"""rcl_interfaces/msg/ParameterType PARAMETER_STRING."""
+_POLL = 0.01
+_WAITING = 100
+"""Messages that wait until the first one is taken."""
 
 
 def from_topic(transport: Transport, topic: str, timeout: float) -> str:
@@ -31,82 +37,67 @@ def from_topic(transport: Transport, topic: str, timeout: float) -> str:
     """
     topic = f"/{topic.removeprefix('/')}"
     names.check_topic(topic)
-    arrived: list[bytes] = []
-    heard = threading.Event()
-
-    def deliver(data: bytes) -> None:
-        arrived.append(data)
-        heard.set()
-
-    reader = transport.reader(topic, _STRING, LATCHED, deliver)
+    inbox = Inbox(_WAITING)
+    reader = transport.reader(topic, _STRING, LATCHED, inbox.deliver)
     try:
-        if not heard.wait(timeout):
+        arrival = inbox.take(timeout)
+        if arrival is None:
             raise TransportError(
                 f"nothing arrived on {topic} within {timeout:g} s\nlistened by {transport.description}\n"
                 "is a robot_state_publisher running in this domain? its topic must be latched (transient local)"
             )
     finally:
         reader.close()
-    return str(messages.decode(arrived[0], _STRING).data)
+    return str(messages.decode(arrival.data, _STRING).data)
 
 
-def from_node(node: str, domain: Domain, timeout: float) -> str:
+def from_node(transport: Transport, node: str, timeout: float) -> str:
     """The parameter `robot_description` of a node, by its service GetParameters.
 
     Args:
+        transport: open, on the domain that the node is in.
         node: its name with its namespace, such as `/robot_state_publisher`.
-        domain: that it is in.
         timeout: s, for finding it and again for its answer.
 
     Raises:
         TopicError: ROS 2 would refuse the name.
-        TransportError: rclpy is not there, or no such node, or it has no such parameter.
+        TransportError: there is no such node, or it cannot be talked to, or it has no such parameter.
     """
     node = f"/{node.removeprefix('/')}"
     namespace, _, name = node.rpartition("/")
     names.check_namespace(namespace or "/", given=node)
     names.check_node_name(name, given=node)
-    missing = import_error()
-    if missing:
-        remedy = "source ROS 2 first, or use --topic, which needs none"
-        raise TransportError(f"only rclpy reads parameters of nodes, and it cannot be used: {missing}\n{remedy}")
-    import rclpy
-    from rclpy.executors import SingleThreadedExecutor
-    from rclpy.node import Node
-
-    context = rclpy.Context()
-    with discovery(domain):
-        context.init(args=[], domain_id=domain.id)
+    answers = Inbox(_WAITING)
+    service = f"{node}/get_parameters"
+    client = transport.client(service, _GET, QoS(), lambda _, data: answers.deliver(data))
     try:
-        client = Node(_CLIENT, context=context, start_parameter_services=False)
-        executor = SingleThreadedExecutor(context=context)
-        executor.add_node(client)
-        try:
-            return _parameter(client, executor, node, timeout)
-        finally:
-            client.destroy_node()
+        if not _becomes_ready(client, timeout):
+            raise TransportError(_absent(transport, node, service, timeout))
+        request = DEFINITIONS.initial(f"{_GET}_Request")
+        request.names = [PARAMETER]
+        client.call(messages.encode(request))
+        answer = answers.take(timeout)
+        if answer is None:
+            raise TransportError(f"node {node} does not answer within {timeout:g} s")
     finally:
-        context.try_shutdown()
-
-
-def _parameter(client: Any, executor: Any, node: str, timeout: float) -> str:
-    from rcl_interfaces.msg import ParameterType
-    from rcl_interfaces.srv import GetParameters
-
-    service = client.create_client(GetParameters, f"{node}/get_parameters")
-    if not service.wait_for_service(timeout_sec=timeout):
-        there = listing(sorted(_nodes(client) - {f"/{_CLIENT}"}), "nodes")
-        raise TransportError(f"no node {node} answers within {timeout:g} s\n{there}")
-    asked = service.call_async(GetParameters.Request(names=[PARAMETER]))
-    executor.spin_until_future_complete(asked, timeout_sec=timeout)
-    if not asked.done():
-        raise TransportError(f"node {node} does not answer within {timeout:g} s")
-    values = asked.result().values
-    if not values or values[0].type != ParameterType.PARAMETER_STRING:
+        client.close()
+    values = messages.decode(answer.data, f"{_GET}_Response").values
+    if not values or values[0].type != _TEXT:
         raise TransportError(f"node {node} has no parameter {PARAMETER!r} with text")
     return str(values[0].string_value)
 
 
-def _nodes(client: Any) -> set[str]:
-    """Names of the nodes that can be seen."""
-    return {f"{namespace.rstrip('/')}/{name}" for name, namespace in client.get_node_names_and_namespaces()}
+def _becomes_ready(client: ServiceClient, timeout: float) -> bool:
+    end = time.monotonic() + timeout
+    while not client.ready and time.monotonic() < end:
+        time.sleep(_POLL)
+    return client.ready
+
+
+def _absent(transport: Transport, node: str, service: str, timeout: float) -> str:
+    """Why a node's service is not there: what keeps it apart, or the nodes that are."""
+    foreign = transport.foreign_services
+    if service in foreign:
+        return foreign[service]
+    others = {end.full_node for end in discover(transport, names=True).endpoints} - {transport.node, ""}
+    return f"no node {node} answers within {timeout:g} s\n{listing(sorted(others), 'nodes')}"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Iterator, Sequence, Sized
 from dataclasses import dataclass, replace
@@ -28,8 +27,8 @@ TELLING = LATCHED
 HEARING = replace(LATCHED, history="keepAll")
 """Of one reader for all processes: with a depth of 1, one would overwrite what another told."""
 
-_BATCH = 1000
-_TYPE_HASH = re.compile(rb"typehash=(RIHS[0-9A-Fa-f_]+);")
+_BATCH = 50
+"""Endpoints that are read at once: meanwhile no other thread reads policies, as services do."""
 _ENCLAVE = b"enclave="
 _PREFIX = 12
 """Bytes of a GID that all endpoints of a participant share."""
@@ -181,8 +180,8 @@ def _endpoint(gid: bytes, direction: Direction, sample: Any) -> Endpoint | None:
     # Peers on Cyclone DDS alone tell their history, which is no part of the wire protocol.
     if not gid.startswith(vendors.CYCLONE):
         qos = replace(qos, history="systemDefault", depth=0)
-    found = _TYPE_HASH.search(cyclone.user_data(sample.qos))
-    return Endpoint(gid, direction, f"/{topic}", ros_type(sample.type_name), qos, found[1].decode() if found else "")
+    type_hash = cyclone.type_hash(cyclone.user_data(sample.qos))
+    return Endpoint(gid, direction, f"/{topic}", ros_type(sample.type_name), qos, type_hash)
 
 
 def _service(sample: Any) -> tuple[str, str] | None:

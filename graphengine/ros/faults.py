@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from rosbags.interfaces import Nodetype
 
-from graphengine.ros.interfaces import SCALARS, Description
+from graphengine.ros.interfaces import SCALARS, TEXTS, Description
 
 _DTYPES: dict[str, tuple[str, ...]] = {"byte": ("uint8", "int8"), "char": ("uint8",)}
 
@@ -40,7 +40,7 @@ def find_fault(value: Any, description: Description, place: str, fields: Fields)
             return f"{place} has {len(value)} elements, not {count}"
         if kind == Nodetype.SEQUENCE and count and len(value) > count:
             return f"{place} has {len(value)} elements, at most {count} are allowed"
-    if element[0] == Nodetype.BASE and element[1][0] != "string":
+    if element[0] == Nodetype.BASE and element[1][0] not in TEXTS:
         return _fault_of_array(value, element[1][0], place)
     if not isinstance(value, list | tuple):
         return f"{place} is {type(value).__name__}, not a list"
@@ -59,7 +59,7 @@ def _fault_of_array(value: Any, name: str, place: str) -> str:
 
 def _fault_of_scalar(value: Any, detail: tuple[str, int], place: str) -> str:
     name, bound = detail
-    if name == "string":
+    if name in TEXTS:
         if not isinstance(value, str):
             return f"{place} is {type(value).__name__}, not str"
         long = bound and len(value.encode()) > bound

@@ -9,12 +9,15 @@ from typing import TYPE_CHECKING, Literal
 
 from graphengine.context import QoS
 from graphengine.ros.qos import mismatch
+from graphengine.wording import printable
 
 if TYPE_CHECKING:
     from graphengine.ros.transport import Transport
 
 Direction = Literal["publish", "subscribe"]
 
+MAX_NAME = 500
+"""Characters of a name that a peer says; those of ROS 2 have at most 256."""
 PATIENCE = 5.0
 """Seconds more that a peer has, once it turned up, to tell what it writes and reads."""
 _POLL = 0.01
@@ -27,7 +30,7 @@ def full_name(namespace: str, node: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Endpoint:
-    """A writer or reader of a topic.
+    """A writer or reader of a topic. What a peer says is made printable: it goes into messages, logs and tables.
 
     Args:
         gid: 16 bytes by which ROS 2 knows it.
@@ -48,6 +51,12 @@ class Endpoint:
     type_hash: str = ""
     node: str = ""
     namespace: str = ""
+
+    def __post_init__(self) -> None:
+        for name in ("topic", "message_type", "type_hash", "node", "namespace"):
+            text = getattr(self, name)
+            if not text.isprintable() or len(text) > MAX_NAME:
+                object.__setattr__(self, name, printable(text[:MAX_NAME]))
 
     @property
     def full_node(self) -> str:
@@ -80,7 +89,7 @@ class Graph:
         self.endpoints = sorted(endpoints, key=lambda end: (end.topic, end.direction, end.full_node, end.gid))
         self.complete = complete
         self.named = named
-        self.services = sorted(set(services))
+        self.services = sorted({(printable(name), printable(kind)) for name, kind in services})
         self._ends: dict[tuple[str, Direction], list[Endpoint]] = {}
         for end in self.endpoints:
             self._ends.setdefault((end.topic, end.direction), []).append(end)

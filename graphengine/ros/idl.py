@@ -61,8 +61,9 @@ _HEADER: dict[str, Any] = {"_client": idl.uint64, "_number": idl.int64}
 
 
 def _make(message_type: str, definitions: Definitions, header: dict[str, Any]) -> type[Any]:
-    fields = definitions.fields(message_type) or [PLACEHOLDER]
-    annotations = header | {name: _idl(field, definitions) for name, field in fields}
+    # Cyclone DDS would refuse ROS 2's wide strings; it looks no further than the type described here, and keeps all bytes.
+    fields = [] if definitions.is_wide(message_type) else definitions.fields(message_type)
+    annotations = header | {name: _idl(field, definitions) for name, field in fields or [PLACEHOLDER]}
     namespace = {"__annotations__": annotations, "__module__": __name__}
     name = dds_name(message_type)
     made = types.new_class(

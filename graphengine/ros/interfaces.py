@@ -19,6 +19,7 @@ from rosbags.typesys.base import make_typesdict
 from rosbags.typesys.msg import MSGParser
 
 from graphengine.diagnostics import ContextError, did_you_mean
+from graphengine.reading import open_regular
 
 KINDS = {"msg": 1, "srv": 2, "action": 3}
 """How many parts a file of each kind has."""
@@ -56,10 +57,14 @@ def signed_byte(value: int) -> int:
 
 _SNAKE = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)*\Z")
 _CAMEL = re.compile(r"[A-Z][A-Za-z0-9]*\Z")
-_WIDE = {"wstring", "wchar"}
+TEXTS = ("string", "wstring")
+"""Fields that hold text; a wide string travels as UTF-16."""
 
 Description = tuple[Any, Any]
 """Type of a field, as rosbags writes it: a kind of node and what it is made of."""
+
+
+_WIDE: Description = (Nodetype.BASE, ("wstring", 0))
 
 
 class MessageTypeError(ContextError):
@@ -130,7 +135,7 @@ def read(path: Path, name: TypeName) -> dict[str, Definition]:
 
 def _text(path: Path) -> str:
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             data = file.read(MAX_BYTES + 1)
         if len(data) > MAX_BYTES:
             raise MessageTypeError(f"{path} has more than {MAX_BYTES // 1024} kB: it is no definition", path.stem)
@@ -187,6 +192,7 @@ def _read_idl(path: Path, name: TypeName, text: str) -> dict[str, Definition]:
 
 def _sound(path: Path, definition: Definition) -> Definition:
     """A definition that has no two members of one name, and no type that cannot be encoded."""
+    definition = definition._replace(fields=[(name, _with_wide(kind)) for name, kind in definition.fields])
     names = Counter([field for field, _ in definition.fields] + [constant for constant, _, _ in definition.constants])
     for member, count in names.items():
         if count > 1:
@@ -194,12 +200,20 @@ def _sound(path: Path, definition: Definition) -> Definition:
     for member, description in definition.fields:
         kind, detail = element_of(description)
         written_type = detail.rpartition("/")[2] if kind == Nodetype.NAME else detail[0]
-        if written_type in _WIDE:
-            raise MessageTypeError(f"{path}: {member!r} is a wide string, which is not supported", path.stem)
+        if written_type == "wchar" or (written_type == "wstring" and detail[1]):
+            raise MessageTypeError(f"{path}: {member!r} is a {written(description)}, which is not supported", path.stem)
         if kind == Nodetype.NAME and TypeName.parse(detail) is None:
             hint = did_you_mean(written_type, SCALARS)
             raise MessageTypeError(f"{path}: {member!r} has no type {written_type!r}", path.stem, hint)
     return definition
+
+
+def _with_wide(description: Description) -> Description:
+    """With wide strings as such, of which definitions other than IDL speak as of a message."""
+    kind, detail = description
+    if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+        return kind, (_with_wide(detail[0]), detail[1])
+    return _WIDE if kind == Nodetype.NAME and detail.endswith("/msg/wstring") else description
 
 
 def element_of(description: Description) -> Description:

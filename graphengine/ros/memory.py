@@ -7,7 +7,7 @@ from collections import defaultdict, deque
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any
+from typing import Any, get_args
 
 from graphengine.context import QoS
 from graphengine.diagnostics import TransportError, listing
@@ -52,23 +52,16 @@ class MemoryWriter:
         self._transport.remove(self)
 
 
+@dataclass(eq=False, slots=True)
 class MemoryReader:
-    """One topic of a `MemoryTransport` to read from."""
+    """One topic of a `MemoryTransport` to read from; its QoS is settled."""
 
-    def __init__(
-        self,
-        transport: MemoryTransport,
-        topic: str,
-        message_type: str,
-        qos: QoS,
-        deliver: Callable[[bytes], None],
-    ) -> None:
-        self.topic = topic
-        self.message_type = message_type
-        self.qos = settled(qos)
-        self.gid = transport.new_gid()
-        self.deliver = deliver
-        self._transport = transport
+    transport: MemoryTransport
+    topic: str
+    message_type: str
+    qos: QoS
+    deliver: Callable[[bytes], None]
+    gid: bytes
 
     def matches(self, writer: MemoryWriter) -> bool:
         """Whether topic, type and quality of service fit."""
@@ -77,7 +70,7 @@ class MemoryReader:
 
     def close(self) -> None:
         """Leave the topic; a second time does nothing."""
-        self._transport.remove(self)
+        self.transport.remove(self)
 
 
 @dataclass(slots=True)
@@ -135,7 +128,7 @@ class MemoryTransport:
             TransportError: as for `writer`.
         """
         self._admit(topic, message_type)
-        reader = MemoryReader(self, topic, message_type, qos, deliver)
+        reader = MemoryReader(self, topic, message_type, settled(qos), deliver, self.new_gid())
         self._topics[topic].readers.append(reader)
         if reader.qos.durability == "transientLocal":
             matching = filter(reader.matches, self._topics[topic].writers)
@@ -153,7 +146,7 @@ class MemoryTransport:
             TransportError: as for `writer`.
         """
         self._admit(service, *self._definitions.service_parts(service_type))
-        server = MemoryServer(self._services, service, service_type, qos, deliver)
+        server = MemoryServer(self._services, service, service_type, settled(qos), deliver)
         self._services.servers.append(server)
         return server
 
@@ -164,7 +157,7 @@ class MemoryTransport:
             TransportError: as for `writer`.
         """
         self._admit(service, *self._definitions.service_parts(service_type))
-        client = MemoryClient(self._services, service, service_type, qos, deliver, self.new_gid())
+        client = MemoryClient(self._services, service, service_type, settled(qos), deliver, self.new_gid())
         self._services.clients.append(client)
         return client
 
@@ -204,9 +197,13 @@ class MemoryTransport:
         """
         if self._closed:
             raise TransportError("the transport is closed")
+        wanted = (
+            [(name, way) for name in tuple(self._topics) for way in get_args(Direction)] if asked is None else asked
+        )
         ends: list[MemoryWriter | MemoryReader] = []
-        for topic in self._topics.values():
-            ends += [*topic.writers, *topic.readers]
+        for name, direction in wanted:
+            if topic := self._topics.get(name):
+                ends += topic.writers if direction == "publish" else topic.readers
         return Graph(map(self._described, ends), services=self._services.known())
 
     def new_gid(self) -> bytes:

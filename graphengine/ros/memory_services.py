@@ -3,32 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, field
 
 from graphengine.context import QoS
 from graphengine.diagnostics import TransportError
 from graphengine.ros.calls import Calls
-from graphengine.ros.qos import mismatch, settled
+from graphengine.ros.qos import mismatch
 
 GID = 16
 """Bytes by which a client is known; the number of its call follows in a request's identity."""
 
 
+@dataclass(eq=False, slots=True)
 class MemoryServer:
-    """One service that is offered."""
+    """One service that is offered; its QoS is settled."""
 
-    def __init__(
-        self,
-        services: MemoryServices,
-        service: str,
-        service_type: str,
-        qos: QoS,
-        deliver: Callable[[bytes, bytes], None],
-    ) -> None:
-        self.service = service
-        self.service_type = service_type
-        self.qos = settled(qos)
-        self.deliver = deliver
-        self._services = services
+    services: MemoryServices
+    service: str
+    service_type: str
+    qos: QoS
+    deliver: Callable[[bytes, bytes], None]
 
     def answer(self, request_id: bytes, response: bytes) -> None:
         """Hand an answer to the client that asked, at once.
@@ -36,42 +30,34 @@ class MemoryServer:
         Raises:
             TransportError: the server is closed.
         """
-        if self not in self._services.servers:
+        if self not in self.services.servers:
             raise TransportError(f"{self.service}: the server is closed")
-        for client in tuple(self._services.clients):
+        for client in tuple(self.services.clients):
             if client.gid == request_id[:GID] and client.matches(self):
                 client.receive(int.from_bytes(request_id[GID:], "big"), response)
 
     def close(self) -> None:
         """Withdraw the service; a second time does nothing."""
-        if self in self._services.servers:
-            self._services.servers.remove(self)
+        if self in self.services.servers:
+            self.services.servers.remove(self)
 
 
+@dataclass(eq=False, slots=True)
 class MemoryClient:
-    """One service that is called."""
+    """One service that is called; its QoS is settled."""
 
-    def __init__(
-        self,
-        services: MemoryServices,
-        service: str,
-        service_type: str,
-        qos: QoS,
-        deliver: Callable[[int, bytes], None],
-        gid: bytes,
-    ) -> None:
-        self.service = service
-        self.service_type = service_type
-        self.qos = settled(qos)
-        self.gid = gid
-        self._services = services
-        self._deliver = deliver
-        self._calls = Calls()
+    services: MemoryServices
+    service: str
+    service_type: str
+    qos: QoS
+    deliver: Callable[[int, bytes], None]
+    gid: bytes
+    calls: Calls = field(default_factory=Calls)
 
     @property
     def ready(self) -> bool:
         """Whether a server is there that matches."""
-        return self in self._services.clients and any(map(self.matches, self._services.servers))
+        return self in self.services.clients and any(map(self.matches, self.services.servers))
 
     def call(self, request: bytes) -> int:
         """Hand a request to every server that matches, at once.
@@ -79,10 +65,10 @@ class MemoryClient:
         Raises:
             TransportError: the client is closed.
         """
-        if self not in self._services.clients:
+        if self not in self.services.clients:
             raise TransportError(f"{self.service}: the client is closed")
-        number = self._calls.begin()
-        for server in tuple(self._services.servers):
+        number = self.calls.begin()
+        for server in tuple(self.services.servers):
             if self.matches(server):
                 server.deliver(self.gid + number.to_bytes(8, "big"), request)
         return number
@@ -94,21 +80,21 @@ class MemoryClient:
 
     def receive(self, number: int, response: bytes) -> None:
         """Deliver the first answer to a call."""
-        if self._calls.end(number):
-            self._deliver(number, response)
+        if self.calls.end(number):
+            self.deliver(number, response)
 
     def close(self) -> None:
         """Leave the service; a second time does nothing."""
-        if self in self._services.clients:
-            self._services.clients.remove(self)
+        if self in self.services.clients:
+            self.services.clients.remove(self)
 
 
+@dataclass(slots=True)
 class MemoryServices:
-    """Who offers and calls services."""
+    """Servers and clients of all services."""
 
-    def __init__(self) -> None:
-        self.servers: list[MemoryServer] = []
-        self.clients: list[MemoryClient] = []
+    servers: list[MemoryServer] = field(default_factory=list)
+    clients: list[MemoryClient] = field(default_factory=list)
 
     def known(self) -> set[tuple[str, str]]:
         """Names and types."""

@@ -17,7 +17,7 @@ from graphengine.diagnostics import Findings, did_you_mean, listing, shown
 from graphengine.document import Value
 from graphengine.ros.definitions import DEFINITIONS, Definitions, dtype_of
 from graphengine.ros.faults import find_fault
-from graphengine.ros.interfaces import Description, named, signed_byte
+from graphengine.ros.interfaces import TEXTS, Description, named, signed_byte
 
 HEADER = "std_msgs/msg/Header"
 TIME = "builtin_interfaces/msg/Time"
@@ -112,13 +112,13 @@ class _Reader:
             raise self._refused("G108", f"{place} is a list; got {shown(given.data)}", given)
         element = kind[1][0]
         values = [self.read(value, element, f"{place}[{index}]") for index, value in enumerate(given.data)]
-        if element[0] == Nodetype.BASE and element[1][0] != "string":
+        if element[0] == Nodetype.BASE and element[1][0] not in TEXTS:
             return np.array(values, dtype_of(element[1][0]))
         return values
 
     def _scalar(self, given: Value, kind: Description, place: str) -> Any:
         data, name = given.data, kind[1][0]
-        if name == "string" and isinstance(data, bool | int | float):
+        if name in TEXTS and isinstance(data, bool | int | float):
             return _as_written(given)
         if name == "bool":
             data = True if data in _YES or data == 1 else False if data in _NO or data == 0 else data
@@ -128,7 +128,7 @@ class _Reader:
             data = int(data)
         elif name == "byte" and isinstance(data, int) and 127 < data < 256:
             data = signed_byte(data)
-        wanted = {"string": str, "bool": bool, "float32": float, "float64": float}.get(name, int)
+        wanted = {**dict.fromkeys(TEXTS, str), "bool": bool, "float32": float, "float64": float}.get(name, int)
         if not isinstance(data, wanted) or (isinstance(data, bool) and wanted is not bool):
             raise self._refused("G108", f"{place} is of type {name}; got {shown(given.data)}", given)
         return data

@@ -13,7 +13,7 @@ from rosbags.interfaces import Nodetype
 
 from graphengine.diagnostics import TransportError, did_you_mean, listing
 from graphengine.ros.definitions import DEFINITIONS, Definitions
-from graphengine.ros.interfaces import SCALARS, Description, element_of, named
+from graphengine.ros.interfaces import SCALARS, TEXTS, Description, element_of, named
 
 _IDL_NAMES = {"bool": "boolean", "byte": "octet", "char": "uint8", "float32": "float", "float64": "double"}
 """Names of types where ROS's own tools show those of IDL."""
@@ -135,7 +135,7 @@ def to_expression(part: Part) -> str:
 def to_plain_text(part: Part) -> str:
     """What a field holds as `ros2 topic echo --field` prints it, which shows Python's own forms of all but messages."""
     sequence = part.kind[0] == Nodetype.SEQUENCE
-    if part.scalar in ("", "byte") or (sequence and part.scalar in ("bool", "string")):
+    if part.scalar in ("", "byte") or (sequence and part.scalar in ("bool", *TEXTS)):
         return to_expression(part)
     if sequence:
         return str(array.array(SCALARS[part.scalar].removeprefix("<"), part.value.tolist()))
@@ -177,7 +177,7 @@ def _scalar(part: Part, style: Style) -> Any:
     """A value that is no array, as rclpy has it."""
     if part.scalar == "byte":
         return _octet(part.value)
-    return _text(part.value, style) if part.scalar == "string" else part.value
+    return _text(part.value, style) if part.scalar in TEXTS else part.value
 
 
 def _text(text: str, style: Style) -> str:

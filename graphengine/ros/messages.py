@@ -11,97 +11,43 @@ import io
 from typing import Any
 
 from rosbags.interfaces import Nodetype
-from rosbags.typesys.stores.ros2_jazzy import builtin_interfaces__msg__Duration as Duration
-from rosbags.typesys.stores.ros2_jazzy import builtin_interfaces__msg__Time as Time
-from rosbags.typesys.stores.ros2_jazzy import geometry_msgs__msg__Point as Point
-from rosbags.typesys.stores.ros2_jazzy import geometry_msgs__msg__Pose as Pose
-from rosbags.typesys.stores.ros2_jazzy import geometry_msgs__msg__PoseStamped as PoseStamped
-from rosbags.typesys.stores.ros2_jazzy import geometry_msgs__msg__PoseWithCovariance as PoseWithCovariance
-from rosbags.typesys.stores.ros2_jazzy import geometry_msgs__msg__Quaternion as Quaternion
-from rosbags.typesys.stores.ros2_jazzy import geometry_msgs__msg__Transform as Transform
-from rosbags.typesys.stores.ros2_jazzy import geometry_msgs__msg__TransformStamped as TransformStamped
-from rosbags.typesys.stores.ros2_jazzy import geometry_msgs__msg__Twist as Twist
-from rosbags.typesys.stores.ros2_jazzy import geometry_msgs__msg__TwistStamped as TwistStamped
-from rosbags.typesys.stores.ros2_jazzy import geometry_msgs__msg__TwistWithCovariance as TwistWithCovariance
-from rosbags.typesys.stores.ros2_jazzy import geometry_msgs__msg__Vector3 as Vector3
-from rosbags.typesys.stores.ros2_jazzy import nav_msgs__msg__OccupancyGrid as OccupancyGrid
-from rosbags.typesys.stores.ros2_jazzy import nav_msgs__msg__Odometry as Odometry
-from rosbags.typesys.stores.ros2_jazzy import nav_msgs__msg__Path as Path
-from rosbags.typesys.stores.ros2_jazzy import rcl_interfaces__msg__Log as Log
-from rosbags.typesys.stores.ros2_jazzy import rmw_dds_common__msg__Gid as Gid
-from rosbags.typesys.stores.ros2_jazzy import rmw_dds_common__msg__NodeEntitiesInfo as NodeEntitiesInfo
-from rosbags.typesys.stores.ros2_jazzy import rmw_dds_common__msg__ParticipantEntitiesInfo as ParticipantEntitiesInfo
-from rosbags.typesys.stores.ros2_jazzy import rosgraph_msgs__msg__Clock as Clock
-from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__CameraInfo as CameraInfo
-from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__CompressedImage as CompressedImage
-from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__Image as Image
-from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__Imu as Imu
-from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__JointState as JointState
-from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__LaserScan as LaserScan
-from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__PointCloud2 as PointCloud2
-from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__PointField as PointField
-from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__RegionOfInterest as RegionOfInterest
-from rosbags.typesys.stores.ros2_jazzy import std_msgs__msg__Bool as Bool
-from rosbags.typesys.stores.ros2_jazzy import std_msgs__msg__Float64 as Float64
-from rosbags.typesys.stores.ros2_jazzy import std_msgs__msg__Header as Header
-from rosbags.typesys.stores.ros2_jazzy import std_msgs__msg__String as String
-from rosbags.typesys.stores.ros2_jazzy import tf2_msgs__msg__TFMessage as TFMessage
+from rosbags.typesys.stores import ros2_jazzy
 
 from graphengine.diagnostics import TransportError
-from graphengine.ros.definitions import DEFINITIONS, Definitions
+from graphengine.ros.definitions import DEFINITIONS as DEFINITIONS
+from graphengine.ros.definitions import Definitions as Definitions
 from graphengine.ros.faults import find_fault
-from graphengine.ros.interfaces import MessageTypeError
+from graphengine.ros.interfaces import MessageTypeError as MessageTypeError
 
-__all__ = [
-    "DEFINITIONS",
-    "Definitions",
-    "MessageError",
-    "MessageTypeError",
-    "check",
-    "decode",
-    "encode",
-    "header",
-    "message_class",
-    "message_type",
-    "seconds",
-    "stamp",
-    "type_hash",
-    "Bool",
-    "CameraInfo",
-    "Clock",
-    "CompressedImage",
-    "Duration",
-    "Float64",
-    "Gid",
-    "Header",
-    "Image",
-    "Imu",
-    "JointState",
-    "LaserScan",
-    "Log",
-    "NodeEntitiesInfo",
-    "OccupancyGrid",
-    "Odometry",
-    "ParticipantEntitiesInfo",
-    "Path",
-    "Point",
-    "PointCloud2",
-    "PointField",
-    "Pose",
-    "PoseStamped",
-    "PoseWithCovariance",
-    "Quaternion",
-    "RegionOfInterest",
-    "String",
-    "TFMessage",
-    "Time",
-    "Transform",
-    "TransformStamped",
-    "Twist",
-    "TwistStamped",
-    "TwistWithCovariance",
-    "Vector3",
-]
+Time = ros2_jazzy.builtin_interfaces__msg__Time
+Point = ros2_jazzy.geometry_msgs__msg__Point
+Pose = ros2_jazzy.geometry_msgs__msg__Pose
+PoseWithCovariance = ros2_jazzy.geometry_msgs__msg__PoseWithCovariance
+Quaternion = ros2_jazzy.geometry_msgs__msg__Quaternion
+Transform = ros2_jazzy.geometry_msgs__msg__Transform
+TransformStamped = ros2_jazzy.geometry_msgs__msg__TransformStamped
+Twist = ros2_jazzy.geometry_msgs__msg__Twist
+TwistStamped = ros2_jazzy.geometry_msgs__msg__TwistStamped
+TwistWithCovariance = ros2_jazzy.geometry_msgs__msg__TwistWithCovariance
+Vector3 = ros2_jazzy.geometry_msgs__msg__Vector3
+Odometry = ros2_jazzy.nav_msgs__msg__Odometry
+Log = ros2_jazzy.rcl_interfaces__msg__Log
+Gid = ros2_jazzy.rmw_dds_common__msg__Gid
+NodeEntitiesInfo = ros2_jazzy.rmw_dds_common__msg__NodeEntitiesInfo
+ParticipantEntitiesInfo = ros2_jazzy.rmw_dds_common__msg__ParticipantEntitiesInfo
+Clock = ros2_jazzy.rosgraph_msgs__msg__Clock
+CameraInfo = ros2_jazzy.sensor_msgs__msg__CameraInfo
+CompressedImage = ros2_jazzy.sensor_msgs__msg__CompressedImage
+Image = ros2_jazzy.sensor_msgs__msg__Image
+Imu = ros2_jazzy.sensor_msgs__msg__Imu
+JointState = ros2_jazzy.sensor_msgs__msg__JointState
+LaserScan = ros2_jazzy.sensor_msgs__msg__LaserScan
+PointCloud2 = ros2_jazzy.sensor_msgs__msg__PointCloud2
+PointField = ros2_jazzy.sensor_msgs__msg__PointField
+RegionOfInterest = ros2_jazzy.sensor_msgs__msg__RegionOfInterest
+Header = ros2_jazzy.std_msgs__msg__Header
+String = ros2_jazzy.std_msgs__msg__String
+TFMessage = ros2_jazzy.tf2_msgs__msg__TFMessage
 
 _EARLIEST, _LATEST = -(2.0**31), 2.0**31
 """Seconds that a stamp can hold, the last one not included: it counts them in 32 bits."""

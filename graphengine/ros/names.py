@@ -6,24 +6,6 @@ import re
 from collections.abc import Iterable
 
 from graphengine.diagnostics import TopicError
-from graphengine.ros.qos import parse_qos
-
-__all__ = [
-    "MAX_NAMESPACE",
-    "MAX_NODE",
-    "MAX_TOPIC",
-    "check_namespace",
-    "check_node_name",
-    "check_topic",
-    "full_namespace",
-    "full_topic",
-    "join_namespaces",
-    "node_name",
-    "parse_qos",
-    "ros_name",
-    "service_topics",
-    "strip",
-]
 
 MAX_TOPIC = 247
 """DDS allows 255 characters, of which ROS 2 keeps 8 for its prefixes."""

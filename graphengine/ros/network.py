@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Protocol
 
 from graphengine.backend import EndpointClaim
 from graphengine.ros.definitions import DEFINITIONS, Definitions
-from graphengine.ros.graph import Direction
 from graphengine.ros.service_endpoints import LiveClient, LiveServer
 from graphengine.ros.topic_endpoints import LivePublisher, LiveSubscription
 from graphengine.ros.transport import Transport
@@ -74,7 +73,7 @@ class LiveNetwork:
         domain = self._domain(handle)
         if domain not in self._transports:
             self._transports[domain] = self._open_domain(domain)
-            self._watches[domain] = Watch(self._transports[domain], self.complain)
+            self._watches[domain] = Watch(self._transports[domain], self.complain, definitions=self.definitions)
         return self._transports[domain]
 
     def _domain(self, handle: int) -> int:
@@ -130,24 +129,25 @@ class LiveNetwork:
         self.look()
 
     def look(self) -> None:
-        """Tell what keeps the session and its peers apart, if it is time to; for runs that make no ticks too."""
+        """Report what keeps the session and its peers apart; for runs that make no ticks too."""
         for domain, watch in self._watches.items():
             watch.look(partial(self._ends, domain))
 
-    def _ends(self, domain: int) -> list[LivePublisher | LiveSubscription]:
+    def _ends(self, domain: int) -> Iterator[LivePublisher | LiveSubscription]:
+        """The ends in a domain, of those that there are now: the iterator may be used later, and by another thread."""
         ends: list[LivePublisher | LiveSubscription] = [*self.publishers, *self.subscriptions]
-        return [end for end in ends if self._domain(end.claim.ros_context) == domain]
+        return (end for end in ends if self._is_in(domain, end))
+
+    def _is_in(self, domain: int, end: LivePublisher | LiveSubscription) -> bool:
+        return self._domain(end.claim.ros_context) == domain
 
     def _follow(self) -> None:
-        """Look which types are published where a subscription has alternatives."""
-        choosing = [subscription for subscription in self.subscriptions if subscription.claim.alternatives]
-        topics: dict[int, set[tuple[str, Direction]]] = {}
-        for subscription in choosing:
-            topics.setdefault(subscription.claim.ros_context, set()).add((subscription.topic, "publish"))
-        graphs = {handle: self.transport(handle).graph(asked) for handle, asked in topics.items()}
-        for subscription in choosing:
-            publishers = graphs[subscription.claim.ros_context].publishers(subscription.topic)
-            subscription.follow({publisher.message_type for publisher in publishers})
+        """Let subscriptions with alternatives read the types that are published."""
+        for domain, watch in self._watches.items():
+            ends = [end for end in self.subscriptions if end.claim.alternatives and self._is_in(domain, end)]
+            published = watch.published({end.topic for end in ends}) if ends else {}
+            for end in ends:
+                end.follow(published.get(end.topic, ()))
 
     def flush(self) -> None:
         """End a tick: send what was published, in order."""
@@ -194,11 +194,11 @@ class LiveNetwork:
 
     def close(self) -> None:
         """Leave every domain."""
+        for watch in self._watches.values():
+            watch.close()
         for transport in self._transports.values():
             transport.close()
-        self._transports.clear()
-        self._watches.clear()
-        self.publishers.clear()
-        self.subscriptions.clear()
-        self._servers.clear()
-        self._clients.clear()
+        for kept in (self._transports, self._watches):
+            kept.clear()
+        for ends in (self.publishers, self.subscriptions, self._servers, self._clients):
+            ends.clear()

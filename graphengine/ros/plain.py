@@ -11,7 +11,7 @@ from rosbags.typesys.base import normalize_fieldname
 from graphengine.diagnostics import did_you_mean, listing, shown
 from graphengine.ros.definitions import DEFINITIONS, Definitions, dtype_of
 from graphengine.ros.faults import find_fault
-from graphengine.ros.interfaces import Description, signed_byte
+from graphengine.ros.interfaces import TEXTS, Description, signed_byte
 from graphengine.ros.messages import MessageError, message_type
 
 
@@ -75,7 +75,7 @@ def _made(value: Any, description: Description, place: str, definitions: Definit
             raise MessageError(f"{place}: expected a list, got {shown(value)}")
         element, _ = detail
         made = [_made(item, element, f"{place}[{i}]", definitions) for i, item in enumerate(value)]
-        if element[0] == Nodetype.BASE and element[1][0] != "string":
+        if element[0] == Nodetype.BASE and element[1][0] not in TEXTS:
             made = np.array(made, dtype_of(element[1][0]))
     fault = find_fault(made, description, place, definitions.fields)
     if fault:
@@ -85,7 +85,7 @@ def _made(value: Any, description: Description, place: str, definitions: Definit
 
 def _scalar(value: Any, name: str, place: str) -> Any:
     """A value of the Python type that encoders take for a kind of number or text."""
-    if name == "string":
+    if name in TEXTS:
         legal, what = isinstance(value, str), "text"
     elif name == "bool":
         legal, what = isinstance(value, bool), "true or false"

@@ -11,16 +11,18 @@ import threading
 import warnings
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any, get_args
 
 from graphengine.context import QoS
 from graphengine.diagnostics import TransportError
 from graphengine.ros import names, rosout
+from graphengine.ros.definitions import DEFINITIONS, Definitions
 from graphengine.ros.domain import Domain
 from graphengine.ros.graph import Direction, Graph, full_name
-from graphengine.ros.handing_over import HandingOver
 from graphengine.ros.interfaces import MessageTypeError
-from graphengine.ros.rcl_profiles import to_endpoint, to_profile
+from graphengine.ros.rcl_endpoints import RclReader, RclWriter
+from graphengine.ros.rcl_profiles import part_of_action, to_endpoint, to_profile
 from graphengine.ros.rcl_services import RclClient, RclServer
 
 _log = logging.getLogger(__name__)
@@ -41,59 +43,6 @@ def import_error() -> str | None:
     return None
 
 
-class RclWriter:
-    """A publisher of rclpy."""
-
-    dropped = 0
-    """rclpy does not tell."""
-
-    def __init__(self, topic: str, remove: Callable[[RclWriter], None]) -> None:
-        self.topic = topic
-        self.matched = False
-        self.publisher: Any = None
-        self._remove = remove
-
-    def count(self, event: Any) -> None:
-        """Note what rclpy tells of readers that come or go."""
-        self.matched = event.current_count > 0
-
-    def write(self, data: bytes) -> None:
-        """Send one message.
-
-        With rmw_cyclonedds_cpp and a history of keepAll this lasts until a reader that hangs is given up, which takes 10 s.
-
-        Raises:
-            TransportError: rclpy refuses it, or the writer is closed.
-        """
-        try:
-            self.publisher.publish(data)
-        except Exception as error:
-            raise TransportError(f"{self.topic}: {len(data)} bytes were not sent: {error}") from error
-
-    def close(self) -> None:
-        """Leave the topic; a second time does nothing."""
-        self._remove(self)
-
-
-class RclReader:
-    """A subscription of rclpy."""
-
-    def __init__(self, topic: str, deliver: Callable[[bytes], None], remove: Callable[[RclReader], None]) -> None:
-        self.topic = topic
-        self.subscription: Any = None
-        self._deliver = deliver
-        self._remove = remove
-        self._hand_over = HandingOver(topic)
-
-    def receive(self, data: bytes) -> None:
-        """Deliver one message."""
-        self._hand_over(self._deliver, data)
-
-    def close(self) -> None:
-        """Leave the topic; a second time does nothing."""
-        self._remove(self)
-
-
 class RclTransport:
     """A node of rclpy in a context of its own.
 
@@ -102,6 +51,7 @@ class RclTransport:
         node_name: what `ros2 node list` shows.
         node_namespace: absolute; `/` for none.
         because: why this transport was chosen, for the description.
+        definitions: message types.
 
     Raises:
         TopicError: ROS 2 would refuse the node's name or namespace.
@@ -110,9 +60,15 @@ class RclTransport:
 
     source = b""
     """GID of a message's writer, which rclpy does not tell."""
-    malformed: Mapping[str, int] = {}  # rclpy delivers what comes
 
-    def __init__(self, domain: Domain, node_name: str, node_namespace: str = "/", because: str = "") -> None:
+    def __init__(
+        self,
+        domain: Domain,
+        node_name: str,
+        node_namespace: str = "/",
+        because: str = "",
+        definitions: Definitions = DEFINITIONS,
+    ) -> None:
         names.check_node_name(node_name)
         names.check_namespace(node_namespace)
         missing = import_error()
@@ -122,12 +78,15 @@ class RclTransport:
         from rclpy.executors import SingleThreadedExecutor
         from rclpy.node import Node
 
+        self._definitions = definitions
         self._name = node_name
         self._namespace = node_namespace
         self.node = full_name(node_namespace, node_name)
         self._lock = threading.RLock()
         self._closed = False
         self._endpoints: list[RclWriter | RclReader] = []
+        self._mistyped = Counter[str]()
+        """Messages that readers which are closed dropped."""
         self._services: list[RclServer | RclClient] = []
         self._context = rclpy.Context()
         try:
@@ -179,7 +138,7 @@ class RclTransport:
         """
         from rclpy.event_handler import SubscriptionEventCallbacks
 
-        reader = RclReader(topic, deliver, self._remove)
+        reader = RclReader(topic, partial(self._fits, message_type), deliver, self._remove)
         with self._opening(topic, message_type, "get_message") as message:
             reader.subscription = self._node.create_subscription(
                 message,
@@ -221,9 +180,11 @@ class RclTransport:
     @property
     def foreign_services(self) -> Mapping[str, str]:
         """Services with a peer on another RMW, and what to tell people about each."""
-        with self._lock:
-            told = [] if self._closed else [(end.service, end.warning(self._node)) for end in self._services]
-        return {service: warning for service, warning in told if warning}
+        found = {}
+        for end in tuple(self._services):
+            with self._lock:
+                found[end.service] = "" if self._closed else end.warning(self._node)
+        return {service: warning for service, warning in found.items() if warning}
 
     @property
     def rival_services(self) -> Sequence[str]:
@@ -233,25 +194,36 @@ class RclTransport:
             told = {} if self._closed else {service: self._node.count_services(service) for service in own}
             return [service for service, number in told.items() if number > own[service]]
 
+    @property
+    def malformed(self) -> Mapping[str, int]:
+        """By topic, how many messages were dropped while a publisher had another definition of the topic's type."""
+        counts = Counter(self._mistyped)
+        for end in tuple(self._endpoints):
+            counts[end.topic] += end.malformed if isinstance(end, RclReader) else 0
+        return +counts
+
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> Graph:
         """Who writes and reads which topic, as far as it is known; it is the faster the less is asked for.
 
         Raises:
             TransportError: the transport is closed.
         """
-        with self._lock:
-            if self._closed:
-                raise TransportError("the transport is closed")
-            services: list[tuple[str, list[str]]] = []
-            if asked is None:
+        services: list[tuple[str, list[str]]] = []
+        if asked is None:
+            with self._lock:
+                self._admit()
                 services = self._node.get_service_names_and_types()
                 topics = [topic for topic, _ in self._node.get_topic_names_and_types()]
-                asked = [(topic, direction) for topic in topics for direction in get_args(Direction)]
-            ask = {
-                "publish": self._node.get_publishers_info_by_topic,
-                "subscribe": self._node.get_subscriptions_info_by_topic,
-            }
-            found = [to_endpoint(topic, info) for topic, direction in asked for info in ask[direction](topic)]
+            asked = [(topic, direction) for topic in topics for direction in get_args(Direction)]
+        ask = {
+            "publish": self._node.get_publishers_info_by_topic,
+            "subscribe": self._node.get_subscriptions_info_by_topic,
+        }
+        found = []
+        for topic, direction in asked:
+            with self._lock:  # not for all of them, as other threads wait for it
+                self._admit()
+                found += [to_endpoint(topic, info) for info in ask[direction](topic)]
         known = [(name, kind) for name, kinds in services for kind in kinds]
         return Graph(found, named=all(end.node for end in found), services=known)
 
@@ -280,6 +252,20 @@ class RclTransport:
             if isinstance(endpoint, RclWriter):
                 endpoint.matched = False
 
+    def _fits(self, message_type: str, reader: RclReader) -> bool:
+        """Whether all publishers of a reader's topic have the definition here, as far as they announce theirs."""
+        number = self._node.count_publishers(reader.topic)
+        if number != reader.publishers:
+            found = self._node.get_publishers_info_by_topic(reader.topic)
+            hashes = {str(info.topic_type_hash) for info in found if info.topic_type == message_type}
+            reader.agrees = all(self._definitions.agrees(message_type, type_hash) for type_hash in hashes)
+            reader.publishers = number
+        return reader.agrees
+
+    def _admit(self) -> None:
+        if self._closed:
+            raise TransportError("the transport is closed")
+
     @contextlib.contextmanager
     def _opening(self, topic: str, message_type: str, find: str) -> Iterator[Any]:
         """The class of a type, which a function of rosidl_runtime_py finds."""
@@ -289,7 +275,7 @@ class RclTransport:
             if self._closed:
                 raise TransportError(f"{topic}: the transport is closed")
             try:
-                message = _part_of_action(message_type) or getattr(utilities, find)(message_type)
+                message = part_of_action(message_type) or getattr(utilities, find)(message_type)
             except (AttributeError, ImportError, RuntimeError, ValueError) as error:
                 remedy = "build its package and source the workspace, or use --transport dds"
                 what = f"{topic} cannot be opened with {message_type}: {error}"
@@ -308,6 +294,7 @@ class RclTransport:
                 endpoint.matched = False
                 self._node.destroy_publisher(endpoint.publisher)
             else:
+                self._mistyped[endpoint.topic] += endpoint.malformed
                 self._node.destroy_subscription(endpoint.subscription)
                 self._wait_for_executor()
 
@@ -361,21 +348,3 @@ def discovery(domain: Domain) -> Iterator[None]:
                     del os.environ[name]
                 else:
                     os.environ[name] = value
-
-
-_PARTS_OF_ACTIONS = {
-    "SendGoal": "SendGoalService",
-    "GetResult": "GetResultService",
-    "FeedbackMessage": "FeedbackMessage",
-}
-"""Where the class of an action keeps the services and the message that it consists of."""
-
-
-def _part_of_action(message_type: str) -> Any | None:
-    """The class of a service or message that an action consists of; None for what is no such part."""
-    from rosidl_runtime_py import utilities
-
-    action, _, part = message_type.rpartition("_")
-    if "/action/" not in message_type or part not in _PARTS_OF_ACTIONS:
-        return None
-    return getattr(utilities.get_action(action).Impl, _PARTS_OF_ACTIONS[part])

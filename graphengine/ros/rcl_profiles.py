@@ -1,4 +1,4 @@
-"""Quality of service and endpoints, as rclpy has them and as we do."""
+"""Quality of service, endpoints and parts of actions, as rclpy has them and as we do."""
 
 from __future__ import annotations
 
@@ -83,3 +83,21 @@ def _seconds(time: Any) -> float:
     from rclpy.duration import Infinite
 
     return 0.0 if time == Infinite else time.nanoseconds / 1e9
+
+
+_PARTS_OF_ACTIONS = {
+    "SendGoal": "SendGoalService",
+    "GetResult": "GetResultService",
+    "FeedbackMessage": "FeedbackMessage",
+}
+"""Where the class of an action keeps the services and the message that it consists of."""
+
+
+def part_of_action(message_type: str) -> Any | None:
+    """The class of a service or message that an action consists of; None for other types."""
+    from rosidl_runtime_py import utilities
+
+    action, _, part = message_type.rpartition("_")
+    if "/action/" not in message_type or part not in _PARTS_OF_ACTIONS:
+        return None
+    return getattr(utilities.get_action(action).Impl, _PARTS_OF_ACTIONS[part])

@@ -54,7 +54,7 @@ def open_transport(
         missing = import_error() if kind == "auto" else None
         if missing is None:
             because = "chosen because rclpy is installed" if kind == "auto" else ""
-            return RclTransport(domain, node_name, node_namespace, because)
+            return RclTransport(domain, node_name, node_namespace, because, definitions or DEFINITIONS)
         reasons.append(f"chosen because rclpy cannot be imported ({missing})")
     from graphengine.ros.dds import DdsTransport
 

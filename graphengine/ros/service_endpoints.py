@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 EVENTS = "/_service_event"
 """What follows a service's name in the topic of its events."""
 MAX_OPEN = 1000
-"""Requests that wait for a server's graph, or calls that wait for an answer."""
+"""Requests that wait for a server's graph, or calls that wait for an answer; more where the queue is longer."""
 PATIENCE = 300
 """Ticks for which calls wait for a server before that is told."""
 GID, IDENTITY = 16, 24
@@ -48,6 +48,7 @@ class _Endpoint:
         self._network = network
         self._hears, self._says = (f"{claim.message_type}_{part}" for part in (hears, says))
         self._told: set[str] = set()
+        self._most = max(MAX_OPEN, claim.qos.depth)
 
     def follow(self, published: Collection[str]) -> None:
         """A service has one type."""
@@ -126,7 +127,7 @@ class LiveServer(_Endpoint):
 
     def _receive(self, request_id: bytes, data: bytes) -> None:
         """Take one request from the transport's thread."""
-        if len(self._arrived) < MAX_OPEN:
+        if len(self._arrived) < self._most:
             self._arrived.append((request_id, data))
         else:
             self._refused += 1
@@ -141,14 +142,14 @@ class LiveServer(_Endpoint):
         events: list[bytes] = []
         for _ in range(len(self._arrived)):
             request_id, data = self._arrived.popleft()
-            if len(self._visible) >= MAX_OPEN:
+            if len(self._visible) >= self._most:
                 self._refused += 1
             elif (request := self._decode(data)) is not None:
                 self._visible.append((request_id, request))
                 if self._network.sinks:
                     events.append(self._event(_REQUEST_RECEIVED, _identity(request_id), "request", request))
         if self._refused:
-            self._tell(f"more than {MAX_OPEN} requests wait for the graph; those beyond are not answered")
+            self._tell(f"more than {self._most} requests wait for the graph; those beyond are not answered")
         return events
 
     def take(self) -> Sequence[tuple[bytes, Any]]:
@@ -156,7 +157,7 @@ class LiveServer(_Endpoint):
         taken = tuple(self._visible)
         self._visible.clear()
         self._open |= dict.fromkeys(request_id for request_id, _ in taken)
-        while len(self._open) > MAX_OPEN:
+        while len(self._open) > self._most:
             del self._open[next(iter(self._open))]
         return taken
 
@@ -251,9 +252,9 @@ class LiveClient(_Endpoint):
         data = self._encode(request)
         self._calls += 1
         self._open[self._calls] = None
-        if len(self._open) > MAX_OPEN:
+        if len(self._open) > self._most:
             del self._open[next(iter(self._open))]
-            self._tell(f"more than {MAX_OPEN} calls were not answered; the oldest are given up")
+            self._tell(f"more than {self._most} calls were not answered; the oldest are given up")
         self._network.outbox.append((partial(self._send, self._calls), data))
         return self._calls
 
@@ -269,7 +270,7 @@ class LiveClient(_Endpoint):
         while self._waiting and self._client.ready:
             number, data = self._waiting.popleft()
             self._numbers[self._client.call(data)] = number
-            if len(self._numbers) > MAX_OPEN:
+            if len(self._numbers) > self._most:
                 del self._numbers[next(iter(self._numbers))]
 
     def end_tick(self) -> None:

@@ -193,7 +193,7 @@ class Encoder:
         if self._template is not None:
             try:
                 data = self._template.encode(message)
-            except (AttributeError, IndexError, TypeError, ValueError, struct.error):
+            except (AttributeError, IndexError, OverflowError, TypeError, ValueError, struct.error):
                 data = None  # the general way tells what is wrong
             if data is not None:
                 return data

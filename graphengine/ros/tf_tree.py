@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from graphengine.ros.rates import SECOND
+from graphengine.wording import printable
 
 MAX_EDGES = 5000
 """Frames within others that are taken in; drawing a chain of so many takes 100 MB."""
@@ -87,8 +88,9 @@ class FrameTree:
         """Take a `tf2_msgs/msg/TFMessage`, and the GID of who sent it; edges beyond `MAX_EDGES` are left out."""
         for transform in message.transforms:
             # tf2 takes names with and without a slash in front for the same frame.
-            parent = transform.header.frame_id.removeprefix("/")
-            child = transform.child_frame_id.removeprefix("/")
+            parent, child = (
+                printable(frame.removeprefix("/")) for frame in (transform.header.frame_id, transform.child_frame_id)
+            )
             edge = self._edges.get((child, parent))
             if len(self._edges) + len(self._refused) >= MAX_EDGES and edge is None:
                 self._full = True

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from graphengine.diagnostics import NodeError
+from graphengine.diagnostics import BadValueError, NodeError
 from graphengine.engine.executor import Executor
 from graphengine.engine.graph import visible
 from graphengine.engine.plan import Plan
@@ -14,7 +14,7 @@ from graphengine.running.graph_variable import GraphVariable
 from graphengine.running.node_context.context import NodeContext
 from graphengine.running.node_context.services import Services
 from graphengine.running.simulation_clock import SimulationClock
-from graphengine.stage import at_or_below
+from graphengine.stage import Prim, at_or_below
 
 
 class GraphContexts:
@@ -62,6 +62,11 @@ class GraphContexts:
                 return context.prim_path
         return None
 
+    def asked(self) -> Iterator[tuple[int, str, Prim]]:
+        """The prims that nodes were handed something of: number of the node, the path that it gave, and the prim."""
+        for index, context in self._contexts.items():
+            yield from ((index, path, prim) for path, prim in context.asked.items())
+
     def close(self) -> None:
         """Close everything that was handed out; random numbers begin anew for whoever has a node's path next."""
         for context in self._contexts.values():
@@ -97,7 +102,21 @@ class GraphRun:
 def make_graph_run(
     plan: Plan, services: Services, clock: SimulationClock, fault: Callable[[NodeError], None] | None = None
 ) -> GraphRun:
-    """A graph over services, not set up yet; `fault` hears of nodes that raise, else the run stops."""
+    """Make the run of a graph, not set up yet; `fault` receives the faults of nodes, else the first one ends the run."""
+    graph, dropped = plan.graph, services.dropped
+
+    def drop(index: int, error: BadValueError) -> None:
+        instance = graph.instances[index]
+        node = f"{graph.prim_path}/{instance.id}"
+        if dropped is not None and dropped.add(node, clock.frame):
+            before = dropped.ticks[node] - 1
+            others = f", as in {before} of the ticks before" if before else ""
+            what, *more = str(error).split("\n")
+            where = f"{instance.span}: {instance.cls.type_name} in graph {graph.name}"
+            services.warn(node, "\n  ".join([f"{what}; dropped at tick {clock.frame}{others}", where, *more]))
+
     variables = {name: GraphVariable(default) for name, default in plan.graph.variables.items()}
     contexts = GraphContexts(plan, services, clock, variables)
-    return GraphRun(Executor(plan, contexts, lambda: (clock.frame, clock.time), fault), variables, contexts)
+    dropping = drop if dropped is not None else None
+    executor = Executor(plan, contexts, lambda: (clock.frame, clock.time), fault, dropping)
+    return GraphRun(executor, variables, contexts)

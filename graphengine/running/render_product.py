@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from operator import attrgetter
+from typing import Any
 
 from graphengine.context import Camera, Picture
 
@@ -13,7 +15,7 @@ class RenderProduct:
     """What a sensor's pictures are taken for."""
 
     prim: str
-    """Path of the camera or lidar."""
+    """Path of the camera or lidar; empty for a viewport that shows no camera yet."""
     size: tuple[int, int]
     """Width and height of a camera's pictures, pixels."""
     camera: ProductCamera | None = None
@@ -23,6 +25,10 @@ class RenderProduct:
         """Show what it was made for."""
         if self.camera is not None:
             self.camera.show(self.camera.own)
+
+
+def _of_source(name: str) -> Any:
+    return property(attrgetter(f"source.{name}"))
 
 
 class ProductCamera:
@@ -37,50 +43,24 @@ class ProductCamera:
         """Be that camera from here on."""
         self.source = source
 
-    @property
-    def prim_path(self) -> str:
-        """Path of the camera's prim."""
-        return self.source.prim_path
-
-    @property
-    def rate(self) -> float:
-        """Pictures a second."""
-        return self.source.rate
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """Width and height, pixels."""
-        return self.source.size
-
-    @property
-    def intrinsics(self) -> tuple[float, float, float, float]:
-        """fx, fy, cx, cy in pixels."""
-        return self.source.intrinsics
-
-    @property
-    def clip(self) -> tuple[float, float]:
-        """Nearest and farthest distance seen, m."""
-        return self.source.clip
-
-    @property
-    def latency(self) -> int:
-        """Ticks from capture to delivery."""
-        return self.source.latency
-
-    @property
-    def labels(self) -> Mapping[int, str]:
-        """Prim path of each number of a segmentation."""
-        return self.source.labels
-
-    @property
-    def due(self) -> bool:
-        """Whether a new sample falls into this tick."""
-        return self.source.due
-
-    @property
-    def index(self) -> int:
-        """Number of the newest sample since play."""
-        return self.source.index
+    prim_path: str = _of_source("prim_path")
+    """Path of the camera's prim."""
+    rate: float = _of_source("rate")
+    """Pictures a second."""
+    size: tuple[int, int] = _of_source("size")
+    """Width and height, pixels."""
+    intrinsics: tuple[float, float, float, float] = _of_source("intrinsics")
+    """fx, fy, cx, cy in pixels."""
+    clip: tuple[float, float] = _of_source("clip")
+    """Nearest and farthest distance seen, m."""
+    latency: int = _of_source("latency")
+    """Ticks from capture to delivery."""
+    labels: Mapping[int, str] = _of_source("labels")
+    """Prim path of each number of a segmentation."""
+    due: bool = _of_source("due")
+    """Whether a new sample falls into this tick."""
+    index: int = _of_source("index")
+    """Number of the newest sample since play."""
 
     def request(self, *, segmentation: bool = False) -> None:
         """Capture this tick's sample if one is due."""

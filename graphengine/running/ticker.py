@@ -34,6 +34,7 @@ class Ticker:
         """Ticks that ran; those before a stop count too."""
         self.running = False
         """Whether nodes are being run."""
+        self._clamped: set[str] = set()
         self._services = services
         self._clock = clock
         self._step_clock = step_clock
@@ -71,6 +72,7 @@ class Ticker:
                 executor.run_pass()
             for executor in self._on_tick:
                 executor.run_latent()
+            self._warn_of_clamped()
             services.network.flush()
             inbox.end_tick()
         except GraphError as error:
@@ -81,6 +83,15 @@ class Ticker:
             raise
         finally:
             self.running = False
+
+    def _warn_of_clamped(self) -> None:
+        """Warn once of each joint that was commanded beyond its limits."""
+        clamped = self._services.world.clamped_commands
+        if len(clamped) != len(self._clamped):
+            for command in [command for command in clamped if command not in self._clamped]:
+                self._clamped.add(command)
+                advice = "a joint that exerts more needs <limit effort=...> in its description"
+                self._services.warn("", f"commands are clamped: {command}\n  {advice}")
 
     def _freeze(self, inbox: Inbox) -> None:
         """What has arrived before a tick is what the tick sees."""

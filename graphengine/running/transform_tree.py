@@ -1,8 +1,9 @@
 """How target prims become edges of a TF tree, and what the frames are called.
 
 Rules of IsaacComputeTransformTree: a prim that stands for a robot gives every link, parents by kinematics; any other prim gives
-one edge. A frame is called by `isaac:nameOverride`, else by the last element of its path; of prims that want one name the one
-with the longest path keeps it.
+one edge. A parent that is among the targets gives an edge from itself to itself, unless the robot as a whole is the target.
+ROS2PublishTransformTree has no such edge for links and bodies. A frame is called by `isaac:nameOverride`, else by the last
+element of its path; of prims that want one name the one with the longest path keeps it.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from graphengine.stage import IDENTITY, ORIGIN, Prim, Stage
 
 
 def expand(
-    stage: Stage, targets: Sequence[Prim], parent: Prim | None, frame: Callable[[Prim], Frame]
+    stage: Stage, targets: Sequence[Prim], parent: Prim | None, frame: Callable[[Prim], Frame], *, loops: bool = True
 ) -> list[FrameLink]:
     """Edges for target prims, in order of targets and links.
 
@@ -25,13 +26,17 @@ def expand(
         targets: what to expand.
         parent: prim of the parent frame; None for `world`.
         frame: handle of a prim's pose.
+        loops: whether links and bodies can have edges from themselves to themselves.
     """
     edges: dict[Prim, Prim | None] = {}
     for target in targets:
         robot = stage.stands_for_robot(target)
         if robot is None or target.kind not in ("robot", "link"):
-            edges.setdefault(target, parent)
+            if loops or target is not parent or target.kind not in ("link", "body"):
+                edges.setdefault(target, parent)
             continue
+        if loops and target is parent and target.path == robot.facts.get("articulation_root"):
+            edges.setdefault(target, parent)
         for link in robot.descendants():
             if link.kind == "link" and link is not parent:
                 above = next((p for p in link.ancestors() if p is not link and p.kind == "link"), None)

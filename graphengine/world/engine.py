@@ -6,10 +6,17 @@ where `Simulation` looks.
 
 from __future__ import annotations
 
-import mujoco as mujoco  # the name is exported
+import os
+
 import numpy as np
 
-from graphengine.diagnostics import PhysicsError
+from graphengine.diagnostics import PhysicsError, UsageError
+
+try:
+    import mujoco as mujoco  # the name is exported
+except RuntimeError as error:  # of the only setting that is read on import
+    remedy = "unset it; pictures here are drawn by EGL or OSMesa, whatever it says"
+    raise UsageError(f"MUJOCO_GL={os.environ.get('MUJOCO_GL')}: MuJoCo knows no such value\n  {remedy}") from error
 
 REFUSALS = (ValueError, RuntimeError, MemoryError, mujoco.FatalError, mujoco.UnexpectedError)
 """What MuJoCo raises of a model that it cannot read, build or find memory for."""

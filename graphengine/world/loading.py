@@ -4,23 +4,27 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from pathlib import Path
 
 from graphengine.diagnostics import Findings, PhysicsError
 from graphengine.files import Files
-from graphengine.spec import SceneSpec
+from graphengine.spec import RobotUse, SceneSpec
 from graphengine.spec_reader import Loaded
 from graphengine.stage import PHYSICS_SCENE, Stage
+from graphengine.world.description.robot_file import read_robot
 from graphengine.world.files.references import Library
-from graphengine.world.model.fleet import placements
+from graphengine.world.model.fleet import Placement, placements
 from graphengine.world.model.prims import add_robot
-from graphengine.world.model.robot import Robot
+from graphengine.world.model.robot import Robot, load_robot
 from graphengine.world.model.scenery import Scenery, body_names
 from graphengine.world.model.world_model import world_spec
 from graphengine.world.model.world_prims import add_world
 from graphengine.world.physics.force_limits import tell_limits
+from graphengine.world.poses import NOWHERE
 from graphengine.world.sensors.rays import RaysChoice
 from graphengine.world.simulation import Simulation
 
+_FREE_PATH = "a robot's prim stands alone: nothing is there or below it, and nothing but scopes above it"
 SLOWEST = 0.1
 """Ticks a second below which a step is too long for any physics."""
 
@@ -40,6 +44,13 @@ class LoadedWorld:
     stage: Stage
     robots: dict[str, Robot]
     scenery: Scenery
+
+
+def load_robot_file(path: Path, files: Files, findings: Findings) -> Robot | None:
+    """A robot as a scene would have it that says nothing about it; errors are added to `findings`."""
+    file = read_robot(path, files, findings)
+    placement = Placement(path.stem, f"/{path.stem}", path.stem, RobotUse(use=str(path)), NOWHERE, None)
+    return load_robot(placement, file, files, findings) if file is not None else None
 
 
 def load_world(
@@ -75,7 +86,14 @@ def load_world(
     add_world(stage, model, robots)
     bodies = body_names(model)
     for robot in robots.values():
-        add_robot(stage, robot, bodies, findings)
+        taken = stage.obstacle(robot.prim_path)
+        if taken is None:
+            add_robot(stage, robot, bodies, findings)
+        else:
+            key = robot.placement.key
+            named = scene.document.key_span("robots", key)
+            span = scene.document.span("robots", key, "at") if robot.placement.use.at else named
+            findings.add("S105", f"{robot.prim_path} is taken: {taken.path} is a {taken.kind}", span, _FREE_PATH)
     if PHYSICS_SCENE not in stage:  # a robot may have that name
         stage.add(PHYSICS_SCENE, "scope")
     if len(findings.errors) > before:
@@ -89,6 +107,24 @@ def load_world(
         findings.add("S106", message, scene.document.key_span("settle" if settle else "world"), *remedy)
         return None
     tell_limits(simulation.limits, robots, findings)
+    _tell_touching(simulation, robots, scene, findings)
     if settle and simulation.settled_after is None:
         findings.add("N103", "not at rest after 5 s; t = 0 begins as it is", scene.document.key_span("settle"))
     return LoadedWorld(simulation, stage, robots, scenery)
+
+
+def _tell_touching(
+    simulation: Simulation, robots: dict[str, Robot], scene: Loaded[SceneSpec], findings: Findings
+) -> None:
+    """Warn of robots that touch something but what carries them; once for all robots of one entry of the scene."""
+    touching = simulation.entities.touching()
+    told: dict[str, list[str]] = {}
+    for name, robot in robots.items():
+        if name in touching:
+            told.setdefault(robot.placement.key, []).append(name)
+    for key, names in told.items():
+        other = touching[names[0]]
+        more = f"; {len(names) - 1} more of its fleet touch something" if len(names) > 1 else ""
+        text = f"{names[0]} touches {other.other} at the start, {1000 * other.depth:.3g} mm deep{more}"
+        advice = "physics pushes the two apart; give the robot another position"
+        findings.add("W210", text, scene.document.key_span("robots", key), advice)

@@ -61,8 +61,13 @@ class Population:
             findings.add("G109", f"{name!r} is a fleet: robots are added one by one")
         elif not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
             findings.add("G109", f"{name!r} is not a name: letters, digits and '_', not beginning with a digit")
-        elif f"/{name}" in self._loaded.stage or name in {one.name for one in self._loaded.simulation.entities.all()}:
+        elif name in {one.name for one in self._loaded.simulation.entities.all()}:
             findings.add("S105", f"{name!r} is taken")
+        elif (taken := self._loaded.stage.obstacle(placement.prim_path)) is not None:
+            findings.add(
+                "S105",
+                f"{name!r} is taken: {taken.path} is a {taken.kind}, and the robot is to be at {placement.prim_path}",
+            )
         findings.raise_errors()
         return replace(placement, key="")
 

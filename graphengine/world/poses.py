@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 
-from graphengine.context import Quaternion
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.context import Quaternion, Vector3
 from graphengine.rotation import Pose, compose, from_rpy
 from graphengine.spec import Orientation
 from graphengine.stage import IDENTITY, ORIGIN, Prim
@@ -21,6 +24,18 @@ def from_orientation(orientation: Orientation) -> Quaternion:
     x, y, z, w = orientation.quaternion_xyzw
     length = math.hypot(x, y, z, w)
     return x / length, y / length, z / length, w / length
+
+
+def vector(values: NDArray[np.float64]) -> Vector3:
+    """Three numbers of MuJoCo's."""
+    x, y, z = values.tolist()
+    return x, y, z
+
+
+def pose_of(position: NDArray[np.float64], quaternion: NDArray[np.float64]) -> Pose:
+    """A pose of MuJoCo's, whose quaternions have the real part first."""
+    w, x, y, z = quaternion.tolist()
+    return vector(position), (x, y, z, w)
 
 
 def carrier(prim: Prim) -> tuple[str | None, Pose]:

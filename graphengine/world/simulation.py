@@ -85,6 +85,10 @@ class Simulation:
         """Whether a picture that is late is dropped, in place of being waited for."""
         self.dropped_pictures: dict[str, int] = {}
         """How many were since play, by prim path of the camera."""
+        self.clamps_commands = True
+        """Whether a command beyond what a joint can do is clamped, or set as it is."""
+        self.clamped_commands: dict[str, int] = {}
+        """Number of commands that were clamped, by kind, joint and limit."""
         self.studio = Studio(self)
         self._rays_choice = rays
         self._rays: Rays | None = None
@@ -216,7 +220,7 @@ class Simulation:
         for prim in self.stage.prims("joint"):
             robot, drive = self.stage.robot_of(prim), prim.facts["drive"]
             if robot is not None and drive is not None:
-                yield f"{robot.name}/{prim.facts['joint']}", drive
+                yield f"{robot.entity_name}/{prim.facts['joint']}", drive
 
     @property
     def time(self) -> float:

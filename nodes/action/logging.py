@@ -8,6 +8,7 @@ from typing import Any
 from graphengine.context import Context
 from graphengine.node import ExecIn, ExecOut, In, Node, State
 from graphengine.types import String, Token
+from nodes.checked import one_of
 
 _SEVERITIES = {"Verbose": "info", "Info": "info", "Warn": "warning", "Warning": "warning", "Error": "error"}
 
@@ -28,11 +29,9 @@ class TellingNode(Node):
         """Tell a text.
 
         Raises:
-            ValueError: there is no such level.
+            BadValueError: there is no such level.
         """
-        if level not in _SEVERITIES:
-            raise ValueError(f"logLevel is {level!r}; it is one of {', '.join(_SEVERITIES)}")
-        self.log(_SEVERITIES[level], text)
+        self.log(_SEVERITIES[one_of("logLevel", level, _SEVERITIES)], text)
 
 
 class LogMessage(TellingNode, type="omni.graph.action.LogMessage"):
@@ -46,7 +45,7 @@ class LogMessage(TellingNode, type="omni.graph.action.LogMessage"):
         """Tell it.
 
         Raises:
-            ValueError: there is no such level.
+            BadValueError: there is no such level.
         """
         self.tell(self.log_level, self.message)
 
@@ -63,6 +62,6 @@ class PrintText(TellingNode, type="omni.graph.ui_nodes.PrintText"):
         """Tell it.
 
         Raises:
-            ValueError: there is no such level.
+            BadValueError: there is no such level.
         """
         self.tell(self.log_level, self.text)

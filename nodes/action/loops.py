@@ -8,7 +8,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from graphengine.node import ExecIn, ExecOut, In, Node, Out, Pushes
+from graphengine.context import Context
+from graphengine.diagnostics import BadValueError
+from graphengine.node import ExecIn, ExecOut, In, Node, Out, Pushes, State
 from graphengine.types import ARRAYS, ELEMENTS, Int, Target, plain
 
 
@@ -25,22 +27,36 @@ class ForLoop(Node, type="omni.graph.action.ForLoop"):
     value: Int = Out(doc="start + step * index")
     finished = ExecOut()
 
+    breaks: bool = State()
+
+    def setup(self, context: Context) -> None:
+        """See whether the loop can end before it reaches stop."""
+        self.breaks = context.wires_into("break_loop") > 0
+
     def compute(self) -> Pushes:
         """Round by round.
 
         Raises:
-            ValueError: the step is 0.
+            BadValueError: the step is 0, or there are too many rounds.
         """
         if self.break_loop and not self.exec_in:
             return
         if not self.step:
-            raise ValueError("step is 0, so the loop has no end; give a positive or a negative number")
-        for index, value in enumerate(range(self.start, self.stop, self.step)):
+            raise BadValueError("step", self.step, "a positive or a negative number")
+        rounds = range(self.start, self.stop, self.step)
+        if len(rounds) > self.max_pushes and not self.breaks:
+            raise BadValueError("start, stop, step", rounds, f"{self.max_pushes} numbers or fewer")
+        for index, value in enumerate(rounds):
             self.index, self.value = index, value
             yield self.loop_body
             if self.break_loop:
                 break
         yield self.finished
+
+
+def _check_rounds(node: Node, port: str, elements: Any) -> None:
+    if len(elements) > node.max_pushes:
+        raise BadValueError(port, len(elements), f"of {node.max_pushes} elements or fewer")
 
 
 class ForEach(Node, type="omni.graph.action.ForEach"):
@@ -54,7 +70,12 @@ class ForEach(Node, type="omni.graph.action.ForEach"):
     finished = ExecOut()
 
     def compute(self) -> Pushes:
-        """Element by element."""
+        """Element by element.
+
+        Raises:
+            BadValueError: there are too many.
+        """
+        _check_rounds(self, "arrayIn", self.array_in)
         for index, element in enumerate(self.array_in):
             self.array_index = index
             self.element = plain(element)
@@ -73,7 +94,12 @@ class ForEachTarget(Node, type="omni.graph.action.ForEachTarget"):
     finished = ExecOut()
 
     def compute(self) -> Pushes:
-        """Prim by prim."""
+        """Prim by prim.
+
+        Raises:
+            BadValueError: there are too many.
+        """
+        _check_rounds(self, "targets", self.targets)
         for index, path in enumerate(self.targets):
             self.array_index, self.target = index, (path,)
             yield self.loop_body
@@ -93,11 +119,17 @@ class WhileLoop(Node, type="graphengine.action.WhileLoop"):
     finished = ExecOut()
 
     def compute(self) -> Pushes:
-        """Round by round."""
+        """Round by round.
+
+        Raises:
+            BadValueError: the condition does not become false.
+        """
         if self.break_loop and not self.exec_in:
             return
         self.index = rounds = 0
         while self.condition:
+            if rounds == self.max_pushes:
+                raise BadValueError("condition", True, f"false after {rounds} rounds at the latest")
             self.index = rounds
             yield self.loop_body
             if self.break_loop:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from graphengine.context import Clock, Context, Mailbox
+from graphengine.context import Context, Mailbox
 from graphengine.node import ExecOut, Fire, In, Node, State
 from graphengine.registry import lint
 from graphengine.running.mailbox import IMPULSE
 from graphengine.types import Token
+from nodes.clocked import ClockNode
 
 if TYPE_CHECKING:
     from graphengine.check import LintContext
@@ -50,25 +51,19 @@ def lint_events_that_never_come(context: LintContext) -> None:
         for instance in plan.graph.instances:
             node = instance.node
             if isinstance(node, OnStageEvent) and node.event_name not in STARTS + STOPS:
-                context.findings.add(
-                    "W101",
+                entry, message = (
+                    instance.entry,
                     f"{instance.id} never fires: {node.event_name!r} is an event of editors",
-                    instance.entry.span("inputs", "eventName"),
-                    "what comes is the start and the stop of a play, such as 'Simulation Start Play'",
-                    related=instance.entry.via,
                 )
+                remedy = "what comes is the start and the stop of a play, such as 'Simulation Start Play'"
+                place = entry.span("inputs", "eventName")
+                context.findings.add("W101", message, place, remedy, related=entry.via)
 
 
-class OnLoaded(Node, type="omni.graph.action.OnLoaded", gated=True):
+class OnLoaded(ClockNode, type="omni.graph.action.OnLoaded", gated=True):
     """Fires in the session's very first tick, and not again after a stop."""
 
     exec_out = ExecOut()
-
-    clock: Clock = State()
-
-    def setup(self, context: Context) -> None:
-        """Bind the clock."""
-        self.clock = context.clock
 
     def compute(self) -> Fire:
         """Compare the time of all plays with that of one tick."""

@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
-from graphengine.context import Clock, Context
 from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out, State
 from graphengine.types import Float, Int
+from nodes.checked import finite
+from nodes.clocked import ClockNode
 
 
-class Delay(Node, type="omni.graph.action.Delay"):
+class Delay(ClockNode, type="omni.graph.action.Delay"):
     """Fires in the first tick in which so much time has passed since it was last executed."""
 
     exec_in = ExecIn(doc="starts the wait anew where one is under way")
     duration: float = In(default=0.0, unit="s", doc="read when it is executed")
     finished = ExecOut()
 
-    clock: Clock = State()
     end: float = State(default=0.0)
 
-    def setup(self, context: Context) -> None:
-        """Bind the clock."""
-        self.clock = context.clock
-
     def compute(self) -> None:
-        """Begin to wait."""
-        self.end = self.clock.time + self.duration
+        """Begin to wait.
+
+        Raises:
+            BadValueError: the duration is not finite.
+        """
+        self.end = self.clock.time + finite("duration", self.duration)
         self.active = True
 
     def update(self) -> Fire:
@@ -35,7 +35,7 @@ class Delay(Node, type="omni.graph.action.Delay"):
         return self.finished
 
 
-class Timer(Node, type="omni.graph.nodes.Timer"):
+class Timer(ClockNode, type="omni.graph.nodes.Timer"):
     """Moves a value from a start to an end: fires updated at each tick on the way and at the end, finished in the tick after."""
 
     play = ExecIn(doc="begins, in the tick that follows; means nothing while the value moves")
@@ -46,13 +46,8 @@ class Timer(Node, type="omni.graph.nodes.Timer"):
     finished = ExecOut()
     value: float = Out(doc="on a straight line between both")
 
-    clock: Clock = State()
     start: float = State(default=0.0)
     arrived: bool = State(default=False)
-
-    def setup(self, context: Context) -> None:
-        """Bind the clock."""
-        self.clock = context.clock
 
     def compute(self) -> None:
         """Begin to move."""
@@ -61,10 +56,20 @@ class Timer(Node, type="omni.graph.nodes.Timer"):
             self.active = True
 
     def update(self) -> Fire:
-        """Move to where the value is in the tick that follows."""
+        """Move to where the value is in the tick that follows.
+
+        Raises:
+            BadValueError: the duration, the start or the end is not finite.
+        """
         if self.arrived:
             self.active = False
             return self.finished
+        for port, number in (
+            ("duration", self.duration),
+            ("startValue", self.start_value),
+            ("endValue", self.end_value),
+        ):
+            finite(port, number)
         passed = self.clock.time + self.clock.delta - self.start
         self.arrived = passed > self.duration - 1e-6 * self.clock.delta  # a sum of periods may be a little less
         way = self.end_value - self.start_value

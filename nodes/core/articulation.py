@@ -5,15 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from graphengine.context import Articulation, Context, JointSelection
+from graphengine.diagnostics import BadValueError, JointError
 from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
-from graphengine.types import (
-    Double3s,
-    Doubles,
-    Ints,
-    String,
-    Target,
-    Tokens,
-)
+from graphengine.types import Double3s, Doubles, Ints, String, Target, Tokens
 from nodes.touched import drives_of
 
 
@@ -47,16 +41,24 @@ class SelectedJointsNode(RobotNode):
 
     def select(self) -> JointSelection:
         """Bind the joints."""
-        self.selected = (self.joint_names, self.joint_indices)
         self.selection = self.articulation.select(self.joint_names, self.joint_indices.tolist())
+        self.selected = (self.joint_names, self.joint_indices)
         return self.selection
 
     def joints(self) -> JointSelection:
-        """The joints that the inputs name, bound anew if they changed."""
+        """The joints that the inputs name, bound anew if they changed.
+
+        Raises:
+            BadValueError: the robot does not have one of them.
+        """
         names, indices = self.selected
-        if self.selection is None or names is not self.joint_names or indices is not self.joint_indices:
+        if self.selection is not None and names is self.joint_names and indices is self.joint_indices:
+            return self.selection
+        try:
             return self.select()
-        return self.selection
+        except JointError as error:
+            given: object = self.joint_names or self.joint_indices
+            raise BadValueError("jointNames" if self.joint_names else "jointIndices", given) from error
 
 
 class IsaacArticulationController(SelectedJointsNode, type="isaacsim.core.nodes.IsaacArticulationController"):
@@ -67,15 +69,23 @@ class IsaacArticulationController(SelectedJointsNode, type="isaacsim.core.nodes.
     effort_command: Doubles = In(unit="N m, N", doc="one a joint; NaN leaves a joint alone")
 
     def compute(self) -> None:
-        """Apply the commands, all or none."""
+        """Apply the commands, all or none.
+
+        Raises:
+            BadValueError: a joint is unknown, or a command has another length than the joints or too large a number.
+        """
         selection = self.joints()
-        position, velocity, effort = self.position_command, self.velocity_command, self.effort_command
+        commands = self.position_command.tolist(), self.velocity_command.tolist(), self.effort_command.tolist()
         joints = len(selection.names)
-        for name, command in (("positionCommand", position), ("velocityCommand", velocity), ("effortCommand", effort)):
+        for name, command in zip(("positionCommand", "velocityCommand", "effortCommand"), commands, strict=True):
             if len(command) not in (0, joints):
-                path = self.articulation.prim_path
-                raise ValueError(f"{name} has {len(command)} values for {joints} joints of {path}; nothing was applied")
-        selection.command(position.tolist() or None, velocity.tolist() or None, effort.tolist() or None)
+                raise BadValueError(
+                    f"{name}, jointNames, jointIndices",
+                    command,
+                    f"one a joint, for {joints} joints of {self.articulation.prim_path}",
+                )
+        position, velocity, effort = commands
+        selection.command(position or None, velocity or None, effort or None)
 
     def writes(self) -> Iterable[str]:
         """What the robot's drives are told."""
@@ -105,7 +115,11 @@ class IsaacArticulationState(SelectedJointsNode, type="isaacsim.core.nodes.Isaac
         self.has_wrenches = context.wired("measured_joint_forces") or context.wired("measured_joint_torques")
 
     def compute(self) -> None:
-        """Read the joints."""
+        """Read the joints.
+
+        Raises:
+            BadValueError: a joint is unknown.
+        """
         robot = self.articulation
         self.joint_names_out = names = self.joints().names
         chosen = [robot.joint_names.index(name) for name in names]

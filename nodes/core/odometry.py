@@ -8,11 +8,7 @@ from collections.abc import Iterable
 from graphengine import rotation
 from graphengine.context import Body, Clock, Context
 from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
-from graphengine.types import (
-    Quaterniond,
-    Target,
-    Vector3d,
-)
+from graphengine.types import Quaterniond, Target, Vector3d
 from nodes.touched import reading_poses
 
 

@@ -8,13 +8,7 @@ import numpy as np
 
 from graphengine.context import Camera, Context
 from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out, State
-from graphengine.types import (
-    Float,
-    Floats,
-    Target,
-    Token,
-    UInt,
-)
+from graphengine.types import Float, Floats, Target, Token, UInt
 
 
 class IsaacCreateRenderProduct(Node, type="isaacsim.core.nodes.IsaacCreateRenderProduct", gated=True):

@@ -8,22 +8,17 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from graphengine.context import Clock, Context
+from graphengine.diagnostics import BadValueError
 from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
 from graphengine.types import Float, Int, UInt, UInt64
+from nodes.clocked import ClockNode
 
 
-class TimeNode(Node):
+class TimeNode(ClockNode):
     """A node that reads the clock, or divides a reference time."""
 
     reference_time_numerator: int = In(default=0, doc="if set, the time is this fraction")
     reference_time_denominator: UInt64 = In(default=0, doc="denominator of the reference time")
-
-    clock: Clock = State()
-
-    def setup(self, context: Context) -> None:
-        """Bind the clock."""
-        self.clock = context.clock
 
     def or_reference(self, time: float) -> float:
         """The reference time where there is one, else a time of the clock."""
@@ -79,22 +74,23 @@ class IsaacTimeSplitter(Node, type="isaacsim.core.nodes.IsaacTimeSplitter"):
     nanoseconds: UInt = Out(unit="ns", doc="beyond the seconds")
 
     def compute(self) -> None:
-        """Split."""
+        """Split.
+
+        Raises:
+            BadValueError: so many seconds are no int.
+        """
+        if not abs(self.time) < 2**31:
+            raise BadValueError("time", self.time, "less than 2^31 s")
         self.seconds, self.nanoseconds = divmod(int(self.time * 10**9), 10**9)
         self.microseconds, self.milliseconds = self.nanoseconds // 10**3, self.nanoseconds // 10**6
 
 
-class IsaacRealTimeFactor(Node, type="isaacsim.core.nodes.IsaacRealTimeFactor", volatile=True):
+class IsaacRealTimeFactor(ClockNode, type="isaacsim.core.nodes.IsaacRealTimeFactor", volatile=True):
     """Simulation time that passes in a second of the wall clock, between the last two ticks in which it was read."""
 
     rtf: Float = Out(doc="1 in real time, more when faster; 0 before there are two ticks to compare")
 
-    clock: Clock = State()
     last: tuple[float, float] = State(default=(math.nan, math.nan))
-
-    def setup(self, context: Context) -> None:
-        """Bind the clock."""
-        self.clock = context.clock
 
     def compute(self) -> None:
         """Compare both times with those of the last tick that read them."""

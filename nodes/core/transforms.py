@@ -9,14 +9,7 @@ import numpy as np
 from graphengine import rotation
 from graphengine.context import Context, Frame, FrameLink
 from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
-from graphengine.types import (
-    Double3s,
-    Double4s,
-    Quaterniond,
-    Target,
-    Tokens,
-    Vector3d,
-)
+from graphengine.types import Double3s, Double4s, Quaterniond, Target, Tokens, Vector3d
 from nodes.touched import reading_poses
 
 _HALF_TURN_ABOUT_X = (1.0, 0.0, 0.0, 0.0)

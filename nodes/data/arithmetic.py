@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from graphengine.diagnostics import BadValueError
 from graphengine.node import In, Out
 from graphengine.types import PortType
 from nodes.data.broadcast import Operation, is_real, lift
@@ -24,10 +25,6 @@ class Add(Folded, type="omni.graph.nodes.Add"):
     b: Any = In(type=NUMERICS, required=True, doc="is added to a; input2 and so on are there when a file names them")
     sum: Any = Out(type=NUMERICS, doc="a + b")
 
-    def compute(self) -> None:
-        """Add."""
-        self.sum = self.operate(self.a, self.b)
-
 
 class Subtract(Folded, type="omni.graph.nodes.Subtract"):
     """What is left of a value when one or more others are taken from it."""
@@ -38,10 +35,6 @@ class Subtract(Folded, type="omni.graph.nodes.Subtract"):
     b: Any = In(type=NUMERICS, required=True, doc="is taken from a; input2 and so on are there when a file names them")
     difference: Any = Out(type=NUMERICS, doc="a - b")
 
-    def compute(self) -> None:
-        """Subtract."""
-        self.difference = self.operate(self.a, self.b)
-
 
 class Multiply(Folded, type="omni.graph.nodes.Multiply"):
     """Product of two or more values, number by number; that of matrices is MatrixMultiply."""
@@ -51,10 +44,6 @@ class Multiply(Folded, type="omni.graph.nodes.Multiply"):
     a: Any = In(type=NUMERICS, required=True, doc="number, tuple or array")
     b: Any = In(type=NUMERICS, required=True, doc="a factor; input2 and so on are there when a file names them")
     product: Any = Out(type=NUMERICS, doc="a * b")
-
-    def compute(self) -> None:
-        """Multiply."""
-        self.product = self.operate(self.a, self.b)
 
 
 class Divide(Elementwise, type="omni.graph.nodes.Divide"):
@@ -69,13 +58,22 @@ class Divide(Elementwise, type="omni.graph.nodes.Divide"):
         """Divide arrays.
 
         Raises:
-            ZeroDivisionError: by 0.
+            BadValueError: by 0.
         """
         if not np.all(b):
-            raise ZeroDivisionError("b is 0, or has a 0 in it")
+            raise BadValueError("b", b, "other than 0")
         return a / b
 
-    on_numbers = operator.truediv
+    @staticmethod
+    def on_numbers(a: Any, b: Any) -> Any:
+        """Divide two numbers.
+
+        Raises:
+            BadValueError: by 0.
+        """
+        if not b:
+            raise BadValueError("b", b, "other than 0")
+        return a / b
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
         """That of a, or of doubles.
@@ -87,10 +85,6 @@ class Divide(Elementwise, type="omni.graph.nodes.Divide"):
         if b.count > 1 or (b.array and not a.array):
             raise ValueError(f"a is {a} and b is {b}; b is one number, or as many as a is long")
         return a if is_real(a) else PortType("double", a.count, a.array)
-
-    def compute(self) -> None:
-        """Divide."""
-        self.result = self.operate(self.a, self.b)
 
 
 class Modulo(Elementwise, type="omni.graph.nodes.Modulo"):
@@ -108,10 +102,6 @@ class Modulo(Elementwise, type="omni.graph.nodes.Modulo"):
         return abs(a) % abs(b) if a >= 0 else -(abs(a) % abs(b))
 
     on_numbers = operation
-
-    def compute(self) -> None:
-        """Divide."""
-        self.result = self.operate(self.a, self.b)
 
 
 class Negate(Elementwise, type="omni.graph.nodes.Negate"):
@@ -132,10 +122,6 @@ class Negate(Elementwise, type="omni.graph.nodes.Negate"):
             raise ValueError(f"input is {given['input']}, which has no negative numbers")
         return given["input"]
 
-    def compute(self) -> None:
-        """Negate."""
-        self.output = self.operate(self.input_in)
-
 
 def _incremented(value: int, increment: float) -> float:
     """Their sum, exact where both are whole: a double has 53 bits, and nanoseconds of today's time have 61."""
@@ -149,7 +135,7 @@ class Increment(Elementwise, type="omni.graph.nodes.Increment"):
     increment: float = In(default=1.0, doc="is added to each of them")
     result: Any = Out(type=NUMERICS, doc="the sum, cut off toward 0 where it is whole")
 
-    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
+    def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """A sum, which is cut off where it is to be whole."""
         if is_real(output):
             return lift(operator.add, inputs, output, operator.add)
@@ -158,7 +144,3 @@ class Increment(Elementwise, type="omni.graph.nodes.Increment"):
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
         """That of the value."""
         return given["value"]
-
-    def compute(self) -> None:
-        """Add."""
-        self.result = self.operate(self.value, self.increment)

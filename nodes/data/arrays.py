@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 
 from graphengine.node import In, Node, Numbered, Out
 from graphengine.types import ARRAYS, ELEMENTS, Int, PortType, UnionType, plain
-from nodes.data.sequences import as_array, checked_length, element_of, fits, joined, places, position, zeros
+from nodes.data.sequences import INDEX, as_array, checked_length, element_of, fits, joined, places, position, zeros
 
 SEQUENCES = f"{ARRAYS}|string"
 
@@ -35,6 +35,13 @@ class ArrayNode(Node):
         return dict.fromkeys(arrays, array) | dict.fromkeys(elements, element)
 
 
+class ArrayEdit(ArrayNode):
+    """A node that makes an array of another."""
+
+    array_in: Any = In(type=SEQUENCES, name="array", required=True)
+    array_out: Any = Out(type=SEQUENCES, name="array")
+
+
 class ArrayGetSize(Node, type="omni.graph.nodes.ArrayGetSize"):
     """Number of elements of an array; of a string, that of its bytes."""
 
@@ -50,64 +57,54 @@ class ArrayIndex(ArrayNode, type="omni.graph.nodes.ArrayIndex"):
     """The element of an array at an index."""
 
     array: Any = In(type=SEQUENCES, required=True)
-    index: Int = In(
-        default=0, doc="from 0; negative ones count from the end: -1 is the last; beyond either end is an error"
-    )
+    index: Int = In(default=0, doc=INDEX)
     value: Any = Out(type=ELEMENTS, doc="the element there")
 
     def compute(self) -> None:
         """Look it up.
 
         Raises:
-            ValueError: there is no such element.
+            BadValueError: there is no such element.
         """
         array = as_array(self.array)
         self.value = plain(array[position(self.index, len(array))])
 
 
-class ArraySetIndex(ArrayNode, type="omni.graph.nodes.ArraySetIndex"):
+class ArraySetIndex(ArrayEdit, type="omni.graph.nodes.ArraySetIndex"):
     """An array with another value at an index."""
 
-    array_in: Any = In(type=SEQUENCES, name="array", required=True)
-    index: Int = In(
-        default=0, doc="from 0; negative ones count from the end: -1 is the last; beyond either end is an error"
-    )
+    index: Int = In(default=0, doc=INDEX)
     resize_to_fit: bool = In(default=False, doc="an index beyond the end makes the array longer, by zeros")
     value: Any = In(type=ELEMENTS, required=True, doc="what is to be there")
-    array_out: Any = Out(type=SEQUENCES, name="array")
 
     def compute(self) -> None:
         """Replace it.
 
         Raises:
-            ValueError: there is no such element.
+            BadValueError: there is no such element.
         """
         array = as_array(self.array_in)
         if self.resize_to_fit and self.index >= len(array):
-            array = joined(array, array, zeros(array, checked_length(self.index + 1) - len(array)))
+            array = joined(array, array, zeros(array, checked_length("index", self.index + 1) - len(array)))
         index = position(self.index, len(array))
         self.array_out = joined(self.array_in, array[:index], [self.value], array[index + 1 :])
 
 
-class ArrayAppendValue(ArrayNode, type="omni.graph.nodes.ArrayAppendValue"):
+class ArrayAppendValue(ArrayEdit, type="omni.graph.nodes.ArrayAppendValue"):
     """An array with one more value at its end."""
 
-    array_in: Any = In(type=SEQUENCES, name="array", required=True)
     value: Any = In(type=ELEMENTS, required=True, doc="comes last")
-    array_out: Any = Out(type=SEQUENCES, name="array")
 
     def compute(self) -> None:
         """Append it."""
         self.array_out = joined(self.array_in, as_array(self.array_in), [self.value])
 
 
-class ArrayInsertValue(ArrayNode, type="omni.graph.nodes.ArrayInsertValue"):
+class ArrayInsertValue(ArrayEdit, type="omni.graph.nodes.ArrayInsertValue"):
     """An array with one more value before the one at an index."""
 
-    array_in: Any = In(type=SEQUENCES, name="array", required=True)
     index: Int = In(default=0, doc="0 or less puts it first, the array's length or more last")
     value: Any = In(type=ELEMENTS, required=True, doc="is put in")
-    array_out: Any = Out(type=SEQUENCES, name="array")
 
     def compute(self) -> None:
         """Insert it."""
@@ -115,34 +112,28 @@ class ArrayInsertValue(ArrayNode, type="omni.graph.nodes.ArrayInsertValue"):
         self.array_out = joined(self.array_in, array[:index], [self.value], array[index:])
 
 
-class ArrayRemoveIndex(ArrayNode, type="omni.graph.nodes.ArrayRemoveIndex"):
+class ArrayRemoveIndex(ArrayEdit, type="omni.graph.nodes.ArrayRemoveIndex"):
     """An array without the element at an index."""
 
-    array_in: Any = In(type=SEQUENCES, name="array", required=True)
-    index: Int = In(
-        default=0, doc="from 0; negative ones count from the end: -1 is the last; beyond either end is an error"
-    )
-    array_out: Any = Out(type=SEQUENCES, name="array")
+    index: Int = In(default=0, doc=INDEX)
 
     def compute(self) -> None:
         """Leave it out.
 
         Raises:
-            ValueError: there is no such element.
+            BadValueError: there is no such element.
         """
         array = as_array(self.array_in)
         index = position(self.index, len(array))
         self.array_out = joined(self.array_in, array[:index], array[index + 1 :])
 
 
-class ArrayRemoveValue(ArrayNode, type="omni.graph.nodes.ArrayRemoveValue"):
+class ArrayRemoveValue(ArrayEdit, type="omni.graph.nodes.ArrayRemoveValue"):
     """An array without the first element that has a value, or without all of them."""
 
-    array_in: Any = In(type=SEQUENCES, name="array", required=True)
     value: Any = In(type=ELEMENTS, required=True, doc="is taken out")
     remove_all: bool = In(default=False, doc="an older name of removeAllFound; either will do")
     remove_all_found: bool = In(default=False, doc="takes out every element that has the value, not only the first")
-    array_out: Any = Out(type=SEQUENCES, name="array")
     found: bool = Out(doc="whether there was one")
 
     def compute(self) -> None:
@@ -156,14 +147,12 @@ class ArrayRemoveValue(ArrayNode, type="omni.graph.nodes.ArrayRemoveValue"):
         self.array_out = joined(self.array_in, *(array[start + 1 : stop] for start, stop in ends))
 
 
-class ArrayReplaceValue(ArrayNode, type="omni.graph.nodes.ArrayReplaceValue"):
+class ArrayReplaceValue(ArrayEdit, type="omni.graph.nodes.ArrayReplaceValue"):
     """An array with another value in the place of the first element that has a value, or of all of them."""
 
-    array_in: Any = In(type=SEQUENCES, name="array", required=True)
     value: Any = In(type=ELEMENTS, required=True, doc="is looked for")
     new_value: Any = In(type=ELEMENTS, required=True, doc="takes its place")
     replace_all_found: bool = In(default=False, doc="replaces every element that has the value, not only the first")
-    array_out: Any = Out(type=SEQUENCES, name="array")
     found: bool = Out(doc="whether there was one")
 
     def compute(self) -> None:
@@ -200,25 +189,21 @@ class ArrayFill(ArrayNode, type="omni.graph.nodes.ArrayFill"):
         self.array_out = joined(self.array_in, [self.fill_value] * len(as_array(self.array_in)))
 
 
-class ArrayResize(ArrayNode, type="omni.graph.nodes.ArrayResize"):
+class ArrayResize(ArrayEdit, type="omni.graph.nodes.ArrayResize"):
     """An array with another length: cut off at its end, or made longer by zeros."""
 
-    array_in: Any = In(type=SEQUENCES, name="array", required=True)
     new_size: Int = In(default=0, doc="less than 0 is 0")
-    array_out: Any = Out(type=SEQUENCES, name="array")
 
     def compute(self) -> None:
         """Cut or fill."""
-        array, size = as_array(self.array_in), checked_length(self.new_size)
+        array, size = as_array(self.array_in), checked_length("newSize", self.new_size)
         self.array_out = joined(self.array_in, array[:size], zeros(array, size - len(array)))
 
 
-class ArrayRotate(ArrayNode, type="omni.graph.nodes.ArrayRotate"):
+class ArrayRotate(ArrayEdit, type="omni.graph.nodes.ArrayRotate"):
     """An array shifted to the right; what leaves it at the end comes in at the front."""
 
-    array_in: Any = In(type=SEQUENCES, name="array", required=True)
     steps: Int = In(default=0, doc="how far; negative ones shift to the left")
-    array_out: Any = Out(type=SEQUENCES, name="array")
 
     def compute(self) -> None:
         """Cut in two and exchange."""
@@ -227,25 +212,20 @@ class ArrayRotate(ArrayNode, type="omni.graph.nodes.ArrayRotate"):
         self.array_out = joined(self.array_in, array[cut:], array[:cut])
 
 
-class ArrayReverse(ArrayNode, type="omni.graph.nodes.ArrayReverse"):
+class ArrayReverse(ArrayEdit, type="omni.graph.nodes.ArrayReverse"):
     """An array from its end to its beginning."""
-
-    array_in: Any = In(type=SEQUENCES, name="array", required=True)
-    array_out: Any = Out(type=SEQUENCES, name="array")
 
     def compute(self) -> None:
         """Turn it round."""
         self.array_out = joined(self.array_in, as_array(self.array_in)[::-1])
 
 
-class ArraySlice(ArrayNode, type="omni.graph.nodes.ArraySlice"):
+class ArraySlice(ArrayEdit, type="omni.graph.nodes.ArraySlice"):
     """The part of an array from one index up to, and without, another."""
 
-    array_in: Any = In(type=SEQUENCES, name="array", required=True)
     start: Int = In(default=0, doc="negative ones count from the end; beyond an end is that end")
     end: Int = In(default=0, doc="as start; not above start gives an empty array; unused while useLength is set")
     use_length: bool = In(default=True, doc="whether the part goes to the end of the array")
-    array_out: Any = Out(type=SEQUENCES, name="array")
 
     def compute(self) -> None:
         """Cut."""

@@ -13,18 +13,32 @@ from __future__ import annotations
 import functools
 import itertools
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from graphengine import types
+from graphengine.diagnostics import BadValueError
 from graphengine.types import PortType
 
 Operation = Callable[..., Any]
 
 _WIDENING = ("bool", "uchar", "int", "uint", "int64", "uint64", "half", "float", "double")
 _REALS = ("half", "float", "double", "timecode")
+
+
+@dataclass(frozen=True, slots=True)
+class Operand(PortType):
+    """The type of an input that is computed with."""
+
+    port: str = ""
+    """OmniGraph's name of the input."""
+
+    @staticmethod
+    def of(port_type: PortType, port: str) -> Operand:
+        """A type with the name of an input."""
+        return Operand(port_type.base, port_type.count, port_type.array, port_type.role, port)
 
 
 def is_real(port_type: PortType) -> bool:
@@ -76,12 +90,12 @@ def lift(
 
     Args:
         function: takes arrays that broadcast, whose last axis is that of tuples, if there are any.
-        inputs: types of its arguments.
+        inputs: types of its arguments; an Operand is named where it is at fault.
         output: type of what it returns.
         on_numbers: the same for Python numbers, one by one, for single values and short tuples; numpy takes ten times as long.
 
     Raises:
-        ValueError: when it is called: two arrays are not as long.
+        BadValueError: when it is called: two arrays are not as long.
     """
     one_by_one = output.count == max(given.count for given in inputs) and not any(
         one.array for one in (*inputs, output)
@@ -93,12 +107,13 @@ def lift(
     kinds = [np.float64 if is_real(one) else one.dtype for one in inputs]
     arrays_in = [i for i, one in enumerate(inputs) if one.array]
     tuples = any(one.count > 1 for one in inputs)
+    names = ", ".join(one.port for one in inputs if one.array and isinstance(one, Operand)) or "arrays"
     columns = [i for i in arrays_in if tuples and inputs[i].count == 1]  # one number for each tuple of another array
 
     def lifted(*values: Any) -> Any:
         arrays = [np.asarray(value, kind).astype(dtype, copy=False) for value, kind in zip(values, kinds, strict=True)]
         if len(arrays_in) > 1:
-            _check_lengths([len(arrays[i]) for i in arrays_in])
+            _check_lengths(names, [len(arrays[i]) for i in arrays_in])
         for i in columns:
             arrays[i] = arrays[i][:, None]
         with np.errstate(all="ignore"):
@@ -107,11 +122,10 @@ def lift(
     return lifted
 
 
-def _check_lengths(lengths: Sequence[int]) -> None:
+def _check_lengths(names: str, lengths: Sequence[int]) -> None:
     """Refuse arrays that are not as long; one of a single element goes with any."""
-    differing = sorted(set(lengths) - {1})
-    if len(differing) > 1:
-        raise ValueError(f"arrays of {differing[0]} and {differing[1]} elements do not go together")
+    if len(set(lengths) - {1}) > 1:
+        raise BadValueError(names, list(lengths), "of one length, or of one element")
 
 
 def _of_tuples(on_numbers: Operation, inputs: Sequence[PortType], output: PortType) -> Operation:
@@ -145,7 +159,7 @@ def _whole(number: float, output: PortType) -> int:
     """A real number cut off toward 0."""
     low, high = _range(output.base)
     if not low - 1 < number < high + 1:
-        raise ValueError(f"{number:g} is no {output.base}, which is {low} to {high}")
+        raise BadValueError("result", number, f"of {output.base}, {low} to {high}")
     return int(number)
 
 
@@ -160,12 +174,13 @@ def represented(result: Any, output: PortType) -> Any:
     """What numpy computed, as a port of a type carries it.
 
     Raises:
-        ValueError: a real number that is to be an integer is too large, or none at all.
+        BadValueError: a real number that is to be an integer is too large, or NaN.
     """
     array = np.asarray(result)
     if array.dtype.kind == "f" and not is_real(output) and output.base != "bool":
         low, high = _range(output.base)
-        for wrong in array[~((array >= low) & (array <= high))][:1]:
+        array = np.trunc(array)
+        for wrong in array[~((array >= low) & (array < high + 1))].tolist():
             _whole(wrong, output)
     if output.array:
         return np.ascontiguousarray(array, output.dtype)

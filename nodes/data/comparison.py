@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,8 @@ import numpy as np
 from graphengine.context import Context
 from graphengine.node import In, Out, State
 from graphengine.types import PortType, Token
-from nodes.data.broadcast import Operation, lift
+from nodes.checked import one_of, same_length
+from nodes.data.broadcast import Operand, Operation, lift
 from nodes.data.elementwise import Elementwise, TypedNode
 from nodes.data.unions import BOOLEANS, NUMERICS
 
@@ -59,11 +60,9 @@ class Compare(TypedNode, type="omni.graph.nodes.Compare"):
         """Compare.
 
         Raises:
-            ValueError: there is no such operation.
+            BadValueError: there is no such operation, or arrays differ in length.
         """
-        operation = _OPERATIONS.get(self.operation)
-        if operation is None:
-            raise ValueError(f"operation is {self.operation!r}; it is one of {', '.join(_OPERATIONS)}")
+        operation = _OPERATIONS[one_of("operation", self.operation, _OPERATIONS)]
         self.result = self.operands(operation, self.a, self.b)
 
 
@@ -76,14 +75,14 @@ def _pairs(a: PortType, b: PortType) -> Operation:
     """How elements are compared where one or both operands are arrays."""
 
     def columns(operation: Operation, one: Any, other: Any) -> Any:
-        return lift(operation, [a, b], PortType("bool", 1, True))(one, other)
+        operands = [Operand.of(a, "a"), Operand.of(b, "b")]
+        return lift(operation, operands, PortType("bool", 1, True))(one, other)
 
     def rows(operation: Operation, one: Any, other: Any) -> Any:
         ones, others = _elements(one, a), _elements(other, b)
         length = max(len(ones) if a.array else 0, len(others) if b.array else 0)
         ones, others = ones if a.array else ones * length, others if b.array else others * length
-        if len(ones) != len(others):
-            raise ValueError(f"a has {len(ones)} elements and b has {len(others)}")
+        same_length(a=ones, b=others)
         return np.array([operation(x, y) for x, y in zip(ones, others, strict=True)], np.bool_)
 
     return columns if a.is_number and a.count == 1 else rows
@@ -121,24 +120,16 @@ class IsZero(_Zero, type="omni.graph.nodes.IsZero"):
         """Of one number."""
         return abs(value) <= tolerance
 
-    def compute(self) -> None:
-        """Look."""
-        self.result = self.operate(self.tolerance, self.value)
-
 
 class AnyZero(_Zero, type="omni.graph.nodes.AnyZero"):
     """Whether a number of a value is 0; of an array of tuples, whether all numbers of one of them are."""
 
     result: bool = Out(doc="true where there is one")
 
-    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
+    def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """With tuples of an array as wholes."""
         wholes = inputs[1].array and inputs[1].count > 1
         return lift(lambda tolerance, value: np.any(_zeros(tolerance, value, wholes)), inputs, output)
-
-    def compute(self) -> None:
-        """Look."""
-        self.result = self.operate(self.tolerance, self.value)
 
 
 class EachZero(_Zero, type="omni.graph.nodes.EachZero"):
@@ -146,7 +137,7 @@ class EachZero(_Zero, type="omni.graph.nodes.EachZero"):
 
     result: Any = Out(type=BOOLEANS, doc="an answer for a number, an array of them for a tuple or an array")
 
-    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
+    def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """With tuples of an array as wholes."""
         wholes = inputs[1].array and inputs[1].count > 1
         return lift(lambda tolerance, value: _zeros(tolerance, value, wholes), inputs, output)
@@ -155,10 +146,6 @@ class EachZero(_Zero, type="omni.graph.nodes.EachZero"):
         """One answer for a number, else an array of them."""
         value = given["value"]
         return PortType("bool", 1, value.array or value.count > 1)
-
-    def compute(self) -> None:
-        """Look."""
-        self.result = self.operate(self.tolerance, self.value)
 
 
 def _zeros(tolerance: Any, value: Any, wholes: bool) -> Any:

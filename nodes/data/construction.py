@@ -61,7 +61,7 @@ class ConstructedNode(Node):
 
     def constructed(self) -> Any:
         """The array."""
-        size = checked_length(self.array_size)
+        size = checked_length("arraySize", self.array_size)
         values = [getattr(self, name) for name in self.elements()][:size]
         values += values[-1:] * (size - len(values))
         if "array" in self.settled:

@@ -9,10 +9,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from graphengine import types
+from graphengine.diagnostics import BadValueError
 from graphengine.node import In, Node, Out
 from graphengine.types import PortType, String, Target, Token, UnionType, plain
 from nodes.data.broadcast import type_of
-from nodes.data.unions import PLAIN_NUMERICS, with_arrays
+from nodes.data.unions import PLAIN_NUMERICS, with_arrays, with_roles
 
 _SCALARS = with_arrays("bool|int|int64|uint64|uint|uchar|double|float|half")
 _NUMBERS = f"{PLAIN_NUMERICS}|bool|bool[]"
@@ -26,9 +27,7 @@ def _tuples(base: str) -> str:
 
 
 def _with_roles(base: str) -> str:
-    bits, words = base[0], ("vector{}[3]", "point{}[3]", "normal{}[3]", "color{}[3]", "color{}[4]", "quat{}[4]")
-    roles = [word.format(bits) for word in (*words, "texcoord{}[2]", "texcoord{}[3]")]
-    return f"{_tuples(base)}|{with_arrays('|'.join(roles))}"
+    return f"{_tuples(base)}|{with_arrays(with_roles(base[0]))}"
 
 
 class Conversion(Node):
@@ -51,7 +50,7 @@ class Conversion(Node):
         """Convert.
 
         Raises:
-            ValueError: a number has no counterpart in the other type.
+            BadValueError: a number has no counterpart in the other type.
         """
         value = np.frombuffer(self.value.encode(), np.uint8) if isinstance(self.value, str) else self.value
         given = self.settled.get("value") or type_of(self.value)
@@ -63,14 +62,14 @@ def numbers(array: np.ndarray[Any, Any], base: str) -> np.ndarray[Any, Any]:
     """Numbers of another type: real ones are cut off towards 0, whole ones that do not fit wrap around as in C.
 
     Raises:
-        ValueError: a real number is too large, or none at all.
+        BadValueError: a real number is too large, or NaN.
     """
     dtype = PortType(base).dtype
     if array.dtype.kind == "f" and np.dtype(dtype).kind in "iu":
         whole, bits = np.trunc(array.astype(np.float64)), np.iinfo(dtype).bits
         wrong = whole[~(np.abs(whole) < 2.0**bits)]
         if wrong.size:
-            raise ValueError(f"{wrong.flat[0]:g} is no {base}")
+            raise BadValueError("value", float(wrong.flat[0]), f"a number that a {base} can hold")
         wrapped = [int(number) % 2**bits for number in whole.ravel().tolist()]
         return np.array(wrapped, np.uint64).reshape(array.shape).astype(dtype)
     with np.errstate(over="ignore"):
@@ -90,12 +89,17 @@ class RoledConversion(Conversion):
         return wanted if wanted in legal.alternatives else bare
 
 
-class ToBool(Conversion, type="omni.graph.nodes.ToBool"):
+class ScalarConversion(Conversion):
+    """A conversion of single numbers and arrays of them, without tuples."""
+
+    value: Any = In(type=_SCALARS, required=True, doc="number, or an array of them")
+
+
+class ToBool(ScalarConversion, type="omni.graph.nodes.ToBool"):
     """False for 0 and true for every other number."""
 
     base = "bool"
 
-    value: Any = In(type=_SCALARS, required=True, doc="number, or an array of them")
     converted: Any = Out(type="bool|bool[]", doc="of the value's shape")
 
 
@@ -108,30 +112,27 @@ class ToInt(Conversion, type="omni.graph.nodes.ToInt"):
     converted: Any = Out(type=_tuples("int"), doc="of the value's shape")
 
 
-class ToInt64(Conversion, type="omni.graph.nodes.ToInt64"):
+class ToInt64(ScalarConversion, type="omni.graph.nodes.ToInt64"):
     """Numbers as 64 bit integers: cut off towards 0."""
 
     base = "int64"
 
-    value: Any = In(type=_SCALARS, required=True, doc="number, or an array of them")
     converted: Any = Out(type="int64|int64[]", doc="of the value's shape")
 
 
-class ToUint(Conversion, type="omni.graph.nodes.ToUint"):
+class ToUint(ScalarConversion, type="omni.graph.nodes.ToUint"):
     """Numbers as 32 bit integers without a sign: cut off towards 0; -1 is 2^32 - 1."""
 
     base = "uint"
 
-    value: Any = In(type=_SCALARS, required=True, doc="number, or an array of them")
     converted: Any = Out(type="uint|uint[]", doc="of the value's shape")
 
 
-class ToUint64(Conversion, type="omni.graph.nodes.ToUint64"):
+class ToUint64(ScalarConversion, type="omni.graph.nodes.ToUint64"):
     """Numbers as 64 bit integers without a sign: cut off towards 0; -1 is 2^64 - 1."""
 
     base = "uint64"
 
-    value: Any = In(type=_SCALARS, required=True, doc="number, or an array of them")
     converted: Any = Out(type="uint64|uint64[]", doc="of the value's shape")
 
 
@@ -149,10 +150,7 @@ class ToHalf(RoledConversion, type="omni.graph.nodes.ToHalf"):
 
     base = "half"
 
-    role: Token = In(
-        default="None",
-        tokens=("None", "Color", "Frame", "Normal", "Point", "Quaternion", "TexCoord", "Timecode", "Vector"),
-    )
+    role: Token = In(default="None", tokens=_HALF_ROLES)
     value: Any = In(type=_NUMBERS, required=True, doc="number, tuple or array")
     converted: Any = Out(type=_with_roles("half"), doc="of the value's shape")
 
@@ -183,30 +181,31 @@ class ToDouble(Conversion, type="omni.graph.nodes.ToDouble"):
             super().compute()
 
 
-class ToString(Node, type="omni.graph.nodes.ToString"):
+class TextConversion(Node):
+    """A node that writes a value as text."""
+
+    value: Any = In(required=True, doc="of any type")
+    converted: str
+
+    def compute(self) -> None:
+        """Write."""
+        self.converted = text_of(self.value)
+
+
+class ToString(TextConversion, type="omni.graph.nodes.ToString"):
     """A value as text.
 
     Real numbers have six digits, as in C++; tuples and arrays are written as Python lists, an array of texts with quotation
     marks. A uchar[] is the text that its bytes make.
     """
 
-    value: Any = In(required=True, doc="of any type")
     converted: String = Out(doc="the text")
 
-    def compute(self) -> None:
-        """Write."""
-        self.converted = text_of(self.value)
 
-
-class ToToken(Node, type="omni.graph.nodes.ToToken"):
+class ToToken(TextConversion, type="omni.graph.nodes.ToToken"):
     """A value as a token, with the text that ToString gives."""
 
-    value: Any = In(required=True, doc="of any type")
     converted: Token = Out(doc="the text")
-
-    def compute(self) -> None:
-        """Write."""
-        self.converted = text_of(self.value)
 
 
 def text_of(value: Any) -> str:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+import operator
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
 
 from graphengine.context import Context
 from graphengine.node import In, Node, Numbered, State
 from graphengine.types import PortType, UnionType
-from nodes.data.broadcast import Operation, common, lift, type_of
+from nodes.data.broadcast import Operand, Operation, common, lift, type_of
 from nodes.data.unions import NUMERICS
 
 
@@ -62,14 +63,23 @@ class Elementwise(TypedNode):
     on_numbers: ClassVar[Operation | None] = None
 
     operate: Operation = State()
+    operand_values: Callable[[Node], tuple[Any, ...]] = State()
+    output_field: str = State()
 
     def setup(self, context: Context) -> None:
         """Choose how to compute, now that the types are settled."""
-        cls, known = type(self), self.port_types()
-        output = next(port.field for port in cls.fields.values() if port.side == "outputs")
-        self.operate = self.lifted([known[field] for field in self.operands()], known[output])
+        cls, known, fields = type(self), self.port_types(), self.operands()
+        self.output_field = next(port.field for port in cls.fields.values() if port.side == "outputs")
+        operands = [Operand.of(known[field], cls.fields[field].name) for field in fields]
+        self.operate = self.lifted(operands, known[self.output_field])
+        one = operator.attrgetter(fields[0])
+        self.operand_values = operator.attrgetter(*fields) if len(fields) > 1 else lambda node: (one(node),)
 
-    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
+    def compute(self) -> None:
+        """Set the output to the operation on the operands."""
+        setattr(self, self.output_field, self.operate(*self.operand_values(self)))
+
+    def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """The operation on values of some types."""
         return lift(type(self).operation, inputs, output, type(self).on_numbers)
 
@@ -85,15 +95,13 @@ class Folded(Elementwise):
 
     numbered: ClassVar[Numbered] = {"input": lambda: In(type=NUMERICS, required=True)}
 
-    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
-        """The operation on a and b, which looks for what is beyond itself."""
-        more = self.operands()[2:]
-        if not more:
+    def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
+        """The operation on two or more values."""
+        if len(inputs) == 2:
             return super().lifted(inputs, output)
         cls = type(self)
         fold = functools.partial(_fold, cls.operation)
-        joined = lift(fold, inputs, output, cls.on_numbers and functools.partial(_fold, cls.on_numbers))
-        return lambda a, b: joined(a, b, *(getattr(self, field) for field in more))
+        return lift(fold, inputs, output, cls.on_numbers and functools.partial(_fold, cls.on_numbers))
 
 
 def _fold(function: Operation, *values: Any) -> Any:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from graphengine.diagnostics import BadValueError
 from graphengine.node import In, Out
 from graphengine.types import Int, PortType
 from nodes.data.broadcast import is_real
@@ -25,10 +26,6 @@ class Absolute(Elementwise, type="omni.graph.nodes.Absolute"):
     input_in: Any = In(type=PLAIN_NUMERICS, name="input", required=True, doc="number, tuple or array")
     absolute: Any = Out(type=PLAIN_NUMERICS)
 
-    def compute(self) -> None:
-        """Take the sign away."""
-        self.absolute = self.operate(self.input_in)
-
 
 class Clamp(Elementwise, type="omni.graph.nodes.Clamp"):
     """A value, or the bound that it is beyond."""
@@ -43,10 +40,10 @@ class Clamp(Elementwise, type="omni.graph.nodes.Clamp"):
         """Clamp arrays.
 
         Raises:
-            ValueError: the bounds are the wrong way round.
+            BadValueError: the bounds are the wrong way round.
         """
         if np.any(lower > upper):
-            raise ValueError("a lower bound is above its upper bound")
+            raise BadValueError("lower, upper", (lower, upper), "in this order")
         return np.clip(value, lower, upper)
 
     @staticmethod
@@ -54,15 +51,11 @@ class Clamp(Elementwise, type="omni.graph.nodes.Clamp"):
         """Clamp one number; NaN stays NaN.
 
         Raises:
-            ValueError: the bounds are the wrong way round.
+            BadValueError: the bounds are the wrong way round.
         """
         if lower > upper:
-            raise ValueError("the lower bound is above the upper bound")
+            raise BadValueError("lower, upper", (lower, upper), "in this order")
         return min(max(value, lower), upper)
-
-    def compute(self) -> None:
-        """Clamp."""
-        self.result = self.operate(self.input_in, self.lower, self.upper)
 
 
 class _ToWhole(Elementwise):
@@ -74,10 +67,6 @@ class _ToWhole(Elementwise):
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
         """Ints as many."""
         return PortType("int", given["a"].count, given["a"].array)
-
-    def compute(self) -> None:
-        """Make it whole."""
-        self.result = self.operate(self.a)
 
 
 class Floor(_ToWhole, type="omni.graph.nodes.Floor"):
@@ -124,10 +113,6 @@ class Round(Elementwise, type="omni.graph.nodes.Round"):
         """That of the input."""
         return given["input"]
 
-    def compute(self) -> None:
-        """Round."""
-        self.output = self.operate(self.input_in, self.decimals)
-
 
 class _Power(Elementwise):
     """A function whose result is a double where the input is whole."""
@@ -147,10 +132,6 @@ class Exponent(_Power, type="omni.graph.nodes.Exponent"):
     exponent: Int = In(default=2)
     result: Any = Out(type=NUMERICS, doc="a double where the base is whole")
 
-    def compute(self) -> None:
-        """Raise."""
-        self.result = self.operate(self.base, self.exponent)
-
 
 class NthRoot(_Power, type="omni.graph.nodes.NthRoot"):
     """The number whose n-th power a value is; NaN of a negative value if n is even, infinite if n is 0."""
@@ -169,10 +150,6 @@ class NthRoot(_Power, type="omni.graph.nodes.NthRoot"):
             return np.sqrt(value) if n == 2 else np.cbrt(value)
         return np.copysign(np.power(np.abs(value), 1.0 / n), value) if n % 2 else np.power(value, 1.0 / n)
 
-    def compute(self) -> None:
-        """Take the root."""
-        self.result = self.operate(self.nth_root, self.value)
-
 
 class Logarithm(_Power, type="omni.graph.nodes.Logarithm"):
     """The power to which a base is raised to give a value."""
@@ -186,16 +163,12 @@ class Logarithm(_Power, type="omni.graph.nodes.Logarithm"):
         """Logarithms of arrays; those of powers of 10 and of 2 are whole.
 
         Raises:
-            ValueError: the base or a number has none.
+            BadValueError: the base or a number has none.
         """
         if not base > 0.0 or base == 1.0:
-            raise ValueError(f"base is {base:g}; it has to be above 0, and not 1")
+            raise BadValueError("base", float(base), "above 0 and not 1")
         for wrong in np.ravel(value)[~(np.ravel(value) > 0.0)][:1]:
-            raise ValueError(f"{wrong:g} has no logarithm; value has to be above 0")
+            raise BadValueError("value", float(wrong), "above 0")
         if base in (2.0, 10.0):
             return np.log2(value) if base == 2.0 else np.log10(value)
         return np.log(value) / np.log(base)
-
-    def compute(self) -> None:
-        """Take the logarithm."""
-        self.result = self.operate(self.base, self.value)

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.diagnostics import BadValueError
 from graphengine.node import In, Node, Out
 from graphengine.types import Float, Floats, Int, PortType, Token
-from nodes.data.broadcast import Operation, common, lift
+from nodes.checked import one_of, same_length
+from nodes.data.broadcast import Operand, Operation, common, lift
 from nodes.data.elementwise import Elementwise
 from nodes.data.orientation import slerp
 from nodes.data.unions import DECIMALS
@@ -32,7 +34,7 @@ class InterpolateTo(Elementwise, type="omni.graph.nodes.InterpolateTo"):
     exponent: Float = In(default=2.0, ge=0.0, doc="1 is linear in the time, higher ones go faster at first")
     result: Any = Out(type=DECIMALS, doc="of the type that holds both")
 
-    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
+    def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """Along an arc where the values are quaternions, else along a line."""
         ends_and_share = [*inputs[:2], PortType("double")]
         between = (
@@ -40,14 +42,12 @@ class InterpolateTo(Elementwise, type="omni.graph.nodes.InterpolateTo"):
         )
 
         def step(current: Any, target: Any, speed: float, delta_seconds: float, exponent: float) -> Any:
+            if exponent < 0.0:
+                raise BadValueError("exponent", exponent, "0 or more")
             left = 1.0 - min(max(speed * delta_seconds, 0.0), 1.0)
             return between(current, target, 1.0 - left**exponent)
 
         return step
-
-    def compute(self) -> None:
-        """Step."""
-        self.result = self.operate(self.current, self.target, self.speed, self.delta_seconds, self.exponent)
 
 
 def _lerp(start: Any, end: Any, alpha: Any) -> Any:
@@ -61,10 +61,9 @@ def curve(name: str, exponent: int) -> Callable[[Any], Any]:
     """The easing function of a name, from 0 to 1 onto itself.
 
     Raises:
-        ValueError: none has that name.
+        BadValueError: none has that name.
     """
-    if name not in EASINGS:
-        raise ValueError(f"easeFunc is {name!r}; it is one of {', '.join(EASINGS)}")
+    one_of("easeFunc", name, EASINGS)
 
     def ease_in(t: Any) -> Any:
         return t**exponent if name.startswith("Ease") else 1.0 - np.cos(t * math.pi / 2.0)
@@ -86,11 +85,11 @@ class Ease(Elementwise, type="omni.graph.nodes.Ease"):
     start: Any = In(type=DECIMALS, required=True, doc="value at alpha 0")
     result: Any = Out(type=DECIMALS, doc="of the type that holds both")
 
-    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
+    def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """Along a line, by a share of the way."""
         known = self.port_types()
-        share = PortType("double", 1, known["alpha"].array)
-        return lift(_lerp, [known["start"], known["end"], share], output)
+        share = Operand("double", 1, known["alpha"].array, port="alpha")
+        return lift(_lerp, [Operand.of(known["start"], "start"), Operand.of(known["end"], "end"), share], output)
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
         """That of both ends, an array where alpha is one."""
@@ -99,7 +98,8 @@ class Ease(Elementwise, type="omni.graph.nodes.Ease"):
 
     def compute(self) -> None:
         """Ease."""
-        share = curve(self.ease_func, self.blend_exponent)(np.clip(self.alpha, 0.0, 1.0))
+        with np.errstate(all="ignore"):  # an exponent below 0 leaves alpha 0 no value
+            share = curve(self.ease_func, self.blend_exponent)(np.clip(self.alpha, 0.0, 1.0))
         self.result = self.operate(self.start, self.end, share)
 
 
@@ -115,9 +115,8 @@ class Interpolator(Node, type="omni.graph.nodes.Interpolator"):
         """Interpolate.
 
         Raises:
-            ValueError: there is not a value for each knot.
+            BadValueError: there is not a value for each knot.
         """
         knots: NDArray[np.float32] = self.knots
-        if len(knots) != len(self.values):
-            raise ValueError(f"{len(knots)} knots and {len(self.values)} values; give as many")
+        same_length(knots=knots, values=self.values)
         self.value = float(np.interp(self.param, knots, self.values)) if len(knots) else 0.0

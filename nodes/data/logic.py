@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import operator
+from collections.abc import Sequence
 from typing import Any, ClassVar
 
 from graphengine.node import In, Node, Numbered, Out
 from graphengine.types import PortType, Token
+from nodes.checked import one_of
 from nodes.data.broadcast import Operation
 from nodes.data.elementwise import Elementwise, Folded
 from nodes.data.unions import BOOLEANS
@@ -21,15 +23,11 @@ class _Gate(Folded):
     b: Any = In(type=BOOLEANS, required=True, doc="bool, or an array as long; input2 and so on are there when named")
     result: Any = Out(type=BOOLEANS, doc="an array where one of the inputs is one")
 
-    def compute(self) -> None:
-        """Join."""
-        self.result = self.operate(self.a, self.b)
-
 
 class _InvertedGate(_Gate):
     """The contrary of two or more truth values joined into one."""
 
-    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
+    def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """The contrary of the operation."""
         joined = super().lifted(inputs, output)
         return lambda *values: True ^ joined(*values)
@@ -72,10 +70,6 @@ class BooleanNot(Elementwise, type="omni.graph.nodes.BooleanNot"):
 
     on_numbers = operation
 
-    def compute(self) -> None:
-        """Invert."""
-        self.value_out = self.operate(self.value_in)
-
 
 class BooleanExpr(Node, type="omni.graph.nodes.BooleanExpr"):
     """Two truth values joined as a word says: AND, OR, NAND, NOR, XOR or XNOR."""
@@ -89,10 +83,8 @@ class BooleanExpr(Node, type="omni.graph.nodes.BooleanExpr"):
         """Join.
 
         Raises:
-            ValueError: the operator is none of these.
+            BadValueError: the operator is none of these.
         """
         joined = {"AND": self.a and self.b, "OR": self.a or self.b, "XOR": self.a != self.b, "XNOR": self.a == self.b}
         joined |= {"NAND": not joined["AND"], "NOR": not joined["OR"]}
-        if self.operator_in not in joined:
-            raise ValueError(f"operator is {self.operator_in!r}; it is one of {', '.join(joined)}")
-        self.result = joined[self.operator_in]
+        self.result = joined[one_of("operator", self.operator_in, joined)]

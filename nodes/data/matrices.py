@@ -6,7 +6,7 @@ A matrix acts on row vectors from the right, so the fourth row of one with four 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -16,16 +16,7 @@ from graphengine.node import In, Out
 from graphengine.types import PortType, Token
 from nodes.data.broadcast import Operation, common, lift
 from nodes.data.elementwise import Elementwise, TypedNode
-from nodes.data.unions import (
-    DECIMAL_TUPLES,
-    FRAMES,
-    MATRICES,
-    REAL_TUPLES,
-    REALS,
-    VECTORS,
-    matrices,
-    with_arrays,
-)
+from nodes.data.unions import DECIMAL_TUPLES, FRAMES, MATRICES, REAL_TUPLES, REALS, VECTORS, matrices, with_arrays
 
 _LARGEST_FLOAT = float(np.finfo(np.float32).max)
 
@@ -38,7 +29,7 @@ def square(flat: Any) -> Any:
 
 def flat(squares: Any) -> Any:
     """Numbers (..., n * n) of matrices (..., n, n)."""
-    return squares.reshape(*squares.shape[:-2], -1)
+    return squares.reshape(*squares.shape[:-2], squares.shape[-2] * squares.shape[-1])
 
 
 class _MakeMatrix(Elementwise):
@@ -69,10 +60,6 @@ class MakeMatrix2(_MakeMatrix, type="omni.graph.nodes.MakeMatrix2"):
     y: Any = In(type=with_arrays("double[2]"), required=True, doc="second row")
     matrix: Any = Out(type=matrices(2))
 
-    def compute(self) -> None:
-        """Put it together."""
-        self.matrix = self.operate(self.x, self.y)
-
 
 class MakeMatrix3(_MakeMatrix, type="omni.graph.nodes.MakeMatrix3"):
     """A matrix of three rows."""
@@ -81,10 +68,6 @@ class MakeMatrix3(_MakeMatrix, type="omni.graph.nodes.MakeMatrix3"):
     y: Any = In(type=with_arrays("double[3]"), required=True, doc="second row")
     z: Any = In(type=with_arrays("double[3]"), required=True, doc="third row")
     matrix: Any = Out(type=matrices(3))
-
-    def compute(self) -> None:
-        """Put it together."""
-        self.matrix = self.operate(self.x, self.y, self.z)
 
 
 class MakeMatrix4(_MakeMatrix, type="omni.graph.nodes.MakeMatrix4"):
@@ -95,10 +78,6 @@ class MakeMatrix4(_MakeMatrix, type="omni.graph.nodes.MakeMatrix4"):
     z: Any = In(type=with_arrays("double[4]|double[3]"), required=True, doc="third row")
     w: Any = In(type=with_arrays("double[4]|double[3]"), required=True, doc="fourth row")
     matrix: Any = Out(type=matrices(4))
-
-    def compute(self) -> None:
-        """Put it together."""
-        self.matrix = self.operate(self.x, self.y, self.z, self.w)
 
 
 class BreakMatrix2(TypedNode, type="omni.graph.nodes.BreakMatrix2"):
@@ -172,7 +151,7 @@ class MatrixMultiply(Elementwise, type="omni.graph.nodes.MatrixMultiply"):
     b: Any = In(type=_FACTORS, required=True, doc="matrix or column vector, or an array of them")
     output: Any = Out(type=f"{_FACTORS}|{with_arrays(REALS)}", doc="the product")
 
-    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
+    def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """A product of rows, columns and squares."""
         a_is_matrix, b_is_matrix = map(_is_matrix, inputs)
 
@@ -203,10 +182,6 @@ class MatrixMultiply(Elementwise, type="omni.graph.nodes.MatrixMultiply"):
             return PortType(widest, 1, array)
         return PortType(widest, vector.count, array, "" if array else vector.role)
 
-    def compute(self) -> None:
-        """Multiply."""
-        self.output = self.operate(self.a, self.b)
-
 
 def _is_matrix(port_type: PortType) -> bool:
     return port_type.role in ("matrixd", "frame", "transform") or port_type.count > 4
@@ -222,10 +197,6 @@ class Transpose(Elementwise, type="omni.graph.nodes.Transpose"):
     def operation(matrix: Any) -> Any:
         """Transpose arrays."""
         return flat(np.swapaxes(square(matrix), -1, -2))
-
-    def compute(self) -> None:
-        """Transpose."""
-        self.result = self.operate(self.matrix)
 
 
 class InvertMatrix(Elementwise, type="omni.graph.nodes.OgnInvertMatrix"):
@@ -243,10 +214,6 @@ class InvertMatrix(Elementwise, type="omni.graph.nodes.OgnInvertMatrix"):
         singular = (np.linalg.matrix_rank(finite) < len(identity))[..., None, None]
         inverses = np.linalg.inv(np.where(singular, identity, finite))
         return flat(np.where(singular, _LARGEST_FLOAT * identity, inverses))
-
-    def compute(self) -> None:
-        """Invert."""
-        self.inverted_matrix = self.operate(self.matrix)
 
 
 class TransformVector(Elementwise, type="omni.graph.nodes.TransformVector"):
@@ -269,7 +236,3 @@ class TransformVector(Elementwise, type="omni.graph.nodes.TransformVector"):
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
         """That of the vector, an array where the matrix is one."""
         return replace(given["vector"], array=given["vector"].array or given["matrix"].array)
-
-    def compute(self) -> None:
-        """Transform."""
-        self.result = self.operate(self.matrix, self.vector)

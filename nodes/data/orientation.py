@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from nodes.checked import one_of
+
 Array = NDArray[np.float64]
 
 ORDERS = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
@@ -51,11 +53,9 @@ def axes_of(order: str) -> list[int]:
     """Numbers of the axes in an order.
 
     Raises:
-        ValueError: it is none.
+        BadValueError: it is none.
     """
-    if order not in ORDERS:
-        raise ValueError(f"rotationOrder is {order!r}; it is one of {', '.join(ORDERS)}")
-    return ["XYZ".index(axis) for axis in order]
+    return ["XYZ".index(axis) for axis in one_of("rotationOrder", order, ORDERS)]
 
 
 def matrix_of_angles(degrees: Array, order: str) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from graphengine.context import Context
+from graphengine.diagnostics import BadValueError
 from graphengine.node import In, Node, Out, State
 from graphengine.types import Target, Token, Tokens
 
@@ -57,10 +58,10 @@ class AppendPath(Node, type="omni.graph.nodes.AppendPath"):
         """Append.
 
         Raises:
-            ValueError: the suffix is not one of names.
+            BadValueError: the suffix begins with a slash.
         """
         if self.suffix.startswith("/"):
-            raise ValueError(f"suffix is {self.suffix!r}; it is appended to a path, so leave out the first /")
+            raise BadValueError("suffix", self.suffix, "names to append, without a / in front")
         path, suffix = self.path_in, self.suffix
         self.path_out = below(path, suffix) if isinstance(path, str) else tuple(below(one, suffix) for one in path)
 

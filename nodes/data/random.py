@@ -11,9 +11,10 @@ from typing import Any, Literal
 import numpy as np
 
 from graphengine.context import Context
+from graphengine.diagnostics import BadValueError
 from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
 from graphengine.types import UInt64
-from nodes.data.broadcast import Operation, lift
+from nodes.data.broadcast import Operand, Operation, lift
 from nodes.data.elementwise import TypedNode
 from nodes.data.unions import DECIMALS, NUMERICS
 
@@ -94,14 +95,14 @@ class RandomNumeric(TypedNode, RandomNode, type="omni.graph.nodes.RandomNumeric"
         """Draw.
 
         Raises:
-            ValueError: min is above max.
+            BadValueError: min is above max.
         """
         self.random = drawn(self, ("minimum", "maximum"), self.between)
 
     def between(self, low: Any, high: Any) -> Any:
         """Numbers from a uniform distribution."""
         if np.any(low > high):
-            raise ValueError("min is above max")
+            raise BadValueError("min, max", (self.minimum, self.maximum), "in this order")
         shape = np.broadcast_shapes(np.shape(low), np.shape(high))
         if low.dtype.kind == "f":
             return low + (high - low) * self.generator().random(shape)
@@ -120,14 +121,14 @@ class RandomGaussian(TypedNode, RandomNode, type="omni.graph.nodes.RandomGaussia
         """Draw.
 
         Raises:
-            ValueError: the deviation is negative.
+            BadValueError: the deviation is negative.
         """
         self.random = drawn(self, ("mean", "stdev"), self.around)
 
     def around(self, mean: Any, deviation: Any) -> Any:
         """Numbers from a normal distribution."""
         if np.any(deviation < 0.0):
-            raise ValueError("stdev is negative")
+            raise BadValueError("stdev", self.stdev, "0 or more")
         shape = np.broadcast_shapes(np.shape(mean), np.shape(deviation))
         numbers = mean + deviation * self.generator().normal(size=shape)
         return np.exp(numbers) if self.use_log else numbers
@@ -136,4 +137,5 @@ class RandomGaussian(TypedNode, RandomNode, type="omni.graph.nodes.RandomGaussia
 def drawn(node: TypedNode, inputs: tuple[str, str], draw: Operation) -> Any:
     """What a function of arrays gives for two inputs, as the output `random` carries it."""
     known = node.port_types()
-    return lift(draw, [known[name] for name in inputs], known["random"])(*(getattr(node, name) for name in inputs))
+    operands = [Operand.of(known[name], type(node).fields[name].name) for name in inputs]
+    return lift(draw, operands, known["random"])(*(getattr(node, name) for name in inputs))

@@ -7,7 +7,7 @@ that `rotationOrder` names. Quaternions are (x, y, z, w).
 from __future__ import annotations
 
 import operator
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -15,6 +15,7 @@ import numpy as np
 
 from graphengine.node import In, Node, Out
 from graphengine.types import Matrix4d, PortType, Token, Vector3d
+from nodes.checked import one_of
 from nodes.data.broadcast import Operation, lift
 from nodes.data.elementwise import Elementwise
 from nodes.data.matrices import flat, square
@@ -43,15 +44,11 @@ class GetMatrix4Translation(_FromMatrix, type="omni.graph.nodes.GetMatrix4Transl
     matrix: Any = In(type=_MATRIX4, required=True, doc="one, or an array of them")
     translation: Any = Out(type=_VECTOR3, unit="m")
 
-    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
+    def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """A part of one matrix, or of each in an array."""
         if output.array:
             return lambda matrices: np.ascontiguousarray(matrices[:, 12:15])
         return operator.itemgetter(slice(12, 15))
-
-    def compute(self) -> None:
-        """Read it."""
-        self.translation = self.operate(self.matrix)
 
 
 class GetMatrix4Scale(_FromMatrix, type="omni.graph.nodes.GetMatrix4Scale"):
@@ -65,10 +62,6 @@ class GetMatrix4Scale(_FromMatrix, type="omni.graph.nodes.GetMatrix4Scale"):
         """Of arrays of matrices."""
         return np.linalg.norm(square(matrix)[..., :3, :3], axis=-1)
 
-    def compute(self) -> None:
-        """Read it."""
-        self.scale = self.operate(self.matrix)
-
 
 class GetMatrix4Quaternion(_FromMatrix, type="omni.graph.nodes.GetMatrix4Quaternion"):
     """The rotation of a transformation matrix, or of angles, as a quaternion."""
@@ -79,13 +72,9 @@ class GetMatrix4Quaternion(_FromMatrix, type="omni.graph.nodes.GetMatrix4Quatern
     rotation_order: Token = In(default="XYZ", tokens=ORDERS)
     quaternion: Any = Out(type=QUATERNIONS, doc="of length 1, with w not below 0")
 
-    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
+    def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """In the order of the time."""
         return lift(lambda one: quaternions_of(rotation_matrix(one, self.rotation_order)), inputs, output)
-
-    def compute(self) -> None:
-        """Read it."""
-        self.quaternion = self.operate(self.matrix)
 
 
 class GetMatrix4Rotation(_FromMatrix, type="omni.graph.nodes.GetMatrix4Rotation"):
@@ -97,13 +86,9 @@ class GetMatrix4Rotation(_FromMatrix, type="omni.graph.nodes.GetMatrix4Rotation"
     rotation_order: Token = In(default="XYZ", tokens=ORDERS)
     rotation: Any = Out(type=VECTORS, unit="deg")
 
-    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
+    def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """In the order of the time."""
         return lift(lambda one: angles_of(rotation_matrix(one), self.rotation_order), inputs, output)
-
-    def compute(self) -> None:
-        """Read it."""
-        self.rotation = self.operate(self.matrix)
 
 
 class GetMatrix4RotationMatrix(_FromMatrix, type="omni.graph.nodes.GetMatrix4RotationMatrix"):
@@ -115,13 +100,9 @@ class GetMatrix4RotationMatrix(_FromMatrix, type="omni.graph.nodes.GetMatrix4Rot
     rotation_order: Token = In(default="XYZ", tokens=ORDERS)
     rotation: Any = Out(type=matrices(3), doc="without the scale")
 
-    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
+    def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """In the order of the time."""
         return lift(lambda one: flat(rotation_matrix(one, self.rotation_order)), inputs, output)
-
-    def compute(self) -> None:
-        """Read it."""
-        self.rotation = self.operate(self.matrix)
 
 
 class _OnMatrix(Elementwise):
@@ -156,10 +137,6 @@ class SetMatrix4Translation(_OnMatrix, type="omni.graph.nodes.SetMatrix4Translat
         changed[..., 12:15] = translation
         return changed
 
-    def compute(self) -> None:
-        """Set it."""
-        self.matrix_out = self.operate(self.matrix_in, self.translation)
-
 
 class SetMatrix4Scale(_OnMatrix, type="omni.graph.nodes.SetMatrix4Scale"):
     """A transformation matrix that stretches otherwise."""
@@ -176,10 +153,6 @@ class SetMatrix4Scale(_OnMatrix, type="omni.graph.nodes.SetMatrix4Scale"):
         changed[..., :3, :3] = unit(changed[..., :3, :3]) * scale[..., None]
         return flat(changed)
 
-    def compute(self) -> None:
-        """Set it."""
-        self.matrix_out = self.operate(self.matrix_in, self.scale)
-
 
 class SetMatrix4Quaternion(_OnMatrix, type="omni.graph.nodes.SetMatrix4Quaternion"):
     """A transformation matrix that turns as a quaternion does, and does not scale; SetMatrix4Rotation took its place."""
@@ -192,10 +165,6 @@ class SetMatrix4Quaternion(_OnMatrix, type="omni.graph.nodes.SetMatrix4Quaternio
     def operation(matrix: Any, quaternion: Any) -> Any:
         """Of arrays."""
         return _with_rotation(matrix, rotation_matrix(quaternion))
-
-    def compute(self) -> None:
-        """Set it."""
-        self.matrix_out = self.operate(self.matrix_in, self.quaternion)
 
 
 class SetMatrix4Rotation(_OnMatrix, type="omni.graph.nodes.SetMatrix4Rotation"):
@@ -213,7 +182,7 @@ class SetMatrix4Rotation(_OnMatrix, type="omni.graph.nodes.SetMatrix4Rotation"):
     rotation_order: Token = In(default="XYZ", tokens=ORDERS)
     matrix_out: Any = Out(type=_MATRIX4, name="matrix", doc="with its rotation set")
 
-    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
+    def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """About an axis, or as the components tell."""
         angles = inputs[1]
 
@@ -228,13 +197,11 @@ class SetMatrix4Rotation(_OnMatrix, type="omni.graph.nodes.SetMatrix4Rotation"):
         """Set it.
 
         Raises:
-            ValueError: there is no such axis.
+            BadValueError: there is no such axis.
         """
         axis = self.rotation_axis
         if self.fixed_rotation_axis != "Custom":
-            if self.fixed_rotation_axis not in _AXES:
-                raise ValueError(f"fixedRotationAxis is {self.fixed_rotation_axis!r}; it is X, Y, Z or Custom")
-            axis = _AXES[self.fixed_rotation_axis]
+            axis = _AXES[one_of("fixedRotationAxis", self.fixed_rotation_axis, (*_AXES, "Custom"))]
         self.matrix_out = self.operate(self.matrix_in, self.rotation_angle, axis)
 
 
@@ -248,11 +215,15 @@ class MakeTransform(Node, type="omni.graph.nodes.MakeTransform"):
     transform: Matrix4d = Out()
 
     def compute(self) -> None:
-        """Put it together."""
+        """Put it together.
+
+        Raises:
+            BadValueError: there is no such order.
+        """
         matrix = np.eye(4)
-        matrix[:3, :3] = np.array(self.scale)[:, None] * rotation_matrix(
-            np.array(self.rotation_xyz), self.rotation_order
-        )
+        with np.errstate(all="ignore"):
+            turn = rotation_matrix(np.array(self.rotation_xyz), self.rotation_order)
+            matrix[:3, :3] = np.array(self.scale)[:, None] * turn
         matrix[3, :3] = self.translation
         self.transform = tuple(matrix.ravel().tolist())
 
@@ -268,9 +239,10 @@ class MakeTransformLookAt(Node, type="omni.graph.nodes.MakeTransformLookAt"):
     def compute(self) -> None:
         """Put it together."""
         matrix, eye = np.eye(4), np.array(self.eye)
-        backward = unit(eye - np.array(self.center))
-        right = unit(np.cross(self.up, backward))
-        matrix[:3, :3] = right, np.cross(backward, right), backward
+        with np.errstate(all="ignore"):
+            backward = unit(eye - np.array(self.center))
+            right = unit(np.cross(self.up, backward))
+            matrix[:3, :3] = right, np.cross(backward, right), backward
         matrix[3, :3] = eye
         self.transform = tuple(matrix.ravel().tolist())
 
@@ -285,7 +257,7 @@ class RotateVector(Elementwise, type="omni.graph.nodes.RotateVector"):
     vector: Any = In(type=VECTORS, required=True, doc="one, or an array of them")
     result: Any = Out(type=VECTORS, doc="of the type of the vector")
 
-    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
+    def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """By the linear part of a matrix, or by a rotation."""
         linear = inputs[0].count > 4
 
@@ -298,7 +270,3 @@ class RotateVector(Elementwise, type="omni.graph.nodes.RotateVector"):
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
         """That of the vector, an array where the rotation is one."""
         return replace(given["vector"], array=any(one.array for one in given.values()))
-
-    def compute(self) -> None:
-        """Turn it."""
-        self.result = self.operate(self.rotation, self.vector)

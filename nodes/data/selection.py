@@ -12,11 +12,13 @@ from graphengine import types
 from graphengine.context import Context
 from graphengine.node import In, Node, Out, State
 from graphengine.types import ARRAYS, ELEMENTS, PortType, Target
+from nodes.checked import same_length
 from nodes.data.broadcast import Operation, type_of
 from nodes.data.sequences import fits, made
 
 ANYTHING = f"{ELEMENTS}|{ARRAYS}|string|path"
 _BOOLEANS = "bool|bool[]"
+_CHOICE = ("condition", "ifTrue", "ifFalse")
 
 
 class SelectIf(Node, type="omni.graph.nodes.SelectIf"):
@@ -59,7 +61,7 @@ class SelectIf(Node, type="omni.graph.nodes.SelectIf"):
         """Choose.
 
         Raises:
-            ValueError: arrays differ in length.
+            BadValueError: arrays differ in length.
         """
         self.result = self.choose(self.condition, self.if_true, self.if_false)
 
@@ -79,12 +81,10 @@ def _each_of(arrays: tuple[bool, ...], result: PortType) -> Operation:
     element = replace(result, array=False)
 
     def choose(*values: Any) -> Any:
-        lengths = {len(value) for value, array in zip(values, arrays, strict=True) if array}
-        if len(lengths) > 1:
-            raise ValueError(
-                f"arrays of {', '.join(map(str, sorted(lengths)))} elements; they have to be of one length"
-            )
-        parts = [value if array else [value] * max(lengths) for value, array in zip(values, arrays, strict=True)]
+        given = {name: value for name, value, array in zip(_CHOICE, values, arrays, strict=True) if array}
+        same_length(**given)
+        length = len(next(iter(given.values())))
+        parts = [value if array else [value] * length for value, array in zip(values, arrays, strict=True)]
         return made([yes if chosen else no for chosen, yes, no in zip(*parts, strict=True)], element)
 
     return choose
@@ -102,14 +102,12 @@ class SelectTargetIf(Node, type="omni.graph.nodes.SelectTargetIf"):
         """Choose.
 
         Raises:
-            ValueError: there is not a prim for each condition.
+            BadValueError: there is not a prim for each condition.
         """
         if not isinstance(self.condition, np.ndarray):
             self.result = self.if_true if self.condition else self.if_false
             return
-        if not len(self.condition) == len(self.if_true) == len(self.if_false):
-            counts = len(self.condition), len(self.if_true), len(self.if_false)
-            raise ValueError("{} conditions for {} and {} prims; give as many".format(*counts))
+        same_length(condition=self.condition, ifTrue=self.if_true, ifFalse=self.if_false)
         both = zip(self.condition, self.if_true, self.if_false, strict=True)
         self.result = tuple(yes if chosen else no for chosen, yes, no in both)
 

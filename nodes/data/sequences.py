@@ -9,10 +9,13 @@ from typing import Any
 import numpy as np
 
 from graphengine import types
+from graphengine.diagnostics import BadValueError
 from graphengine.types import PortType
 
 MAX_LENGTH = 10_000_000
 """Elements of an array, or characters of a text, that a node makes."""
+INDEX = "from 0; negative ones count from the end: -1 is the last; beyond either end is an error"
+"""What the documentation of an `index` port says."""
 _BYTE = PortType("uchar")
 
 
@@ -39,15 +42,16 @@ def joined(like: Any, *parts: Any) -> Any:
     """Parts one after the other, as a port carries an array of the type of another; a part is an array or a list of elements.
 
     Raises:
-        ValueError: they are too many.
+        BadValueError: they are too many.
     """
-    checked_length(sum(map(len, parts)))
+    checked_length("array", sum(map(len, parts)))
     if isinstance(like, str):
         return bytes(joined(as_array(like), *parts)).decode(errors="replace")
     if isinstance(like, tuple):
         return tuple(itertools.chain(*parts))
     kind = as_array(like)
-    return np.concatenate([np.asarray(part, kind.dtype).reshape(-1, *kind.shape[1:]) for part in parts])
+    with np.errstate(over="ignore"):  # a number that is too large for a float becomes infinite
+        return np.concatenate([np.asarray(part, kind.dtype).reshape(-1, *kind.shape[1:]) for part in parts])
 
 
 def made(elements: Sequence[Any], element_type: PortType) -> Any:
@@ -55,35 +59,33 @@ def made(elements: Sequence[Any], element_type: PortType) -> Any:
     if not element_type.is_number:
         return tuple(elements)
     shape = (-1,) if element_type.count == 1 else (-1, element_type.count)
-    return np.array(elements, element_type.dtype).reshape(shape)
+    with np.errstate(over="ignore"):
+        return np.array(elements, element_type.dtype).reshape(shape)
 
 
-def checked_length(length: int) -> int:
+def checked_length(port: str, length: int) -> int:
     """A length that an array can be given.
 
+    Args:
+        port: OmniGraph's name of the input that asks for it.
+        length: elements; less than 0 is 0.
+
     Raises:
-        ValueError: it is too long.
+        BadValueError: it is too long.
     """
     if length > MAX_LENGTH:
-        raise ValueError(f"an array of {length} elements is too long; {MAX_LENGTH} are the most")
+        raise BadValueError(port, length, f"of {MAX_LENGTH} elements or fewer")
     return max(length, 0)
 
 
-def position(index: int, length: int, whole: str = "array", parts: str = "elements") -> int:
-    """The place that an index means, which counts from the end where it is negative.
-
-    Args:
-        index: what was asked for.
-        length: how many parts there are.
-        whole: what has them, in words.
-        parts: what they are, in words.
+def position(index: int, length: int) -> int:
+    """The place that `index` means among so many, which counts from the end where it is negative.
 
     Raises:
-        ValueError: there is none.
+        BadValueError: there is none.
     """
     if not -length <= index < length:
-        legal = f"legal: {-length} to {length - 1}" if length else "it is empty"
-        raise ValueError(f"the {whole} of {length} {parts} has no index {index}; {legal}")
+        raise BadValueError("index", index, f"{-length} to {length - 1}" if length else "into something not empty")
     return index % length
 
 
@@ -98,6 +100,7 @@ def places(array: Any, value: Any) -> list[int]:
     """Where elements are equal to a value."""
     if isinstance(array, tuple):
         return [index for index, text in enumerate(array) if text == value]
-    same = array == np.asarray(value, array.dtype)
+    with np.errstate(over="ignore"):
+        same = array == np.asarray(value, array.dtype)
     found: list[int] = np.flatnonzero(same.all(axis=1) if same.ndim == 2 else same).tolist()
     return found

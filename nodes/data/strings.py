@@ -5,39 +5,46 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
+from graphengine.diagnostics import BadValueError
 from graphengine.node import In, Node, Numbered, Out
 from graphengine.types import PortType, String, Token, Tokens
+from nodes.checked import one_of
 from nodes.data.sequences import MAX_LENGTH, checked_length
 
 TEXTS = "string|token|token[]"
 
 
-def check_text_length(letters: int) -> None:
-    """Refuse a text that is too long.
+def check_text_length(port: str, letters: int) -> None:
+    """Refuse a text, or texts, that `port` makes too long.
 
     Raises:
-        ValueError: it is.
+        BadValueError: it does.
     """
     if letters > MAX_LENGTH:
-        raise ValueError(f"a text of {letters} letters is too long; {MAX_LENGTH} are the most")
+        raise BadValueError(port, letters, f"so long that the result has {MAX_LENGTH} letters or fewer")
 
 
-def appended(texts: str | tuple[str, ...], suffix: str | tuple[str, ...]) -> str | tuple[str, ...]:
+def appended(port: str, texts: str | tuple[str, ...], suffix: str | tuple[str, ...]) -> str | tuple[str, ...]:
     """A text after a text; after each text of several the same one, or the one at its place.
 
+    Args:
+        port: OmniGraph's name of the input of the suffix.
+        texts: what comes first.
+        suffix: what comes next.
+
     Raises:
-        ValueError: there is no telling which goes where, or it is too long.
+        BadValueError: the suffixes are neither one nor as many as the texts, or the result is too long.
     """
     if isinstance(texts, str):
-        if isinstance(suffix, str):
-            check_text_length(len(texts) + len(suffix))
-            return texts + suffix
-        raise ValueError(f"{len(suffix)} texts cannot be appended to one")
-    if isinstance(suffix, str):
-        return tuple(str(appended(text, suffix)) for text in texts)
-    if len(texts) != len(suffix):
-        raise ValueError(f"{len(suffix)} texts cannot be appended to {len(texts)}; give as many, or one")
-    return tuple(str(appended(text, other)) for text, other in zip(texts, suffix, strict=True))
+        if not isinstance(suffix, str):
+            raise BadValueError(port, suffix, "one text")
+        check_text_length(port, len(texts) + len(suffix))
+        return texts + suffix
+    suffixes = (suffix,) * len(texts) if isinstance(suffix, str) else suffix
+    if len(texts) != len(suffixes):
+        raise BadValueError(port, suffix, f"one text, or {len(texts)} of them")
+    check_text_length(port, sum(map(len, texts)) + sum(map(len, suffixes)))
+    return tuple(text + other for text, other in zip(texts, suffixes, strict=True))
 
 
 class BuildString(Node, type="omni.graph.nodes.BuildString"):
@@ -57,11 +64,11 @@ class BuildString(Node, type="omni.graph.nodes.BuildString"):
         """Append.
 
         Raises:
-            ValueError: numbers of texts differ.
+            BadValueError: numbers of texts differ.
         """
         value = self.a
         for name in ("b", *self.series["input"]):
-            value = appended(value, getattr(self, name))
+            value = appended(name, value, getattr(self, name))
         self.value = value
 
 
@@ -82,9 +89,9 @@ class AppendString(Node, type="omni.graph.nodes.AppendString"):
         """Append.
 
         Raises:
-            ValueError: numbers of texts differ.
+            BadValueError: numbers of texts differ.
         """
-        self.value_out = appended(self.value_in, self.suffix)
+        self.value_out = appended("suffix", self.value_in, self.suffix)
 
 
 _CASES: dict[str, Callable[[str], str]] = {
@@ -106,11 +113,9 @@ class CapitalizeString(Node, type="omni.graph.nodes.CapitalizeString"):
         """Write it otherwise.
 
         Raises:
-            ValueError: there is no such operation.
+            BadValueError: there is no such operation.
         """
-        change = _CASES.get(self.operation)
-        if change is None:
-            raise ValueError(f"operation is {self.operation!r}; it is one of {', '.join(_CASES)}")
+        change = _CASES[one_of("operation", self.operation, _CASES)]
         text = self.string_in
         self.string_out = change(text) if isinstance(text, str) else tuple(map(change, text))
 
@@ -126,10 +131,10 @@ class SplitString(Node, type="omni.graph.nodes.SplitString"):
         """Take it apart.
 
         Raises:
-            ValueError: the parts are too many.
+            BadValueError: the parts are too many.
         """
         parts = self.string.split(self.delimiter) if self.string and self.delimiter else []
-        checked_length(len(parts))
+        checked_length("string", len(parts))
         self.elements = tuple(parts)
 
 

@@ -6,11 +6,10 @@ from typing import Any
 
 from graphengine.node import In, Node, Out
 from graphengine.types import Int
-from nodes.data.sequences import position
-from nodes.data.strings import appended, check_text_length
+from nodes.data.sequences import INDEX, position
+from nodes.data.strings import check_text_length
 
 _TEXT = "string|token"
-_INDEX = "from 0; negative ones count from the end: -1 is the last; beyond either end is an error"
 
 
 class FindString(Node, type="omni.graph.nodes.FindString"):
@@ -30,7 +29,7 @@ class _Part(Node):
     """A part of a text, by its place and length."""
 
     count: Int = In(default=-1, doc="letters; -1 and what is too much reach to the end")
-    index: Int = In(default=0, doc=_INDEX)
+    index: Int = In(default=0, doc=INDEX)
     string_in: Any = In(type=_TEXT, name="string", couple="text", required=True, doc="the whole text")
     string_out: Any = Out(
         type=_TEXT, name="string", couple="text", doc="of the type of the input; of an empty one empty"
@@ -40,12 +39,12 @@ class _Part(Node):
         """Where the part begins, and where what follows it does.
 
         Raises:
-            ValueError: there is no such place.
+            BadValueError: there is no such place.
         """
         text: str = self.string_in
         if not text:
             return 0, 0
-        start = position(self.index, len(text), "text", "letters")
+        start = position(self.index, len(text))
         return start, len(text) if self.count < 0 else start + self.count
 
 
@@ -56,7 +55,7 @@ class GetString(_Part, type="omni.graph.nodes.GetString"):
         """Cut it out.
 
         Raises:
-            ValueError: there is no such place.
+            BadValueError: there is no such place.
         """
         start, stop = self.ends()
         self.string_out = self.string_in[start:stop]
@@ -69,7 +68,7 @@ class RemoveString(_Part, type="omni.graph.nodes.RemoveString"):
         """Leave it out.
 
         Raises:
-            ValueError: there is no such place.
+            BadValueError: there is no such place.
         """
         start, stop = self.ends()
         self.string_out = self.string_in[:start] + self.string_in[stop:]
@@ -87,10 +86,11 @@ class InsertString(Node, type="omni.graph.nodes.InsertString"):
         """Insert it.
 
         Raises:
-            ValueError: the text is too long.
+            BadValueError: the text is too long.
         """
         index = max(self.index, 0)
-        self.string_out = appended(appended(self.string_in[:index], self.value), self.string_in[index:])
+        check_text_length("value", len(self.string_in) + len(self.value))
+        self.string_out = self.string_in[:index] + self.value + self.string_in[index:]
 
 
 class ReplaceString(Node, type="omni.graph.nodes.ReplaceString"):
@@ -106,11 +106,11 @@ class ReplaceString(Node, type="omni.graph.nodes.ReplaceString"):
         """Replace it.
 
         Raises:
-            ValueError: the text is too long.
+            BadValueError: the text is too long.
         """
         if not self.replace:
             self.string_out = self.string_in
             return
         pieces = self.string_in.split(self.replace, -1 if self.replace_all else 1)
-        check_text_length(sum(map(len, pieces)) + len(self.value) * (len(pieces) - 1))
+        check_text_length("value", sum(map(len, pieces)) + len(self.value) * (len(pieces) - 1))
         self.string_out = self.value.join(pieces)

@@ -9,6 +9,7 @@ import numpy as np
 
 from graphengine.node import In, Node, Numbered, Out
 from graphengine.types import Int, PortType, Target, Token
+from nodes.checked import one_of, same_length
 from nodes.data.paths import parent_of
 from nodes.data.sequences import position
 from nodes.data.unions import BOOLEANS
@@ -44,10 +45,10 @@ class GetTargets(Node, type="omni.graph.nodes.GetTargets"):
         """Cut them out.
 
         Raises:
-            ValueError: there is no such prim.
+            BadValueError: there is no such prim.
         """
         found = self.targets_in
-        start = position(self.index, len(found), "target", "prims") if found else 0
+        start = position(self.index, len(found)) if found else 0
         self.targets_out = found[start : None if self.count < 0 else start + self.count]
 
 
@@ -92,14 +93,11 @@ class CompareTargets(Node, type="omni.graph.nodes.CompareTargets"):
         """Compare.
 
         Raises:
-            ValueError: there is no such operation, or there are not as many prims.
+            BadValueError: there is no such operation, or there are not as many prims.
         """
-        if self.operation not in ("==", "!="):
-            raise ValueError(f"operation is {self.operation!r}; it is == or !=")
-        wanted = self.operation == "=="
+        wanted = one_of("operation", self.operation, ("==", "!=")) == "=="
         if not self.compare_each:
             self.result = (self.a == self.b) == wanted
             return
-        if len(self.a) != len(self.b):
-            raise ValueError(f"a has {len(self.a)} prims and b has {len(self.b)}; give as many")
+        same_length(a=self.a, b=self.b)
         self.result = np.array([(one == other) == wanted for one, other in zip(self.a, self.b, strict=True)], np.bool_)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from graphengine.context import Clock, Context
-from graphengine.node import Node, Out, State
+from graphengine.node import Out
+from nodes.clocked import ClockNode
 
 
-class ReadTime(Node, type="omni.graph.nodes.ReadTime", volatile=True):
+class ReadTime(ClockNode, type="omni.graph.nodes.ReadTime", volatile=True):
     """Simulation time in several forms; the first tick is at one tick period, and a stop sets time back to 0."""
 
     absolute_sim_time: float = Out(unit="s", doc="simulation time since the session began, over all plays")
@@ -15,12 +15,6 @@ class ReadTime(Node, type="omni.graph.nodes.ReadTime", volatile=True):
     is_playing: bool = Out(doc="true whenever a graph runs")
     time: float = Out(unit="s", doc="simulation time")
     time_since_start: float = Out(unit="s", doc="the same as absoluteSimTime")
-
-    clock: Clock = State()
-
-    def setup(self, context: Context) -> None:
-        """Bind the clock."""
-        self.clock = context.clock
 
     def compute(self) -> None:
         """Read it."""

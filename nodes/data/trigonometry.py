@@ -42,10 +42,6 @@ class _OfAngle(Elementwise):
     value_in: Any = In(type=DECIMALS, name="value", required=True, unit="deg")
     value_out: Any = Out(type=DECIMALS, name="value", doc="of the type of the angle")
 
-    def compute(self) -> None:
-        """Compute."""
-        self.value_out = self.operate(self.value_in)
-
 
 class Sin(_OfAngle, type="omni.graph.nodes.Sin"):
     """Sine of an angle."""
@@ -70,10 +66,6 @@ class _ToAngle(Elementwise):
 
     value_in: Any = In(type=DECIMALS, name="value", required=True, doc="number, tuple or array")
     value_out: Any = Out(type=DECIMALS, name="value", unit="deg")
-
-    def compute(self) -> None:
-        """Compute."""
-        self.value_out = self.operate(self.value_in)
 
 
 class Asin(_ToAngle, type="omni.graph.nodes.Asin"):
@@ -111,10 +103,6 @@ class ATan2(Elementwise, type="omni.graph.nodes.ATan2"):
         """Of one point, in degrees."""
         return math.degrees(math.atan2(y, x))
 
-    def compute(self) -> None:
-        """Compute."""
-        self.result = self.operate(self.a, self.b)
-
 
 class ToDeg(Elementwise, type="omni.graph.nodes.ToDeg"):
     """An angle in degrees."""
@@ -125,10 +113,6 @@ class ToDeg(Elementwise, type="omni.graph.nodes.ToDeg"):
     radians: Any = In(type=DECIMALS, required=True, unit="rad")
     degrees: Any = Out(type=DECIMALS, unit="deg")
 
-    def compute(self) -> None:
-        """Convert."""
-        self.degrees = self.operate(self.radians)
-
 
 class ToRad(Elementwise, type="omni.graph.nodes.ToRad"):
     """An angle in radians."""
@@ -138,7 +122,3 @@ class ToRad(Elementwise, type="omni.graph.nodes.ToRad"):
 
     degrees: Any = In(type=DECIMALS, required=True, unit="deg")
     radians: Any = Out(type=DECIMALS, unit="rad")
-
-    def compute(self) -> None:
-        """Convert."""
-        self.radians = self.operate(self.degrees)

@@ -21,21 +21,19 @@ def _tuples(*bases: str) -> str:
     return "|".join(f"{base}[{count}]" for base in bases for count in (2, 3, 4))
 
 
+_ROLES = {"vector": (3,), "point": (3,), "normal": (3,), "color": (3, 4), "quat": (4,), "texcoord": (2, 3)}
+
+
+def with_roles(letters: str) -> str:
+    """Tuples that mean something, of real numbers: d, f or h."""
+    return "|".join(f"{role}{bits}[{count}]" for role, counts in _ROLES.items() for count in counts for bits in letters)
+
+
 INTEGRAL_SCALARS = "int|int64|uint64|uint|uchar"
 REALS = "double|float|half"
 DECIMAL_SCALARS = f"{REALS}|timecode"
 REAL_TUPLES = _tuples("double", "float", "half")
-_ROLES = [
-    "vector{}[3]",
-    "point{}[3]",
-    "normal{}[3]",
-    "color{}[3]",
-    "color{}[4]",
-    "quat{}[4]",
-    "texcoord{}[2]",
-    "texcoord{}[3]",
-]
-DECIMAL_TUPLES = "|".join((REAL_TUPLES, *(role.format(bits) for role in _ROLES for bits in "dfh")))
+DECIMAL_TUPLES = f"{REAL_TUPLES}|{with_roles('dfh')}"
 INTEGRAL_TUPLES = _tuples("int")
 MATRICES = "matrixd[2]|matrixd[3]|matrixd[4]"
 FRAMES = "frame[4]|transform[4]"

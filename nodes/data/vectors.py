@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from graphengine.diagnostics import BadValueError
 from graphengine.node import In, Node, Out
 from graphengine.types import PortType
 from nodes.data.broadcast import Operation, common, is_real, lift
@@ -17,6 +18,7 @@ from nodes.data.elementwise import Elementwise
 from nodes.data.orientation import unit
 from nodes.data.unions import DECIMAL_TUPLES, PLAIN_NUMERICS, REAL_TUPLES, REALS, VECTORS, arrays_of, with_arrays
 
+_VECTOR = "a vector, or an array of them"
 _COMPONENTS = with_arrays(f"int|{REALS}")
 
 
@@ -27,9 +29,7 @@ def _vectors(count: int) -> str:
 class BreakVector2(Node, type="omni.graph.nodes.BreakVector2"):
     """The two components of a vector, whatever its role."""
 
-    tuple_in: Any = In(
-        type=_vectors(2), name="tuple", couple="number", required=True, doc="a vector, or an array of them"
-    )
+    tuple_in: Any = In(type=_vectors(2), name="tuple", couple="number", required=True, doc=_VECTOR)
     x: Any = Out(type=_COMPONENTS, couple="number", component=True)
     y: Any = Out(type=_COMPONENTS, couple="number", component=True)
 
@@ -41,9 +41,7 @@ class BreakVector2(Node, type="omni.graph.nodes.BreakVector2"):
 class BreakVector3(Node, type="omni.graph.nodes.BreakVector3"):
     """The three components of a vector, whatever its role."""
 
-    tuple_in: Any = In(
-        type=_vectors(3), name="tuple", couple="number", required=True, doc="a vector, or an array of them"
-    )
+    tuple_in: Any = In(type=_vectors(3), name="tuple", couple="number", required=True, doc=_VECTOR)
     x: Any = Out(type=_COMPONENTS, couple="number", component=True)
     y: Any = Out(type=_COMPONENTS, couple="number", component=True)
     z: Any = Out(type=_COMPONENTS, couple="number", component=True)
@@ -56,9 +54,7 @@ class BreakVector3(Node, type="omni.graph.nodes.BreakVector3"):
 class BreakVector4(Node, type="omni.graph.nodes.BreakVector4"):
     """The four components of a vector, whatever its role."""
 
-    tuple_in: Any = In(
-        type=_vectors(4), name="tuple", couple="number", required=True, doc="a vector, or an array of them"
-    )
+    tuple_in: Any = In(type=_vectors(4), name="tuple", couple="number", required=True, doc=_VECTOR)
     x: Any = Out(type=_COMPONENTS, couple="number", component=True)
     y: Any = Out(type=_COMPONENTS, couple="number", component=True)
     z: Any = Out(type=_COMPONENTS, couple="number", component=True)
@@ -82,7 +78,7 @@ class _MakeVector(Elementwise):
         """Put arrays together."""
         return np.stack(np.broadcast_arrays(*components), axis=-1)
 
-    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
+    def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """A tuple of numbers, or an array of arrays."""
         if output.array:
             return super().lifted(inputs, output)
@@ -101,10 +97,6 @@ class MakeVector2(_MakeVector, type="omni.graph.nodes.MakeVector2"):
     y: Any = In(type=_COMPONENTS, required=True, doc="number, or array of numbers")
     tuple_out: Any = Out(type=_vectors(2), name="tuple", doc="(x, y)")
 
-    def compute(self) -> None:
-        """Put it together."""
-        self.tuple_out = self.operate(self.x, self.y)
-
 
 class MakeVector3(_MakeVector, type="omni.graph.nodes.MakeVector3"):
     """A vector of three components; of arrays, an array of vectors."""
@@ -113,10 +105,6 @@ class MakeVector3(_MakeVector, type="omni.graph.nodes.MakeVector3"):
     y: Any = In(type=_COMPONENTS, required=True, doc="number, or array of numbers")
     z: Any = In(type=_COMPONENTS, required=True, doc="number, or array of numbers")
     tuple_out: Any = Out(type=_vectors(3), name="tuple", doc="(x, y, z)")
-
-    def compute(self) -> None:
-        """Put it together."""
-        self.tuple_out = self.operate(self.x, self.y, self.z)
 
 
 class MakeVector4(_MakeVector, type="omni.graph.nodes.MakeVector4"):
@@ -128,10 +116,6 @@ class MakeVector4(_MakeVector, type="omni.graph.nodes.MakeVector4"):
     w: Any = In(type=_COMPONENTS, required=True, doc="number, or array of numbers")
     tuple_out: Any = Out(type=_vectors(4), name="tuple", doc="(x, y, z, w)")
 
-    def compute(self) -> None:
-        """Put it together."""
-        self.tuple_out = self.operate(self.x, self.y, self.z, self.w)
-
 
 class Magnitude(Elementwise, type="omni.graph.nodes.Magnitude"):
     """The length of a vector; of a number, what it is without its sign."""
@@ -139,7 +123,7 @@ class Magnitude(Elementwise, type="omni.graph.nodes.Magnitude"):
     input_in: Any = In(type=PLAIN_NUMERICS, name="input", required=True, doc="number, vector or array of either")
     magnitude: Any = Out(type=PLAIN_NUMERICS)
 
-    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
+    def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """Lengths of tuples, or numbers without their signs."""
         if inputs[0].count == 1:
             return lift(np.abs, inputs, output, abs)
@@ -153,10 +137,6 @@ class Magnitude(Elementwise, type="omni.graph.nodes.Magnitude"):
         base = vector.base if vector.count == 1 or is_real(vector) else "double"
         return PortType(base, 1, vector.array)
 
-    def compute(self) -> None:
-        """Measure."""
-        self.magnitude = self.operate(self.input_in)
-
 
 class Normalize(Elementwise, type="omni.graph.nodes.Normalize"):
     """A vector of length 1 in the direction of another; 0 of 0."""
@@ -165,10 +145,6 @@ class Normalize(Elementwise, type="omni.graph.nodes.Normalize"):
 
     vector: Any = In(type=with_arrays(REAL_TUPLES), required=True, doc="one, or an array of them")
     result: Any = Out(type=with_arrays(REAL_TUPLES), doc="of the type of the vector")
-
-    def compute(self) -> None:
-        """Normalize."""
-        self.result = self.operate(self.vector)
 
 
 _DOT = f"{with_arrays(DECIMAL_TUPLES)}|{arrays_of(f'{REALS}|timecode')}"
@@ -193,13 +169,13 @@ class DotProduct(Elementwise, type="omni.graph.nodes.DotProduct"):
         """Dot products of arrays.
 
         Raises:
-            ValueError: they are not as long.
+            BadValueError: they are not as long.
         """
         if a.shape[-1] != b.shape[-1]:
-            raise ValueError(f"a has {a.shape[-1]} numbers and b has {b.shape[-1]}")
+            raise BadValueError("a, b", [a.shape[-1], b.shape[-1]], "of one length")
         return np.sum(a * b, axis=-1)
 
-    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
+    def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """Of arrays, or of one pair of tuples."""
         return super().lifted(inputs, output) if any(one.array for one in inputs) else _dot
 
@@ -214,10 +190,6 @@ class DotProduct(Elementwise, type="omni.graph.nodes.DotProduct"):
             raise ValueError(f"a is {given['a']} and b is {given['b']}; give vectors that are as long")
         return PortType(both.base, 1, both.array and both.count > 1)
 
-    def compute(self) -> None:
-        """Multiply."""
-        self.product = self.operate(self.a, self.b)
-
 
 def _cross(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[float, ...]:
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
@@ -228,17 +200,13 @@ class CrossProduct(Elementwise, type="omni.graph.nodes.CrossProduct"):
 
     operation = np.cross
 
-    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
+    def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """By numpy for arrays alone, which takes fifty times as long for one."""
         return super().lifted(inputs, output) if output.array else _cross
 
     a: Any = In(type=VECTORS, required=True, doc="a vector, or an array of them")
     b: Any = In(type=VECTORS, required=True, doc="a vector, or an array of as many")
     product: Any = Out(type=VECTORS, doc="upright on a and b")
-
-    def compute(self) -> None:
-        """Multiply."""
-        self.product = self.operate(self.a, self.b)
 
 
 _POINTS = with_arrays("pointd[3]|pointf[3]|pointh[3]")
@@ -256,14 +224,10 @@ class Distance3D(Elementwise, type="omni.graph.nodes.Distance3D"):
         """Distances of arrays of points."""
         return np.linalg.norm(a - b, axis=-1)
 
-    def lifted(self, inputs: list[PortType], output: PortType) -> Operation:
+    def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """Of arrays, or of one pair."""
         return super().lifted(inputs, output) if output.array else math.dist
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
         """A number for each pair of points."""
         return replace(common(given), count=1, role="")
-
-    def compute(self) -> None:
-        """Measure."""
-        self.distance = self.operate(self.a, self.b)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.context import BOX_3D
+from graphengine.diagnostics import BadValueError
 from graphengine.node import In
 from graphengine.ros import messages
 from graphengine.types import String, UChars
@@ -101,7 +102,7 @@ def detections_3d(header: messages.Header, boxes: NDArray[Any]) -> Any:
     """A vision_msgs/Detection3DArray of solid boxes, each of which is what it is with certainty.
 
     Raises:
-        ValueError: a transform makes a box flat or endless.
+        BadValueError: a transform makes a box flat or endless.
     """
     array, detection, box_3d = map(_class, ("Detection3DArray", "Detection3D", "BoundingBox3D"))
     low, high, transforms = (boxes[name].astype(float) for name in ("low", "high", "transform"))
@@ -109,7 +110,7 @@ def detections_3d(header: messages.Header, boxes: NDArray[Any]) -> Any:
     volumes = np.linalg.det(np.where(np.isfinite(transforms).all(axis=(1, 2), keepdims=True), axes, 0.0))
     unfit = np.flatnonzero(volumes == 0.0)
     if len(unfit):
-        raise ValueError(f"box {unfit[0]} has a transform without a volume: {transforms[unfit[0]].tolist()}")
+        raise BadValueError("data", transforms[unfit[0]].tolist(), f"transforms with a volume, as of box {unfit[0]}")
     scales = np.linalg.norm(axes, axis=2)
     centers = origins + np.einsum("ni,nij->nj", (low + high) / 2, axes)
     # A box is the same when it is mirrored, but no quaternion is a mirror.
@@ -161,7 +162,7 @@ class BoxPublisher(SensorPublisher):
         """The boxes."""
         size = self.record.itemsize
         if len(self.data) % size:
-            raise ValueError(f"data has {len(self.data)} bytes, a box has {size}")
+            raise BadValueError("data", len(self.data), f"of {size} bytes a box")
         return self.detections(self.header(), np.ascontiguousarray(self.data).view(self.record))
 
     def detections(self, header: messages.Header, boxes: NDArray[Any]) -> Any:

@@ -18,19 +18,9 @@ from nodes.ros2.image import image
 from nodes.ros2.labels import labels_message
 from nodes.ros2.point_cloud import point_cloud
 
-_TYPES = (
-    "rgb",
-    "rgb_h264",
-    "depth",
-    "depth_pcl",
-    "instance_segmentation",
-    "semantic_segmentation",
-    "bbox_2d_tight",
-    "bbox_2d_loose",
-    "bbox_3d",
-)
 _SEGMENTED = ("instance_segmentation", "semantic_segmentation", "bbox_2d_tight", "bbox_2d_loose", "bbox_3d")
 """The types that are made from a segmentation."""
+_TYPES = ("rgb", "rgb_h264", "depth", "depth_pcl", *_SEGMENTED)
 _IMAGE = "sensor_msgs/msg/Image"
 _MESSAGES = {
     "rgb": _IMAGE,

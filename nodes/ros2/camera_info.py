@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.context import Camera, Context, Publisher
-from graphengine.diagnostics import ContextError
+from graphengine.diagnostics import BadValueError, ContextError
 from graphengine.node import In, State
 from graphengine.ros import messages
 from graphengine.types import Doubles, Floats, String, Token, UInt
@@ -56,7 +56,7 @@ class ROS2PublishCameraInfo(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
 
 def _matrix(name: str, given: NDArray[np.float64], count: int) -> NDArray[np.float64]:
     if len(given) not in (0, count):
-        raise ValueError(f"{name} has {len(given)} numbers, not {count}")
+        raise BadValueError(name, given, f"{count} numbers, or none")
     return given if len(given) else np.zeros(count)
 
 

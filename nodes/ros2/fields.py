@@ -19,11 +19,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine import types
-from graphengine.diagnostics import ContextError
+from graphengine.diagnostics import BadValueError, ContextError
 from graphengine.node import Node
 from graphengine.ros.definitions import Definitions, dtype_of
 from graphengine.ros.faults import find_fault
-from graphengine.ros.interfaces import Description, MessageTypeError, element_of, message_of, signed_byte, written
+from graphengine.ros.interfaces import (
+    TEXTS,
+    Description,
+    MessageTypeError,
+    element_of,
+    message_of,
+    signed_byte,
+    written,
+)
 from graphengine.ros.messages import MessageError
 from graphengine.ros.plain import from_plain, to_plain
 
@@ -45,6 +53,7 @@ PORT_TYPES = {
     "float32": "float",
     "float64": "double",
     "string": "token",
+    "wstring": "token",
 }
 """OmniGraph's type of a field, by ROS's."""
 _NARROW = {
@@ -87,7 +96,7 @@ class Leaf:
         self.is_array = inner is not kind
         self.element: str = "" if message_of(inner) else inner[1][0]
         """ROS's type of the value, or of each in an array; empty for messages."""
-        is_bounded = self.element == "string" and inner[1][1] > 0
+        is_bounded = self.element in TEXTS and inner[1][1] > 0
         self.plain = not self.is_array and self.element != "byte" and not is_bounded
         """Whether port and message have the same value, and the encoder alone tells whether it is legal."""
 
@@ -105,7 +114,7 @@ class Leaf:
             return value & 0xFF if self.element == "byte" else value
         if not self.element:
             return tuple(json.dumps(to_plain(item, self.definitions)) for item in value)
-        if self.element == "string":
+        if self.element in TEXTS:
             return tuple(value)
         if self.element == "byte":
             return value.view(np.uint8)
@@ -124,11 +133,18 @@ class Leaf:
         elif not self.element:
             value = [self._message(text, f"{self.name}[{index}]") for index, text in enumerate(value)]
         else:
-            value = list(value) if self.element == "string" else self._numbers(value)
+            value = list(value) if self.element in TEXTS else self._numbers(value)
         fault = find_fault(value, self.kind, self.name, self.definitions.fields)
         if fault:
             raise MessageError(fault)
         return value
+
+    def takes(self, value: Any) -> bool:
+        """Whether a message can hold what the port has."""
+        try:
+            return not find_fault(self.from_port(value), self.kind, self.name, self.definitions.fields)
+        except MessageError:
+            return False
 
     def _numbers(self, value: NDArray[Any]) -> NDArray[Any]:
         if self.element == "byte":
@@ -200,6 +216,22 @@ class Layout:
             MessageError: it cannot hold that.
         """
         return self._make(iter([leaf.from_port(getattr(node, leaf.attribute)) for leaf in self.leaves]))
+
+    def send(self, node: Node, publish: Callable[[Any], object]) -> None:
+        """Call `publish` with a message of what the ports hold.
+
+        Raises:
+            BadValueError: the message cannot hold that.
+        """
+        try:
+            publish(self.read(node))
+        except MessageError as error:
+            held = [
+                (type(node).fields[leaf.attribute].name, leaf, getattr(node, leaf.attribute)) for leaf in self.leaves
+            ]
+            wrong = [(name, value) for name, leaf, value in held if not leaf.takes(value)]
+            ports = ", ".join(name for name, *_ in wrong or held)
+            raise BadValueError(ports, wrong[0][1] if wrong else [value for *_, value in held]) from error
 
     def write(self, node: Node, message: Any) -> None:
         """Let the ports hold what a message does."""

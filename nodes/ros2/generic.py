@@ -60,9 +60,13 @@ class ROS2Publisher(GenericNode, type="isaacsim.ros2.bridge.ROS2Publisher"):
         self.publisher = self.open_topic(context, layout.message_type, self.topic_name)
 
     def compute(self) -> None:
-        """Send a message, if anybody wants it."""
+        """Send a message, if anybody wants it.
+
+        Raises:
+            BadValueError: the message cannot hold what an input does.
+        """
         if self.publisher.wanted:
-            self.publisher.publish(self.layout.read(self))
+            self.layout.send(self, self.publisher.publish)
 
 
 class ROS2Subscriber(GenericNode, type="isaacsim.ros2.bridge.ROS2Subscriber"):

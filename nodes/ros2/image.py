@@ -6,9 +6,11 @@ from typing import ClassVar
 
 import numpy as np
 
+from graphengine.diagnostics import BadValueError
 from graphengine.node import In
 from graphengine.ros import messages
 from graphengine.types import Buffer, Int, String, Token, UChars, UInt, UInt64
+from nodes.checked import one_of
 from nodes.ros2.publisher import SensorPublisher
 
 PIXEL_BYTES = {"rgb8": 3, "rgba8": 4, "32FC1": 4, "32SC1": 4}
@@ -25,12 +27,13 @@ def image(header: messages.Header, encoding: str, size: tuple[int, int], pixels:
         pixels: row after row from the upper edge, numbers in little endian.
 
     Raises:
-        ValueError: the buffer does not have the bytes of such an image.
+        BadValueError: there is no such encoding, or the buffer does not have the bytes of such an image.
     """
     width, height = size
-    data, step = np.frombuffer(pixels, np.uint8), width * PIXEL_BYTES[encoding]
+    data, step = np.frombuffer(pixels, np.uint8), width * PIXEL_BYTES[one_of("encoding", encoding, PIXEL_BYTES)]
     if len(data) != step * height:
-        raise ValueError(f"{width} x {height} pixels of {encoding} are {step * height} bytes, data has {len(data)}")
+        legal = f"of {step * height} bytes for {width} x {height} pixels of {encoding}"
+        raise BadValueError("data, width, height, encoding, dataPtr", len(data), legal)
     return messages.Image(header, height, width, encoding, 0, step, data)
 
 

@@ -8,10 +8,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from graphengine.diagnostics import BadValueError
 from graphengine.node import In
 from graphengine.ros import messages
 from graphengine.types import Buffer, String, Tokens, UInt, UInts
-from nodes.ros2.publisher import PublisherNode
+from nodes.checked import same_length
+from nodes.ros2.publisher import PublisherNode, stamp
 
 _CLASS = "class:"
 _ENTRY = np.dtype([("id", "<u8", 2), ("length", "<u4"), ("offset", "<u4")])
@@ -33,7 +35,7 @@ class LabelPublisher(PublisherNode):
 
     def message(self) -> messages.String:
         """What the numbers stand for, and the time."""
-        return labels_message(self.labels(), messages.stamp(self.time_stamp))
+        return labels_message(self.labels(), stamp(self.time_stamp))
 
     def labels(self) -> dict[str, Any]:
         """What the numbers stand for."""
@@ -57,12 +59,11 @@ class ROS2PublishSemanticLabels(LabelPublisher, type="isaacsim.ros2.bridge.ROS2P
             try:
                 given = json.loads(self.id_to_labels)
             except (ValueError, RecursionError) as error:
-                raise ValueError(f"idToLabels is not JSON: {error}") from None
+                raise BadValueError("idToLabels", self.id_to_labels, "JSON") from error
             if not isinstance(given, dict):
-                raise ValueError(f"idToLabels is not a JSON object, but {self.id_to_labels[:60]!r}")
+                raise BadValueError("idToLabels", self.id_to_labels, "a JSON object")
             return given
-        if len(self.ids) != len(self.labels_in):
-            raise ValueError(f"{len(self.ids)} ids, but {len(self.labels_in)} labels")
+        same_length(ids=self.ids, labels=self.labels_in)
         pairs = zip(self.ids.tolist(), self.labels_in, strict=True)
         return {str(number): _label(label) for number, label in pairs}
 
@@ -89,12 +90,12 @@ class ROS2PublishObjectIdMap(LabelPublisher, type="isaacsim.ros2.bridge.ROS2Publ
 def _paths(data: bytes) -> dict[str, str]:
     entries = int.from_bytes(data[-4:], "little")
     if len(data) < 4 or entries * _ENTRY.itemsize > len(data) - 4:
-        raise ValueError(f"a map of object numbers in {len(data)} bytes cannot have {entries} entries")
+        raise BadValueError("dataPtr", data, f"long enough for {entries} entries")
     found: dict[str, str] = {}
     for entry in np.frombuffer(data, _ENTRY, entries):
         low, high = map(int, entry["id"])
         begin, end = int(entry["offset"]), int(entry["offset"]) + int(entry["length"])
         if end > len(data):
-            raise ValueError(f"a path in a map of object numbers ends at byte {end} of {len(data)}")
+            raise BadValueError("dataPtr", data, f"long enough for a path that ends at byte {end}")
         found[str(high << 64 | low)] = data[begin:end].partition(b"\0")[0].decode("utf-8", "replace")
     return found

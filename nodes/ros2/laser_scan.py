@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.diagnostics import BadValueError
 from graphengine.node import In
 from graphengine.ros import messages
 from graphengine.types import Buffer, Float, Float2, Floats, Int, String, UChars, UInt64
@@ -38,12 +39,16 @@ class ROS2PublishLaserScan(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publi
     azimuth_range: Float2 = In(default=(0.0, 0.0), unit="deg", doc="of the first and the last beam")
 
     def message(self) -> messages.LaserScan:
-        """The row."""
+        """The row.
+
+        Raises:
+            BadValueError: the arrays are not those of one row.
+        """
         if self.num_rows != 1:
-            raise ValueError(f"a LaserScan is one row of beams, numRows is {self.num_rows}")
+            raise BadValueError("numRows", self.num_rows, "1, as a LaserScan is one row of beams")
         beams = len(self.linear_depth_data)
         if not beams or beams != self.num_cols:
-            raise ValueError(f"linearDepthData has {beams} ranges, numCols is {self.num_cols}")
+            raise BadValueError("linearDepthData, numCols", [beams, self.num_cols], "as many, and not none")
         turn = 1.0 / self.rotation_rate if self.rotation_rate else 0.0
         near, far = self.depth_range
         first, last = self.azimuth_range
@@ -64,11 +69,11 @@ class ROS2PublishLaserScan(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publi
         """One a beam, 0 to 255.
 
         Raises:
-            ValueError: there are others than one a beam.
+            BadValueError: there are others than one a beam.
         """
         given, ranges = self.intensities_data, self.linear_depth_data
         if not len(given):
             return np.where((ranges > 0.0) & np.isfinite(ranges), np.float32(255), np.float32(0))
         if len(given) != beams:
-            raise ValueError(f"intensitiesData has {len(given)} values for {beams} beams")
+            raise BadValueError("intensitiesData, linearDepthData", [len(given), beams], "one a beam")
         return given.astype(np.float32)

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.diagnostics import BadValueError
 from graphengine.node import In
 from graphengine.ros import messages
 from graphengine.types import Buffer, Float, Float3, Int, Point3fs, String, UChar, UInt, UInt64, UInts
@@ -57,7 +58,7 @@ def point_cloud(
         metadata: by names of METADATA, buffers with one packed record a point.
 
     Raises:
-        ValueError: a buffer has another number of records.
+        BadValueError: a buffer has another number of records.
     """
     given = metadata or {}
     names = tuple(name for name in METADATA if name in given)
@@ -75,17 +76,25 @@ def point_cloud(
 
 
 def _fill(points: NDArray[Any], name: str, buffer: Buffer) -> None:
-    records = np.frombuffer(buffer, np.dtype(METADATA[name]))
-    if len(records) != len(points):
-        raise ValueError(f"{name} has {len(records)} records for {len(points)} points")
+    kind = np.dtype(METADATA[name])
+    size = memoryview(buffer).nbytes
+    if size != kind.itemsize * len(points):
+        legal = f"of {kind.itemsize} bytes for each of {len(points)} points"
+        raise BadValueError(f"{_port(name)}, data, dataPtr", size, legal)
+    records = np.frombuffer(buffer, kind)
     for field in records.dtype.names or ():
         points[field] = records[field]
+
+
+def _port(name: str) -> str:
+    """The input of a kind of metadata."""
+    return f"{name[0].lower()}{name[1:]}Ptr"
 
 
 def _points_in(buffer: Buffer) -> NDArray[np.float32]:
     size = memoryview(buffer).nbytes
     if size % 12:
-        raise ValueError(f"dataPtr has {size} bytes, and each point of three float32 has 12")
+        raise BadValueError("dataPtr", size, "of 12 bytes a point, three float32")
     return np.frombuffer(buffer, np.dtype("<f4")).reshape(-1, 3)
 
 
@@ -164,24 +173,12 @@ class ROS2PublishPointCloud(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
         """Buffers of the metadata that are put out.
 
         Raises:
-            ValueError: one was not given.
+            BadValueError: one was not given.
         """
-        chosen = {
-            "Intensity": (self.output_intensity, self.intensity_ptr),
-            "Timestamp": (self.output_timestamp, self.timestamp_ptr),
-            "EmitterId": (self.output_emitter_id, self.emitter_id_ptr),
-            "ChannelId": (self.output_channel_id, self.channel_id_ptr),
-            "MaterialId": (self.output_material_id, self.material_id_ptr),
-            "TickId": (self.output_tick_id, self.tick_id_ptr),
-            "HitNormal": (self.output_hit_normal, self.hit_normal_ptr),
-            "Velocity": (self.output_velocity, self.velocity_ptr),
-            "ObjectId": (self.output_object_id, self.object_id_ptr),
-            "EchoId": (self.output_echo_id, self.echo_id_ptr),
-            "TickState": (self.output_tick_state, self.tick_state_ptr),
-            "RadialVelocityMS": (self.output_radial_velocity_ms, self.radial_velocity_ms_ptr),
-        }
-        for name, (wanted, buffer) in chosen.items():
-            if wanted and isinstance(buffer, int):
-                port = name[0].lower() + name[1:]
-                raise ValueError(f"output{name} is set, but no buffer is wired to {port}Ptr")
-        return {name: buffer for name, (wanted, buffer) in chosen.items() if wanted}
+        ports, chosen = type(self).ports, dict[str, Buffer]()
+        for name in METADATA:
+            if getattr(self, ports[f"inputs:output{name}"].field):
+                buffer = chosen[name] = getattr(self, ports[f"inputs:{_port(name)}"].field)
+                if isinstance(buffer, int):
+                    raise BadValueError(f"output{name}, {_port(name)}", buffer, "a buffer where the output is chosen")
+        return chosen

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 from graphengine.context import Context, Publisher, Subscription
+from graphengine.diagnostics import BadValueError
 from graphengine.node import ExecIn, In, Node, State
 from graphengine.ros import messages
 from graphengine.types import String, UInt64
@@ -58,9 +59,13 @@ class PublisherNode(TopicNode):
         return self.open_topic(context, self.message_type, self.topic_name, **facts)
 
     def compute(self) -> None:
-        """Send a message, if anybody wants it."""
+        """Send a message, if anybody wants it.
+
+        Raises:
+            BadValueError: the inputs make no message.
+        """
         if self.publisher.wanted:
-            self.publisher.publish(self.message())
+            send(self.publisher, self.message())
 
     def message(self) -> Any:
         """The message of this execution."""
@@ -79,4 +84,33 @@ class SensorPublisher(PublisherNode):
 
     def header(self) -> messages.Header:
         """Time and frame of this execution's message."""
-        return messages.header(self.time_stamp, self.frame_id)
+        return header(self.time_stamp, self.frame_id)
+
+
+def send(publisher: Publisher, message: Any) -> None:
+    """Publish a message.
+
+    Raises:
+        BadValueError: a field of it cannot hold its value.
+    """
+    try:
+        publisher.publish(message)
+    except messages.MessageError as error:
+        raise BadValueError("message", message) from error
+
+
+def header(seconds: float, frame_id: str, port: str = "timeStamp") -> messages.Header:
+    """A header with that time and frame; errors as for `stamp`."""
+    return messages.Header(stamp(seconds, port), frame_id)
+
+
+def stamp(seconds: float, port: str = "timeStamp") -> messages.Time:
+    """A time in seconds, given by `port`, as ROS writes it.
+
+    Raises:
+        BadValueError: the time is beyond what a message can hold.
+    """
+    try:
+        return messages.stamp(seconds)
+    except messages.MessageError as error:
+        raise BadValueError(port, seconds) from error

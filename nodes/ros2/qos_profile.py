@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 
 from graphengine.context import QoS
+from graphengine.diagnostics import BadValueError
 from graphengine.node import In, Node, Out
 from graphengine.ros.qos import PRESETS, qos_json
 from graphengine.types import String, Token, UInt64
@@ -36,7 +37,7 @@ class ROS2QoSProfile(Node, type="isaacsim.ros2.bridge.ROS2QoSProfile"):
         policies = {name: getattr(self, name) for name in asdict(QoS())}
         unknown = [name for name, value in policies.items() if value == "unknown"]
         if unknown:
-            raise ValueError(f"{unknown[0]} is unknown, which ROS 2 takes for no quality of service")
+            raise BadValueError(unknown[0], "unknown", "a policy that ROS 2 has")
         if self.create_profile in PRESETS:
             changed = {name: value for name, value in policies.items() if value != type(self).fields[name].default}
             policies = asdict(PRESETS[self.create_profile]) | changed

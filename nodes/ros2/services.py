@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping
+from functools import partial
 from typing import Any, ClassVar
 
 from graphengine.context import Context, ServiceClient, ServiceServer
-from graphengine.diagnostics import ContextError
+from graphengine.diagnostics import BadValueError, ContextError
 from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out, Pushes, State
 from graphengine.ros.definitions import Definitions
 from graphengine.types import String, UInt64
@@ -132,12 +133,19 @@ class OgnROS2ServiceServerResponse(ServiceNode, type="isaacsim.ros2.bridge.OgnRO
         return server
 
     def compute(self) -> Fire:
-        """Answer."""
-        server = self.find()
+        """Answer.
+
+        Raises:
+            BadValueError: there is no server of the handle, or the response cannot hold what an input does.
+        """
+        try:
+            server = self.find()
+        except ContextError as error:
+            raise BadValueError("serverHandle", self.server_handle) from error
         if server.current is None:
             self.door.log("warning", f"{server.service}: there is no request to answer")
             return None
-        server.answer(server.current, self.response.read(self))
+        self.response.send(self, partial(server.answer, server.current))
         return self.exec_out
 
 
@@ -169,8 +177,12 @@ class OgnROS2ServiceClient(NamedServiceNode, type="isaacsim.ros2.bridge.OgnROS2S
         self.waiting = len(self.answers)
 
     def compute(self) -> None:
-        """Call."""
-        self.client.call(self.request.read(self))
+        """Call.
+
+        Raises:
+            BadValueError: the request cannot hold what an input does.
+        """
+        self.request.send(self, self.client.call)
         self.waiting += 1
         self.active = True
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import ClassVar
 
@@ -9,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.context import Articulation, Context
+from graphengine.diagnostics import BadValueError
 from graphengine.node import In, State
 from graphengine.ros import messages
 from graphengine.types import Doubles, Float, Quaterniond, String, Target, Tokens, UChars, Vector3d
-from nodes.ros2.publisher import PublisherNode
+from nodes.checked import same_length
+from nodes.ros2.publisher import PublisherNode, header, stamp
 
 
 class ROS2PublishClock(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishClock"):
@@ -25,7 +28,7 @@ class ROS2PublishClock(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishCloc
 
     def message(self) -> messages.Clock:
         """The time."""
-        return messages.Clock(messages.stamp(self.time_stamp))
+        return messages.Clock(stamp(self.time_stamp))
 
 
 _PRISMATIC = 1
@@ -70,7 +73,7 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
         if self.joint_names:
             return self.message_of_arrays()
         if self.articulation is None:
-            raise ValueError("neither jointNames nor targetPrim says which joints")
+            raise BadValueError("jointNames", (), "the joints, as no targetPrim says them")
         robot = self.articulation
         return self.joint_state(self.time_stamp, self.names, robot.positions(), robot.velocities(), robot.efforts())
 
@@ -78,36 +81,40 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
         """The state that the arrays describe."""
         scale = self.stage_meters_per_unit
         if not 0.0 < scale < float("inf"):
-            raise ValueError(f"stageMetersPerUnit must be above 0, it is {scale:g}; wire it from IsaacReadJointState")
-        arrays = (self.joint_positions, self.joint_velocities, self.joint_efforts, self.joint_dof_types)
-        if any(len(array) != len(self.joint_names) for array in arrays):
-            lengths = ", ".join(str(len(array)) for array in arrays)
-            raise ValueError(
-                f"{len(self.joint_names)} jointNames, but positions, velocities, efforts, dofTypes have {lengths}"
-            )
+            raise BadValueError("stageMetersPerUnit", scale, "above 0: wire it from IsaacReadJointState")
+        same_length(
+            jointNames=self.joint_names,
+            jointPositions=self.joint_positions,
+            jointVelocities=self.joint_velocities,
+            jointEfforts=self.joint_efforts,
+            jointDofTypes=self.joint_dof_types,
+        )
         k = 1.0 / scale
         length = np.where(self.joint_dof_types == _PRISMATIC, k, 1.0)
         torque = np.where(self.joint_dof_types == _PRISMATIC, k, k * k)
-        stamp = self.sensor_time if self.sensor_time > 0.0 else self.time_stamp
-        return self.joint_state(
-            stamp,
-            self.joint_names,
-            self.joint_positions * length,
-            self.joint_velocities * length,
-            self.joint_efforts * torque,
-        )
+        time = self.sensor_time if self.sensor_time > 0.0 else self.time_stamp
+        with np.errstate(all="ignore"):
+            arrays = self.joint_positions * length, self.joint_velocities * length, self.joint_efforts * torque
+        return self.joint_state(time, self.joint_names, *arrays)
 
-    def joint_state(self, stamp: float, names: Sequence[str], *arrays: NDArray[np.float64]) -> messages.JointState:
-        """Positions, velocities and efforts, rounded."""
+    def joint_state(self, time: float, names: Sequence[str], *arrays: NDArray[np.float64]) -> messages.JointState:
+        """Positions, velocities and efforts, rounded.
+
+        Raises:
+            BadValueError: the resolution is negative or not finite, or ROS 2 has no such time.
+        """
         values = np.concatenate(arrays)
+        if not 0.0 <= self.resolution < math.inf:
+            raise BadValueError("resolution", self.resolution, "0 or more")
         if self.resolution:
             steps = 1.0 / self.resolution
-            values *= steps
-            np.rint(values, out=values)
-            values /= steps
+            with np.errstate(all="ignore"):
+                rounded = np.rint(values * steps) / steps
+            values = np.where(np.isfinite(rounded), rounded, values)  # too large to be rounded
         joints = len(names)
         parts = values[:joints], values[joints : 2 * joints], values[2 * joints :]
-        return messages.JointState(messages.header(stamp, ""), list(names), *parts)
+        port = "timeStamp" if time is self.time_stamp else "sensorTime"
+        return messages.JointState(header(time, "", port), list(names), *parts)
 
 
 class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishOdometry"):
@@ -142,7 +149,7 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
         pose = messages.Pose(messages.Point(*self.position), messages.Quaternion(*self.orientation))
         twist = messages.Twist(messages.Vector3(*linear), messages.Vector3(*angular))
         return messages.Odometry(
-            messages.header(self.time_stamp, self.odom_frame_id),
+            header(self.time_stamp, self.odom_frame_id),
             self.chassis_frame_id,
             messages.PoseWithCovariance(pose, _NO_COVARIANCE),
             messages.TwistWithCovariance(twist, _NO_COVARIANCE),
@@ -151,9 +158,9 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
     def along_front(self, velocity: Vector3d) -> Vector3d:
         """A vector's components along front, side and up."""
         x, y, _ = self.robot_front
-        length = (x * x + y * y) ** 0.5
-        if length == 0.0:
-            raise ValueError(f"robotFront must have a part in the plane, it is {self.robot_front}")
+        length = math.hypot(x, y)
+        if not 0.0 < length < math.inf:
+            raise BadValueError("robotFront", self.robot_front, "finite, with a part in the plane")
         x, y = x / length, y / length
         return velocity[0] * x + velocity[1] * y, velocity[1] * x - velocity[0] * y, velocity[2]
 

@@ -10,8 +10,9 @@ from graphengine.diagnostics import ContextError
 from graphengine.node import ExecIn, In, Node, State
 from graphengine.ros import messages
 from graphengine.types import Double3s, Double4s, Quaterniond, String, Target, Tokens, UInt64, Vector3d
+from nodes.checked import same_length
 from nodes.core.transforms import pose_of
-from nodes.ros2.publisher import PublisherNode
+from nodes.ros2.publisher import PublisherNode, header, send, stamp
 from nodes.touched import reading_poses
 
 
@@ -20,7 +21,7 @@ def transform(
 ) -> messages.TransformStamped:
     """One edge of the tree."""
     pose = messages.Transform(messages.Vector3(*translation), messages.Quaternion(*orientation))
-    return messages.TransformStamped(messages.header(time, parent), child, pose)
+    return messages.TransformStamped(header(time, parent), child, pose)
 
 
 class TransformPublisher(PublisherNode):
@@ -42,10 +43,10 @@ class TransformPublisher(PublisherNode):
         """Send the transforms: each time, or once when static."""
         if self.static_publisher:
             if not self.sent:
-                self.publisher.publish(self.message())
+                send(self.publisher, self.message())
                 self.sent = True
-        elif self.publisher.wanted:
-            self.publisher.publish(self.message())
+        else:
+            super().compute()
 
 
 class ROS2PublishRawTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.ROS2PublishRawTransformTree"):
@@ -88,11 +89,12 @@ class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.RO
         self.links = ()
         edges = list(zip(self.parent_frames, self.child_frames, strict=False))
         if not edges and self.target_prims:
-            self.links = context.transform_tree(self.target_prims, self.parent_prim[0] if self.parent_prim else "")
+            parent = self.parent_prim[0] if self.parent_prim else ""
+            self.links = context.transform_tree(self.target_prims, parent, loops=False)
             edges = [(link.parent_name, link.child_name) for link in self.links]
-        if not edges:
+        elif not edges:
             raise ContextError("parentFrames and childFrames are empty, and no targetPrims are given")
-        self.publisher = self.open(context, frame_id=edges[0][0], transforms=edges)
+        self.publisher = self.open(context, frame_id=edges[0][0] if edges else "", transforms=edges)
 
     def reads(self) -> Iterable[str]:
         """The poses of its prims, where no arrays bring them."""
@@ -102,10 +104,12 @@ class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.RO
         """All transforms."""
         if not self.parent_frames:
             return messages.TFMessage(linked(self.time_stamp, self.links))
-        arrays = (self.parent_frames, self.child_frames, self.translations, self.orientations)
-        lengths = [len(array) for array in arrays]
-        if len(set(lengths)) > 1:
-            raise ValueError(f"parentFrames, childFrames, translations, orientations have different lengths: {lengths}")
+        same_length(
+            parentFrames=self.parent_frames,
+            childFrames=self.child_frames,
+            translations=self.translations,
+            orientations=self.orientations,
+        )
         rows = zip(
             self.parent_frames, self.child_frames, self.translations.tolist(), self.orientations.tolist(), strict=True
         )
@@ -154,7 +158,12 @@ class RobotStatePublisher(Node, type="graphengine.ros2.RobotStatePublisher"):
         )
 
     def compute(self) -> None:
-        """Send the latched topics once, the moving links when they are due."""
+        """Send the latched topics once, the moving links when they are due.
+
+        Raises:
+            BadValueError: ROS 2 has no such time.
+        """
+        stamp(self.time_stamp)
         if not self.sent:
             self.description_publisher.publish(messages.String(self.description.urdf))
             edges = [transform(self.time_stamp, *edge) for edge in self.description.fixed]

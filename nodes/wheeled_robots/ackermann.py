@@ -6,8 +6,10 @@ import math
 
 import numpy as np
 
+from graphengine.diagnostics import BadValueError
 from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
 from graphengine.types import Doubles
+from nodes.checked import check_outcome
 from nodes.wheeled_robots.limits import limited, ramped
 
 
@@ -43,11 +45,15 @@ class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannCon
     previous_angle: float = State(default=0.0)
 
     def compute(self) -> None:
-        """Limit, ramp, and share out to the wheels."""
+        """Limit, ramp, and share out to the wheels.
+
+        Raises:
+            BadValueError: the geometry has a 0, a ramp has no dt, or a number is not finite.
+        """
         base, half_track, front, back = self.geometry()
         fastest, widest = abs(self.max_wheel_velocity), abs(self.max_wheel_rotation)
         speed, angle = self.commanded(fastest * max(front, back), widest)
-        self.previous_speed, self.previous_angle = speed, angle
+        check_outcome(self, speed, angle)
         slope = math.tan(angle)
         left, right = 1.0 - half_track / base * slope, 1.0 + half_track / base * slope
         # Where the turning centre lies between the wheels, the share of one is negative, and it rolls backwards.
@@ -57,17 +63,21 @@ class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannCon
             slope = -slope
         else:
             shares = (steered[0] / front, steered[1] / front, left / back, right / back)
-        angles = [math.atan2(math.copysign(1.0, side) * slope, abs(side)) for side in (left, right)]
-        self.wheel_angles = np.array([limited(angle, widest) for angle in angles])
-        self.wheel_rotation_velocity = np.array([limited(speed * share, fastest) for share in shares])
+        turned = [math.atan2(math.copysign(1.0, side) * slope, abs(side)) for side in (left, right)]
+        angles = [limited(side, widest) for side in turned]
+        speeds = [limited(speed * share, fastest) for share in shares]
+        check_outcome(self, *angles, *speeds)
+        self.previous_speed, self.previous_angle = speed, angle
+        self.wheel_angles, self.wheel_rotation_velocity = np.array(angles), np.array(speeds)
 
     def geometry(self) -> tuple[float, float, float, float]:
         """Wheel base, half the track width, radius of the front and of the back wheels."""
         front, back = abs(self.front_wheel_radius), abs(self.back_wheel_radius)
-        if self.wheel_base == 0.0 or not (front or back):
-            raise ValueError(
-                f"wheelBase and one of frontWheelRadius and backWheelRadius must not be 0, "
-                f"they are {self.wheel_base:g}, {front:g} and {back:g}"
+        if self.wheel_base == 0.0:
+            raise BadValueError("wheelBase", self.wheel_base, "other than 0")
+        if not (front or back):
+            raise BadValueError(
+                "frontWheelRadius, backWheelRadius", (front, back), "other than 0, one of them at least"
             )
         return abs(self.wheel_base), abs(self.track_width) / 2.0, front or back, back or front
 
@@ -76,7 +86,8 @@ class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannCon
         acceleration = limited(abs(self.acceleration), abs(self.max_acceleration))
         turning = limited(abs(self.steering_angle_velocity), abs(self.max_steering_angle_velocity))
         if self.dt == 0.0 and (acceleration or turning):
-            raise ValueError("ramps need dt > 0, it is 0; wire deltaSeconds of OnPlaybackTick to it")
+            ports = "dt, acceleration, steeringAngleVelocity"
+            raise BadValueError(ports, self.dt, "above 0 for ramps: wire deltaSeconds of OnPlaybackTick to dt")
         speed, angle = limited(self.speed, fastest), limited(self.steering_angle, widest)
         dt = abs(self.dt)
         return ramped(self.previous_speed, speed, acceleration, dt), ramped(self.previous_angle, angle, turning, dt)

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from graphengine.diagnostics import BadValueError
 from graphengine.node import In, Out
 from graphengine.types import Bools, Double2, Double3
 from nodes.wheeled_robots.planar import PlanarNode, wrapped
@@ -20,8 +21,14 @@ class CheckGoal2D(PlanarNode, type="isaacsim.robot.wheeled_robots.CheckGoal2D"):
     reached_goal: Bools = Out(doc="[position reached, yaw reached]")
 
     def compute(self) -> None:
-        """Compare."""
+        """Compare.
+
+        Raises:
+            BadValueError: the base's pose, or the target's yaw, is not finite.
+        """
         x, y, yaw = self.heading()
+        if math.isinf(self.target[2]):
+            raise BadValueError("target", self.target, "finite")
         distance = math.hypot(x - self.target[0], y - self.target[1])
         turn = abs(wrapped(yaw - self.target[2]))
         self.reached_goal = np.array((distance <= self.thresholds[0], turn <= self.thresholds[1]))

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from graphengine.diagnostics import PrimError
+from graphengine.diagnostics import BadValueError, PrimError
 from graphengine.node import ExecIn, In, Node, Out, State
 from graphengine.registry import lint
 from graphengine.types import Doubles
+from nodes.checked import check_outcome
 from nodes.core.articulation import IsaacArticulationController
 from nodes.wheeled_robots.limits import limited, ramped
 
@@ -45,13 +46,17 @@ class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.Different
     previous_angular: float = State(default=0.0)
 
     def compute(self) -> None:
-        """Limit, ramp, and share out to the wheels."""
+        """Limit, ramp, and share out to the wheels.
+
+        Raises:
+            BadValueError: the geometry has a 0, a ramp has no dt, or a number is not finite.
+        """
         radius, distance = abs(self.wheel_radius), abs(self.wheel_distance)
-        if radius == 0.0 or distance == 0.0:
-            raise ValueError(f"wheelRadius and wheelDistance must not be 0, they are {radius:g} and {distance:g}")
+        if not (radius and distance):
+            raise BadValueError("wheelDistance" if radius else "wheelRadius", 0.0, "other than 0")
         if self.dt <= 0.0 and (self.max_acceleration or self.max_deceleration or self.max_angular_acceleration):
-            raise ValueError(
-                f"acceleration limits need dt > 0, it is {self.dt:g}; wire deltaSeconds of OnPlaybackTick to it"
+            raise BadValueError(
+                _RAMPS, self.dt, "above 0 for acceleration limits: wire deltaSeconds of OnPlaybackTick to dt"
             )
         linear = limited(self.linear_velocity, abs(self.max_linear_speed))
         angular = limited(self.angular_velocity, abs(self.max_angular_speed))
@@ -60,13 +65,15 @@ class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.Different
             slope = abs(self.max_acceleration if faster else self.max_deceleration)
             linear = ramped(self.previous_linear, linear, slope, self.dt)
         angular = ramped(self.previous_angular, angular, abs(self.max_angular_acceleration), self.dt)
-        self.previous_linear, self.previous_angular = linear, angular
         limit = abs(self.max_wheel_speed)
-        left = (2.0 * linear - angular * distance) / (2.0 * radius)
-        right = (2.0 * linear + angular * distance) / (2.0 * radius)
-        self.velocity_command = np.array((limited(left, limit), limited(right, limit)))
+        left = limited((2.0 * linear - angular * distance) / (2.0 * radius), limit)
+        right = limited((2.0 * linear + angular * distance) / (2.0 * radius), limit)
+        check_outcome(self, linear, angular, left, right)
+        self.previous_linear, self.previous_angular = linear, angular
+        self.velocity_command = np.array((left, right))
 
 
+_RAMPS = "dt, maxAcceleration, maxDeceleration, maxAngularAcceleration"
 TOLERANCE = 0.01
 """Share by which a controller's geometry may differ from the robot's before a lint tells."""
 
@@ -102,9 +109,8 @@ def _driven(context: LintContext) -> Iterator[tuple[Instance, Prim, tuple[str, .
         for wire in plan.graph.data_wires:
             source, target = plan.graph.instances[wire.source], plan.graph.instances[wire.target]
             drives = target.node
-            if not isinstance(source.node, DifferentialController) or not isinstance(
-                drives, IsaacArticulationController
-            ):
+            is_controller = isinstance(source.node, DifferentialController)
+            if not is_controller or not isinstance(drives, IsaacArticulationController):
                 continue
             path = drives.robot_path or (drives.target_prim[0] if drives.target_prim else "")
             try:

@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from graphengine import rotation
 from graphengine.context import Vector3
+from graphengine.diagnostics import BadValueError
 from graphengine.node import ExecIn, In, Node, Out, State
 from graphengine.types import Double3, Double3s, Double4s, Doubles
+from nodes.checked import check_outcome
 from nodes.wheeled_robots.limits import limited
 
 Floats = NDArray[np.float64]
@@ -50,20 +52,27 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
     matrix_of: tuple[object, ...] = State(default=())
 
     def compute(self) -> None:
-        """Limit the twist, and share it out to the wheels."""
+        """Limit the twist, and share it out to the wheels.
+
+        Raises:
+            BadValueError: the geometry is none of such a base, or a number is not finite.
+        """
         matrix, geometry = self.matrix, self.geometry()
         if matrix is None or any(one is not other for one, other in zip(geometry, self.matrix_of, strict=True)):
-            matrix = self.matrix = self.wheel_speeds_of_a_twist()
-            self.matrix_of = geometry
+            with np.errstate(all="ignore"):
+                matrix = self.wheel_speeds_of_a_twist()
         forward, sideways = self.input_velocity[0] * self.linear_gain, self.input_velocity[1] * self.linear_gain
         speed = math.hypot(forward, sideways)
         share = limited(speed, abs(self.max_linear_speed)) / speed if speed else 1.0
         turning = limited(self.input_velocity[2] * self.angular_gain, abs(self.max_angular_speed))
-        command: Floats = matrix @ (forward * share, sideways * share, turning)
-        fastest = float(np.abs(command).max())
-        if fastest:
-            command *= limited(fastest, abs(self.max_wheel_speed)) / fastest
-        self.joint_velocity_command = command
+        check_outcome(self, forward * share, sideways * share, turning)
+        with np.errstate(all="ignore"):
+            command: Floats = matrix @ (forward * share, sideways * share, turning)
+            fastest = float(np.abs(command).max())
+            if fastest:
+                command *= limited(fastest, abs(self.max_wheel_speed)) / fastest
+        check_outcome(self, *command.tolist())
+        self.matrix, self.matrix_of, self.joint_velocity_command = matrix, geometry, command
 
     def geometry(self) -> tuple[object, ...]:
         """The inputs that the matrix follows from."""
@@ -75,19 +84,22 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
         self.check_finite()
         wheels, positions = len(self.wheel_positions), self.wheel_positions
         if wheels < 3:
-            raise ValueError(f"a base that drives in every direction has 3 wheels or more, wheelPositions has {wheels}")
+            raise BadValueError("wheelPositions", positions, "those of 3 wheels or more")
         radii = self.one_a_wheel("wheelRadius", self.wheel_radius)[:, None]
         if not np.all(radii > 0.0):
-            raise ValueError(f"wheelRadius must be above 0, it is {self.wheel_radius.tolist()}")
+            raise BadValueError("wheelRadius", self.wheel_radius, "above 0")
         axles, rollers = (np.array(axes) for axes in zip(*self.axes(), strict=True))
         contributions: Floats = radii * rollers
         contributions[:, 2] = np.cross(contributions, positions)[:, 2]
         if not np.isfinite(contributions).all() or np.linalg.matrix_rank(contributions) < 3:
-            raise ValueError("wheels with these axles and roller angles cannot drive in every direction")
+            raise _cannot_drive(positions)
         if self.rolling:
             return _without_slip(radii, axles, rollers, positions, np.array(_unit("upAxis", self.up_axis)))
         weighted = contributions / radii
-        least: Floats = weighted @ np.linalg.inv(contributions.T @ weighted)
+        try:
+            least: Floats = weighted @ np.linalg.inv(contributions.T @ weighted)
+        except np.linalg.LinAlgError:
+            raise _cannot_drive(positions) from None
         return least
 
     def check_finite(self) -> None:
@@ -102,14 +114,14 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
         }
         for name, value in inputs.items():
             if not np.isfinite(value).all():
-                raise ValueError(f"{name} is not finite")
+                raise BadValueError(name, value, "finite")
 
     def axes(self) -> Iterator[tuple[Vector3, Vector3]]:
         """Of each wheel the axle and its rollers' axis, unit vectors in the base's frame."""
         angles = self.one_a_wheel("mecanumAngles", self.mecanum_angles).tolist()
         orientations = self.wheel_orientations.tolist()
         if len(orientations) != len(angles):
-            raise ValueError(f"wheelOrientations has {len(orientations)} values for {len(angles)} wheels")
+            raise BadValueError("wheelOrientations, wheelPositions", [len(orientations), len(angles)], "one a wheel")
         up = _unit("upAxis", self.up_axis)
         for angle, orientation in zip(angles, orientations, strict=True):
             w, x, y, z = _unit("wheelOrientations", orientation)
@@ -123,15 +135,20 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
         """An input with a value a wheel, or a single one for all."""
         wheels = len(self.wheel_positions)
         if len(values) not in (1, wheels):
-            raise ValueError(f"{name} has {len(values)} values for {wheels} wheels of wheelPositions")
+            raise BadValueError(f"{name}, wheelPositions", [len(values), wheels], "one a wheel, or one for all")
         return np.broadcast_to(values, wheels)
+
+
+def _cannot_drive(positions: Floats) -> BadValueError:
+    ports = "wheelPositions, wheelRadius, wheelOrientations, mecanumAngles, wheelAxis, upAxis"
+    return BadValueError(ports, positions, "those of wheels that together drive in every direction")
 
 
 def _without_slip(radii: Floats, axles: Floats, rollers: Floats, positions: Floats, up: Floats) -> Floats:
     """Speeds of wheels that do not slip along their rollers' axes, for each part of a twist."""
     grips = radii * np.sum(np.cross(axles, up) * rollers, axis=1, keepdims=True)
     if np.any(np.abs(grips) < 1e-9 * radii):
-        raise ValueError("rollers along the axle drive nothing: mecanumAngles of 0 or 180 degrees are not legal")
+        raise BadValueError("mecanumAngles, upAxis, wheelAxis", grips.tolist(), "other than along the axle")
     paths = np.column_stack([rollers[:, :2], np.cross(positions, rollers) @ up])
     speeds: Floats = paths / grips
     return speeds
@@ -141,6 +158,6 @@ def _unit(name: str, vector: Iterable[float]) -> list[float]:
     """A vector or quaternion of length 1 in the same direction."""
     parts = list(vector)
     length = math.hypot(*parts)
-    if length == 0.0:
-        raise ValueError(f"{name} must not be all zeros")
+    if not 0.0 < length < math.inf:
+        raise BadValueError(name, vector, "of a length above 0")
     return [part / length for part in parts]

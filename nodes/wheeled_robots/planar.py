@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from graphengine.context import Quaternion
+from graphengine.context import Quaternion, Vector3
+from graphengine.diagnostics import BadValueError
 from graphengine.node import ExecIn, ExecOut, In, Node
 from graphengine.types import Quaterniond, Vector3d
 
@@ -19,6 +20,20 @@ def yaw_of(q: Quaternion) -> float:
     """
     x, y, z, w = q
     return math.atan2(2.0 * (x * y + z * w), w * w + x * x - y * y - z * z)
+
+
+def heading_of(position: tuple[str, Vector3], orientation: tuple[str, Quaternion]) -> Heading:
+    """Where a pose is on the floor, given as two ports and their values.
+
+    Raises:
+        BadValueError: it is not finite.
+    """
+    x, y, _ = position[1]
+    yaw = yaw_of(orientation[1])
+    for (port, value), numbers in ((position, (x, y)), (orientation, (yaw,))):
+        if not all(map(math.isfinite, numbers)):
+            raise BadValueError(port, value, "finite")
+    return x, y, yaw
 
 
 def wrapped(angle: float) -> float:
@@ -38,13 +53,6 @@ class PlanarNode(Node):
         """Where the base is, and which way it looks.
 
         Raises:
-            ValueError: it is not finite.
+            BadValueError: it is not finite.
         """
-        x, y, _ = self.current_position
-        found = x, y, yaw_of(self.current_orientation)
-        if not all(map(math.isfinite, found)):
-            raise ValueError(
-                "currentPosition and currentOrientation must be finite, "
-                f"they are {self.current_position} and {self.current_orientation}"
-            )
-        return found
+        return heading_of(("currentPosition", self.current_position), ("currentOrientation", self.current_orientation))

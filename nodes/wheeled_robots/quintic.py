@@ -13,10 +13,12 @@ from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
 from graphengine.context import Context, Frame
+from graphengine.diagnostics import BadValueError
 from graphengine.node import In, Out, State
 from graphengine.types import Double3, Doubles, Quaterniond, Target, Vector3d
+from nodes.checked import finite
 from nodes.touched import reading_poses
-from nodes.wheeled_robots.planar import Heading, PlanarNode, wrapped, yaw_of
+from nodes.wheeled_robots.planar import Heading, PlanarNode, heading_of, wrapped
 
 Floats = NDArray[np.float64]
 
@@ -26,6 +28,7 @@ SHORTEST_STEP = 0.001
 MOVED, TURNED = 0.1, 0.05
 """m in x or y, and rad, by which a target differs that is worth another path."""
 
+_AT_ENDS = ("initialVelocity", "initialAccel", "goalVelocity", "goalAccel")
 _ENDS = np.array(
     [
         [1, 0, 0, 0, 0, 0],
@@ -75,12 +78,17 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
         self.goal = context.frame(self.target_prim[0]) if self.target_prim else None
 
     def compute(self) -> None:
-        """Plan, where there is something to plan."""
+        """Plan, where there is something to plan.
+
+        Raises:
+            BadValueError: a number is not finite, points are too close in time, or no duration keeps to the limits.
+        """
         target = self.target_now()
-        self.target_changed = self.planned is None or _differs(target, self.planned)
-        if self.target_changed:
+        changed = self.planned is None or _differs(target, self.planned)
+        if changed:
             self.path_arrays = self.plan(self.heading(), target)
             self.target = self.planned = target
+        self.target_changed = changed
 
     def reads(self) -> Iterable[str]:
         """The pose of the prim to go to."""
@@ -90,40 +98,39 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
         """Where to go.
 
         Raises:
-            ValueError: it is not finite.
+            BadValueError: it is not finite.
         """
         goal = self.goal
         position, orientation = goal.pose() if goal else (self.target_position, self.target_orientation)
-        target = position[0], position[1], yaw_of(orientation)
-        if not all(map(math.isfinite, target)):
-            raise ValueError(f"the target must be finite, it is at {position}, turned by {orientation}")
-        return target
+        return heading_of(("targetPosition", position), ("targetOrientation", orientation))
 
     def plan(self, start: Heading, target: Heading) -> Floats:
         """The path as arrays.
 
         Raises:
-            ValueError: no duration keeps to the limits, points are too close in time, or a number is not finite.
+            BadValueError: no duration keeps to the limits, points are too close in time, or a number is not finite.
         """
         if not self.step >= SHORTEST_STEP:
-            raise ValueError(f"step must be {SHORTEST_STEP} s or more, it is {self.step:g}")
-        asked = (self.initial_velocity, self.initial_accel, self.goal_velocity, self.goal_accel)
-        if not all(map(math.isfinite, asked)):
-            raise ValueError("speeds and accelerations at both ends must be finite")
+            raise BadValueError("step", self.step, f"{SHORTEST_STEP} s or more")
+        for name in _AT_ENDS:
+            finite(name, getattr(self, type(self).ports[f"inputs:{name}"].field))
         ends = np.array(
             [
                 *_end(start, self.initial_velocity, self.initial_accel),
                 *_end(target, self.goal_velocity, self.goal_accel),
             ]
         )
-        for duration in DURATIONS:
-            coefficients = quintic(ends, duration)
-            acceleration, jerk = (_most(derivative(coefficients, order, duration)) for order in (2, 3))
-            if acceleration <= self.max_accel and jerk <= self.max_jerk:
-                return _arrays(coefficients, duration, math.ceil(duration / self.step), start[2], target[2])
-        raise ValueError(
-            f"no path to ({target[0]:g}, {target[1]:g}) keeps to maxAccel {self.max_accel:g} m/s2 and maxJerk "
-            f"{self.max_jerk:g} m/s3: even one of {duration} s needs {acceleration:.3g} m/s2 and {jerk:.3g} m/s3"
+        with np.errstate(all="ignore"):  # what is not finite keeps to no limit
+            for duration in DURATIONS:
+                coefficients = quintic(ends, duration)
+                acceleration, jerk = (_most(derivative(coefficients, order, duration)) for order in (2, 3))
+                if acceleration <= self.max_accel and jerk <= self.max_jerk:
+                    return _arrays(coefficients, duration, math.ceil(duration / self.step), start[2], target[2])
+        raise BadValueError(
+            f"currentPosition, currentOrientation, targetPosition, targetOrientation, {', '.join(_AT_ENDS)}",
+            (start, target),
+            f"so near that a path keeps to maxAccel {self.max_accel:g} m/s2 and maxJerk {self.max_jerk:g} m/s3; "
+            f"even one of {duration} s needs {acceleration:.3g} m/s2 and {jerk:.3g} m/s3",
         )
 
 

@@ -8,12 +8,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.diagnostics import BadValueError
 from graphengine.node import In, Out, State
 from graphengine.types import Bools, Double2, Double3, Doubles, Vector3d
+from nodes.checked import check_outcome, finite
 from nodes.wheeled_robots.limits import limited
 from nodes.wheeled_robots.planar import Heading, PlanarNode, wrapped
 
 Floats = NDArray[np.float64]
+Speeds = tuple[float, float]
+"""Forward, m/s, and counter-clockwise, rad/s."""
 
 SLOWEST = 0.05
 """m/s at which a path is followed to its end, and the target approached from beyond it."""
@@ -69,79 +73,82 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
     missed: bool = State(default=False)
 
     def compute(self) -> None:
-        """Drive, turn, or stand."""
+        """Drive, turn, or stand.
+
+        Raises:
+            BadValueError: a number is not finite or not legal, or there is no path.
+        """
         if len(self.reached_goal) >= 2 and all(self.reached_goal[:2]):
             self.linear_velocity = self.angular_velocity = 0.0
             return
         self.check()
         base = self.heading()
+        path, nearest, missed = self.path, self.nearest, self.missed
         if self.target_changed or self.is_another(self.path_arrays):
-            self.path = path_of(self.path_arrays) if len(self.path_arrays) else None
-            self.taken, self.nearest, self.missed = self.path_arrays, 0, False
+            path, nearest, missed = path_of(self.path_arrays) if len(self.path_arrays) else None, 0, False
         away = math.hypot(base[0] - self.target[0], base[1] - self.target[1])
         if away <= self.thresholds[0] or any(self.reached_goal[:1]):
-            self.turn(self.target[2] - base[2])
-        elif self.path is None:
-            raise ValueError("pathArrays is empty; wire pathArrays of QuinticPathPlanner to it")
-        elif self.missed or self.is_behind(self.path, base):
-            self.missed = True
-            self.approach(base)
+            speeds = self.turn(self.target[2] - base[2])
+        elif path is None:
+            raise BadValueError("pathArrays", [], "that of a path: wire pathArrays of QuinticPathPlanner to it")
+        elif missed or _is_behind(path, nearest, base):
+            missed, speeds = True, self.approach(base)
         else:
-            self.follow(self.path, base)
+            nearest, speeds = self.follow(path, nearest, base)
+        check_outcome(self, *speeds)
+        self.path, self.taken, self.nearest, self.missed = path, self.path_arrays, nearest, missed
+        self.linear_velocity, self.angular_velocity = speeds
 
     def check(self) -> None:
         """Refuse numbers that mean nothing.
 
         Raises:
-            ValueError: there is one.
+            BadValueError: there is one.
         """
-        _, gain, steering = self.gains
-        if not (self.wheel_base > 0.0 and self.step > 0.0 and gain > 0.0 and 0.0 < steering < math.pi / 2):
-            raise ValueError(
-                "wheelBase, step and gains[1] must be more than 0 and gains[2] between 0 and pi/2, "
-                f"they are {self.wheel_base:g}, {self.step:g}, {gain:g} and {steering:g}"
-            )
-        if not all(map(math.isfinite, (*self.current_speed, *self.target, *self.gains, self.max_velocity))):
-            raise ValueError(
-                "currentSpeed, target, gains and maxVelocity must be finite, "
-                f"they are {self.current_speed}, {self.target}, {self.gains} and {self.max_velocity:g}"
-            )
+        _, gain, steering = finite("gains", self.gains)
+        if not (gain > 0.0 and 0.0 < steering < math.pi / 2):
+            raise BadValueError("gains", self.gains, "above 0 at [1] and between 0 and pi/2 at [2]")
+        if not self.step > 0.0:
+            raise BadValueError("step", self.step, "above 0")
+        if not self.wheel_base * gain > 0.0:
+            raise BadValueError("wheelBase", self.wheel_base, "above 0")
+        finite("currentSpeed", self.current_speed)
+        finite("target", self.target)
+        finite("maxVelocity", self.max_velocity)
 
     def is_another(self, arrays: Doubles) -> bool:
         """Whether a path is another than the one that was taken; what converts on its way is a new array in every tick."""
         return arrays is not self.taken and (self.taken is None or not np.array_equal(arrays, self.taken))
 
-    def turn(self, angle: float) -> None:
+    def turn(self, angle: float) -> Speeds:
         """Turn by an angle on the spot, the shorter way."""
-        self.linear_velocity = 0.0
-        self.angular_velocity = limited(self.gains[1] / self.step * wrapped(angle), FASTEST_TURN)
+        return 0.0, limited(self.gains[1] / self.step * wrapped(angle), FASTEST_TURN)
 
-    def approach(self, base: Heading) -> None:
+    def approach(self, base: Heading) -> Speeds:
         """Go straight to the target, as soon as the base looks there."""
         angle = wrapped(math.atan2(self.target[1] - base[1], self.target[0] - base[0]) - base[2])
-        self.turn(angle)
-        if abs(angle) <= FACING:
-            self.linear_velocity = min(SLOWEST, self.max_velocity)
+        return min(SLOWEST, self.max_velocity) if abs(angle) <= FACING else 0.0, self.turn(angle)[1]
 
-    def is_behind(self, path: Path, base: Heading) -> bool:
-        """Whether the base has come to the path's end, and beyond."""
-        x, y, yaw = path.x[-1], path.y[-1], path.yaws[-1]
-        along = (base[0] - x) * math.cos(yaw) + (base[1] - y) * math.sin(yaw)
-        return self.nearest == len(path.x) - 1 and bool(along >= 0.0)
-
-    def follow(self, path: Path, base: Heading) -> None:
-        """Steer towards the path, and along it."""
+    def follow(self, path: Path, nearest: int, base: Heading) -> tuple[int, Speeds]:
+        """Steer towards the path, and along it; the number of its nearest point, and the speeds."""
         control, gain, steering = self.gains
         ahead = gain * self.wheel_base
         front = base[0] + ahead * math.cos(base[2]), base[1] + ahead * math.sin(base[2])
-        self.nearest = index = _nearest(path, front, self.nearest)
+        index = _nearest(path, front, nearest)
         yaw = float(path.yaws[index])
         error = (path.y[index] - front[1]) * math.cos(yaw) - (path.x[index] - front[0]) * math.sin(yaw)
         measured = math.hypot(*self.current_speed[:2])
         angle = limited(wrapped(yaw - base[2] + math.atan2(control * error, measured)), steering)
         wanted = max(float(path.shares[index]) * self.max_velocity, min(SLOWEST, self.max_velocity))
-        self.linear_velocity = measured + gain * (wanted - measured)
-        self.angular_velocity = self.linear_velocity * math.tan(angle) / ahead
+        linear = measured + gain * (wanted - measured)
+        return index, (linear, linear * math.tan(angle) / ahead)
+
+
+def _is_behind(path: Path, nearest: int, base: Heading) -> bool:
+    """Whether the base has come to the path's end, and beyond."""
+    x, y, yaw = path.x[-1], path.y[-1], path.yaws[-1]
+    along = (base[0] - x) * math.cos(yaw) + (base[1] - y) * math.sin(yaw)
+    return nearest == len(path.x) - 1 and bool(along >= 0.0)
 
 
 def path_of(arrays: Doubles) -> Path:
@@ -150,13 +157,17 @@ def path_of(arrays: Doubles) -> Path:
     Where a base slows down evenly to stand, the square of its speed is proportional to the way that remains.
 
     Raises:
-        ValueError: they are not four of one length, or not finite.
+        BadValueError: they are not four of one length, not finite, or too far apart.
     """
-    if len(arrays) % 4 or not np.isfinite(arrays).all():
-        raise ValueError(f"pathArrays must be four arrays of one length, all finite; it has {len(arrays)} numbers")
+    legal = f"four arrays of one length, all finite, not {len(arrays)} numbers"
+    if len(arrays) % 4:
+        raise BadValueError("pathArrays", arrays, legal)
     speeds, x, y, yaws = arrays.reshape(4, -1)
-    gone = np.concatenate(([0.0], np.hypot(np.diff(x), np.diff(y)).cumsum()))
-    slowing = np.sqrt(np.clip((gone[-1] - gone) / (gone[-1] / 3.0 or 1.0), 0.0, 1.0))
+    with np.errstate(all="ignore"):
+        gone = np.concatenate(([0.0], np.hypot(np.diff(x), np.diff(y)).cumsum()))
+        if not np.isfinite((*arrays, gone[-1])).all():
+            raise BadValueError("pathArrays", arrays, legal)
+        slowing = np.sqrt(np.clip((gone[-1] - gone) / (gone[-1] / 3.0 or 1.0), 0.0, 1.0))
     return Path(np.abs(speeds) / (np.abs(speeds).max() or 1.0) * slowing, x, y, yaws)
 
 

@@ -17,6 +17,7 @@ from graphengine.diagnostics import Findings
 from graphengine.dry.network import DryNetwork
 from graphengine.dry.world import DryWorld
 from graphengine.engine.executor import Executor
+from graphengine.engine.library import GraphLibrary
 from graphengine.engine.planning import make_plan
 from graphengine.engine.resolve import resolve
 from graphengine.engine.template import load_graph
@@ -91,7 +92,7 @@ def generated(size: int, gated: bool) -> tuple[Callable[[], None], Executor]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "dag.yaml"
         path.write_text(dag(size, gated))
-        flat = load_graph(path, {}, Files.of(path), findings)
+        flat = load_graph(path, {}, GraphLibrary(Files.of(path)), findings)
         assert flat is not None
         plan = make_plan(resolve(flat, "dag", "/dag", registry, findings), findings)
     findings.raise_errors()
@@ -158,7 +159,7 @@ def built(text: str) -> tuple[float, float]:
         path = Path(folder) / "graph.yaml"
         path.write_text(text)
         start = time.process_time()
-        flat = load_graph(path, {}, Files.of(path), findings)
+        flat = load_graph(path, {}, GraphLibrary(Files.of(path)), findings)
         assert flat is not None
         plan = make_plan(resolve(flat, "graph", "/graph", default_registry(), findings), findings)
     findings.raise_errors()

@@ -89,6 +89,7 @@ class Live:
             stdin=subprocess.DEVNULL,
             stdout=writing if out else None,
             stderr=writing,
+            preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL),  # which a suite under nohup ignores
         )
         os.close(writing)
 

@@ -132,3 +132,51 @@ def test_a_file_may_name_only_what_lies_beside_it_unless_allowed(graphrun: Graph
     assert refused.code == 1
     assert f"allow it with --allow {project / 'far'}" in refused.out
     assert graphrun("check", "near/scene.yaml", "--allow", "far").code == 0
+
+
+@pytest.fixture
+def robots(project: Path) -> Path:
+    """A folder with one file of each kind, of which the scene uses all but `alone`."""
+    folder = project / "mine"
+    (folder / "robots").mkdir(parents=True)
+    scene = (
+        "scene: s\nworld: worlds/flat_grid.xml\nrobots: {r: {use: robots/used.yaml}}\ngraphs: {g: {use: used.yaml}}\n"
+    )
+    (folder / "scene.yaml").write_text(scene, encoding="utf-8")
+    (folder / "used.yaml").write_text("graph: g\nnodes:\n  T: OnPlaybackTick\n", encoding="utf-8")
+    (folder / "alone.yml").write_text("graph: g\nnodes:\n  T: OnPlaybackTik\n", encoding="utf-8")
+    urdf = '<robot name="r"><link name="base"><inertial><mass value="1"/>{}</inertial></link></robot>'
+    inertia = '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+    (folder / "robots/r.urdf").write_text(urdf.format(inertia), encoding="utf-8")
+    (folder / "robots/used.yaml").write_text("robot: r\nurdf: r.urdf\nbase_link: base\n", encoding="utf-8")
+    wrong = "robot: r\nurdf: r.urdf\nbase_link: base\njoints: {wheel: {}}\n"
+    (folder / "robots/alone.yaml").write_text(wrong, encoding="utf-8")
+    (folder / "map.yaml").write_text("image: map.png\nresolution: 0.05\n", encoding="utf-8")
+    (folder / ".hidden").mkdir()
+    (folder / ".hidden/bad.yaml").write_text("graph: [\n", encoding="utf-8")
+    return folder
+
+
+def test_of_a_folder_every_scene_robot_and_graph_is_checked(graphrun: Graphrun, robots: Path) -> None:
+    result = graphrun("check", "mine")
+    assert result.code == 1
+    found = [line.partition(": error ") for line in result.lines if ": error " in line]
+    assert [(place, what[:4]) for place, _, what in found] == [
+        ("mine/robots/alone.yaml:4:10", "S104"),
+        ("mine/alone.yml:3:6", "G201"),
+    ]
+    assert result.lines[-1] == "5 files, 2 graphs: 2 errors, 0 warnings"
+    for alone in ("alone.yml", "robots/alone.yaml"):
+        (robots / alone).unlink()
+    assert graphrun("check", "mine").lines[-1] == "3 files, 1 graph: 0 errors, 0 warnings"
+
+
+def test_yaml_of_a_folder_that_cannot_be_read_is_an_error_and_a_folder_without_files_a_mistake(
+    graphrun: Graphrun, robots: Path
+) -> None:
+    (robots / "broken.yaml").write_text("graph: [\n", encoding="utf-8")
+    assert "mine/broken.yaml:2:1: error G102" in graphrun("check", "mine").out
+    (robots / "empty").mkdir()
+    result = graphrun("check", "mine/empty")
+    assert (result.code, result.out) == (2, "")
+    assert "mine/empty: no scene, robot or graph file in this folder" in result.err

@@ -45,7 +45,7 @@ def test_show_tells_the_pace_of_a_node_and_no_gates(graphrun: Graphrun, paced: s
 
 def test_a_schedule_has_the_gates(graphrun: Graphrun, paced: str) -> None:
     lines = graphrun("show", paced, "--schedule").lines
-    assert "    Publish.every                gate    every 10 Hz" in lines
+    assert "    Publish.every                gate    every 10 Hz, when Tick.tick fires" in lines
     assert "    Publish                      action  when Publish.every.execOut fires" in lines
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-import sys
 from pathlib import Path
 
 import pytest
 import yaml
 
+from graphengine.context import QoS
 from graphengine.ros import messages
 from graphengine.ros.domain import Domain
 from graphengine.ros.qos import LATCHED
@@ -50,6 +50,7 @@ WHEEL = f"""  <link name="{{side}}_wheel">
 """
 WHEELS = WHEEL.format(side="left", y=0.3) + WHEEL.format(side="right", y=-0.3)
 URDF = f'<robot name="cart">\n{BODY}{WHEELS}{REST}'
+PARAMETERS = "rcl_interfaces/srv/GetParameters"
 XACRO = f"""<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="cart">
   <xacro:arg name="prefix" default=""/>
 {(BODY + WHEELS + REST).replace('"left_joint"', '"$(arg prefix)left_joint"')}"""
@@ -107,8 +108,17 @@ def test_a_robot_file_names_every_link_and_joint_and_loads_in_a_scene(graphrun: 
         "finger_joint": {},
     }
     checked = graphrun("check", "scenes/cart.yaml", "--allow", "ws/cart")
-    assert (checked.code, checked.lines) == (0, ["1 file, 0 graphs: 0 errors, 0 warnings"])
+    assert (checked.code, checked.lines[-1]) == (0, "1 file, 0 graphs: 0 errors, 1 warning")
+    assert "warning W208: nothing commands robot cart, which has 4 joints that move" in checked.lines[0]
     assert graphrun("run", "scenes/cart.yaml", "--allow", "ws", "--transport", "memory", "--for", "0.1s").code == 0
+
+
+def test_the_folder_of_a_robot_file_is_made(graphrun: Graphrun, cart: Path) -> None:
+    assert graphrun("import-urdf", "ws/cart/urdf/cart.urdf", "-o", "new/robots/cart.yaml").code == 0
+    made = (cart / "new/robots/cart.yaml").read_text(encoding="utf-8")
+    assert imported(graphrun, "ws/cart/urdf/cart.urdf").code == 0
+    beside = (cart / "scenes/robots/cart.yaml").read_text(encoding="utf-8")
+    assert made == beside
 
 
 def test_the_report_tells_what_was_found_and_what_was_not_carried_over(graphrun: Graphrun, cart: Path) -> None:
@@ -389,7 +399,7 @@ def test_a_command_line_that_makes_no_sense(
     assert told in result.err
 
 
-@pytest.mark.parametrize("target", ["cart.urdf", "scenes/robots/my-cart.yaml", "nowhere/cart.yaml"])
+@pytest.mark.parametrize("target", ["cart.urdf", "scenes/robots/my-cart.yaml"])
 def test_a_target_that_is_no_robot_file(graphrun: Graphrun, cart: Path, target: str) -> None:
     result = graphrun("import-urdf", "ws/cart/urdf/cart.urdf", "-o", target)
     assert (result.code, result.out) == (2, "")
@@ -434,11 +444,23 @@ def test_a_topic_on_which_nothing_arrives_is_told(graphrun: Graphrun, cart: Path
     assert list((cart / "scenes/robots").iterdir()) == []
 
 
-def test_a_parameter_of_a_node_needs_rclpy(graphrun: Graphrun, cart: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "rclpy.executors", None)
-    result = imported(graphrun, "--node", "/robot_state_publisher")
-    assert result.code == 1
-    assert "error: only rclpy reads parameters of nodes" in result.err
+def test_the_parameter_of_a_node_is_read_without_ros(graphrun: Graphrun, cart: Path, domain: Domain) -> None:
+    transport = open_transport("dds", domain, "robot_state_publisher")
+
+    def answer(request_id: bytes, data: bytes) -> None:
+        known = messages.DEFINITIONS
+        assert messages.decode(data, f"{PARAMETERS}_Request").names == ["robot_description"]
+        response, value = known.initial(f"{PARAMETERS}_Response"), known.initial("rcl_interfaces/msg/ParameterValue")
+        value.type, value.string_value = 4, URDF.replace("../meshes", "package://cart/meshes")
+        response.values = [value]
+        server.answer(request_id, messages.encode(response))
+
+    server = transport.server("/robot_state_publisher/get_parameters", PARAMETERS, QoS(), answer)
+    given = ("--node", "robot_state_publisher", "--transport", "dds", "--package-path", "ws", "--timeout", "30")
+    result = imported(graphrun, *given)
+    transport.close()
+    assert result.code == 0, result.err
+    assert result.lines[0] == "wrote scenes/robots/cart.urdf, scenes/robots/cart.yaml"
 
 
 def test_the_robot_that_ships_is_recognised(graphrun: Graphrun, cart: Path) -> None:

@@ -187,6 +187,25 @@ def test_a_scene_whose_name_is_no_name_of_a_node_runs_on_the_network(graphrun: G
     assert result.code == 0, result.err
 
 
+@pytest.mark.parametrize(
+    ("arguments", "hint"),
+    [
+        (["chek", "dd100_flat"], "did you mean 'check'?"),
+        (["topic", "inof", "/scan"], "did you mean 'info'?"),
+        (["run", "dd100_flat", "--fro", "10s"], "did you mean '--for'?"),
+        (["run", "dd100_flat", "--transport=dsd"], "did you mean 'dds'?"),
+        (["topic", "pub", "/a", "std_msgs/String", "--ocne"], "did you mean '--once'?"),
+        (["import", "x.py", "--forse"], "did you mean '--force'?"),
+    ],
+)
+def test_a_verb_or_option_that_is_mistyped_gets_a_suggestion(
+    graphrun: Graphrun, arguments: list[str], hint: str
+) -> None:
+    result = graphrun(*arguments)
+    assert (result.code, result.out) == (2, "")
+    assert result.err.splitlines()[-2] == f"  {hint}"
+
+
 # Control characters
 
 

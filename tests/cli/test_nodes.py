@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import os
 import re
@@ -120,6 +121,15 @@ def test_types_of_a_module_in_the_working_directory_are_listed_too(graphrun: Gra
     assert (result.code, result.lines[0]) == (0, "cli_test.Double  (data)")
     assert "cli_test.Double" in graphrun("nodes", "--import", "cli_test_nodes").out
     assert "cli_test.Double" not in graphrun("nodes").out
+
+
+def test_a_file_of_the_working_directory_hides_no_installed_module(graphrun: Graphrun, project: Path) -> None:
+    """The working directory may be a stranger's."""
+    (project / "antigravity.py").touch()
+    assert graphrun("nodes", "--import", "nodes.core").code == 0
+    found = importlib.util.find_spec("antigravity")
+    assert found is not None
+    assert found.origin == str(Path(os.__file__).with_name("antigravity.py"))
 
 
 def test_every_type_that_the_graphs_that_ship_name_is_in_the_list(graphrun: Graphrun) -> None:

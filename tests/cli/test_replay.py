@@ -149,8 +149,9 @@ connections:
     assert graphrun("replay", str(tmp_path / "out.mcap")).out.startswith("identical: 19 messages in 10 ticks")
 
 
-def test_commands_between_ticks_are_given_again(graphrun: Graphrun, tmp_path: Path) -> None:
-    use = RobotUse(use="robots/dd100.yaml", position=(0.0, 4.0, 0.025), namespace="late")
+@pytest.mark.parametrize("at", [None, "/World/late"])
+def test_commands_between_ticks_are_given_again(graphrun: Graphrun, tmp_path: Path, at: str | None) -> None:
+    use = RobotUse(use="robots/dd100.yaml", at=at, position=(0.0, 4.0, 0.025), namespace="late")
 
     def command(tick: int, run: Run) -> None:
         if tick == 10:
@@ -307,7 +308,7 @@ def test_a_run_that_ended_with_an_error_ends_with_the_same_error(
 ) -> None:
     clock.write_text(RAISING, encoding="utf-8")
     path = tmp_path / "out.mcap"
-    ran = graphrun("run", str(clock), "--for", "1s", "--record", str(path), *MEMORY)
+    ran = graphrun("run", str(clock), "--for", "1s", "--record", str(path), "--bad-values", "stop", *MEMORY)
     assert ran.code == 1
     assert "a stamp cannot be 2147483648" in ran.err
     result = graphrun("replay", str(path))
@@ -325,7 +326,7 @@ def test_an_error_that_the_recorded_run_did_not_have_is_a_difference(
     graphrun: Graphrun, clock: Path, tmp_path: Path
 ) -> None:
     clock.write_text(HARMLESS, encoding="utf-8")
-    record(tmp_path / "out.mcap", 3, clock)
+    record(tmp_path / "out.mcap", 3, clock, bad_values="stop")
     clock.write_text(RAISING, encoding="utf-8")
     result = graphrun("replay", str(tmp_path / "out.mcap"), "--against", str(clock))
     assert result.code == 1

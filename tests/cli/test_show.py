@@ -106,7 +106,7 @@ def test_a_node_waits_for_the_wires_of_its_own_region_alone(graphrun: Graphrun, 
     assert "Branch action when Gate.exit fires" in lines
     assert "Print action when Branch.execFalse or Wait.finished fires" in lines
     assert lines[lines.index("each time Loop.finished fires") + 1 :][:2] == ["Order pusher", "Print action"]
-    assert "Once action" in lines
+    assert "Once action when Tick.tick fires" in lines
 
 
 def test_the_picture_of_a_scene_is_one_flowchart_with_a_part_for_each_graph(graphrun: Graphrun) -> None:
@@ -160,9 +160,18 @@ def test_of_a_file_that_is_no_graph_nothing_is_drawn(graphrun: Graphrun, project
 
 
 def test_a_drawing_that_cannot_be_written_leaves_what_was_there(graphrun: Graphrun, project: Path) -> None:
-    result = graphrun("show", "mine.yaml", "--svg", "nowhere/out.svg")
+    result = graphrun("show", "mine.yaml", "--svg", "mine.yaml/out.svg")
     assert (result.code, result.out) == (1, "")
-    assert "nowhere/out.svg: No such file or directory" in result.err
+    assert "mine.yaml/out.svg: Not a directory" in result.err
+
+
+def test_a_link_in_the_place_of_a_drawing_is_replaced(graphrun: Graphrun, project: Path) -> None:
+    victim = project / "victim"
+    victim.write_text("mine", encoding="utf-8")
+    for planted in ("out.svg", ".out.svg.part"):
+        (project / planted).symlink_to(victim)
+    assert graphrun("show", "mine.yaml", "--svg", "out.svg").code == 0
+    assert victim.read_text(encoding="utf-8") == "mine"
 
 
 def test_what_is_set_from_outside_is_on_the_drawing(graphrun: Graphrun, project: Path) -> None:

@@ -111,14 +111,18 @@ def test_what_is_wrong_is_warned_of(tree: Graphrun, peer: DdsTransport, domain: 
 def test_frames_cannot_steer_a_terminal(tree: Graphrun, peer: DdsTransport) -> None:
     latch(peer, "/tf_static", ("odom", "ba\nse"), ("map", "ba\nse"))
     result = tree()
-    assert result.lines[2].startswith("└─ ba se")
+    assert result.lines[2].startswith("└─ ba\ufffdse")
     assert len(result.lines) == 5
 
 
 @pytest.mark.parametrize("name", ["frames.dot", "frames.gv", "frames.txt"])
 def test_the_tree_can_be_written_to_a_file(tree: Graphrun, peer: DdsTransport, tmp_path: Path, name: str) -> None:
     latch(peer, "/tf_static", ("odom", "base"))
+    victim = tmp_path / "victim"
+    victim.touch()
+    (tmp_path / name).symlink_to(victim)
     assert tree("-o", str(tmp_path / name)).out == ""
+    assert victim.read_bytes() == b""
     text = (tmp_path / name).read_text(encoding="utf-8")
     if name.endswith("txt"):
         assert text.startswith("FRAME    BROADCASTER  RATE    NEWEST\nodom\n└─ base  /peer ")
@@ -131,20 +135,19 @@ def test_a_picture_is_drawn_by_the_dot_that_is_found(
 ) -> None:
     latch(peer, "/tf_static", ("odom", "base"))
     dot = tmp_path / "dot"
-    dot.write_text('#!/bin/sh\necho "$@" > "$3"\ncat >> "$3"\n', encoding="utf-8")
+    dot.write_text('#!/bin/sh\necho "$@"\ncat\n', encoding="utf-8")
     dot.chmod(0o755)
     monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
     assert tree("-o", str(tmp_path / "frames.svg")).code == 0
     drawn = (tmp_path / "frames.svg").read_text(encoding="utf-8").splitlines()
-    assert drawn[:2] == [f"-Tsvg -o {tmp_path / 'frames.svg'}", "digraph frames {"]
+    assert drawn[:2] == ["-Tsvg", "digraph frames {"]
 
 
 @pytest.mark.parametrize(
     ("name", "remedy"),
     [
         ("frames.png", "or install graphviz"),
-        ("frames.jpg", "it ends in .txt, .dot"),
-        ("no/frames.dot", "a folder that is there"),
+        ("frames.jpg", "ends in .txt, .dot"),
     ],
 )
 def test_a_file_that_cannot_be_written_is_refused_at_once(

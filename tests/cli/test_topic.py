@@ -216,18 +216,20 @@ def test_echo_needs_no_publisher_where_the_type_is_given(topic: Graphrun, peer: 
     assert (result.code, result.out, result.err) == (1, "", "nothing arrived on /later within 0.05 s\n")
 
 
-def test_echo_warns_of_a_peer_with_another_definition(
+def test_echo_drops_what_a_peer_with_another_definition_sends_and_warns(
     topic: Graphrun, peer: DdsTransport, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     other = "RIHS01_" + 64 * "0"
     with monkeypatch.context() as patch:
         patch.setattr(type(messages.DEFINITIONS), "type_hash", lambda self, name: other)
         latch(peer, "/chatter", messages.String("hello"))
-    result = topic("echo", "--once", "/chatter")
-    assert result.out == "data: hello\n---\n"
-    assert result.err == (
-        f"WARNING: /robots/peer has another definition of {STRING} ({other}): what is shown may be wrong\n"
-    )
+    result = topic("echo", "--once", "--timeout", "1", "/chatter")
+    assert (result.code, result.out) == (1, "")
+    assert result.err.splitlines() == [
+        f"WARNING: /robots/peer has another definition of {STRING} ({other}): its messages are dropped",
+        "nothing arrived on /chatter within 1 s",
+        "WARNING: /chatter: dropped what is no message of the topic's type, 1 times",
+    ]
 
 
 # pub
@@ -321,6 +323,22 @@ def test_pub_tells_why_nobody_matches(
     assert result.out.startswith(f"Waiting for at least 1 matching subscription(s)...\n  {reason}")
     assert result.err.startswith("error: Timed out waiting for subscribers: Expected 1 subscribers but only got 0 ")
     assert reason in result.err
+
+
+def test_pub_that_waits_for_a_reader_says_how_to_leave(domain_id: int) -> None:
+    env = {"ROS_DOMAIN_ID": str(domain_id)}
+    with live("topic", "pub", "--once", "/cmd_vel", TWIST, "--transport", "dds", env=env) as pub:
+        assert pub.hear(lambda said: "-w 0" in said)
+        assert "--max-wait-time-secs SECONDS" in pub.said
+        assert pub.stop(signal.SIGINT) == 0
+        assert pub.said.count("-w 0") == 1
+
+
+def test_pub_with_a_time_limit_says_nothing_of_it(topic: Graphrun, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("graphengine.cli.topic.pub.PATIENCE", 0.01)
+    result = topic("pub", "--once", "/cmd_vel", TWIST, "--max-wait-time-secs", "1")
+    assert result.code == 1
+    assert "-w 0" not in result.err
 
 
 def test_messages_of_ones_own_are_found_where_the_command_line_says(

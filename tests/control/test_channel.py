@@ -7,7 +7,9 @@ import json
 import os
 import socket
 import stat
+import threading
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -106,17 +108,61 @@ def test_who_says_half_a_line_and_no_more_is_hung_up_on(
         assert stranger.recv(1) == b""
 
 
-def test_more_clients_than_there_may_be_are_hung_up_on(
+def test_a_line_that_arrives_a_byte_at_a_time_has_no_more_time_than_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Dripping:
+        """A connection that takes a second a byte."""
+
+        now = 0.0
+
+        def settimeout(self, seconds: float | None) -> None:
+            pass
+
+        def recv(self, size: int) -> bytes:
+            self.now += 1.0
+            return b"x"
+
+    drip = Dripping()
+    monkeypatch.setattr("graphengine.control.lines.time.monotonic", lambda: drip.now)
+    with pytest.raises(lines.BadLineError):
+        lines.Lines(drip).receive(lines.MAX_REQUEST)  # type: ignore[arg-type]
+    assert drip.now <= lines.PATIENCE + 2.0
+
+
+def test_idle_clients_do_not_lock_the_socket(ticking: MakeTicking, runtime: Runtime) -> None:
+    with reachable(ticking, runtime) as (_, channel), contextlib.ExitStack() as crowd:
+        entry = runs.Entry("hall", os.getpid(), channel.path)
+        busy = crowd.enter_context(Client(entry))
+        first = crowd.enter_context(Client(entry))
+        for _ in range(channels.MAX_CLIENTS):
+            last = crowd.enter_context(Client(entry))
+            assert busy.ask("state")["tick"] == 0
+        assert last.ask("state")["tick"] == 0  # by now all of them were accepted
+        with pytest.raises(ControlError, match="disconnected: idle, and more than 32 clients came"):
+            first.ask("state")
+        assert [found.path for found in runs.running(runtime)] == [channel.path]
+
+
+def test_where_all_clients_wait_for_an_answer_the_next_is_refused_with_the_reason(
     ticking: MakeTicking, runtime: Runtime, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(channels, "MAX_CLIENTS", 1)
+    waiting, answered = threading.Event(), threading.Event()
+
+    def answer(*_: object) -> dict[str, object]:
+        waiting.set()
+        assert answered.wait(PATIENCE)
+        return {"result": 1}
+
     with reachable(ticking, runtime) as (_, channel):
+        monkeypatch.setattr(channel, "_answer", answer)
         entry = runs.Entry("hall", os.getpid(), channel.path)
-        with Client(entry) as first:
-            assert first.ask("state")["tick"] == 0
-            with Client(entry) as second, pytest.raises(ControlError, match="ended before it answered"):
+        with Client(entry) as first, ThreadPoolExecutor(1) as pool:
+            asked = pool.submit(first.ask, "state")
+            assert waiting.wait(PATIENCE)
+            with Client(entry) as second, pytest.raises(ControlError, match="1 clients wait for answers already"):
                 second.ask("state")
-            assert first.ask("state")["tick"] == 0
+            answered.set()
+            assert asked.result(PATIENCE) == 1
 
 
 def test_a_run_that_ends_answers_first(ticking: MakeTicking, runtime: Runtime) -> None:

@@ -171,6 +171,7 @@ def test_carets_stand_below_what_is_meant() -> None:
 def test_a_caret_may_stand_behind_the_last_character() -> None:
     assert Finding("G102", "x", span(1, 4, text="abc")).render().split("\n")[2] == "       |    ^"
     assert Finding("G102", "x", span(1, 1, text="")).render().split("\n")[2] == "       | ^"
+    assert Finding("G102", "x", span(1, 1 << 31, text="abc")).render().split("\n")[2] == "       |    ^"
 
 
 def test_a_place_without_its_line_has_no_excerpt() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import pickle
 from pathlib import Path
@@ -47,6 +48,13 @@ def told(model: type[Spec], text: str) -> list[str]:
     ]
 
 
+@functools.cache
+def validator(kind: str) -> jsonschema.Draft202012Validator:
+    schema = json.loads(json.dumps(make_schema(kind, default_registry())))
+    jsonschema.Draft202012Validator.check_schema(schema)
+    return jsonschema.Draft202012Validator(schema)
+
+
 def test_files_of_every_kind_ship() -> None:
     assert {read(path)[0] for path in FILES} == {"graph", "scene", "robot"}
 
@@ -54,9 +62,7 @@ def test_files_of_every_kind_ship() -> None:
 @pytest.mark.parametrize("path", FILES, ids=shown)
 def test_the_schema_that_is_printed_accepts_what_ships(path: Path) -> None:
     kind, data = read(path)
-    schema = json.loads(json.dumps(make_schema(kind, default_registry())))
-    jsonschema.Draft202012Validator.check_schema(schema)
-    jsonschema.Draft202012Validator(schema).validate(data)
+    validator(kind).validate(data)
 
 
 @pytest.mark.parametrize(
@@ -76,8 +82,7 @@ def test_the_schema_that_is_printed_accepts_what_ships(path: Path) -> None:
     ],
 )
 def test_the_schema_refuses_what_check_refuses(kind: str, data: dict[str, Any]) -> None:
-    validator = jsonschema.Draft202012Validator(make_schema(kind, default_registry()))
-    assert not validator.is_valid(data)
+    assert not validator(kind).is_valid(data)
 
 
 @pytest.mark.parametrize("path", FILES, ids=shown)

@@ -6,6 +6,8 @@ import re
 from itertools import pairwise
 from xml.etree import ElementTree
 
+import pytest
+
 from tests.cli.harness import ROOT
 from tests.drawing.conftest import Draw
 from tests.drawing.reading import NAMESPACE, Drawing, Point, Text, mistakes, read
@@ -266,3 +268,17 @@ def test_a_link_that_goes_back_keeps_clear_of_the_boxes_it_passes(drawn: Draw) -
             for left, top, right, bottom in boxes:
                 beside = y0 == y1 and min(x0, x1) < right and max(x0, x1) > left
                 assert not (beside and any(abs(y0 - edge) < 5 for edge in (top, bottom)))
+
+
+def test_a_large_graph_is_not_left_to_the_library_whose_cost_nobody_knows(
+    drawn: Draw, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def lay_out(*_: object, **__: object) -> None:
+        raise AssertionError("graphlay lays out a large graph")
+
+    monkeypatch.setattr("graphlay.layout", lay_out)
+    chain = ["Tick.tick -> N0.execIn", *(f"N{i}.execOut -> N{i + 1}.execIn" for i in range(299))]
+    wires = [*chain, *(f"Tick.tick -> N{i}.reset" for i in range(300))]
+    counters = "".join(f"  N{i}: Counter\n" for i in range(300))
+    text = f"{TICK}{counters}connections:\n" + "".join(f"  - {wire}\n" for wire in wires)
+    assert len(nodes(drawn(text))) == 301

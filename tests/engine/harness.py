@@ -13,6 +13,7 @@ from graphengine.diagnostics import Findings, NodeError
 from graphengine.dry.network import DryEndpoint, DryNetwork
 from graphengine.dry.world import DryWorld
 from graphengine.engine.graph import Graph
+from graphengine.engine.library import GraphLibrary
 from graphengine.engine.literals import Override
 from graphengine.engine.plan import Plan
 from graphengine.engine.planning import make_plan
@@ -20,6 +21,7 @@ from graphengine.engine.resolve import resolve
 from graphengine.engine.template import load_graph
 from graphengine.files import Files
 from graphengine.registry import Registry
+from graphengine.running.dropped_values import BadValues, DroppedValues
 from graphengine.running.graph_run import GraphRun, make_graph_run
 from graphengine.running.node_context.services import Services
 from graphengine.running.simulation_clock import SimulationClock
@@ -83,7 +85,7 @@ def resolved(
     path: Path, findings: Findings, bindings: Mapping[str, Any] | None = None, overrides: Sequence[Override] = ()
 ) -> Graph | None:
     """A file up to its instances and wires."""
-    flat = load_graph(path, bindings or {}, Files.of(path), findings)
+    flat = load_graph(path, bindings or {}, GraphLibrary(Files.of(path)), findings)
     return resolve(flat, path.stem, f"/World/{path.stem}", REGISTRY, findings, overrides) if flat is not None else None
 
 
@@ -96,13 +98,14 @@ def planned(path: Path, findings: Findings) -> Plan | None:
 class Bench:
     """One graph that runs pass by pass, latent nodes after each, without a session."""
 
-    def __init__(self, path: Path, *, keep_going: bool = False) -> None:
+    def __init__(self, path: Path, *, keep_going: bool = False, bad_values: BadValues = "drop") -> None:
         self.findings = Findings()
         plan = planned(path, self.findings)
         assert plan is not None, "\n".join(finding.render() for finding in self.findings.items)
         self.plan = plan
         self.journal = Journal()
         self.services = Services(DryWorld(Stage()), self.journal)
+        self.services.dropped = DroppedValues() if bad_values == "drop" else None
         self.clock = SimulationClock((1, 100))
         self.faults: list[NodeError] = []
         fault = self.faults.append if keep_going else None

@@ -7,10 +7,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any
 
 from graphengine import types
 from graphengine.context import Context
+from graphengine.diagnostics import BadValueError
 from graphengine.engine.graph import Graph, Wire
 from graphengine.node import Ending, Kind, Port
 
@@ -29,6 +31,9 @@ class Reference:
         self.fired_by_latent: dict[int, int] = {}
         self.active: dict[int, None] = {}
         self.passes = 0
+        self.dropped: dict[int, set[int]] = {}
+        """Ticks in which each node dropped a value."""
+        self.tick = 0
         self.event_method = "compute"
         self.events = [i for i, kind in enumerate(self.kinds) if kind in ("event", "pusher") and not self.pins(i)]
         self.backward = self.find_backward()
@@ -185,8 +190,18 @@ class Reference:
         now = [self.version[i] for i in sorted(self.depends_on(index))], self.passes if self.is_volatile(index) else 0
         if self.seen.get(index) != now:
             self.read_inputs(index)
-            self.nodes[index].compute()
+            self.attempt(index, self.nodes[index].compute)
             self.seen[index] = now
+
+    # R14
+
+    def attempt(self, index: int, function: Callable[[], Any]) -> tuple[Any, bool]:
+        """What a node returns, and whether it could use its values; else its branch ends."""
+        try:
+            return function(), True
+        except BadValueError:
+            self.dropped.setdefault(index, set()).add(self.tick)
+            return None, False
 
     # The pass
 
@@ -218,9 +233,9 @@ class Reference:
                 self.hand_over(wire)
             for pin in self.pins(index):
                 setattr(self.nodes[index], pin.field, 0 if pin.control else 1)
-            result = self.nodes[index].compute()
-            if self.kinds[index] == "pusher":
-                list(result)
+            result, usable = self.attempt(index, self.nodes[index].compute)
+            while usable and self.kinds[index] == "pusher":
+                usable = self.attempt(index, partial(next, result, None))[0] is not None
             if self.kinds[index] == "latent" and self.nodes[index].active:
                 self.active.setdefault(index)
 
@@ -267,9 +282,10 @@ class Reference:
         self.read_inputs(index)
         for pin in self.pins(index):
             setattr(node, pin.field, told[pin.field] + self.waiting.pop((index, pin.field), 0))
-        result = getattr(node, self.event_method if index in self.events else "compute")()
+        method = getattr(node, self.event_method if index in self.events else "compute")
+        result, usable = self.attempt(index, method)
         if self.kinds[index] == "pusher":
-            for ports in result:
+            while (ports := self.attempt(index, partial(next, result, None))[0]) is not None:
                 self.version[index] += 1
                 for port in self.pins(index, "outputs"):
                     if ports & port.mask:
@@ -281,7 +297,7 @@ class Reference:
         elif self.kinds[index] == "latent":
             if node.active:
                 self.active.setdefault(index)
-        else:
+        elif usable:
             for port in self.pins(index, "outputs"):
                 if not node.gated or (result or 0) & port.mask:
                     fired.update(w.order for w in self.forward(index, port.field))
@@ -306,7 +322,7 @@ class Reference:
         for index in list(self.active):
             node = self.nodes[index]
             if node.active:
-                fired = node.update()
+                fired, _ = self.attempt(index, node.update)
                 self.version[index] += 1
                 if fired:
                     self.fired_by_latent[index] = self.fired_by_latent.get(index, 0) | fired

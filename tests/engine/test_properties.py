@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from graphengine import types
 from graphengine.diagnostics import Findings
+from graphengine.engine import codegen
 from graphengine.node import ENDINGS, Node, Port, grown
 from graphengine.ros.definitions import DEFINITIONS
 from tests.engine.harness import REGISTRY, Bench, planned, resolved
@@ -27,6 +28,7 @@ EVENTS = ("Tick", "Every", "TwoEnds", "OnMessage")
 ACTIONS = ("Do", "Branch", "Door", "Choose", "Join", "Counter", "Gate", "WriteVariable", "Show", "Post")
 PUSHERS = ("Sequence", "Both", "ForLoop")
 LATENT = ("Delay", "Stages")
+PICKY = ("PickyAdd", "PickyTick", "PickyDo", "PickyChoice", "PickyCounter", "PickyLoop", "PickyDelay")
 ACTION = "omni.graph.action."
 FLOW = (
     *(ACTION + name for name in ("OnPlaybackTick", "OnTick", "OnCustomEvent", "OnVariableChange", "SendCustomEvent")),
@@ -257,6 +259,7 @@ def play_both(path: Path) -> tuple[list[Any], list[Any]]:
         if box is not None and number < 2:
             box.post(float(number))
         other.begin_tick()
+        rules.tick = other.clock.frame
         rules.run_pass()
         rules.run_latent()
         said.append((other.journal.read(), outputs(rules.nodes)))
@@ -267,6 +270,10 @@ def play_both(path: Path) -> tuple[list[Any], list[Any]]:
     for shown in (*done, *said):
         for index in beyond:
             shown[1][index].clear()  # constants, and what nobody reads, may be computed at any time
+    assert engine.services.dropped is not None
+    done.append(engine.services.dropped.ticks)
+    dropped = {index: len(ticks) for index, ticks in rules.dropped.items() if index not in beyond}
+    said.append({f"/World/g/{graph.instances[index].id}": ticks for index, ticks in dropped.items()})
     return done, said
 
 
@@ -295,6 +302,34 @@ def test_any_graph_of_flow_control_does_what_the_rules_say(folder: Path, random:
         return
     done, said = play_both(path)
     assert done == said
+
+
+@settings(QUICK, max_examples=200)
+@given(st.randoms(use_true_random=False), st.integers(2, 16), st.booleans())
+def test_any_graph_in_which_nodes_drop_values_does_what_the_rules_say(
+    folder: Path, random: Random, size: int, push: bool
+) -> None:
+    drawing = draw_graph(random, (*EVERYTHING, *PICKY * 4), size)
+    drawing = replace(drawing, evaluator="push") if push else drawing
+    path = save(folder, drawing.text(NAMES[: size + 1]))
+    if planned(path, Findings()) is not None:
+        done, said = play_both(path)
+        assert done == said
+
+
+def test_a_branch_that_would_go_on_after_a_bad_value_is_found(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def goes_on(lines: list[str], node: int, follow: Sequence[str] = (), otherwise: Sequence[str] = ()) -> list[str]:
+        return attempt(lines, node, otherwise=follow, follow=follow)
+
+    attempt = codegen._attempt
+    monkeypatch.setattr(codegen, "_attempt", goes_on)
+    for seed in range(100):
+        path = save(folder, draw_graph(Random(seed), ("Do", "PickyDo", "PickyTick"), 8).text(NAMES[:9]))
+        if planned(path, Findings()) is not None:
+            done, said = play_both(path)
+            if done != said:
+                return
+    pytest.fail("a hundred graphs, and none of them shows the fault")
 
 
 @settings(QUICK, max_examples=80)

@@ -50,6 +50,46 @@ def test_geometry_may_not_be_put_in_where_there_is_none(stage: Stage, path: str)
     assert path not in stage
 
 
+@pytest.mark.parametrize(
+    ("path", "meaning"),
+    [
+        ("/dd100/chassis_link", CHASSIS),
+        ("/dd100/Geometry/chassis_link", CHASSIS),
+        ("/dd100/chassis_link/sim_lidar/Lidar", f"{CHASSIS}/sim_lidar/Lidar"),
+        ("/World/robot/chassis_link", "/World/robot/Geometry/base_link/chassis_link"),
+    ],
+)
+def test_a_link_is_found_directly_below_its_robot(stage: Stage, path: str, meaning: str) -> None:
+    stage.add("/World/robot", "robot")
+    stage.add("/World/robot/Geometry/base_link", "link")
+    stage.add("/World/robot/Geometry/base_link/chassis_link", "link")
+    assert stage.find(path).path == meaning
+    assert path in stage
+    assert not stage.is_literal(path, stage.find(path))
+
+
+@pytest.mark.parametrize("path", ["/dd100/sim_lidar", "/dd100/chassis_link/wheel", "/chassis_link", "/World/base_link"])
+def test_nothing_else_is_found_without_what_is_above_it(stage: Stage, path: str) -> None:
+    with pytest.raises(PrimError):
+        stage.find(path)
+    assert path not in stage
+
+
+def test_a_link_whose_name_is_not_unique_is_not_found_directly_below_its_robot(stage: Stage) -> None:
+    for side in ("left", "right"):
+        stage.add(f"{CHASSIS}/{side}", "link")
+        stage.add(f"{CHASSIS}/{side}/tip", "link")
+    with pytest.raises(AmbiguousPrimError) as caught:
+        stage.find("/dd100/tip")
+    assert caught.value.help == (f"write one of: {CHASSIS}/left/tip, {CHASSIS}/right/tip",)
+    assert "/dd100/tip" not in stage
+    assert stage.find(f"{CHASSIS}/left/tip").name == "tip"
+
+
+def test_namespaces_are_collected_by_way_of_links_that_a_path_leaves_out(stage: Stage) -> None:
+    assert stage.namespaces("/dd100/chassis_link/graph/node") == ["fleet", "dd100_0000"]
+
+
 def test_a_path_that_could_mean_two_prims_is_an_error_that_names_them(stage: Stage) -> None:
     stage.add("/w/Geometry/a/b", "link")
     stage.add("/w/a/Geometry/b", "link")

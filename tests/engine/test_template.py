@@ -162,7 +162,7 @@ def through(finding: Finding) -> list[str]:
         ("First.sum -> Second.a", "First.sum -> Second.execIn", "G206", 9),
         ("First.sum -> Second.a", "Second.sum -> First.b", "W104", 9),
         ("First.sum -> Second.a", "First.sum -> Second.b", "W103", 6),
-        ("First.execOut -> Second.execIn", "First.sum -> Second.a", "G207", 9),
+        ("First.execOut -> Second.execIn", "First.a -> Second.a", "G207", 9),
         ("First.execOut ->", "First.inputs:execIn ->", "G205", 8),
         ("First.sum -> Second.a", "Second.execOut -> First.execIn", "G210", 8),
     ],

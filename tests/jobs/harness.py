@@ -17,6 +17,7 @@ from graphengine.registry import Registry
 from graphengine.ros import messages
 from graphengine.ros.memory import MemoryTransport
 from graphengine.ros.network import LiveNetwork
+from graphengine.running.dropped_values import BadValues
 from graphengine.world.sensors.rays import RaysChoice
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -57,6 +58,7 @@ class Job:
         heard: whether the peer hears everything; if not, nobody listens until a reader is made.
         fault: hears of nodes that raise, as with `--keep-going`.
         allowed: as `--allow` gives it.
+        bad_values: as `--bad-values` gives it.
     """
 
     def __init__(
@@ -71,6 +73,7 @@ class Job:
         heard: bool = True,
         fault: Callable[[NodeError], None] | None = None,
         allowed: Sequence[Path] = (),
+        bad_values: BadValues = "drop",
     ) -> None:
         self.transport = MemoryTransport(wants_all=heard)
         self.recorder = Recorder()
@@ -80,7 +83,7 @@ class Job:
         network = LiveNetwork(lambda domain: self.transport, 0, lambda complaint: None)
         if heard:
             network.sinks.append(self.recorder)
-        self.session = build.start(self.assembly, network, fault=fault)
+        self.session = build.start(self.assembly, network, fault=fault, bad_values=bad_values)
 
     def __enter__(self) -> Job:
         return self

@@ -6,6 +6,7 @@ import itertools
 import os
 import shutil
 import subprocess
+import threading
 import time
 from collections.abc import Callable
 from importlib import import_module
@@ -115,9 +116,11 @@ def test_a_graph_asks_a_server_that_comes_later(around: Surroundings) -> None:
     asked: list[bool] = []
     said: list[str] = []
     transport = DdsTransport(around.domain, "peer")
+    made = threading.Event()
 
     def respond(request_id: bytes, data: bytes) -> None:
         asked.append(messages.decode(data, f"{SET_BOOL}_Request").data)
+        assert made.wait(10.0)  # the request may be there before the server is handed out
         server.answer(request_id, messages.encode(ANSWER(True, "it is on")))
 
     def hear(data: bytes) -> None:
@@ -128,6 +131,7 @@ def test_a_graph_asks_a_server_that_comes_later(around: Surroundings) -> None:
         with live("run", around.graph(CALLING), "--transport", "dds", env=around.variables) as running:
             assert running.hear(lambda text: "discovery range LOCALHOST" in text), running.said
             server = transport.server("/light", SET_BOOL, QoS(), respond)
+            made.set()
             assert wait_until(lambda: said), running.said
     finally:
         transport.close()

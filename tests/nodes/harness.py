@@ -66,15 +66,24 @@ class Playing:
         )
 
     def set(self, node_id: str, field: str, value: Any) -> None:
-        """Change a literal while the graph runs."""
+        """Change a literal while the graph runs; what setup reads sets its graph up again."""
         for run in self.session.graphs:
             for instance in run.executor.plan.graph.instances:
                 if instance.id == node_id:
-                    run.executor.set_constant(instance.index, field, value)
+                    setattr(instance.node, field, value)
+                    if instance.cls.fields[field].setup:
+                        run.executor.setup()
 
     def tick(self, ticks: int = 1) -> None:
         """Run."""
         self.session.step(ticks)
+
+    @property
+    def dropped(self) -> dict[str, int]:
+        """Ticks in which nodes could not use a value from a wire, by their prim paths."""
+        dropped = self.session.services.dropped
+        assert dropped is not None
+        return dropped.ticks
 
     def published(self, topic: str) -> list[Any]:
         """Messages on a topic, oldest first."""

@@ -97,7 +97,7 @@ def test_of_sizes_the_absolute_values_count() -> None:
 
 @pytest.mark.parametrize("missing", [{"wheel_base": 0.0}, {"front_wheel_radius": 0.0, "back_wheel_radius": 0.0}])
 def test_without_a_size_it_refuses_and_says_which(missing: dict[str, float]) -> None:
-    with pytest.raises(ValueError, match=r"wheelBase and one of frontWheelRadius and backWheelRadius must not be 0"):
+    with pytest.raises(ValueError, match="must be other than 0"):
         controller(**missing).compute()
 
 
@@ -142,7 +142,7 @@ def test_ramps_have_limits_of_their_own() -> None:
 
 @pytest.mark.parametrize("ramp", ["acceleration", "steering_angle_velocity"])
 def test_a_ramp_needs_dt(ramp: str) -> None:
-    with pytest.raises(ValueError, match="ramps need dt > 0, it is 0; wire deltaSeconds"):
+    with pytest.raises(ValueError, match=r"dt, .* must be above 0 for ramps: wire deltaSeconds"):
         controller(speed=1.0, **{ramp: 1.0}).compute()
 
 

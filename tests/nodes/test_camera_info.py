@@ -347,5 +347,5 @@ def test_matrices_that_are_not_given_are_zero() -> None:
 
 @pytest.mark.parametrize(("port", "count"), [("k", 9), ("r", 9), ("p", 12)])
 def test_a_matrix_of_another_size_is_an_error(port: str, count: int) -> None:
-    with pytest.raises(ValueError, match=f"{port} has 8 numbers, not {count}"):
+    with pytest.raises(ValueError, match=f"{port} must be {count} numbers, or none"):
         info_of(**{port: np.zeros(8)})

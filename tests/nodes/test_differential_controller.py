@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from typing import Any
 
@@ -10,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from graphengine.diagnostics import CheckError, NodeError
+from graphengine.port import camel_case
 from graphengine.testing import RecordingContext
 from nodes.wheeled_robots.differential import DifferentialController
 from tests.nodes.harness import Player, dd100, twist
@@ -146,6 +148,18 @@ def test_a_ramp_never_goes_beyond_its_target_and_never_faster_than_its_limit(tar
     assert close(before, math.copysign(min(abs(target), 0.1 * ticks), target))
 
 
+@pytest.mark.parametrize("name", ["linear_velocity", "angular_velocity", "dt"])
+def test_a_ramp_goes_on_after_a_value_that_is_not_a_number(name: str) -> None:
+    node, spared = (ramping(linear_velocity=0.5, angular_velocity=0.7) for _ in range(2))
+    assert close(wheels(node), wheels(spared))
+    good = getattr(node, name)
+    setattr(node, name, math.nan)
+    with contextlib.suppress(ValueError):
+        node.compute()
+    setattr(node, name, good)
+    assert all(close(wheels(node), wheels(spared)) for _ in range(5))
+
+
 def test_the_limit_of_speed_comes_before_the_ramp() -> None:
     node = ramping(linear_velocity=5.0, max_linear_speed=0.15)
     assert close([twist_of(node)[0] for _ in range(3)], [0.1, 0.15, 0.15])
@@ -155,8 +169,8 @@ def test_the_limit_of_speed_comes_before_the_ramp() -> None:
 
 
 @pytest.mark.parametrize("name", ["wheel_radius", "wheel_distance"])
-def test_a_wheel_without_size_is_an_error_that_names_both(name: str) -> None:
-    with pytest.raises(ValueError, match="wheelRadius and wheelDistance must not be 0"):
+def test_a_wheel_without_size_is_an_error_that_names_it(name: str) -> None:
+    with pytest.raises(ValueError, match=f"{camel_case(name)} must be other than 0"):
         controller(**{name: 0.0}).compute()
 
 
@@ -168,7 +182,7 @@ def test_a_ramp_without_dt_is_an_error_and_the_command_stays(limit: str, dt: flo
     node.dt, before = dt, node.velocity_command
     setattr(node, limit, 1.0)
     node.linear_velocity = 2.0
-    with pytest.raises(ValueError, match="acceleration limits need dt > 0"):
+    with pytest.raises(ValueError, match="must be above 0 for acceleration limits"):
         node.compute()
     assert node.velocity_command is before
 
@@ -261,5 +275,5 @@ def test_in_a_graph_wheels_that_shrink_to_nothing_stop_the_run_and_name_the_node
     playing = play.shipped("tutorial/cmd_vel", dd100())
     playing.transport.inject("/dd100_0000/cmd_vel", twist(1.0, 0.0))
     playing.set("DiffController", "wheel_radius", 0.0)
-    with pytest.raises(NodeError, match=r"node DiffController .*wheelRadius and wheelDistance must not be 0"):
+    with pytest.raises(NodeError, match=r"node DiffController .*wheelRadius must be other than 0"):
         playing.tick()

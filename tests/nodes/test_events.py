@@ -325,7 +325,7 @@ def test_a_message_is_told_with_its_severity(level: str, severity: str) -> None:
 def test_a_level_that_a_wire_brings_and_there_is_not_is_told(cls: Any) -> None:
     node = ready(cls, RecordingContext())
     node.log_level = "Loud"
-    with pytest.raises(ValueError, match="logLevel is 'Loud'; it is one of Verbose, Info, Warn, Warning, Error"):
+    with pytest.raises(ValueError, match="logLevel must be one of Verbose, Info, Warn, Warning, Error, it is 'Loud'"):
         node.compute()
 
 

@@ -72,7 +72,7 @@ def test_of_an_array_and_a_buffer_the_array_counts() -> None:
 def test_a_number_of_bytes_that_does_not_fit_the_size_is_an_error(encoding: str, difference: int) -> None:
     count = 4 * 3 * ENCODINGS[encoding]
     with pytest.raises(
-        ValueError, match=f"4 x 3 pixels of {encoding} are {count} bytes, data has {count + difference}"
+        ValueError, match=f"of {count} bytes for 4 x 3 pixels of {encoding}, it is {count + difference}"
     ):
         image_of(width=4, height=3, encoding=encoding, data=pixels(count + difference))
 
@@ -95,7 +95,7 @@ def test_in_a_graph_a_wrong_size_stops_the_run_and_names_the_node(play: Player) 
           Publish: {type: PublishImage, inputs: {width: 2, height: 2, data: [1, 2, 3]}}
         connections: [Tick.tick -> Publish.execIn]
         """
-    with pytest.raises(NodeError, match=r"Publish[^\n]*2 x 2 pixels of rgb8 are 12 bytes, data has 3"):
+    with pytest.raises(NodeError, match=r"Publish[^\n]*of 12 bytes for 2 x 2 pixels of rgb8, it is 3"):
         play.graph(text).tick()
 
 

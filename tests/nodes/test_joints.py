@@ -89,7 +89,7 @@ def test_a_command_of_the_wrong_width_is_an_error_and_none_of_the_compute_is_app
     robot = arm(context)
     commands = {f"{other}_command": [1.0] * (width if other == kind else 4) for other in KINDS}
     node = ready(IsaacArticulationController, context, target_prim="/arm", **commands)
-    with pytest.raises(ValueError, match=f"{kind}Command has {width} values for 4 joints of /arm"):
+    with pytest.raises(ValueError, match=f"{kind}Command, .* must be one a joint, for 4 joints"):
         node.compute()
     assert all(same(targets, [NAN] * 4) for targets in robot.targets.values())
 
@@ -159,7 +159,7 @@ def test_in_a_graph_a_wrong_width_stops_the_run_and_names_the_node(play: Player)
         """,
         world,
     )
-    with pytest.raises(NodeError, match=r"node Controller .*effortCommand has 2 values for 4 joints of /arm"):
+    with pytest.raises(NodeError, match=r"node Controller .*effortCommand, .* must be one a joint, for 4 joints"):
         playing.tick()
 
 
@@ -261,7 +261,7 @@ def test_a_unit_that_is_no_length_is_an_error(metres: float) -> None:
 
 @pytest.mark.parametrize("array", ["joint_positions", "joint_velocities", "joint_efforts", "joint_dof_types"])
 def test_arrays_of_different_lengths_are_an_error(array: str) -> None:
-    with pytest.raises(ValueError, match="2 jointNames, but"):
+    with pytest.raises(ValueError, match=r"jointNames, .* must be of one length"):
         of_arrays(**{array: ARRAYS[array][:1]})
 
 
@@ -273,7 +273,7 @@ def test_the_sensors_time_is_the_stamp_when_it_is_above_0(sensor_time: float, ex
 def test_arrays_whose_names_are_gone_are_an_error() -> None:
     node = ready(ROS2PublishJointState, RecordingContext(), **ARRAYS)
     node.joint_names = ()
-    with pytest.raises(ValueError, match="neither jointNames nor targetPrim"):
+    with pytest.raises(ValueError, match="jointNames must be the joints, as no targetPrim says them"):
         node.compute()
 
 

@@ -43,9 +43,9 @@ def test_without_labels_the_time_goes_out() -> None:
 @pytest.mark.parametrize(
     ("inputs", "fault"),
     [
-        ({"ids": [1], "labels_in": []}, "1 ids, but 0 labels"),
-        ({"id_to_labels": "{"}, "idToLabels is not JSON"),
-        ({"id_to_labels": "[1]"}, "idToLabels is not a JSON object"),
+        ({"ids": [1], "labels_in": []}, r"ids, labels must be of one length, it is \[1, 0\]"),
+        ({"id_to_labels": "{"}, "idToLabels must be JSON"),
+        ({"id_to_labels": "[1]"}, "idToLabels must be a JSON object"),
     ],
 )
 def test_labels_that_do_not_fit_are_refused(inputs: dict[str, Any], fault: str) -> None:
@@ -76,10 +76,10 @@ def test_without_a_map_there_are_no_paths() -> None:
 @pytest.mark.parametrize(
     ("data", "fault"),
     [
-        (b"", "a map of object numbers in 0 bytes"),
-        (b"\x01\0\0", "in 3 bytes"),
-        (b"\x02\0\0\0", "in 4 bytes cannot have 2 entries"),
-        (bytes(16) + struct.pack("<III", 8, 24, 1), "a path in a map of object numbers ends at byte 32 of 28"),
+        (b"", "dataPtr must be long enough for 0 entries"),
+        (b"\x01\0\0", "dataPtr must be long enough for 1 entries"),
+        (b"\x02\0\0\0", "dataPtr must be long enough for 2 entries"),
+        (bytes(16) + struct.pack("<III", 8, 24, 1), "dataPtr must be long enough for a path that ends at byte 32"),
     ],
 )
 def test_a_map_that_is_cut_off_is_refused(data: bytes, fault: str) -> None:

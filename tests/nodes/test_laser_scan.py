@@ -49,16 +49,16 @@ def test_without_intensities_what_was_hit_is_as_bright_as_can_be() -> None:
 
 @pytest.mark.parametrize("rows", [0, 2, 16])
 def test_more_or_fewer_rows_than_one_are_an_error(rows: int) -> None:
-    with pytest.raises(ValueError, match=f"one row of beams, numRows is {rows}"):
+    with pytest.raises(ValueError, match=f"numRows must be 1, as a LaserScan is one row of beams, it is {rows}"):
         row([1.0, 2.0], num_rows=rows).message()
 
 
 @pytest.mark.parametrize(("ranges", "columns"), [([], 0), ([1.0, 2.0], 3)])
 def test_another_number_of_ranges_than_columns_is_an_error(ranges: list[float], columns: int) -> None:
-    with pytest.raises(ValueError, match=f"linearDepthData has {len(ranges)} ranges, numCols is {columns}"):
+    with pytest.raises(ValueError, match=rf"as many, and not none, it is \[{len(ranges)}, {columns}\]"):
         row(ranges, num_cols=columns).message()
 
 
 def test_another_number_of_intensities_than_beams_is_an_error() -> None:
-    with pytest.raises(ValueError, match="intensitiesData has 1 values for 2 beams"):
+    with pytest.raises(ValueError, match=r"intensitiesData, linearDepthData must be one a beam, it is \[1, 2\]"):
         row([1.0, 2.0], intensities_data=[1]).message()

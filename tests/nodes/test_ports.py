@@ -126,6 +126,7 @@ NEEDED: dict[str, dict[str, Any]] = {
     "IsaacComputeRTXLidarFlatScan": {"render_product_path": "/robot/Geometry/base_link/Lidar"},
     "IsaacComputeTransformTree": {"target_prims": "/robot"},
     "IsaacCreateRenderProduct": {"camera_prim": "/robot/Geometry/base_link/Lidar"},
+    "IsaacGetViewportRenderProduct": {"viewport": "Viewport"},
     "IsaacJointNameResolver": {"target_prim": "/robot", "joint_names": ["left"]},
     "IsaacReadCameraInfo": {"render_product_path": "/robot/Geometry/base_link/Camera"},
     "IsaacReadContactSensor": {"cs_prim": "/robot/Geometry/base_link/Contact"},

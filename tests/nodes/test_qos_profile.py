@@ -46,7 +46,7 @@ def test_a_policy_that_is_set_changes_a_preset() -> None:
 
 
 def test_a_policy_that_is_unknown_is_refused() -> None:
-    with pytest.raises(ValueError, match="reliability is unknown"):
+    with pytest.raises(ValueError, match="reliability must be a policy that ROS 2 has, it is 'unknown'"):
         ROS2QoSProfile(reliability="unknown").compute()
 
 

@@ -259,7 +259,7 @@ def test_arrays_go_out_in_one_message_with_one_stamp() -> None:
 def test_arrays_of_different_lengths_are_an_error_and_nothing_goes_out(short: str) -> None:
     context = RecordingContext()
     node = publishing(context, **{**ARRAYS, short: ARRAYS[short][:1]})
-    with pytest.raises(ValueError, match="different lengths"):
+    with pytest.raises(ValueError, match="parentFrames, childFrames, translations, orientations must be of one length"):
         node.compute()
     assert context.transport.messages("/tf") == []
 
@@ -274,6 +274,43 @@ def test_without_arrays_target_prims_are_expanded_as_by_the_compute_node() -> No
     assert [(t.header.frame_id, t.child_frame_id) for t in message.transforms] == edges(computed)
     assert [list(vector(t.transform.translation)) for t in message.transforms] == computed.translations.tolist()
     assert [list(quaternion(t.transform.rotation)) for t in message.transforms] == computed.orientations.tolist()
+
+
+LOOPS = [
+    ("/robot/base_link/wheel_left", True, False),
+    ("/World/Crate", True, False),
+    ("/robot/base_link/sensor", True, True),
+    ("/robot/base_link/camera", True, True),
+    ("/robot/base_link", True, False),
+    ("/robot", False, False),
+]
+"""A prim that is both parent and target, and whether either node has an edge from it, or its root link, to itself."""
+
+
+@pytest.mark.parametrize(("target", "computed", "published"), LOOPS)
+def test_a_parent_among_the_targets_gives_an_edge_to_itself_where_isaac_sim_does(
+    target: str, computed: bool, published: bool
+) -> None:
+    context = RecordingContext()
+    robot_with_two_wheels(context)
+    context.world.stage.find("/robot").facts["articulation_root"] = "/robot/Geometry/base_link"
+    context.world.stage.add("/robot/Geometry/base_link/camera", "camera", position=(1.0, 0.0, 0.0))
+    context.world.add_body("/World/Crate", (1.0, 2.0, 3.0))
+    parent = "/robot/base_link" if target == "/robot" else target
+    targets, name = (target, "/robot/base_link/wheel_right"), parent.rpartition("/")[2]
+    node = tree(context, *targets, parent=parent)
+    (message,) = [publishing(context, target_prims=targets, parent_prim=parent).message()]
+    found = [(t.header.frame_id, t.child_frame_id) for t in message.transforms]
+    assert ((name, name) in edges(node), (name, name) in found) == (computed, published)
+    if computed:
+        assert node.translations.tolist()[edges(node).index((name, name))] == [0.0, 0.0, 0.0]
+
+
+def test_the_parent_alone_as_a_target_gives_an_empty_message() -> None:
+    context = RecordingContext()
+    robot_with_two_wheels(context)
+    wheel = "/robot/base_link/wheel_left"
+    assert publishing(context, target_prims=(wheel,), parent_prim=wheel).message().transforms == []
 
 
 def test_target_prims_are_published_again_after_a_stop() -> None:

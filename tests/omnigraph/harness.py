@@ -10,6 +10,7 @@ import numpy as np
 
 from graphengine.diagnostics import Finding, Findings
 from graphengine.engine.graph import Graph
+from graphengine.engine.library import GraphLibrary
 from graphengine.engine.resolve import resolve
 from graphengine.engine.template import load_graph
 from graphengine.files import Files
@@ -25,7 +26,7 @@ SCRIPTS = Path(__file__).parent / "scripts"
 def resolved(path: Path) -> tuple[Graph, Findings]:
     """A graph file with its types and wires settled."""
     findings = Findings()
-    flat = load_graph(path, {}, Files.of(path), findings)
+    flat = load_graph(path, {}, GraphLibrary(Files.of(path)), findings)
     assert flat is not None, findings.items
     return resolve(
         flat, flat.spec.graph, flat.spec.at or f"/World/{flat.spec.graph}", default_registry(), findings

@@ -21,6 +21,11 @@ def test_import_writes_a_file_for_each_graph_and_says_so(tmp_path: Path, capsys:
     assert main(["check", *map(str, sorted(tmp_path.iterdir()))]) == 0
 
 
+def test_import_makes_the_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["import", str(SCAN), "-o", str(tmp_path / "new/folder")]) == 0
+    assert list((tmp_path / "new/folder").glob("*.yaml"))
+
+
 def test_import_writes_over_nothing_unless_it_is_told_to(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "scan.yaml").write_text("mine", encoding="utf-8")
     assert main(["import", str(SCAN), "-o", str(tmp_path)]) == 2
@@ -45,7 +50,8 @@ def test_import_of_a_script_with_a_type_that_is_not_here_succeeds_and_check_fail
     [
         (["nowhere.py"], "no file 'nowhere.py'"),
         ([str(ROOT / "README.md")], "what can be imported ends in .py"),
-        ([str(SCAN), "-o", "nowhere"], "no folder 'nowhere'"),
+        ([str(SCAN), "-o", str(SCAN)], "scan.py: not a folder"),
+        ([str(SCAN), "--allow", "nowhere"], "no folder 'nowhere'"),
     ],
 )
 def test_import_refuses_what_makes_no_sense(
@@ -149,7 +155,7 @@ def test_namespaces_of_a_script_are_shown_as_a_scene_has_them(
 
 
 def test_what_a_script_built_before_it_failed_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    _, _, err = graph_and_out(tmp_path, "float(og.get_frame())\n" + EDIT.format(path="/World/later"), capsys)
+    _, _, err = graph_and_out(tmp_path, "range(og.get_frame())\n" + EDIT.format(path="/World/later"), capsys)
     assert "warning W302: TypeError" in err
     assert "the script goes no further; what it would have built later is not in the graphs" in err
 
@@ -189,7 +195,7 @@ def test_functions_that_build_graphs_and_are_never_called_are_named(
     script = tmp_path / "library.py"
     script.write_text(f"import omni.graph.core as og\ndef build():\n    {EDIT.format(path='/g')}", encoding="utf-8")
     assert main(["import", str(script), "-o", str(tmp_path)]) == 1
-    assert "functions that build graphs are not called: build (line 2)" in capsys.readouterr().err
+    assert "build(), line 2" in capsys.readouterr().err
 
 
 CAUGHT = """
@@ -205,9 +211,9 @@ except Exception as error:
 
 
 def test_what_a_script_catches_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    _, out, err = graph_and_out(tmp_path, CAUGHT, capsys)
-    assert err == ""
-    assert "build.py:9:5: no node 'U' in /World/more; nodes: T; the script goes on without it" in out
+    _, _, err = graph_and_out(tmp_path, CAUGHT, capsys)
+    lost = "nodes: T; the script goes on without connect T.outputs:tick"
+    assert f"build.py:9:5: warning W302: no node 'U' in /World/more; {lost}" in err
 
 
 @pytest.mark.parametrize(

@@ -177,3 +177,21 @@ def test_a_stage_that_there_is_not_here_is_told(tmp_path: Path) -> None:
     recorded.pipeline_stage = "post_render"
     _, told = written(recorded, tmp_path)
     assert told == ["W302 /World/g: left out is its pipeline stage post_render; it runs every tick"]
+
+
+def test_inputs_that_pass_events_on_to_each_other_in_many_ways_are_followed_in_bounded_time() -> None:
+    branch, tick = "omni.graph.action.Branch", "omni.graph.action.OnPlaybackTick"
+    nodes = [RecordedNode("Tick", tick), *(RecordedNode(f"{side}{n}", branch) for n in range(100) for side in "ab")]
+    passing = [
+        RecordedWire(f"{source}{n}", "inputs:execIn", f"{target}{n + 1}", "inputs:execIn")
+        for n in range(99)
+        for source in "ab"
+        for target in "ab"
+    ]
+    wires = [RecordedWire("Tick", "outputs:tick", "a0", "inputs:execIn"), *passing]
+    findings = Findings()
+    text = compose(graph(*nodes, wires=wires), "g", default_registry(), findings, "a test")
+    assert text.count("Tick.tick -> ") == 1 + 2 * 99
+    assert {finding.message.partition(": left out is ")[2] for finding in findings.warnings} == {
+        f"the wire b0.inputs:execIn -> {side}1.inputs:execIn: nothing drives b0.inputs:execIn" for side in "ab"
+    }

@@ -16,7 +16,7 @@ from PIL import Image
 
 from graphengine.cli import VERBS, make_parser
 from graphengine.registry import default_registry
-from tests.cli.harness import ROOT, process
+from tests.cli.harness import ROOT, live, process
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 CONTRIBUTING = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
@@ -90,6 +90,17 @@ def test_the_options_of_run_work_together() -> None:
     assert "5 graphs, 60 Hz; dds" in result.err
     assert "warning W201: wheelRadius is 0.05 m" in result.err
     assert "600 ticks, 10.000 s of simulation" in result.err
+
+
+def test_the_poses_of_the_examples_lie_in_no_obstacle(tmp_path: Path) -> None:
+    placing = re.findall(r"`graphrun (ctl (?:move|spawn) [^`]+)`", README)
+    assert len(placing) == 2
+    own = {"XDG_RUNTIME_DIR": str(tmp_path)}
+    with live("run", "dd100_warehouse", "--transport", "memory", "--paused", env=own) as run:
+        assert run.hear(lambda said: " Hz; " in said)
+        for command in placing:
+            result = process(*shlex.split(command), env=own)
+            assert (result.code, result.err) == (0, ""), command
 
 
 PICTURES = [command for command in COMMANDS if command.startswith("graphrun snapshot") and " -o " in command]

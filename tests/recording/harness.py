@@ -18,6 +18,7 @@ from graphengine.recording.recorder import Recorder
 from graphengine.ros import messages
 from graphengine.ros.memory import MemoryTransport
 from graphengine.ros.network import LiveNetwork
+from graphengine.running.dropped_values import BadValues
 from graphengine.session import Session
 from tests.jobs.harness import Recorder as Listener
 from tests.jobs.harness import twist
@@ -84,6 +85,7 @@ def record(
     commands: Mapping[int, Sequence[tuple[float, float]]] = MappingProxyType({}),
     before: Callable[[int, Run], None] = lambda tick, run: None,
     options: Options | None = None,
+    bad_values: BadValues = "drop",
     **how: Any,
 ) -> Run:
     """Record some ticks; `before` is called before each of them."""
@@ -92,7 +94,7 @@ def record(
     transport, listener = MemoryTransport(keeps=False, definitions=assembly.definitions), Listener()
     network = LiveNetwork(lambda domain: transport, 0, lambda complaint: None, assembly.definitions)
     with (
-        build.start(assembly, network) as session,
+        build.start(assembly, network, bad_values=bad_values) as session,
         Recorder(session, network, assembly, path, **how) as recorder,
     ):
         network.sinks.append(listener)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -381,10 +382,24 @@ def test_a_place_that_cannot_be_written_is_told(tmp_path: Path, place: str) -> N
 
 
 def test_a_disk_that_fills_up_ends_the_run(tmp_path: Path) -> None:
-    path = tmp_path / "out.mcap"
-    path.symlink_to("/dev/full")
     with pytest.raises(RecordingError, match="it cannot be recorded there: No space left on device"):
-        record(path, 1000, small(tmp_path), force=True)
+        record(Path("/dev/full"), 1000, small(tmp_path), force=True)
+
+
+@pytest.mark.parametrize("force", [False, True])
+def test_a_recording_does_not_follow_a_link(tmp_path: Path, force: bool) -> None:
+    path, victim = tmp_path / "out.mcap", tmp_path / "victim"
+    victim.write_text("mine", encoding="utf-8")
+    path.symlink_to(victim)
+    with pytest.raises(RecordingError, match="it cannot be recorded there: a symbolic link"):
+        record(path, 1, small(tmp_path), force=force)
+    assert victim.read_text(encoding="utf-8") == "mine"
+
+
+def test_a_recording_does_not_wait_for_the_reader_of_a_pipe(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "out.mcap")
+    with pytest.raises(RecordingError, match="it cannot be recorded there: No such device or address"):
+        record(tmp_path / "out.mcap", 1, small(tmp_path), force=True)
 
 
 def test_a_chunk_of_many_bytes_is_written_before_its_second_is_over(

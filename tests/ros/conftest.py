@@ -27,6 +27,8 @@ StartPeer: TypeAlias = "Callable[..., subprocess.Popen[bytes]]"
 settings.register_profile("untimed", deadline=None)  # the first message of a type has its code made
 settings.load_profile("untimed")
 
+os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(Path(__file__).with_name("fast_dds.xml")))
+
 PATIENCE = 20.0  # s; what is waited for comes within a second on an idle machine
 
 _offsets = itertools.count()

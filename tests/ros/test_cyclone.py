@@ -163,9 +163,9 @@ def test_a_message_tells_its_writer_by_a_handle_from_which_its_gid_is_found(endp
     writer, reader = endpoints
     assert cyclone.write(writer, encode(String("hi"))) == 0
     ((_, handle),) = cyclone.take(reader)
-    assert cyclone.writer_gid(reader, handle) == writer.guid.bytes
+    assert cyclone.writer_of(reader, handle).gid == writer.guid.bytes
     cyclone.delete(writer)
-    assert cyclone.writer_gid(reader, handle) == b""
+    assert cyclone.writer_of(reader, handle) == (b"", b"")
 
 
 @pytest.mark.parametrize(

@@ -262,7 +262,7 @@ raise SystemExit(3)
 
 
 def test_a_transport_that_could_not_be_made_leaves_nothing_behind(
-    domain: Domain, monkeypatch: pytest.MonkeyPatch
+    domain: Domain, monkeypatch: pytest.MonkeyPatch, eventually: Callable[[Callable[[], object]], bool]
 ) -> None:
     def fail(*_: object) -> None:
         raise TransportError("on purpose")
@@ -271,7 +271,7 @@ def test_a_transport_that_could_not_be_made_leaves_nothing_behind(
     monkeypatch.setattr(DdsTransport, "_announce", fail)
     with pytest.raises(TransportError, match="on purpose"):
         DdsTransport(domain, "alice")
-    assert len(os.listdir("/proc/self/task")) == before
+    assert eventually(lambda: len(os.listdir("/proc/self/task")) <= before)  # threads that ended are listed a moment
 
 
 @pytest.mark.parametrize(

@@ -374,7 +374,7 @@ def test_a_part_that_nobody_knows_is_told_with_the_whole(tmp_path: Path) -> None
         ("int32 two__underscores", "ROS 2 refuses the field name 'two__underscores'"),
         ("int32 last_", "ROS 2 refuses the field name 'last_'"),
         ("int32 a\nfloat64 a", "defines 'a' twice"),
-        ("wstring a", "'a' is a wide string, which is not supported"),
+        ("wchar a", "'a' is a my_msgs/wchar, which is not supported"),
         ("Thing[] things", "lie within each other without end: my_msgs/msg/Thing"),
         ("byte a 256", "a cannot be 256: 256 is no byte"),
         ("byte[2] a [1, -1]", "a cannot be [1, -1]: -1 is no byte"),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import sys
 import threading
 
 import pytest
@@ -11,11 +10,16 @@ import pytest
 from graphengine.context import QoS
 from graphengine.diagnostics import TopicError, TransportError
 from graphengine.ros import messages, rcl
+from graphengine.ros.dds import DdsTransport
+from graphengine.ros.definitions import DEFINITIONS
 from graphengine.ros.description import from_node, from_topic
 from graphengine.ros.domain import Domain
 from graphengine.ros.memory import MemoryTransport
 from graphengine.ros.qos import LATCHED
+from graphengine.ros.rcl import RclTransport
+from tests.ros.service_contract import rmw
 
+PARAMETERS = "rcl_interfaces/srv/GetParameters"
 STRING = "std_msgs/msg/String"
 TEXT = '<robot name="é"/>'
 
@@ -55,19 +59,49 @@ def test_names_that_ros_would_refuse_are_told() -> None:
         from_topic(MemoryTransport(), "a b", timeout=0.01)
     for node, told in (("a b", "node name 'a b'"), ("/a-b/c", "namespace '/a-b'"), ("/", "node name '' .* is empty")):
         with pytest.raises(TopicError, match=told):
-            from_node(node, Domain(0, "OFF"), timeout=0.01)
+            from_node(MemoryTransport(), node, timeout=0.01)
 
 
-def test_a_parameter_needs_rclpy_and_says_what_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "rclpy.executors", None)
-    with pytest.raises(TransportError, match="only rclpy reads parameters of nodes") as caught:
-        from_node("/robot_state_publisher", Domain(0, "OFF"), timeout=0.01)
-    assert "use --topic, which needs none" in str(caught.value)
+def parameters(transport: MemoryTransport | DdsTransport, node: str, *texts: str) -> None:
+    """Answer as a node that has a parameter with a text, or none."""
+
+    def answer(request_id: bytes, data: bytes) -> None:
+        assert messages.decode(data, f"{PARAMETERS}_Request").names == ["robot_description"]
+        response = DEFINITIONS.initial(f"{PARAMETERS}_Response")
+        for text in texts:
+            value = DEFINITIONS.initial("rcl_interfaces/msg/ParameterValue")
+            value.type, value.string_value = 4, text
+            response.values.append(value)
+        server.answer(request_id, messages.encode(response))
+
+    server = transport.server(f"{node}/get_parameters", PARAMETERS, QoS(), answer)
+
+
+def test_the_parameter_of_a_node_is_read_over_dds(domain_id: int) -> None:
+    node, client = (DdsTransport(Domain(domain_id, "LOCALHOST"), name) for name in ("publisher", "client"))
+    parameters(node, "/publisher", TEXT)
+    parameters(node, "/a/other")
+    assert from_node(client, "publisher", timeout=20) == TEXT
+    with pytest.raises(TransportError, match="node /a/other has no parameter 'robot_description' with text"):
+        from_node(client, "/a/other", timeout=20)
+    with pytest.raises(TransportError, match="no node /absent answers") as caught:
+        from_node(client, "/absent", timeout=0.1)
+    assert str(caught.value).endswith("nodes: /publisher")
+    node.close()
+    client.close()
+
+
+def test_a_node_that_leaves_a_call_unanswered_is_told() -> None:
+    transport = MemoryTransport()
+    transport.server("/busy/get_parameters", PARAMETERS, QoS(), lambda request_id, data: None)
+    with pytest.raises(TransportError, match=r"node /busy does not answer within 0.01 s"):
+        from_node(transport, "/busy", timeout=0.01)
 
 
 @pytest.mark.ros
 @pytest.mark.skipif(rcl.import_error() is not None, reason=str(rcl.import_error()))
-def test_the_parameter_of_a_node_is_read(domain_id: int) -> None:
+@pytest.mark.parametrize("own", ["rclpy", "dds"])
+def test_the_parameter_of_a_node_is_read(domain_id: int, own: str) -> None:
     import rclpy
     from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
     from rclpy.node import Node
@@ -94,14 +128,18 @@ def test_the_parameter_of_a_node_is_read(domain_id: int) -> None:
         executor.add_node(node)
     thread = threading.Thread(target=spin, daemon=True)
     thread.start()
-    assert from_node("publisher", domain, timeout=20) == TEXT
-    assert from_node("/dd100_0000/publisher_", domain, timeout=20) == f"{TEXT} "
+    if own == "dds" and rmw() != "rmw_cyclonedds_cpp":
+        pytest.skip("services do not cross between RMWs")
+    client = (RclTransport if own == "rclpy" else DdsTransport)(domain, "client")
+    assert from_node(client, "publisher", timeout=20) == TEXT
+    assert from_node(client, "/dd100_0000/publisher_", timeout=20) == f"{TEXT} "
     for name in ("/other", "/number"):
         with pytest.raises(TransportError, match=f"node {name} has no parameter 'robot_description' with text"):
-            from_node(name, domain, timeout=20)
+            from_node(client, name, timeout=20)
     with pytest.raises(TransportError, match="no node /absent answers") as caught:
-        from_node("/absent", domain, timeout=0.1)
+        from_node(client, "/absent", timeout=0.1)
     assert str(caught.value).endswith("nodes: /dd100_0000/publisher_, /number, /other, /publisher")
+    client.close()
     context.try_shutdown()
     thread.join(20)
 
@@ -117,7 +155,9 @@ def test_a_node_that_does_not_answer_is_told(domain_id: int) -> None:
     with rcl.discovery(domain):
         context.init(args=[], domain_id=domain_id)
     busy = Node("busy", context=context)  # which nobody spins
+    client = RclTransport(domain, "client")
     with pytest.raises(TransportError, match=r"node /busy does not answer within 1 s"):
-        from_node("/busy", domain, timeout=1)
+        from_node(client, "/busy", timeout=1)
+    client.close()
     busy.destroy_node()
     context.try_shutdown()

@@ -99,6 +99,7 @@ def test_what_the_transport_dropped_is_told_once() -> None:
     watch = Watch(Hostile(), said.append, lambda: now[0])
     for now[0] in (0.0, 10.0):
         watch.look(list)
+        watch.finish()
     assert said == ["/chatter: a peer sends what is no message of the topic's type; dropped"]
     assert LiveNetwork(lambda domain: Hostile(), 0, said.append).malformed == {"/chatter": 3}
 
@@ -112,6 +113,7 @@ def test_services_of_which_it_is_known_why_are_not_told_of_twice() -> None:
     said: list[str] = []
     watch = Watch(Foreign(), said.append)
     watch.look(list)
+    watch.finish()
     assert said == [
         "/reset: a client on another RMW",
         "/chatter: a peer sends what is no message of the topic's type; dropped",
@@ -215,6 +217,30 @@ def test_complaints_of_cyclone_are_counted_or_logged_once_for_each_kind(
     assert [record.getMessage() for record in caplog.records] == ["Cyclone DDS: send to 7410 failed"]
     log.forget(7)
     assert log.malformed(7) == {}
+
+
+def test_forged_packets_are_logged_by_kind_and_then_counted_once_a_minute(
+    log: CycloneLog, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    now = 0.0
+    monkeypatch.setattr("graphengine.ros.cyclone_log.time.monotonic", lambda: now)
+    packets = [
+        f"malformed packet received from vendor {n} state parse:{c}a{c} <{c * n} {c}>" for n in range(40) for c in "abf"
+    ]
+    words = [f"complaint {'xyz'[n % 3]}{'ghijklmno'[n // 9 % 9]}{'ghijklmno'[n % 9]}" for n in range(81)]
+    with caplog.at_level(logging.WARNING):
+        now = 100.0
+        complain(log, *(f"1.5 [7] recv: {line}\n" for line in packets))
+        log.malformed(7)
+        assert len(caplog.records) == 1
+        for moment in (200.0, 201.0, 270.0):
+            now = moment
+            complain(log, *(f"1.5 [7] recv: \x1b[31m{word}\n" for word in words))
+            log.malformed(7)
+    said = [record.getMessage() for record in caplog.records]
+    assert len(said) == cyclone_log.MAX_KINDS + 2
+    assert said[-2:] == ["Cyclone DDS: 62 complaints of other kinds", "Cyclone DDS: 124 complaints of other kinds"]
+    assert all(text.isprintable() for text in said)
 
 
 def test_complaints_that_were_read_are_thrown_away(log: CycloneLog, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -83,8 +83,7 @@ def test_type_hashes_are_those_of_ros_2_jazzy(message_type: str, value: str) -> 
 
 
 def test_every_message_that_is_exported_has_its_ros_name() -> None:
-    for name in messages.__all__:
-        exported = getattr(messages, name)
+    for name, exported in vars(messages).items():
         if hasattr(exported, "__msgtype__"):
             assert exported.__msgtype__.rpartition("/")[2] == name
             assert messages.message_class(exported.__msgtype__) is exported

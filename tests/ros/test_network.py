@@ -71,6 +71,16 @@ def test_what_arrives_in_a_tick_is_seen_in_the_next() -> None:
     assert subscription.newest() is None
 
 
+def test_a_queue_of_more_than_a_thousand_messages_is_kept_whole() -> None:
+    transport = MemoryTransport()
+    network = LiveNetwork(lambda domain: transport, 0, print)
+    subscription = network.subscription(claim("subscribe", depth=1500))
+    for number in range(1600):
+        transport.inject("/cmd_vel", twist(float(number)))
+    network.freeze()
+    assert [message.linear.x for message in subscription.take()] == [float(number) for number in range(100, 1600)]
+
+
 def test_a_picture_is_copied_once_on_its_way_from_the_camera_to_the_transport() -> None:
     transport = MemoryTransport(keeps=False)
     received: list[bytes] = []
@@ -167,8 +177,8 @@ def test_a_publisher_whose_topic_changes_leaves_the_old_one(tmp_path: Path) -> N
     with clock_session(tmp_path, transport) as session:
         session.step(2)
         executor = session.graphs[0].executor
-        index = next(i.index for i in executor.plan.graph.instances if i.id == "Publish")
-        executor.set_constant(index, "topic_name", "time")
+        executor.plan.graph.by_id("Publish").node.topic_name = "time"  # type: ignore[attr-defined]
+        executor.setup()
         session.step(3)
         assert [claim.topic for claim in session.services.claims] == ["/time"]
     assert len(transport.messages("/clock")) == 2

@@ -257,3 +257,15 @@ def test_a_peer_that_cannot_be_talked_to_is_told_once() -> None:
     for _ in range(100):
         net.freeze()
     assert said == ["/light: a peer is on another DDS"]
+
+
+def test_a_queue_longer_than_the_usual_bound_is_kept_whole() -> None:
+    wanted, transport, said = MAX_OPEN + 500, MemoryTransport(), list[str]()
+    net = network(transport, said.append)
+    longer = EndpointClaim("/World/graph/node", "graph", "/light", SET_BOOL, "serve", QoS(depth=wanted))
+    server = net.server(longer, 1)
+    peer = transport.client("/light", SET_BOOL, QoS(), lambda number, data: None)
+    for _ in range(wanted):
+        peer.call(messages.encode(ASK(True)))
+    net.freeze()
+    assert (len(server.take()), said) == (wanted, [])

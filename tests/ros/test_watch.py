@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import dataclass, replace
+from typing import cast
 
 import pytest
 
@@ -10,8 +12,10 @@ from graphengine.backend import EndpointClaim
 from graphengine.context import QoS
 from graphengine.ros.graph import PATIENCE, Direction, Endpoint, Graph
 from graphengine.ros.memory import MemoryTransport
+from graphengine.ros.misfits import MOST
 from graphengine.ros.network import LiveNetwork
-from graphengine.ros.watch import LONGEST_PERIOD, PERIOD, RECEIVE_BUFFER, SHARE, Watch
+from graphengine.ros.watch import LONGEST_PERIOD, PERIOD, RECEIVE_BUFFER, REPORTED_A_TICK, SHARE, Watch
+from tests.ros.contract import Eventually
 
 TWIST, STAMPED, ODOMETRY = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped", "nav_msgs/msg/Odometry"
 CLOCK = "rosgraph_msgs/msg/Clock"
@@ -56,6 +60,7 @@ class Watched:
         self.said.clear()
         self.now += PERIOD
         self.watch.look(lambda: self.ends)
+        self.watch.finish()
         return self.said
 
 
@@ -215,12 +220,12 @@ def test_fast_dds_sends_to_its_like_what_is_large() -> None:
 
 def test_looks_are_rare_unless_topics_change() -> None:
     watched = Watched(ours("publish", "/odom", ODOMETRY))
-    for _ in range(100):
-        watched.watch.look(lambda: watched.ends)
-    assert watched.network.looks == 1
-    watched.watch.hurry()
-    watched.watch.look(lambda: watched.ends)
-    assert watched.network.looks == 2
+    for looks in (1, 2):
+        for _ in range(100):
+            watched.watch.look(lambda: watched.ends)
+            watched.watch.finish()
+        assert watched.network.looks == looks
+        watched.watch.hurry()
 
 
 @pytest.mark.parametrize("seconds", [0.0, 0.01, 1.0])
@@ -233,10 +238,108 @@ def test_looks_that_take_long_are_rarer_within_limits(seconds: float) -> None:
 
     begun = watched.now
     watched.watch.look(ends)
+    watched.watch.finish()
     due = begun + min(max(PERIOD, seconds / SHARE), LONGEST_PERIOD)
     for watched.now, looks in ((due - 0.01, 1), (due + 0.01, 2)):
         watched.watch.look(lambda: watched.ends)
+        watched.watch.finish()
         assert watched.network.looks == looks
+
+
+@dataclass
+class Counted:
+    """A peer that counts how often something is compared with it."""
+
+    end: Endpoint
+    read: list[str]
+
+    def __getattr__(self, name: str) -> object:
+        if name == "qos":
+            self.read.append(name)
+        return getattr(self.end, name)
+
+
+@pytest.mark.parametrize("offered", [DEFAULT, BEST_EFFORT])
+def test_a_hundred_ends_and_a_hundred_peers_of_one_topic_are_not_compared_in_pairs(offered: QoS) -> None:
+    network, said, read = Played(), list[str](), list[str]()
+    network.present = [
+        cast("Endpoint", Counted(peer("subscribe", "/odom", ODOMETRY, node=f"rviz_{number:02}"), read))
+        for number in range(100)
+    ]
+    session = LiveNetwork(lambda domain: network, 0, said.append)
+    for number in range(100):
+        claim = EndpointClaim(f"/World/robot_{number}", "graph", "/odom", ODOMETRY, "publish", offered)
+        session.publisher(claim)
+    session.freeze()
+    session.close()
+    assert network.looks == 1
+    assert 0 < len(read) <= 4 * 100
+    assert bool(said) == (offered == BEST_EFFORT)
+
+
+def test_peers_are_named_for_faults_only_and_not_without_end() -> None:
+    watched = Watched(*(ours("publish", "/odom", ODOMETRY, qos) for qos in (BEST_EFFORT, DEFAULT)))
+    readers = [peer("subscribe", "/odom", ODOMETRY, node=f"rviz_{number:02}") for number in range(2 * MOST)]
+    said = watched.look(*readers)
+    assert [line.split()[1] for line in said] == [*(f"/rviz_{number:02}" for number in range(MOST)), "more"]
+    assert watched.look(*readers, peer("subscribe", "/odom", ODOMETRY, node="nav")) == []
+
+
+def test_faults_are_reported_a_few_in_each_tick_in_the_order_of_the_ends() -> None:
+    topics = [f"/robot_{number}/odom" for number in range(2 * REPORTED_A_TICK + 1)]
+    watched = Watched(*(ours("publish", topic, ODOMETRY, BEST_EFFORT) for topic in topics))
+    watched.network.present = [peer("subscribe", topic, ODOMETRY) for topic in reversed(topics)]
+    watched.watch.look(lambda: watched.ends)
+    ticks = list[list[str]]()
+    while watched.network.looks < 1 or sum(map(len, ticks)) < len(topics):
+        watched.said.clear()
+        watched.watch.look(lambda: watched.ends)
+        ticks += [[line.partition(":")[0] for line in watched.said]] if watched.said else []
+    assert [len(tick) for tick in ticks] == [REPORTED_A_TICK, REPORTED_A_TICK, 1]
+    assert [topic for tick in ticks for topic in tick] == topics
+    watched.watch.close()
+
+
+def test_ticks_do_not_wait_for_a_look_and_the_end_of_the_session_does() -> None:
+    begun, go_on = threading.Event(), threading.Event()
+    threads = list[threading.Thread]()
+
+    class Slow(Played):
+        def graph(self, asked: object = None) -> Graph:
+            threads.append(threading.current_thread())
+            begun.set()
+            assert go_on.wait(20.0)
+            return super().graph(asked)
+
+    network, said = Slow(), list[str]()
+    network.present = [peer("subscribe", "/odom", ODOMETRY)]
+    session = LiveNetwork(lambda domain: network, 0, said.append)
+    session.publisher(ours("publish", "/odom", ODOMETRY, BEST_EFFORT).claim)
+    for _ in range(3):
+        session.freeze()
+        assert begun.wait(20.0)
+    assert said == []
+    go_on.set()
+    session.close()
+    assert [line.partition(":")[0] for line in said] == ["/odom"]
+    assert threading.current_thread() not in threads
+    assert not any(thread.is_alive() for thread in threads)
+
+
+def test_a_transport_may_be_closed_before_the_session() -> None:
+    transport = MemoryTransport()
+    session = LiveNetwork(lambda domain: transport, 0, print)
+    transport.close()
+    session.look()
+    session.close()
+
+
+def test_what_a_look_stumbles_over_is_raised_in_the_thread_of_the_ticks() -> None:
+    watched = Watched(ours("publish", "/odom", ODOMETRY))
+    watched.network.graph = None  # type: ignore[assignment]
+    watched.watch.look(lambda: watched.ends)
+    with pytest.raises(TypeError):
+        watched.watch.finish()
 
 
 def test_linux_tells_its_receive_buffer() -> None:
@@ -245,7 +348,7 @@ def test_linux_tells_its_receive_buffer() -> None:
     assert int(RECEIVE_BUFFER.read_text()) > 2048
 
 
-def test_a_session_is_told_when_it_has_another_topic_and_when_a_peer_comes() -> None:
+def test_a_session_is_told_when_it_has_another_topic_and_when_a_peer_comes(eventually: Eventually) -> None:
     said: list[str] = []
     transport = MemoryTransport()
     network = LiveNetwork(lambda domain: transport, 0, said.append)
@@ -253,7 +356,12 @@ def test_a_session_is_told_when_it_has_another_topic_and_when_a_peer_comes() -> 
     network.freeze()
     assert said == []
     subscription = network.subscription(ours("subscribe", "/speed", TWIST).claim)
-    network.freeze()
+
+    def is_said() -> bool:
+        network.freeze()
+        return bool(said)
+
+    assert eventually(is_said)
     assert [line.partition(":")[0] for line in said] == ["/speed"]
     subscription.close()
     assert len(network.subscriptions) == 0

@@ -74,7 +74,7 @@ def _warn_of_other_definitions(publishers: list[Endpoint], message_type: str, kn
     for end in publishers:
         if end.message_type == message_type and end.type_hash not in ("", known):
             what = f"{end.full_node or 'a publisher'} has another definition of {message_type} ({end.type_hash})"
-            print(f"WARNING: {what}: what is shown may be wrong", file=sys.stderr)
+            print(f"WARNING: {what}: its messages are dropped", file=sys.stderr)
 
 
 def _arriving(inbox: Inbox, timeout: float | None) -> Iterator[bytes]:
@@ -88,6 +88,7 @@ def _text(
     data: bytes, message_type: str, definitions: Definitions, wanted: Filter, arguments: argparse.Namespace
 ) -> str | None:
     """How a message is shown; None for one that is not wanted, or that its type does not describe."""
+    from graphengine.diagnostics import printable
     from graphengine.ros import messages
     from graphengine.ros.message_text import Part, Style, to_csv, to_plain_text, to_yaml
 
@@ -96,7 +97,7 @@ def _text(
     try:
         message = messages.decode(data, message_type, definitions)
     except messages.MessageError as error:
-        print(f"WARNING: dropped: {error}", file=sys.stderr)
+        print(f"WARNING: dropped: {printable(str(error))}", file=sys.stderr)
         return None
     part = Part.of(message, definitions).find(arguments.field or "")
     if not wanted(part.value):

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 PATIENCE = 1.0
 """Seconds between two lines that tell what is waited for."""
+HOW_TO_LEAVE = """nobody reads it yet, and the wait has no end: press Ctrl-C, or next time
+  give up after some seconds with --max-wait-time-secs SECONDS, or publish without a reader with -w 0"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -95,7 +97,7 @@ def _wait_for_readers(live: Live, offer: Endpoint, wanted: int, limit: float | N
         return sum(map(offer.serves, graph.subscribers(offer.topic)))
 
     begun, why = time.monotonic(), ""
-    told = begun
+    told, hint = begun, begun + PATIENCE
     graph = live.graph(lambda graph: found(graph) >= wanted)
     while found(graph) < wanted:
         now = time.monotonic()
@@ -106,6 +108,9 @@ def _wait_for_readers(live: Live, offer: Endpoint, wanted: int, limit: float | N
             before, why = why, _mismatches(graph, offer)
             show(f"Waiting for at least {wanted} matching subscription(s)...{why if why != before else ''}")
             told = now + PATIENCE
+        if limit is None and now >= hint:
+            print(HOW_TO_LEAVE, file=sys.stderr, flush=True)
+            hint = float("inf")
         time.sleep(POLL)
         graph = live.graph_now()
 

@@ -60,7 +60,7 @@ def set_entity_state(session: Session, request: Any, response: Any) -> None:
 def delete_entity(session: Session, request: Any, response: Any) -> None:
     """Answer DeleteEntity."""
     entity = _entity(session, request.entity)
-    if entity.prim_path.startswith("/World/"):
+    if session.services.stage.find(entity.prim_path).kind != "robot":
         raise RefusedError(
             FAILED, f"{entity.name} belongs to the world's file: only what the scene has as robots can go"
         )

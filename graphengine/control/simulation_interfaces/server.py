@@ -73,15 +73,14 @@ class SimulationInterfaces:
                 offered += [name] if answer is not worlds.unsupported else []
             except MessageTypeError:
                 missing.append(name)
-        self._action: SimulateSteps | None = None
+        self._parts: list[Offers | SimulateSteps | Parameters] = [self._offers]
         try:
-            self._action = SimulateSteps(desk, transport, complain, f"{self._above}/simulate_steps")
+            self._parts.append(SimulateSteps(desk, transport, complain, f"{self._above}/simulate_steps"))
             offered.append("simulate_steps")
         except MessageTypeError:
             missing.append("simulate_steps")
-        self._parameters: Parameters | None = None
         if transport.node:
-            self._parameters = Parameters(desk, transport, complain)
+            self._parts.append(Parameters(desk, transport, complain))
         if missing:
             complain(f"not offered, as {PACKAGE} is not installed, or older than 1.5: {', '.join(missing)}")
 
@@ -133,11 +132,8 @@ class SimulationInterfaces:
 
     def close(self) -> None:
         """Withdraw the services; safe to call twice."""
-        self._offers.close()
-        if self._action is not None:
-            self._action.close()
-        if self._parameters is not None:
-            self._parameters.close()
+        for part in self._parts:
+            part.close()
 
 
 def _finish(response: Any, error: BaseException | None) -> None:

@@ -16,22 +16,21 @@ from graphengine.engine.planning.regions import RegionGraph
 __all__ = ["make_plan"]
 
 
-def make_plan(graph: Graph, findings: Findings, *, keep_going: bool = False) -> Plan | None:
+def make_plan(graph: Graph, findings: Findings) -> Plan | None:
     """The plan of a resolved graph; None when a cycle keeps it from running.
 
     Args:
         graph: instances and wires.
         findings: where mistakes go.
-        keep_going: a node that raises is to end its branch only.
     """
     if graph.flat.spec.evaluator == "push":
-        pushed = PushGraph(graph, findings, keep_going)
+        pushed = PushGraph(graph, findings)
         return _ordered(pushed, pushed.plan(), pushed.order) if pushed.acyclic else None
-    regions = RegionGraph(graph, findings, keep_going)
+    regions = RegionGraph(graph, findings)
     if not regions.acyclic:
         return None
     lint_reads_and_writes(regions)
-    plan = Plan(graph, gates=regions.gates, keep_going=keep_going)
+    plan = Plan(graph, gates=regions.gates)
     count = -1
     while count != len(regions.flagged):  # a data node that needs a flag changes what other steps must do
         count = len(regions.flagged)

@@ -54,11 +54,10 @@ class RegionWriter:
 
     def _guard(self, index: int) -> str:
         graph, wires = self.graph, self._in_wires(index)
-        sure = [w for w in wires if w.order in self.entered or graph.fires_surely(w.source)]
-        if index in graph.events or any(w.order in self.entered or self.guards[w.source] == "" for w in sure):
+        if index in graph.events or any(wire.order in self.entered for wire in wires):
             return ""
-        if len(wires) == len(sure) == 1:
-            return self.guards[sure[0].source]
+        if len(wires) == 1:  # all nodes that only this port fires share its flag
+            return self._flag(f"f{wires[0].source}_{wires[0].source_field}")
         return self._flag(f"f{index}")
 
     def _flag(self, name: str) -> str:
@@ -81,12 +80,14 @@ class RegionWriter:
 
     def _fires(self, wires: Iterable[Wire]) -> Iterator[Fire]:
         """What wires set when they fire; nothing where a node runs anyway and need not be told."""
+        set_already = {""}
         for wire in sorted(wires, key=lambda w: w.order):
             target = wire.target
             if wire.order in self.graph.pending_control:
                 yield Fire(target, pending_pin=wire.target_field)
                 continue
-            guard = f"f{target}" if self.guards[target] == f"f{target}" else ""
+            guard = "" if self.guards[target] in set_already else self.guards[target]
+            set_already.add(guard)
             counter = ""
             if target in self.graph.counting:
                 counter = self._flag(f"w{wire.order}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from graphengine.diagnostics import Findings
-from graphengine.engine.graph import Graph
+from graphengine.engine.graph import Graph, Wire
 from graphengine.engine.plan import Copy
 from graphengine.engine.planning.wiring import WiredGraph
 
@@ -17,8 +17,8 @@ class DependencyGraph(WiredGraph):
         flagged: data nodes with a run-time flag that says whether they are stale; grows while calls are written.
     """
 
-    def __init__(self, graph: Graph, findings: Findings, keep_going: bool) -> None:
-        super().__init__(graph, findings, keep_going)
+    def __init__(self, graph: Graph, findings: Findings) -> None:
+        super().__init__(graph, findings)
         self.flagged: set[int] = set()
         self._upstream: dict[int, list[int]] = {}
         self._find_dependencies()
@@ -94,6 +94,12 @@ class DependencyGraph(WiredGraph):
                     Copy(wire.source, wire.source_field, index, wire.target_field, wire.converter, setup and not fixed)
                 )
         return tuple(copies)
+
+    def report_previous(self, wire: Wire, source: int, why: str, remedy: str) -> None:
+        """Tell of a wire that hands on what its source put out in the pass before."""
+        message = f"{wire.entry.target} reads the value that {self.node(source).id} had before this pass: {why}"
+        either = f"if that is meant, leave it; else {remedy}"
+        self.findings.add("W104", message, wire.span, either, related=wire.entry.via)
 
     def changing_copies(self, index: int) -> tuple[Copy, ...]:
         """Copies that are made whenever the node runs."""

@@ -27,14 +27,10 @@ def lint_reads_and_writes(regions: RegionGraph) -> None:
                 for writer in writers.get(name, []):
                     if _in_stated_order(regions, reader, writer):
                         continue
-                    regions.findings.add(
-                        "W105",
-                        f"{regions.node(reader).id} reads and {regions.node(writer).id} writes {name.replace(':', ' ')}, "
-                        "in no stated order",
-                        regions.node(reader).span,
-                        "order them with a Multisequence",
-                        related=[(regions.node(writer).span, "written here"), *regions.node(reader).entry.via],
-                    )
+                    one, other, what = regions.node(reader), regions.node(writer), name.replace(":", " ")
+                    message = f"{one.id} reads and {other.id} writes {what}, in no stated order"
+                    related = [(other.span, "written here"), *one.entry.via]
+                    regions.findings.add("W105", message, one.span, "order them with a Multisequence", related=related)
 
 
 def _in_stated_order(regions: RegionGraph, one: int, other: int) -> bool:

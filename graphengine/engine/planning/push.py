@@ -22,8 +22,8 @@ class PushGraph(DependencyGraph):
         order: all nodes, each after those that it reads and those that would start it.
     """
 
-    def __init__(self, graph: Graph, findings: Findings, keep_going: bool) -> None:
-        super().__init__(graph, findings, keep_going)
+    def __init__(self, graph: Graph, findings: Findings) -> None:
+        super().__init__(graph, findings)
         self.order: list[int] = []
         if self.acyclic:
             self._order_nodes()
@@ -48,21 +48,14 @@ class PushGraph(DependencyGraph):
         self.order = list(nx.lexicographical_topological_sort(order))
 
     def _report_previous(self, wire: Wire) -> None:
-        self.findings.add(
-            "W104",
-            f"{wire.entry.target} reads the value that {self.node(wire.source).id} had before this pass: "
-            f"other wires order {self.node(wire.target).id} before it",
-            wire.span,
-            "if that is meant, leave it; else take out one of the wires",
-            related=wire.entry.via,
-        )
+        why = f"other wires order {self.node(wire.target).id} before it"
+        self.report_previous(wire, wire.source, why, "take out one of the wires")
 
     def plan(self) -> Plan:
         """One region with a call of each node that can change."""
         changing = [index for index in self.order if index not in self.constant]
         plan = Plan(self.graph, [Region(0, "pass", (), (), tuple(map(self._call, changing)))])
         plan.gates = dict.fromkeys(self.order, ())
-        plan.keep_going = self.keep_going
         return plan
 
     def _call(self, index: int) -> Call:

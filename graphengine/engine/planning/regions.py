@@ -46,8 +46,8 @@ class RegionGraph(DependencyGraph):
         gates: of nodes that run in every pass but for gates that they are behind, these gates.
     """
 
-    def __init__(self, graph: Graph, findings: Findings, keep_going: bool) -> None:
-        super().__init__(graph, findings, keep_going)
+    def __init__(self, graph: Graph, findings: Findings) -> None:
+        super().__init__(graph, findings)
         self.members: list[list[int]] = []
         self.entries: list[list[Wire]] = []
         self.titles: list[str] = []
@@ -205,18 +205,11 @@ class RegionGraph(DependencyGraph):
     def _report_previous(self, reading: Reading) -> None:
         if not reading.shown:
             return  # that a variable is read before it is written needs no remark
-        wire, reader = reading.wire, self.node(reading.reader).id
-        self.findings.add(
-            "W104",
-            f"{wire.entry.target} reads the value that {self.node(reading.source).id} had before this pass: "
-            f"execution orders {reader} before it",
-            wire.span,
-            "if that is meant, leave it; else change the order of execution",
-            related=wire.entry.via,
-        )
+        why = f"execution orders {self.node(reading.reader).id} before it"
+        self.report_previous(reading.wire, reading.source, why, "change the order of execution")
 
     def _find_gates(self) -> None:
-        """Nodes of the root region that run in every pass, whatever fires, but for gates that they are behind."""
+        """Find the nodes of the root region that run in every pass, except for gates above them, while no node raises."""
         for index in self.members[0]:
             wires = [wire for wire in self.exec_in.get(index, []) if self.forward(wire)]
             if index in self.events or any(self._fired_behind(wire) == () for wire in wires):
@@ -228,6 +221,6 @@ class RegionGraph(DependencyGraph):
         """The gates through which a wire fires in every pass; None where something else decides as well."""
         behind = self.gates.get(wire.source)
         if behind is not None and isinstance(self.node(wire.source).node, Gate):
-            alone = not self.fired_often(wire.source) and not self.keep_going
-            return (*behind, wire.source) if alone else None
-        return behind if self.fires_surely(wire.source) else None
+            return None if self.fired_often(wire.source) else (*behind, wire.source)
+        plain = self.kinds[wire.source] in ("event", "action") and not self.node(wire.source).cls.gated
+        return behind if plain else None

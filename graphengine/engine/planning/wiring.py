@@ -16,15 +16,13 @@ class WiredGraph:
     Attributes:
         graph: instances and wires.
         findings: where mistakes go.
-        keep_going: a node that raises ends its branch only, so what follows it is never certain to run.
         kinds: of each node.
         acyclic: whether it can be planned at all.
     """
 
-    def __init__(self, graph: Graph, findings: Findings, keep_going: bool) -> None:
+    def __init__(self, graph: Graph, findings: Findings) -> None:
         self.graph = graph
         self.findings = findings
-        self.keep_going = keep_going
         self.kinds = [instance.cls.kind() for instance in graph.instances]
         self.data_in: dict[int, list[Wire]] = {}
         """Wires into each node; one that began at a wired input begins where that input's value comes from."""
@@ -74,7 +72,7 @@ class WiredGraph:
         graph.add_edges_from((wire.source, wire.target) for wire in wires)
         if self._report_cycles("G209", "data nodes wait for each other", graph, wires):
             return False
-        self.data_rank = {index: rank for rank, index in enumerate(nx.topological_sort(graph))}
+        self.data_rank = _ranks(graph)
         return True
 
     def _check_exec_cycles(self) -> bool:
@@ -91,11 +89,15 @@ class WiredGraph:
         graph.add_edges_from((wire.source, wire.target) for wire in wires)
         if self._report_cycles("G210", "execution runs in a circle", graph, wires):
             return False
+        rank = _ranks(graph)
         for wire in control:
-            if nx.has_path(graph, wire.target, wire.source):
+            backward = rank[wire.source] >= rank[wire.target]
+            if backward and nx.has_path(graph, wire.target, wire.source):
                 self.pending_control.add(wire.order)
-            else:
-                graph.add_edge(wire.source, wire.target)
+                continue
+            graph.add_edge(wire.source, wire.target)
+            if backward:
+                rank = _ranks(graph)
         return True
 
     def _report_cycles(self, code: str, what: str, graph: nx.DiGraph[int], wires: list[Wire]) -> bool:
@@ -112,22 +114,13 @@ class WiredGraph:
 
     def _report_cycle(self, code: str, what: str, loop: list[Wire]) -> None:
         path = " -> ".join([self.node(wire.source).id for wire in loop] + [self.node(loop[0].source).id])
-        remedy = (
-            "break it with a node that has an execution input"
-            if code == "G209"
-            else "break it with a Delay, or a control pin"
-        )
-        related = [(wire.span, str(wire)) for wire in loop]
-        self.findings.add(code, f"{what}: {path}", loop[0].span, remedy, related=[*related, *loop[0].entry.via])
+        by = "a node that has an execution input" if code == "G209" else "a Delay, or a control pin"
+        related = [*((wire.span, str(wire)) for wire in loop), *loop[0].entry.via]
+        self.findings.add(code, f"{what}: {path}", loop[0].span, f"break it with {by}", related=related)
 
     def forward(self, wire: Wire) -> bool:
         """Whether a wire starts something in the same pass."""
         return wire.order not in self.pending_control and self.kinds[wire.source] != "latent"
-
-    def fires_surely(self, index: int) -> bool:
-        """Whether a node's output fires whenever the node is computed."""
-        plain = self.kinds[index] in ("event", "action") and not self.node(index).cls.gated
-        return plain and not self.keep_going
 
     def _find_counting(self) -> None:
         for index in nx.topological_sort(self.execution):
@@ -146,3 +139,8 @@ class WiredGraph:
     def exec_outputs(self, index: int) -> list[str]:
         """Fields of a node's execution outputs."""
         return [p.field for p in self.node(index).cls.fields.values() if p.is_exec and p.side == "outputs"]
+
+
+def _ranks(graph: nx.DiGraph[int]) -> dict[int, int]:
+    """Position of each node in an order in which every edge leads forward."""
+    return {index: rank for rank, index in enumerate(nx.topological_sort(graph))}

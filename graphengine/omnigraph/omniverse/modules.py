@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import ModuleType
 from typing import Any
 
 from graphengine.omnigraph.omniverse import og, usd, usd_values
@@ -22,34 +23,14 @@ _VECTORS = {
 }
 
 
-class SimulationApp:
-    """The application of a standalone script; it is closed from the beginning, so that loops over frames end."""
+class Application(StandIn):
+    """`SimulationApp`, and its instance."""
 
-    def __init__(self, recorder: Recorder) -> None:
-        self._recorder = recorder
-
-    def __call__(self, *_: Any, **__: Any) -> SimulationApp:  # noqa: D102
+    def __call__(self, *_: Any, **__: Any) -> Any:  # noqa: D102
         return self
 
-    def is_running(self) -> bool:
-        """Whether frames are to be drawn."""
-        return False
 
-    def is_exiting(self) -> bool:
-        """Whether it closes."""
-        return True
-
-    def run_coroutine(self, coroutine: Any, *_: Any, **__: Any) -> Any:
-        """Run it to its end."""
-        return finish(coroutine, self._recorder)
-
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):
-            raise AttributeError(name)
-        return StandIn(f"SimulationApp.{name}", self._recorder)
-
-
-def make_modules(recorder: Recorder) -> dict[str, StandInModule]:
+def make_modules(recorder: Recorder) -> dict[str, ModuleType]:
     """The modules that are known, by name; every other one is to be a `StandInModule` without members.
 
     Args:
@@ -57,11 +38,11 @@ def make_modules(recorder: Recorder) -> dict[str, StandInModule]:
     """
     stage = usd.Stage(recorder)
 
-    def prim_at(path: Any, *_: Any, **__: Any) -> usd.Prim:
-        return stage.GetPrimAtPath(path)
+    def prim_at(prim_path: Any = "", *_: Any, path: Any = "", **__: Any) -> usd.Prim:
+        return stage.GetPrimAtPath(prim_path or path)
 
-    def is_valid(path: Any, *_: Any, **__: Any) -> bool:
-        return stage.GetPrimAtPath(path).IsValid()
+    def is_valid(prim_path: Any, *_: Any, **__: Any) -> bool:
+        return stage.GetPrimAtPath(prim_path).IsValid()
 
     def define_prim(prim_path: Any, prim_type: Any = "", *_: Any, **__: Any) -> usd.Prim:
         return stage.DefinePrim(prim_path, prim_type)
@@ -69,8 +50,8 @@ def make_modules(recorder: Recorder) -> dict[str, StandInModule]:
     def set_attribute(prim_path: Any, attribute_name: Any, value: Any, *_: Any, **__: Any) -> None:
         stage.GetPrimAtPath(prim_path).set_property(str(attribute_name), value)
 
-    def delete_prim(path: Any, *_: Any, **__: Any) -> bool:
-        return stage.RemovePrim(path)
+    def delete_prim(prim_path: Any, *_: Any, **__: Any) -> bool:
+        return stage.RemovePrim(prim_path)
 
     def set_targets(prim: Any, attribute: Any, target_prim_paths: Any) -> None:
         targets = target_prim_paths if isinstance(target_prim_paths, list | tuple) else [target_prim_paths]
@@ -90,11 +71,21 @@ def make_modules(recorder: Recorder) -> dict[str, StandInModule]:
             recorder.pass_over(f"the command {command}")
         parent, path = named.get("parent"), named.get("path", named.get("prim_path"))
         if isinstance(path, str):
-            return True, usd.Prim(f"{(parent or '').rstrip('/')}/{path.strip('/')}", recorder, there=True)
+            made = f"{(parent or '').rstrip('/')}/{path.strip('/')}"
+            recorder.prims.add(made)
+            return True, usd.Prim(made, recorder)
         return True, StandIn(f"the command {command}", recorder)
 
+    def open_stage(path: Any = "", *_: Any, usd_path: Any = "", **__: Any) -> bool:
+        recorder.open_stage(str(path or usd_path))
+        return True
+
+    opens = {
+        "open_stage": open_stage,
+        "open_stage_async": lambda *given, **named: Task((open_stage(*given, **named), ""), recorder),
+    }
     context = StandIn("omni.usd.get_context()", recorder)
-    context.__dict__["get_stage"] = lambda: stage
+    vars(context).update(opens, get_stage=lambda: stage)
     prims = {
         "get_prim_at_path": prim_at,
         "is_prim_path_valid": is_valid,
@@ -106,9 +97,10 @@ def make_modules(recorder: Recorder) -> dict[str, StandInModule]:
         "set_targets": set_targets,
     }
     schemas = {name: usd.Schema(f"UsdGeom.{name}", stage) for name in _SCHEMAS}
-    stages = {"get_current_stage": lambda *_, **__: stage, "get_stage_units": lambda *_, **__: 1.0}
+    stages = {**opens, "get_current_stage": lambda *_, **__: stage, "get_stage_units": lambda *_, **__: 1.0}
     targets = {"set_target_prims": set_target_prims}
-    application = {"SimulationApp": SimulationApp(recorder)}
+    application = {"SimulationApp": Application("SimulationApp", recorder)}
+    vars(application["SimulationApp"])["run_coroutine"] = lambda coroutine, *_, **__: finish(coroutine, recorder)
     sdf = {"Path": usd_values.Path}
     gf = {
         **_VECTORS,
@@ -145,7 +137,7 @@ def make_modules(recorder: Recorder) -> dict[str, StandInModule]:
         "omni.isaac.core_nodes.scripts.utils": targets,
     }
     packages = {name[:end] for name in known for end, mark in enumerate(name) if mark == "."} - known.keys()
-    modules: dict[str, StandInModule] = {}
+    modules = recorder.modules
     for name in (*packages, *known):
         modules[name] = StandInModule(name, recorder, modules, known.get(name))
     return modules

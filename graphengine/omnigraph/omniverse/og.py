@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from graphengine.diagnostics import shown
-from graphengine.omnigraph.omniverse.og_edit import Edit, Keys
+from graphengine.omnigraph.omniverse.og_edit import Edit, Keys, name_lost
 from graphengine.omnigraph.omniverse.og_handles import (
     Attribute,
     ExecutionAttributeState,
@@ -28,7 +28,8 @@ from graphengine.omnigraph.omniverse.og_types import (
 from graphengine.omnigraph.omniverse.plain_data import unknown
 from graphengine.omnigraph.omniverse.recorder import Place, Recorder
 from graphengine.omnigraph.omniverse.spellings import OmniGraphError
-from graphengine.omnigraph.omniverse.stand_in import ELSEWHERE, OWN, Awaitable, StandIn, idle
+from graphengine.omnigraph.omniverse.stand_in import ELSEWHERE, OWN, StandIn, draw
+from graphengine.omnigraph.omniverse.waiting import Task
 
 
 class Controller(metaclass=Open):
@@ -48,14 +49,13 @@ class Controller(metaclass=Open):
 
     @either
     def edit(
-        cls: Any,  # noqa: N805
+        cls: Any,
         self: Any,
         graph_id: Any = None,
         edit_commands: Mapping[Any, Any] | None = None,
         *,
         path_to_object_map: dict[str, Any] | None = None,
         allow_exists_node: bool = False,
-        allow_exists_prim: bool = False,
         **_: Any,
     ) -> tuple[Any, Any, Any, dict[str, Any]]:
         """Find or make a graph, and do all that the commands say in the documented order."""
@@ -64,45 +64,45 @@ class Controller(metaclass=Open):
             recorder.leave_out(f"an edit of {graph_id} is left out: only Omniverse knows that graph")
             return graph_id, graph_id, graph_id, {}
         known, commands = len(recorder.graphs), edit_commands or {}
-        graph = edited_graph(recorder, graph_id)
+        try:
+            graph = edited_graph(recorder, graph_id)
+        except OmniGraphError as error:
+            name_lost(error, commands, 0)
+            raise
         if len(recorder.graphs) > known and not isinstance(graph_id, Mapping) and Keys.CREATE_NODES not in commands:
             recorder.opened.add(graph.path)
         names = path_to_object_map if path_to_object_map is not None else self.known if self else {}
-        made: list[Any] = []
-        prims = Edit(recorder, graph, names, made, allow_exists_node).run(commands, "")
-        return Graph(recorder, graph), made, prims, names
+        edit = Edit(recorder, graph, names, allow_exists_node)
+        edit.run(commands, "")
+        return Graph(recorder, graph), edit.made, edit.prims, names
 
     @either
-    def create_graph(cls: Any, self: Any, graph_id: Any, *_: Any, **__: Any) -> Graph:  # noqa: N805
+    def create_graph(cls: Any, self: Any, graph_id: Any, *_: Any, **__: Any) -> Graph:
         """Make a graph."""
         return Graph(cls.recorder, edited_graph(cls.recorder, graph_id))
 
     @either
-    def graph(cls: Any, self: Any, graph_id: Any) -> Graph | None:  # noqa: N805
+    def graph(cls: Any, self: Any, graph_id: Any) -> Graph | None:
         """A graph by its path."""
         return graph_at(cls.recorder, graph_id)
 
     @either
-    def node(cls: Any, self: Any, node_id: Any = None, graph_id: Any = None, **named: Any) -> Node:  # noqa: N805
+    def node(cls: Any, self: Any, node_id: Any = None, graph_id: Any = None, **named: Any) -> Node:
         """A node by its path, by its name and graph, or by `(name, graph)`."""
         return node_at(cls.recorder, node_id if node_id is not None else named.get("path"), graph_id, _known(self))
 
     @either
-    def attribute(
-        cls: Any,  # noqa: N805
-        self: Any,
-        attribute_id: Any,
-        node_id: Any = None,
-        graph_id: Any = None,
-    ) -> Any:
+    def attribute(cls: Any, self: Any, attribute_id: Any, node_id: Any = None, graph_id: Any = None) -> Any:
         """An attribute by its path, by its name and node, or by `(name, node)`."""
         if is_hidden(cls.recorder, attribute_id):
             return _leave_attribute(cls.recorder, attribute_id)
-        return Attribute(cls.recorder, place_at(cls.recorder, attribute_id, node_id, graph_id, _known(self)))
+        return Attribute(cls.recorder, _place(cls, self, attribute_id, node_id, graph_id))
 
     @either
-    def variable(cls: Any, self: Any, variable_id: Any, graph_id: Any = None) -> Variable:  # noqa: N805
-        """A variable by its name and graph."""
+    def variable(cls: Any, self: Any, variable_id: Any, graph_id: Any = None) -> Variable:
+        """A variable by its name and graph; one itself too."""
+        if isinstance(variable_id, Variable):
+            return variable_id
         name, graph = variable_id if isinstance(variable_id, tuple) else (variable_id, graph_id)
         found = graph_at(cls.recorder, graph)
         if found is None or name not in found.graph.variables:
@@ -110,14 +110,7 @@ class Controller(metaclass=Open):
         return Variable(cls.recorder, found.graph, name)
 
     @either
-    def create_node(
-        cls: Any,  # noqa: N805
-        self: Any,
-        node_id: Any,
-        node_type_id: Any,
-        allow_exists: bool = False,
-        **_: Any,
-    ) -> Node:
+    def create_node(cls: Any, self: Any, node_id: Any, node_type_id: Any, allow_exists: bool = False, **_: Any) -> Node:
         """Make a node at a path, or with a name in a graph: `(name, graph)`."""
         recorder = cls.recorder
         name, graph_id = node_id if isinstance(node_id, tuple) else (node_id, None)
@@ -125,32 +118,28 @@ class Controller(metaclass=Open):
         return Node(recorder, inside, recorder.create_node(inside, str(name), node_type_id, allow_exists=allow_exists))
 
     @either
-    def delete_node(cls: Any, self: Any, node_id: Any, *_: Any, **__: Any) -> None:  # noqa: N805
+    def delete_node(cls: Any, self: Any, node_id: Any, *_: Any, **__: Any) -> None:
         """Remove a node."""
         node = node_at(cls.recorder, node_id, None, _known(self))
         cls.recorder.delete_node(node.graph, node.name)
 
     @either
-    def create_variable(cls: Any, self: Any, graph_id: Any, name: str, type: Any, *_: Any, **__: Any) -> Variable:  # noqa: N805
+    def create_variable(cls: Any, self: Any, graph_id: Any, name: str, type: Any, *_: Any, **__: Any) -> Variable:
         """Add a variable to a graph."""
-        inside = edited_graph(cls.recorder, graph_id)
-        cls.recorder.create_variable(inside, name, type)
-        return Variable(cls.recorder, inside, name)
+        return Graph(cls.recorder, edited_graph(cls.recorder, graph_id)).create_variable(name, type)
 
     @either
-    def set_variable_default_value(cls: Any, self: Any, variable_id: Any, value: Any) -> None:  # noqa: N805
+    def set_variable_default_value(cls: Any, self: Any, variable_id: Any, value: Any) -> None:
         """Set the default of a variable."""
-        variable = variable_id if isinstance(variable_id, Variable) else cls.variable(variable_id)
-        variable.set(None, value)
+        cls.variable(variable_id).set(None, value)
 
     @either
-    def get_variable_default_value(cls: Any, self: Any, variable_id: Any) -> Any:  # noqa: N805
+    def get_variable_default_value(cls: Any, self: Any, variable_id: Any) -> Any:
         """The default of a variable."""
-        variable = variable_id if isinstance(variable_id, Variable) else cls.variable(variable_id)
-        return variable.get()
+        return cls.variable(variable_id).get()
 
     @either
-    def node_type(cls: Any, self: Any, type_id: Any) -> NodeType:  # noqa: N805
+    def node_type(cls: Any, self: Any, type_id: Any) -> NodeType:
         """A type of nodes by its name, or that of a node."""
         name = type_id.get_type_name() if isinstance(type_id, Node) else str(type_id)
         if name not in cls.recorder.types and not cls.recorder.assumed:
@@ -159,7 +148,7 @@ class Controller(metaclass=Open):
 
     @either
     def create_attribute(
-        cls: Any,  # noqa: N805
+        cls: Any,
         self: Any,
         node_id: Any,
         attr_name: str,
@@ -177,68 +166,58 @@ class Controller(metaclass=Open):
         return Attribute(cls.recorder, place)
 
     @either
-    def connect(cls: Any, self: Any, src_spec: Any, dst_spec: Any, *_: Any, **__: Any) -> None:  # noqa: N805
+    def connect(cls: Any, self: Any, src_spec: Any, dst_spec: Any, *_: Any, **__: Any) -> None:
         """Wire two attributes."""
-        known = _known(self)
-        source, target = (place_at(cls.recorder, spec, None, None, known) for spec in (src_spec, dst_spec))
-        cls.recorder.connect(source, target)
+        cls.recorder.connect(_place(cls, self, src_spec), _place(cls, self, dst_spec))
 
     @either
-    def disconnect(cls: Any, self: Any, src_spec: Any, dst_spec: Any, *_: Any, **__: Any) -> None:  # noqa: N805
+    def disconnect(cls: Any, self: Any, src_spec: Any, dst_spec: Any, *_: Any, **__: Any) -> None:
         """Remove a wire."""
-        known = _known(self)
-        source, target = (place_at(cls.recorder, spec, None, None, known) for spec in (src_spec, dst_spec))
-        cls.recorder.disconnect(source, target)
+        cls.recorder.disconnect(_place(cls, self, src_spec), _place(cls, self, dst_spec))
 
     @either
-    def disconnect_all(cls: Any, self: Any, attribute_spec: Any, *_: Any, **__: Any) -> None:  # noqa: N805
+    def disconnect_all(cls: Any, self: Any, attribute_spec: Any, *_: Any, **__: Any) -> None:
         """Remove the wires of an attribute."""
-        cls.recorder.disconnect_all(place_at(cls.recorder, attribute_spec, None, None, _known(self)))
+        cls.recorder.disconnect_all(_place(cls, self, attribute_spec))
 
     @either
-    def get(cls: Any, self: Any, attribute: Any = None, *_: Any, **named: Any) -> Any:  # noqa: N805
+    def get(cls: Any, self: Any, attribute: Any = None, *_: Any, **named: Any) -> Any:
         """What an attribute was set to."""
         spec = attribute if attribute is not None else named.get("attribute_id", self and self.attribute_id)
         if isinstance(spec, Variable):
             return spec.get()
         if is_hidden(cls.recorder, spec):
             return _leave_attribute(cls.recorder, spec)
-        place = place_at(cls.recorder, spec, named.get("node"), named.get("graph"), _known(self))
-        return Attribute(cls.recorder, place).get()
+        return Attribute(cls.recorder, _place(cls, self, spec, named.get("node"), named.get("graph"))).get()
 
     @either
-    def set(cls: Any, self: Any, *arguments: Any, **named: Any) -> None:  # noqa: N805
+    def set(cls: Any, self: Any, *arguments: Any, **named: Any) -> None:
         """Set an attribute: of the instance, or the first argument."""
         given = list(arguments)
-        if "attribute" in named or "attribute_id" in named:
-            spec = named.get("attribute", named.get("attribute_id"))
-        elif self is not None and self.attribute_id is not None:
-            spec = self.attribute_id
-        elif given:
-            spec = given.pop(0)
-        else:
-            raise OmniGraphError("set: which attribute?")
+        spec = named.get("attribute", named.get("attribute_id", self and self.attribute_id))
+        spec = given.pop(0) if spec is None and given else spec
+        if "value" in named:
+            given = [named["value"]]
+        if spec is None or not given:
+            raise OmniGraphError("set: which attribute, and to which value?")
         if is_hidden(cls.recorder, spec):
             _leave_attribute(cls.recorder, spec)
-            return
-        if isinstance(spec, Variable):
-            spec.set(None, named.get("value", given[-1] if given else None))
-            return
-        if not given and "value" not in named:
-            raise OmniGraphError("set: to which value?")
-        place = place_at(cls.recorder, spec, named.get("node"), named.get("graph"), _known(self))
-        cls.recorder.set_value(place, named["value"] if "value" in named else given[0], named.get("type", ""))
+        elif isinstance(spec, Variable):
+            spec.set(None, given[-1])
+        else:
+            place = _place(cls, self, spec, named.get("node"), named.get("graph"))
+            cls.recorder.set_value(place, given[0], named.get("type", ""))
 
     @either
-    def evaluate(cls: Any, self: Any, *_: Any, **__: Any) -> Awaitable:  # noqa: N805
+    def evaluate(cls: Any, self: Any, *_: Any, **__: Any) -> Task:
         """Nothing: what a graph does is no part of it."""
-        idle(cls.recorder)
-        return Awaitable()
+        draw(cls.recorder)
+        return Task(None, cls.recorder)
 
     @either
-    def evaluate_sync(cls: Any, self: Any, *_: Any, **__: Any) -> None:  # noqa: N805
+    def evaluate_sync(cls: Any, self: Any, *_: Any, **__: Any) -> None:
         """Nothing: what a graph does is no part of it."""
-        idle(cls.recorder)
+        draw(cls.recorder)
 
 
 def _leave_attribute(recorder: Recorder, spec: Any) -> StandIn:
@@ -252,27 +231,21 @@ def _known(controller: Any) -> Mapping[str, Any]:
     return controller.known if controller is not None else {}
 
 
+def _place(cls: Any, controller: Any, spec: Any, node_id: Any = None, graph_id: Any = None) -> Place:
+    return place_at(cls.recorder, spec, node_id, graph_id, _known(controller))
+
+
+_CONTROLLERS = ("Controller", "GraphController", "NodeController", "ObjectLookup", "DataView", "AttributeValueHelper")
+_HANDLES = (Graph, Node, Attribute, GraphPipelineStage, ExecutionAttributeState)
+_TYPES = (Type, BaseDataType, AttributeRole, AttributePortType, AttributeType)
+
+
 def members(recorder: Recorder) -> dict[str, Any]:
     """What `omni.graph.core` holds for a recorder."""
     controller = Open("Controller", (Controller,), {"recorder": recorder})
     return {
-        "Controller": controller,
-        "GraphController": controller,
-        "NodeController": controller,
-        "ObjectLookup": controller,
-        "DataView": controller,
-        "AttributeValueHelper": controller,
-        "Graph": Graph,
-        "Node": Node,
-        "Attribute": Attribute,
-        "GraphPipelineStage": GraphPipelineStage,
-        "ExecutionAttributeState": ExecutionAttributeState,
-        "Type": Type,
-        "BaseDataType": BaseDataType,
-        "AttributeRole": AttributeRole,
-        "AttributePortType": AttributePortType,
-        "AttributeType": AttributeType,
-        "OmniGraphError": OmniGraphError,
+        **dict.fromkeys(_CONTROLLERS, controller),
+        **{kind.__name__: kind for kind in (*_HANDLES, *_TYPES, OmniGraphError)},
         "get_registered_nodes": lambda: sorted(recorder.types),
         "get_node_type": NodeType,
         "get_graph_by_path": lambda path: graph_at(recorder, path),

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from itertools import islice
 from typing import Any
 
 from graphengine.diagnostics import did_you_mean, listing, shown
 from graphengine.omnigraph.omniverse.og_handles import Graph, Node
 from graphengine.omnigraph.omniverse.og_lookup import place_at
 from graphengine.omnigraph.omniverse.recorder import Place, Recorder
-from graphengine.omnigraph.omniverse.spellings import NotThereError, OmniGraphError, items, split_attribute
+from graphengine.omnigraph.omniverse.spellings import MAX_NAME, NotThereError, OmniGraphError, items, split_attribute
 from graphengine.omnigraph.omniverse.usd import Prim
 from graphengine.omnigraph.recorded import VARIABLE, RecordedGraph
 
+MAX_LOST = 1000
+"""Steps of a refused edit that are listed."""
 OPENED = "a USD file that the script opens may hold it; import that file too"
 
 
@@ -36,27 +39,41 @@ ORDER = tuple(value for name, value in vars(Keys).items() if name.isupper())
 """The keys in the order in which an edit does them, whatever the order in which a script writes them."""
 
 
+def steps(commands: Any) -> Iterator[tuple[str, Any]]:
+    """Keys and items of an edit in OmniGraph's order."""
+    if not isinstance(commands, Mapping):
+        raise OmniGraphError(f"an edit is a dictionary, got {shown(commands)}")
+    return ((key, item) for key in ORDER if key in commands for item in items(commands[key]))
+
+
+def name_lost(error: OmniGraphError, commands: Any, done: int) -> None:
+    """Add to an error the steps of an edit that it keeps from being done."""
+    lost = islice(steps(commands), done, done + MAX_LOST)
+    names = [f"{key} {str(item[0] if isinstance(item, tuple) else item)[:MAX_NAME]}" for key, item in lost]
+    error.add_note(", ".join(names) + " …" * (len(names) == MAX_LOST))
+
+
 class Edit:
     """One call of `og.Controller.edit`, or a compound in it."""
 
-    def __init__(
-        self, recorder: Recorder, graph: RecordedGraph, names: dict[str, Any], made: list[Any], allow_exists: bool
-    ) -> None:
-        self.recorder, self.graph, self.names, self.made, self.allow_exists = recorder, graph, names, made, allow_exists
+    def __init__(self, recorder: Recorder, graph: RecordedGraph, names: dict[str, Any], allow_exists: bool) -> None:
+        self.recorder, self.graph, self.names, self.allow_exists = recorder, graph, names, allow_exists
+        self.made: list[Any] = []
         self.prims: list[Any] = []
 
-    def run(self, commands: Mapping[Any, Any], compound: str) -> list[Any]:
+    def run(self, commands: Mapping[Any, Any], compound: str) -> None:
         """Do what the keys say, in OmniGraph's order; `compound` is the one that the commands are for."""
-        if not isinstance(commands, Mapping):
-            raise OmniGraphError(f"an edit is a dictionary, got {shown(commands)}")
-        for key in commands:
-            if key not in ORDER:
-                raise OmniGraphError(f"unknown key {shown(key)}; {did_you_mean(str(key), ORDER) or listing(ORDER)}")
-        for key in ORDER:
-            if key in commands:
-                for item in items(commands[key]):
-                    self._one(key, item, compound)
-        return self.prims
+        done, pending = 0, steps(commands)
+        try:
+            for key in commands:
+                if key not in ORDER:
+                    raise OmniGraphError(f"unknown key {shown(key)}; {did_you_mean(str(key), ORDER) or listing(ORDER)}")
+            for key, item in pending:
+                self._one(key, item, compound)
+                done += 1
+        except OmniGraphError as error:
+            name_lost(error, commands, done)
+            raise
 
     def _one(self, key: str, item: Any, compound: str) -> None:
         try:
@@ -72,12 +89,12 @@ class Edit:
     def _place(self, spec: Any, compound: str) -> Place:
         if isinstance(spec, str) and not spec.startswith("/"):
             node, name = split_attribute(spec)
+            found, full = self.names.get(node), self._node_name(node, compound)
+            in_graph = full in self.graph.nodes or full in self.recorder.compounds[self.graph.path]
+            if isinstance(found, Node) and not in_graph:
+                return found.get_attribute(name).place
             if compound:
                 return self.recorder.attribute(self.graph, f"{compound}/{spec}")
-            found = self.names.get(node)
-            in_graph = node in self.graph.nodes or node in self.recorder.compounds[self.graph.path]
-            if isinstance(found, Node) and not in_graph:
-                return self.recorder.inner(Place(found.graph, found.name, name))
         return place_at(self.recorder, spec, None, Graph(self.recorder, self.graph), {})
 
     def _node_name(self, name: Any, compound: str) -> str:
@@ -103,9 +120,8 @@ class Edit:
             self._keep(name, inner)
             self.run(kind, inner)
             return
-        wanted = kind if isinstance(kind, str) else str(kind)
         full = self._node_name(name, compound)
-        self._keep(name, self.recorder.create_node(self.graph, full, wanted, allow_exists=self.allow_exists))
+        self._keep(name, self.recorder.create_node(self.graph, full, str(kind), allow_exists=self.allow_exists))
 
     def _keep(self, given: str, name: str) -> None:
         node = Node(self.recorder, self.graph, name)
@@ -116,7 +132,8 @@ class Edit:
         path = item[0] if isinstance(item, tuple) else item
         full = str(path) if str(path).startswith("/") else f"{self.graph.path}/{path}"
         self.recorder.leave_out(f"the prim {full!r} is not made", str(path), "a graph's file makes no prims")
-        self.prims.append(Prim(full, self.recorder, there=True))
+        self.recorder.prims.add(full)
+        self.prims.append(Prim(full, self.recorder))
         self.names[str(path)] = self.prims[-1]
 
     def _expose_prims(self, item: Any, compound: str) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from graphengine.omnigraph.omniverse.recorder import Place, Recorder
 from graphengine.omnigraph.omniverse.spellings import SIDES, OmniGraphError, stage_of
-from graphengine.omnigraph.omniverse.stand_in import StandIn
+from graphengine.omnigraph.omniverse.stand_in import StandIn, member
 from graphengine.omnigraph.recorded import RecordedGraph
 
 
@@ -21,18 +21,16 @@ class GraphPipelineStage(enum.Enum):
     GRAPH_PIPELINE_STAGE_UNKNOWN = 100
 
 
-class ExecutionAttributeState(enum.IntEnum):
-    """What was once written to execution outputs."""
-
-    DISABLED = 0
-    ENABLED = 1
-    ENABLED_AND_PUSH = 2
-    LATENT_PUSH = 3
-    LATENT_FINISH = 4
+ExecutionAttributeState = enum.IntEnum(
+    "ExecutionAttributeState", "DISABLED ENABLED ENABLED_AND_PUSH LATENT_PUSH LATENT_FINISH", start=0
+)
+"""What was once written to execution outputs."""
 
 
 class Handle:
     """What stands for something in a graph."""
+
+    recorder: Recorder
 
     def is_valid(self) -> bool:
         """Whether it is still there."""
@@ -42,6 +40,9 @@ class Handle:
 
     def __bool__(self) -> bool:
         return self.is_valid()
+
+    def __getattr__(self, name: str) -> Any:
+        return member(f"og.{type(self).__name__}", name, self.recorder)
 
 
 class Graph(Handle):
@@ -108,18 +109,13 @@ class Graph(Handle):
         if disabled:
             self.recorder.leave_out(f"the graph {self.graph.path} is disabled; its file is not", "set_disabled")
 
-    def plain_data(self) -> str:
-        """Its prim."""
-        return self.graph.path
+    plain_data = get_path_to_graph
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Graph) and other.graph is self.graph
 
     def __hash__(self) -> int:
         return hash(self.graph.path)
-
-    def __getattr__(self, name: str) -> Any:
-        return _unknown(self.recorder, "og.Graph", name)
 
 
 class Node(Handle):
@@ -158,18 +154,13 @@ class Node(Handle):
         self.recorder.create_attribute(Place(self.graph, self.name, name), type, port_type)
         return True
 
-    def plain_data(self) -> str:
-        """Its prim."""
-        return self.get_prim_path()
+    plain_data = get_prim_path
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Node) and (other.graph, other.name) == (self.graph, self.name)
 
     def __hash__(self) -> int:
         return hash(self.get_prim_path())
-
-    def __getattr__(self, name: str) -> Any:
-        return _unknown(self.recorder, "og.Node", name)
 
 
 class Attribute(Handle):
@@ -233,12 +224,7 @@ class Attribute(Handle):
     def set_resolved_type(self, *_: Any) -> None:
         """Nothing: wires and values tell the type."""
 
-    def plain_data(self) -> str:
-        """As USD writes it."""
-        return self.place.path
-
-    def __getattr__(self, name: str) -> Any:
-        return _unknown(self.recorder, "og.Attribute", name)
+    plain_data = get_path
 
 
 class Variable(Handle):
@@ -257,10 +243,4 @@ class Variable(Handle):
         return True
 
     def __getattr__(self, name: str) -> Any:
-        return _unknown(self.recorder, "og.IVariable", name)
-
-
-def _unknown(recorder: Recorder, owner: str, name: str) -> Any:
-    if name.startswith("__"):
-        raise AttributeError(name)
-    return StandIn(f"{owner}.{name}", recorder)
+        return member("og.IVariable", name, self.recorder)

@@ -86,11 +86,9 @@ def place_at(recorder: Recorder, spec: Any, node_id: Any, graph_id: Any, known: 
     if not isinstance(spec, str):
         raise OmniGraphError(f"expected an attribute such as 'Node.inputs:x', got {shown(spec)}")
     if node_id is not None:
-        node = node_at(recorder, node_id, graph_id, known)
-        return recorder.inner(Place(node.graph, node.name, str(spec)))
+        return node_at(recorder, node_id, graph_id, known).get_attribute(spec).place
     node_name, name = split_attribute(spec)
-    if isinstance(known.get(node_name), Node):
-        node = known[node_name]
-        return recorder.inner(Place(node.graph, node.name, name))
+    if isinstance(node := known.get(node_name), Node):
+        return node.get_attribute(name).place
     graph = graph_at(recorder, graph_id) if graph_id is not None else None
     return recorder.attribute(graph.graph if graph else None, str(spec))

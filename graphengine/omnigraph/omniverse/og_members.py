@@ -8,8 +8,8 @@ from typing import Any
 
 from graphengine.omnigraph.omniverse.og_edit import OPENED
 from graphengine.omnigraph.omniverse.recorder import Recorder
-from graphengine.omnigraph.omniverse.spellings import NotThereError, OmniGraphError
-from graphengine.omnigraph.omniverse.stand_in import ELSEWHERE, StandIn
+from graphengine.omnigraph.omniverse.spellings import NotThereError
+from graphengine.omnigraph.omniverse.stand_in import ELSEWHERE, StandIn, member
 
 
 class either:  # noqa: N801  used as a decorator
@@ -25,12 +25,11 @@ class either:  # noqa: N801  used as a decorator
         """Call it; what a USD file may hold is left out where that is assumed."""
         try:
             return self.function(owner, instance, *arguments, **named)
-        except OmniGraphError as error:
-            if isinstance(error, NotThereError) and owner.recorder.assumed:
-                owner.recorder.leave_out(str(error), "", OPENED)
-                return StandIn(ELSEWHERE, owner.recorder)
-            owner.recorder.refuse(error)
-            raise
+        except NotThereError as error:
+            if not owner.recorder.assumed:
+                raise
+            owner.recorder.leave_out(str(error), "", OPENED)
+            return StandIn(ELSEWHERE, owner.recorder)
 
 
 class Open(type):
@@ -39,6 +38,4 @@ class Open(type):
     recorder: Recorder
 
     def __getattr__(cls, name: str) -> Any:
-        if name.startswith("__"):
-            raise AttributeError(name)
-        return StandIn(f"omni.graph.core.Controller.{name}", cls.recorder)
+        return member("omni.graph.core.Controller", name, cls.recorder)

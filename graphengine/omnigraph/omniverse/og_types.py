@@ -4,23 +4,12 @@ from __future__ import annotations
 
 import enum
 import math
+from dataclasses import dataclass
 
-
-class BaseDataType(enum.IntEnum):
-    """What a value is made of."""
-
-    UNKNOWN = 0
-    BOOL = 1
-    UCHAR = 2
-    INT = 3
-    UINT = 4
-    INT64 = 5
-    UINT64 = 6
-    HALF = 7
-    FLOAT = 8
-    DOUBLE = 9
-    TOKEN = 10
-    RELATIONSHIP = 11
+BaseDataType = enum.IntEnum(
+    "BaseDataType", "UNKNOWN BOOL UCHAR INT UINT INT64 UINT64 HALF FLOAT DOUBLE TOKEN RELATIONSHIP", start=0
+)
+"""What a value is made of."""
 
 
 class AttributeRole(enum.IntEnum):
@@ -77,17 +66,14 @@ _OF_LETTERS = (AttributeRole.TEXT, AttributeRole.PATH)
 """Roles whose values are arrays of letters."""
 
 
+@dataclass(unsafe_hash=True)
 class Type:
     """`og.Type`."""
 
-    def __init__(
-        self,
-        base_type: BaseDataType,
-        tuple_count: int = 1,
-        array_depth: int = 0,
-        role: AttributeRole = AttributeRole.NONE,
-    ) -> None:
-        self.base_type, self.tuple_count, self.array_depth, self.role = base_type, tuple_count, array_depth, role
+    base_type: BaseDataType
+    tuple_count: int = 1
+    array_depth: int = 0
+    role: AttributeRole = AttributeRole.NONE
 
     def get_ogn_type_name(self) -> str:
         """As `.ogn` files write it, such as `double[3]`."""

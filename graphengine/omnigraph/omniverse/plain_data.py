@@ -68,9 +68,8 @@ class _Reading:
             return [self.plain(item, depth + 1) for item in ordered]
         meant = getattr(type(value), "plain_data", None)
         if meant is None:
-            raise UnknownError(
-                f"no attribute holds {shown(value) if isinstance(value, dict) else type(value).__name__}"
-            )
+            kind = shown(value) if isinstance(value, dict) else type(value).__name__
+            raise UnknownError(f"no attribute holds {kind}")
         return self.plain(meant(value), depth + 1)
 
     def count(self, items: int) -> None:

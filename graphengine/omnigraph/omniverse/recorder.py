@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import posixpath
 from collections import deque
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from types import ModuleType
 from typing import Any
 
 from graphengine.diagnostics import Findings, Span, did_you_mean, listing
+from graphengine.omnigraph.omniverse.frames import Call, Frames, Loop
 from graphengine.omnigraph.omniverse.plain_data import UnknownError, is_unknown, plain_data
 from graphengine.omnigraph.omniverse.spellings import (
     SIDES,
@@ -30,11 +33,8 @@ from graphengine.omnigraph.recorded import (
     RecordedWire,
 )
 
-MAX_PARTS = 200_000
-"""Nodes, wires and values that one script may make; our own limit of nodes in a graph is a tenth of it."""
-
-
-MAX_REFUSED = 100
+MAX_PARTS = 100_000
+"""Nodes, wires and values that one script may make; a graph here may have a fifth of that."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,23 +62,45 @@ class Recorder:
         where: place in the script of the call that is made; of a text in that call where one is given.
         types: names of the node types that there are.
         assumed: whether prims, graphs and types that a script asks for, and did not make, are taken to be there.
+        absent: paths of prims that are not there until the script makes them, whatever is assumed.
+        stack: the call of the script that is made, and the loops that it is in, innermost first.
     """
 
     def __init__(
-        self, where: Callable[[str], Span | None], types: Collection[str] = (), *, assumed: bool = False
+        self,
+        where: Callable[[str], Span | None],
+        types: Collection[str] = (),
+        *,
+        assumed: bool = False,
+        absent: Collection[str] = (),
+        stack: Callable[[], tuple[Call, Sequence[Loop]]] = lambda: (("", 0, 0), ()),
     ) -> None:
-        self.where, self.types, self.assumed = where, types, assumed
+        self.where, self.types, self.assumed, self.absent = where, types, assumed, absent
         self.graphs: dict[str, RecordedGraph] = {}
         self.findings = Findings()
+        self.frames = Frames(where, stack, self.findings)
+        self.removed: dict[str, RecordedGraph] = {}
+        """Graphs that the script removed after it had run the simulation with them."""
         self.compounds: dict[str, Compounds] = {}
         self.parts = 0
         self.told: set[str] = set()
+        self._searches: list[tuple[str, Span]] = []
+        """What the script looked through since it last made something, and where."""
         self.prims: set[str] = set()
         """Paths of other prims that the script made."""
+        self.stages: dict[str, list[RecordedGraph]] = {}
+        """Graphs of the USD files that could be read, by the paths that the script has for the files."""
+        self.opened_stages: list[str] = []
+        self.missed: dict[tuple[str, int], dict[str, str]] = {}
+        """What the script asked for in vain at each file and line, by name: what the user may say of it."""
+        self.granted: set[str] = set()
+        """Paths of prims that the script asked for and that were taken to be there."""
         self.namespaces: dict[str, str] = {}
         """`isaac:namespace` by prim."""
-        self.refused: list[tuple[Exception, str, Span | None]] = []
-        """Calls that OmniGraph refuses too, and where they are."""
+        self.modules: dict[str, ModuleType] = {}
+        """Modules of Omniverse that are known, by name."""
+        self._alike: dict[str, dict[Any, int]] = {}
+        """Numbers of the arguments with which stand-ins were called, by the name that the results would share."""
         self.said: deque[str] = deque(maxlen=3)
         """Lines that the script printed last."""
         self.idle_calls = 0
@@ -92,11 +114,13 @@ class Recorder:
         """Tell of something that the graphs will lack."""
         self.findings.add("W302", message, self.where(hint), *help)
 
-    def leave_out_once(self, message: str) -> None:
-        """Tell of something that the graphs will lack, if it is not told yet."""
-        if message not in self.told:
-            self.told.add(message)
-            self.leave_out(message)
+    @contextmanager
+    def leaving_out_unknown(self, what: str, hint: str, *help: str) -> Iterator[None]:
+        """Leave something out whose value turns out to be known to Omniverse only."""
+        try:
+            yield
+        except UnknownError as error:
+            self.leave_out(f"{what} cannot be told: {error}", hint, *help)
 
     def pass_over(self, what: str, *help: str) -> None:
         """Tell once of something that a script does and that has nothing to do with graphs."""
@@ -104,13 +128,25 @@ class Recorder:
             self.told.add(what)
             self.findings.add("N302", f"{what} belongs to no graph and is left out", self.where(""), *help)
 
-    def refuse(self, error: Exception) -> None:
-        """Keep an error that a call raises; the script may catch it."""
-        if len(self.refused) < MAX_REFUSED and error not in (known for known, _, _ in self.refused):
-            self.refused.append((error, str(error), self.where("")))
+    def search(self, what: str) -> None:
+        """Note that the script looks through something whose items only Omniverse knows: what it makes next may lack them."""
+        place = self.where("")
+        if place and (key := f"{place.source.path}:{place.line}") not in self.told:
+            self.told.add(key)
+            self._searches.append((what, place))
+
+    def tell_apart(self, name: str, given: Any) -> str:
+        """The name of a call's or an item's stand-in; those that are given something else get numbers."""
+        known = self._alike.setdefault(name, {})
+        number = known.setdefault(given, len(known) + 1)
+        return name if number == 1 else f"{name[:-1]}#{number}{name[-1]}"
 
     def count(self) -> None:
-        """Bound what is made."""
+        """Bound what is made, and report the searches that it may depend on."""
+        for what, place in self._searches:
+            lost = f"the script looks through {what}, which is empty here: what it finds there is left out"
+            self.findings.add("W302", lost, place)
+        self._searches.clear()
         self.parts += 1
         if self.parts > MAX_PARTS:
             raise OmniGraphError(f"more than {MAX_PARTS} nodes, wires and values")
@@ -128,6 +164,7 @@ class Recorder:
         graph = RecordedGraph(path, evaluator, stage, span=self.where(path))
         self.graphs[path] = graph
         self.compounds[path] = {}
+        self.frames.build((path, ""))
         return graph
 
     def _put(self, path: str) -> str:
@@ -157,10 +194,37 @@ class Recorder:
                 return self.graphs[path[:end]], path[end + 1 :]
         return None
 
+    def open_stage(self, path: str) -> None:
+        """Open a USD file, with the graphs in it if it could be read."""
+        if path not in self.stages:
+            self.opened_stages.append(path)
+            self.pass_over(f"opening {path!r}")
+        for graph in self.stages.get(path, ()):
+            self.graphs[graph.path], self.compounds[graph.path] = graph, {}
+
+    def exists(self, path: str) -> bool:
+        """Whether a prim is there: the script made it, or it is taken to be there."""
+        path = path.rstrip("/")
+        found = self.graph_of(path)
+        if path in self.prims or found:
+            return path in self.prims or (found is not None and found[1] in ("", *found[0].nodes))
+        if not self.assumed or path in self.absent:
+            return self.holds(path, "a prim to be there")
+        self.granted.add(path)
+        return True
+
+    def holds(self, name: str, said: str = "it to be true") -> bool:
+        """Whether the user says that a prim or file is there, or that a stand-in is true."""
+        if name not in self.prims and (place := self.where("")):
+            self.missed.setdefault((place.source.path, place.line), {})[name] = said
+        return name in self.prims
+
     def remove(self, path: str) -> None:
         """Remove the prim at a path: a graph, a node, or graphs below it."""
         for known in [known for known in self.graphs if known == path or known.startswith(f"{path}/")]:
-            del self.graphs[known]
+            graph = self.graphs.pop(known)
+            if self.frames.pass_by((known, "")):
+                self.removed[known] = graph
         found = self.graph_of(path)
         if found and found[1] in found[0].nodes:
             self.delete_node(*found)
@@ -177,6 +241,7 @@ class Recorder:
         known = checked(type, f"the type of {name}") if type else ""
         self.count()
         graph.nodes[name] = RecordedNode(name, known, span=self.where(name.rpartition("/")[2]))
+        self.frames.build((graph.path, name))
         return name
 
     def create_compound(self, graph: RecordedGraph, name: str) -> str:
@@ -205,7 +270,7 @@ class Recorder:
         compounds = self.compounds.get(inside.path, {})
         if name not in inside.nodes and name not in compounds:
             near = did_you_mean(name, inside.nodes) or listing(inside.nodes, "nodes")
-            error = NotThereError if inside.path in self.opened else OmniGraphError
+            error = NotThereError if inside.path in self.opened or self.opened_stages else OmniGraphError
             raise error(f"no node {name!r} in {inside.path}; {near}")
         return inside, name
 
@@ -249,10 +314,8 @@ class Recorder:
         side = "outputs" if "OUTPUT" in said else "state" if "STATE" in said else "inputs"
         name = place.name if place.name.startswith(SIDES) else f"{side}:{place.name}"
         self.count()
-        try:
+        with self.leaving_out_unknown(f"the type of {place.node}.{name}", place.name):
             self.node(place).attributes[name] = type_name(type)
-        except UnknownError as error:
-            self.leave_out(f"the type of {place.node}.{name} cannot be told: {error}", place.name)
         return Place(place.graph, place.node, name)
 
     def node(self, place: Place) -> RecordedNode:
@@ -269,21 +332,18 @@ class Recorder:
     def set_value(self, place: Place, value: Any, type: Any = "") -> None:
         """Set an attribute."""
         hint = f"{place.node.rpartition('/')[2]}.{place.name}"
-        try:
-            data = plain_data(value)
-        except UnknownError as error:
-            self.leave_out(
-                f"the value of {place.node}.{place.name} cannot be told: {error}", hint, "set it in the file"
-            )
-            return
-        self.count()
         node = self.node(place)
-        if place.name == POSITION:
-            if isinstance(data, list) and len(data) == 2 and all(isinstance(part, int | float) for part in data):
-                node.position = float(data[0]), float(data[1])
+        if self.frames.drive((place.graph.path, place.node), node.values, place.name, hint):
             return
-        known = "" if type is None or type == "" or is_unknown(type) else type_name(type)
-        node.values[place.name] = RecordedValue(data, known, self.where(hint))
+        with self.leaving_out_unknown(f"the value of {place.node}.{place.name}", hint, "set it in the file"):
+            data = plain_data(value)
+            self.count()
+            if place.name == POSITION:
+                if isinstance(data, list) and len(data) == 2 and all(isinstance(part, int | float) for part in data):
+                    node.position = float(data[0]), float(data[1])
+                return
+            known = "" if type is None or type == "" or is_unknown(type) else type_name(type)
+            node.values[place.name] = RecordedValue(data, known, self.where(hint))
 
     def value(self, place: Place) -> Any:
         """What an attribute was set to; None where it was not."""
@@ -311,24 +371,17 @@ class Recorder:
 
     def disconnect_all(self, place: Place) -> None:
         """Remove all wires of an attribute."""
-        end = (place.node, place.name)
-        place.graph.wires = [
-            wire
-            for wire in place.graph.wires
-            if end not in ((wire.source, wire.source_port), (wire.target, wire.target_port))
-        ]
+        place.graph.wires = [wire for wire in place.graph.wires if (place.node, place.name) not in wire.ends]
 
     def upstream(self, place: Place) -> list[Place]:
         """Attributes that are wired to one."""
-        wires = place.graph.wires
-        ends = [(w.source, w.source_port) for w in wires if (w.target, w.target_port) == (place.node, place.name)]
-        return [Place(place.graph, *end) for end in ends]
+        ends = (wire.ends for wire in place.graph.wires)
+        return [Place(place.graph, *source) for source, target in ends if target == (place.node, place.name)]
 
     def downstream(self, place: Place) -> list[Place]:
         """Attributes that one is wired to."""
-        wires = place.graph.wires
-        ends = [(w.target, w.target_port) for w in wires if (w.source, w.source_port) == (place.node, place.name)]
-        return [Place(place.graph, *end) for end in ends]
+        ends = (wire.ends for wire in place.graph.wires)
+        return [Place(place.graph, *target) for source, target in ends if source == (place.node, place.name)]
 
     # Variables
 
@@ -338,22 +391,21 @@ class Recorder:
         if name in graph.variables:
             raise OmniGraphError(f"there is a variable {name!r} in {graph.path} already")
         self.count()
-        try:
+        with self.leaving_out_unknown(f"the type of variable {name!r}", name):
             graph.variables[name] = RecordedValue(None, type_name(type), self.where(name))
-        except UnknownError as error:
-            self.leave_out(f"the type of variable {name!r} cannot be told: {error}", name)
-            return
-        if default is not None:
-            self.set_variable(graph, name, default)
+            self.frames.build((graph.path, name))
+            if default is not None:
+                self.set_variable(graph, name, default)
 
     def set_variable(self, graph: RecordedGraph, name: str, value: Any) -> None:
         """Set the default of a variable."""
         if name not in graph.variables:
             raise OmniGraphError(f"no variable {name!r} in {graph.path}; {listing(graph.variables, 'variables')}")
-        try:
-            graph.variables[name].data = plain_data(value)
-        except UnknownError as error:
-            self.leave_out(f"the default of variable {name!r} cannot be told: {error}", name)
+        known = graph.variables[name]
+        if self.frames.drive((graph.path, name), graph.variables, name, name):
+            return
+        with self.leaving_out_unknown(f"the default of variable {name!r}", name):
+            graph.variables[name] = RecordedValue(plain_data(value), known.type, known.span)
 
 
 def _ends(path: str) -> list[int]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from typing import Any
 
@@ -75,13 +76,7 @@ def type_name(type: Any) -> str:
 
 def stage_of(value: Any) -> PipelineStage:
     """The pipeline stage that an enumerator, or a USD token such as `pipelineStageOnDemand`, means."""
-    word = (
-        str(getattr(value, "name", value))
-        .rpartition("_STAGE_")[2]
-        .removeprefix("pipelineStage")
-        .replace("_", "")
-        .lower()
-    )
+    word = re.sub(".*_STAGE_|^pipelineStage|_", "", str(getattr(value, "name", value))).lower()
     for stage in PIPELINE_STAGES:
         if stage.replace("_", "") == word:
             return stage
@@ -90,8 +85,5 @@ def stage_of(value: Any) -> PipelineStage:
 
 def items(commands: Any) -> Iterable[Any]:
     """What stands below a key of an edit: one item, or several."""
-    if isinstance(commands, list) or (
-        isinstance(commands, tuple) and commands and isinstance(commands[0], tuple | list)
-    ):
-        return list(commands)
-    return [commands]
+    several = isinstance(commands, tuple) and commands and isinstance(commands[0], tuple | list)
+    return list(commands) if several or isinstance(commands, list) else [commands]

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from graphengine.omnigraph.omniverse.plain_data import UnknownError, plain_data
+from graphengine.omnigraph.omniverse.plain_data import plain_data
 from graphengine.omnigraph.omniverse.recorder import Place, Recorder
 from graphengine.omnigraph.omniverse.spellings import SIDES, OmniGraphError, absolute, stage_of
-from graphengine.omnigraph.omniverse.stand_in import StandIn
+from graphengine.omnigraph.omniverse.stand_in import StandIn, member
 from graphengine.omnigraph.omniverse.usd_values import Path
 from graphengine.omnigraph.recorded import GRAPH, NAMESPACE, NODE, POSITION
 
@@ -28,8 +28,7 @@ class Property:
 
     def AddTarget(self, path: Any, *_: Any) -> bool:
         """Add a prim to a relationship."""
-        place = self.prim.place(self.name)
-        known = self.prim.recorder.value(place) if place else None
+        known = self.Get()
         return self.Set([*known, path] if isinstance(known, list) else [path])
 
     def ClearTargets(self, *_: Any) -> bool:
@@ -62,9 +61,7 @@ class Property:
     __bool__ = IsValid
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):
-            raise AttributeError(name)
-        return StandIn(f"UsdAttribute.{name}", self.prim.recorder)
+        return member("UsdAttribute", name, self.prim.recorder)
 
 
 class Prim:
@@ -73,19 +70,15 @@ class Prim:
     Args:
         path: where it is.
         recorder: knows graphs and nodes.
-        there: whether it is taken to be there.
     """
 
-    def __init__(self, path: Any, recorder: Recorder, *, there: bool = False) -> None:
+    def __init__(self, path: Any, recorder: Recorder) -> None:
         self.path = Path(recorder.meant(str(path)))
         self.recorder = recorder
-        self.there = there or recorder.assumed
 
     def IsValid(self) -> bool:
         """Whether there is one."""
-        found = self.recorder.graph_of(self.path)
-        known = found[1] in ("", *found[0].nodes) if found else self.there
-        return known or self.path in self.recorder.prims
+        return self.recorder.exists(str(self.path))
 
     __bool__ = IsValid
 
@@ -93,9 +86,7 @@ class Prim:
         """Where it is."""
         return self.path
 
-    def GetPrimPath(self) -> Path:
-        """Where it is."""
-        return self.path
+    GetPrimPath = GetPath
 
     def GetPrim(self) -> Prim:
         """Itself, as schemas are asked."""
@@ -113,17 +104,11 @@ class Prim:
         """A prim below it."""
         return Prim(self.path.AppendChild(name), self.recorder)
 
-    def GetAttribute(self, name: str) -> Property:
-        """One of its attributes."""
+    def GetAttribute(self, name: str, *_: Any, **__: Any) -> Property:
+        """One of its attributes; those that create it take its type and more."""
         return Property(self, name)
 
-    GetRelationship = GetProperty = GetAttribute
-
-    def CreateAttribute(self, name: str, *_: Any, **__: Any) -> Property:
-        """One of its attributes."""
-        return Property(self, name)
-
-    CreateRelationship = CreateAttribute
+    GetRelationship = GetProperty = CreateAttribute = CreateRelationship = GetAttribute
 
     def place(self, name: str) -> Place | None:
         """An attribute of a node that was built; None for one of something else."""
@@ -149,23 +134,18 @@ class Prim:
             self.recorder.pass_over(f"setting {name} of {self.path}")
 
     def _set_namespace(self, value: Any) -> None:
-        try:
+        with self.recorder.leaving_out_unknown(f"the namespace of {self.path}", NAMESPACE):
             path, namespace = plain_data(self.path), plain_data(value)
-        except UnknownError as error:
-            self.recorder.leave_out(f"the namespace of {self.path} cannot be told: {error}", NAMESPACE)
-            return
-        if isinstance(namespace, str):
-            self.recorder.count()
-            self.recorder.namespaces[path] = namespace
+            if isinstance(namespace, str):
+                self.recorder.count()
+                self.recorder.namespaces[path] = namespace
 
     def plain_data(self) -> str:
         """Where it is."""
         return str(self.path)
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):
-            raise AttributeError(name)
-        return StandIn(f"UsdPrim.{name}", self.recorder)
+        return member("UsdPrim", name, self.recorder)
 
 
 class Stage:
@@ -185,10 +165,11 @@ class Stage:
             self.recorder.create_graph(str(path))
         elif type == NODE and found:
             self.recorder.create_node(found[0], found[1], "", allow_exists=True)
-        elif not found:
-            self.recorder.pass_over(f"stage.DefinePrim({str(path)!r})")
+        else:
+            if not found:
+                self.recorder.pass_over(f"stage.DefinePrim({str(path)!r})")
             self.recorder.prims.add(str(path))
-        return Prim(path, self.recorder, there=True)
+        return Prim(path, self.recorder)
 
     OverridePrim = DefinePrim
 
@@ -210,26 +191,25 @@ class Stage:
 
     def GetDefaultPrim(self) -> Prim:
         """Isaac Sim's default prim of a new stage."""
-        return Prim("/World", self.recorder, there=True)
+        self.recorder.prims.add("/World")
+        return Prim("/World", self.recorder)
 
     def Traverse(self) -> Iterator[Prim]:
         """Graphs and nodes that were built."""
+        self.recorder.search("the stage")
         for graph in list(self.recorder.graphs.values()):
             for path in (graph.path, *(f"{graph.path}/{name}" for name in graph.nodes)):
                 yield Prim(path, self.recorder)
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):
-            raise AttributeError(name)
-        return StandIn(f"stage.{name}", self.recorder)
+        return member("stage", name, self.recorder)
 
 
 class Schema(StandIn):
     """A class of `pxr.UsdGeom` such as `Xform`: what it makes or is given is a prim."""
 
     def __init__(self, name: str, stage: Stage) -> None:
-        super().__init__(name, stage.recorder)
-        self.__dict__["_stage"] = stage
+        self.__dict__.update(_recorder=stage.recorder, _stage=stage)
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:  # noqa: D102
         return arguments[0] if arguments and isinstance(arguments[0], Prim) else super().__call__(*arguments, **named)

@@ -14,16 +14,12 @@ class Path(str):
 
     __slots__ = ()
 
-    @property
-    def pathString(self) -> str:
-        """The path."""
-        return str(self)
-
     def GetString(self) -> str:
         """The path."""
         return str(self)
 
     GetText = GetString
+    pathString = property(GetString)  # noqa: N815  a name of USD's
 
     @property
     def name(self) -> str:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Coroutine, Generator
+from collections.abc import Coroutine, Generator
 from typing import Any
 
 from graphengine.omnigraph.omniverse.recorder import Recorder
-from graphengine.omnigraph.omniverse.stand_in import StandIn, StandInModule, idle
+from graphengine.omnigraph.omniverse.stand_in import StandIn, StandInModule, draw, idle, member
 
 
 class Task:
@@ -28,9 +28,7 @@ class Task:
         return self._value
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):
-            raise AttributeError(name)
-        return StandIn(f"asyncio.Task.{name}", self._recorder)
+        return member("asyncio.Task", name, self._recorder)
 
 
 def finish(awaitable: Any, recorder: Recorder) -> Any:
@@ -56,25 +54,18 @@ def asyncio_stand_in(recorder: Recorder) -> StandInModule:
         return Task(finish(awaitable, recorder), recorder)
 
     def sleep(*_: Any) -> Task:
-        idle(recorder)
+        draw(recorder)
         return Task(None, recorder)
 
     def gather(*awaitables: Any, **_: Any) -> Task:
         return Task([finish(one, recorder) for one in awaitables], recorder)
 
-    members: dict[str, Callable[..., Any]] = {
-        "run": run,
-        "wait_for": start,
-        "shield": start,
-        "ensure_future": start,
-        "create_task": start,
-        "gather": gather,
-        "sleep": sleep,
-    }
     loop = StandIn("asyncio.loop", recorder)
-    loop.__dict__.update(run_until_complete=run, create_task=start)
+    vars(loop).update(run_until_complete=run, create_task=start)
+    starting = dict.fromkeys(("wait_for", "shield", "ensure_future", "create_task"), start)
     asking = dict.fromkeys(("get_event_loop", "get_running_loop", "new_event_loop"), lambda: loop)
-    return StandInModule("asyncio", recorder, {}, {**members, **asking})
+    members = {"run": run, "gather": gather, "sleep": sleep, **starting, **asking}
+    return StandInModule("asyncio", recorder, {}, members)
 
 
 async def _waiting(awaitable: Any) -> Any:

@@ -6,6 +6,9 @@ import ast
 
 from graphengine.diagnostics import Source, Span
 
+_COUNTING = frozenset(("range", "count", "repeat"))
+"""Functions whose numbers loops count."""
+
 
 class Script:
     """A script that was parsed.
@@ -20,8 +23,12 @@ class Script:
         self.source = Source(path, tuple(text.split("\n")))
         self.tree = ast.parse(text, path)
         self.texts: dict[str, list[ast.Constant]] = {}
+        self.loops: list[tuple[int, int]] = []
+        """First and last lines of the loops that do not go over things, as those over frames do not; outer ones first."""
         for node in ast.walk(self.tree):
-            if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            if isinstance(node, ast.While | ast.For) and (isinstance(node, ast.While) or _counts(node.iter)):
+                self.loops.append((node.lineno, node.end_lineno or node.lineno))
+            if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value:
                 self.texts.setdefault(node.value, []).append(node)
 
     def span(self, line: int, end_line: int | None, column: int, text: str = "") -> Span:
@@ -31,16 +38,12 @@ class Script:
                 return Span(self.source, node.lineno, self._column(node.lineno, node.col_offset) + 1, len(text) + 2)
         return Span(self.source, line, self._column(line, column) + 1)
 
-    def functions_that_call(self, name: str) -> list[str]:
-        """Names of the functions, and of the classes with methods, that call something of a name, with their lines."""
-        return [
-            f"{part.name} (line {part.lineno})"
-            for part in self.tree.body
-            if isinstance(part, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef)
-            and any(isinstance(node, ast.Attribute) and node.attr == name for node in ast.walk(part))
-        ]
-
     def _column(self, line: int, offset: int) -> int:
         """Characters before a place that Python counts in bytes."""
         text = self.source.lines[line - 1] if line <= len(self.source.lines) else ""
-        return len(text.encode()[:offset].decode("utf-8", "ignore"))
+        return offset if text.isascii() else len(text[:offset].encode()[:offset].decode("utf-8", "ignore"))
+
+
+def _counts(node: ast.expr) -> bool:
+    """Whether a loop over an expression counts its turns, as one over `range(100)` does."""
+    return any(getattr(part, "id", getattr(part, "attr", "")) in _COUNTING for part in ast.walk(node))

@@ -6,20 +6,15 @@ What is called are the stand-ins only, never anything of Python's; whatever else
 from __future__ import annotations
 
 import ast
-from types import ModuleType
+from types import ModuleType, UnionType
 from typing import Any
 
 from graphengine.diagnostics import Span
 from graphengine.omnigraph.omniverse.modules import ROOTS, make_modules
 from graphengine.omnigraph.omniverse.recorder import Recorder
 from graphengine.omnigraph.omniverse.stand_in import StandIn, StandInModule
+from graphengine.omnigraph.script.builders import BUILDING, called
 from graphengine.omnigraph.script.places import Script
-
-MAX_TEXT = 100_000
-"""Characters of a text that a script puts together."""
-MAX_ITEMS = 20_000
-"""Of a value, all that is in it counted too."""
-
 
 _OURS = f"{StandIn.__module__.rpartition('.')[0]}."
 
@@ -43,7 +38,7 @@ class _Evaluator:
         self.script = script
         self.recorder = Recorder(self._where)
         self.modules = make_modules(self.recorder)
-        self.names: dict[str, Any] = {"__name__": "__main__", "__file__": script.source.path}
+        self.names: dict[str, Any] = {"__name__": "__main__", "__file__": script.source.path, "float": float}
         self.call: ast.Call | None = None
 
     def _where(self, text: str) -> Span | None:
@@ -103,7 +98,11 @@ class _Evaluator:
         self.names[target.id] = value
 
     def _If(self, statement: ast.If) -> None:
-        self.block(statement.body if self.value(statement.test) else statement.orelse)
+        branches = statement.body, statement.orelse
+        taken, other = branches if self.value(statement.test) else branches[::-1]
+        if any(called(node) in BUILDING for part in other for node in ast.walk(part)):
+            raise NotPlainError  # a run tells what is not built
+        self.block(taken)
 
     def value(self, node: ast.expr) -> Any:
         """Of an expression."""
@@ -113,22 +112,20 @@ class _Evaluator:
             case ast.Name() if node.id in self.names:
                 return self.names[node.id]
             case ast.JoinedStr():
-                return _bounded("".join(self._part(part) for part in node.values))
+                return "".join(self._part(part) for part in node.values)
             case ast.List():
-                return _bounded([self.value(item) for item in node.elts])
+                return [self.value(item) for item in node.elts]
             case ast.Tuple():
-                return _bounded(tuple(self.value(item) for item in node.elts))
+                return tuple(self.value(item) for item in node.elts)
             case ast.Dict():
                 pairs = zip(node.keys, node.values, strict=True)
-                return _bounded({self.value(key or _no()): self.value(value) for key, value in pairs})
+                return {self.value(key or _no()): self.value(value) for key, value in pairs}
             case ast.UnaryOp(op=ast.USub()):
-                return -self._number(node.operand)
-            case ast.UnaryOp(op=ast.Not()):
-                return not self.value(node.operand)
+                return -self._typed(node.operand, int | float)
             case ast.BinOp(op=ast.Add()):
                 return self._sum(self.value(node.left), self.value(node.right))
             case ast.Compare(ops=[ast.Eq()]):
-                return self._text(node.left) == self._text(node.comparators[0])
+                return self._typed(node.left, str) == self._typed(node.comparators[0], str)
             case ast.Attribute():
                 return self._attribute(node)
             case ast.Call():
@@ -139,26 +136,17 @@ class _Evaluator:
         if isinstance(part, ast.FormattedValue):
             if part.format_spec is not None or part.conversion != -1:
                 raise NotPlainError
-            value = self.value(part.value)
-            if not isinstance(value, str | int | float):
-                raise NotPlainError
-            return str(value)
+            return str(self._typed(part.value, str | int | float))
         return str(self.value(part))
 
     def _sum(self, left: Any, right: Any) -> Any:
         if type(left) is not type(right) or not isinstance(left, str | int | float | list):
             raise NotPlainError
-        return _bounded(left + right)
+        return left + right
 
-    def _number(self, node: ast.expr) -> Any:
+    def _typed(self, node: ast.expr, kinds: type | UnionType) -> Any:
         value = self.value(node)
-        if not isinstance(value, int | float):
-            raise NotPlainError
-        return value
-
-    def _text(self, node: ast.expr) -> str:
-        value = self.value(node)
-        if not isinstance(value, str):
+        if not isinstance(value, kinds):
             raise NotPlainError
         return value
 
@@ -170,39 +158,19 @@ class _Evaluator:
 
     def _called(self, node: ast.Call) -> Any:
         before, self.call = self.call, node
-        if isinstance(node.func, ast.Name) and node.func.id == "float" and "float" not in self.names:
-            function: Any = float
-        else:
-            function = self.value(node.func)
-            if not _ours(function):
-                raise NotPlainError
+        function = self.value(node.func)
+        if function is not float and not _ours(function):
+            raise NotPlainError
         arguments = [self.value(argument) for argument in node.args]
         named = {keyword.arg or _no(): self.value(keyword.value) for keyword in node.keywords}
         self.call = node
         result = function(*arguments, **named)
         self.call = before
-        return _bounded(result)
+        return result
 
 
 def _no() -> Any:
     raise NotPlainError
-
-
-def _bounded(value: Any) -> Any:
-    """The value, if it is small with all that is in it: one that holds another twice, and so on, grows without end."""
-    pending, items = [value], 0
-    while pending:
-        found = pending.pop()
-        if isinstance(found, str) and len(found) > MAX_TEXT:
-            raise NotPlainError
-        if isinstance(found, dict):
-            pending += (*found, *found.values())
-        elif isinstance(found, list | tuple):
-            pending += found
-        items += 1
-        if items > MAX_ITEMS:
-            raise NotPlainError
-    return value
 
 
 def _ours(thing: Any) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
@@ -33,8 +34,16 @@ _GENERATED = ("/Render/", "SDGPipeline")
 """Where graphs lie that render products and Replicator make while they run, and what they are called."""
 MAX_DEPTH = 50
 """Of compounds in compounds."""
+MAX_LEVELS = 200
+"""Prims between a node and its graph."""
+MAX_PARTS = 500_000
+"""Values, wires and nodes of all graphs; compounds and instances multiply what a file holds."""
 _SCRIPT = "omni.graph.scriptnode.ScriptNode"
 _SCRIPT_PORTS = ("inputs:script", "inputs:scriptPath", "inputs:usePath", "inputs:execIn", "outputs:execOut")
+
+
+class TooManyError(Exception):
+    """The graphs of a stage are too large together; says what is legal."""
 
 
 def graphs_of(contents: StageContents, registry: Registry, places: Places, findings: Findings) -> list[RecordedGraph]:
@@ -47,11 +56,14 @@ def graphs_of(contents: StageContents, registry: Registry, places: Places, findi
         registry: knows today's names of node types.
         places: where prims stand in the file.
         findings: takes what the graphs lack, and what was changed.
+
+    Raises:
+        TooManyError: they are too large.
     """
     reader = _Reader(contents, registry, places, findings)
     users: dict[str, list[StagePrim]] = {}
     for prim in contents.prims.values():
-        for target in prim.targets.get(INSTANCES, ()):
+        for target in dict.fromkeys(prim.targets.get(INSTANCES, ())):
             users.setdefault(target, []).append(prim)
             if target not in contents.prims:
                 reader.tell("W302", f"{prim.path} refers to a graph at {target}, where there is none", prim)
@@ -62,7 +74,9 @@ def graphs_of(contents: StageContents, registry: Registry, places: Places, findi
         if prim.path.startswith(_GENERATED[0]) or prim.name.startswith(_GENERATED[1]):
             reader.tell("N302", f"the graph {prim.path} is made while a simulation runs, and is left out", prim)
             continue
-        found += instances(reader.read(prim), prim, users.get(prim.path, []), findings)
+        graph, instanced = reader.read(prim), users.get(prim.path, [])
+        reader.count(len(instanced) * (len(graph.wires) + sum(len(node.values) + 1 for node in graph.nodes.values())))
+        found += instances(graph, prim, instanced, findings)
     return found
 
 
@@ -111,6 +125,19 @@ class _Reader:
         self.inner = {path for paths in self.inside.values() for path in paths}
         self.names: dict[str, str] = {}
         """Names of the nodes of the graph that is read, by their prims; those inside of compounds included."""
+        self.opened: set[str] = set()
+        """Compounds of that graph."""
+        self.parts = 0
+
+    def count(self, parts: int) -> None:
+        """Bound what is made.
+
+        Raises:
+            TooManyError: it is too much.
+        """
+        self.parts += parts
+        if self.parts > MAX_PARTS:
+            raise TooManyError(f"its graphs have more than {MAX_PARTS} nodes, wires and values")
 
     def tell(self, code: str, message: str, prim: StagePrim) -> None:
         """Add a finding at a prim."""
@@ -130,7 +157,7 @@ class _Reader:
             if name.startswith(VARIABLE):
                 variable = RecordedValue(attribute.value, attribute.type, place)
                 graph.variables[name.removeprefix(VARIABLE)] = variable
-        self.names = {}
+        self.names, self.opened = {}, set()
         self._name_nodes(prim.path, "")
         for path, name in self.names.items():
             graph.nodes[name] = self._node(self.prims[path], name, graph)
@@ -145,27 +172,26 @@ class _Reader:
             elif prefix.count("/") == MAX_DEPTH or not self.inside[prim.path]:
                 what = f"it is more than {MAX_DEPTH} deep" if prefix.count("/") == MAX_DEPTH else "no graph is below it"
                 self.tell("W302", f"the compound {prim.path} is left out: {what}", prim)
-            else:
+            elif prim.path not in self.opened:
+                self.opened.add(prim.path)
                 self._open(prim, f"{name}/")
 
     def _open(self, compound: StagePrim, prefix: str) -> None:
         """Name the nodes in a compound."""
         for path in self.inside[compound.path]:
-            if any(name.startswith(VARIABLE) for name in self._attributes(path)):
+            graph = self.prims.get(path)
+            if graph is not None and any(name.startswith(VARIABLE) for name in graph.attributes):
                 self.tell("W302", f"variables of the compound {compound.path} are left out", compound)
             self._name_nodes(path, prefix)
 
     def _graph_above(self, path: str) -> str:
         """The graph that a prim is in."""
-        while path := path.rpartition("/")[0]:
+        for _ in range(MAX_LEVELS):
+            path = path.rpartition("/")[0]
             above = self.prims.get(path)
             if above is not None and above.type == GRAPH:
                 return path
         return ""
-
-    def _attributes(self, path: str) -> dict[str, StageAttribute]:
-        prim = self.prims.get(path)
-        return prim.attributes if prim is not None else {}
 
     def _node(self, prim: StagePrim, name: str, graph: RecordedGraph) -> RecordedNode:
         """A node; its wires become the graph's."""
@@ -178,9 +204,9 @@ class _Reader:
         for port, targets in prim.targets.items():
             if port.startswith("inputs:"):
                 self._target(node, port, targets, graph)
-        position = prim.attributes.get(POSITION)
-        if position is not None and position.type == "float[2]" and position.value is not None:
-            node.position = (position.value[0], position.value[1])
+        match prim.attributes.get(POSITION):
+            case StageAttribute(type="float[2]", value=[int() | float() as x, int() | float() as y]):
+                node.position = (x, y)
         version = prim.attributes.get("node:typeVersion")
         if version is not None:
             found = self.registry.find(node.type)
@@ -214,15 +240,16 @@ class _Reader:
 
     def _ends(self, paths: Iterable[str]) -> Iterator[_Source]:
         """Where connections begin; compounds pass through what their own ports are connected to."""
-        pending, seen = list(paths), set[str]()
+        pending, seen = deque(paths), set[str]()
         while pending:
-            source = _Source.of(pending.pop(0))
+            self.count(1)
+            source = _Source.of(pending.popleft())
             through = self._through(source)
             if not through:
                 yield source
             elif source.path not in seen:
                 seen.add(source.path)
-                pending = [*through, *pending]
+                pending.extendleft(reversed(through))
 
     def _through(self, source: _Source) -> list[str]:
         """What a port of a compound is connected to."""
@@ -235,12 +262,11 @@ class _Reader:
     def _given(self, source: _Source, prim: StagePrim, port: str) -> StageAttribute | None:
         """The value of something that is connected and no node of the graph; it stays what it is in the stage."""
         if source.prim in self.inside:
-            return self._attributes(source.prim).get(source.port)
+            return self.prims[source.prim].attributes.get(source.port)
         found = self.plain.get(source.path)
         if found is not None and found.value is not None:
-            self.tell(
-                "N301", f"{prim.path}.{port} keeps the value of {source.path}, which is no node of its graph", prim
-            )
+            what = f"{prim.path}.{port} keeps the value of {source.path}, which is no node of its graph"
+            self.tell("N301", what, prim)
             return found
         wire = f"{source.path} -> {prim.path}.{port}"
         self.tell("W302", f"the wire {wire} is left out: it does not begin at a node of its graph", prim)
@@ -249,4 +275,4 @@ class _Reader:
 
 def _below(prim: StagePrim, paths: Iterable[str]) -> list[str]:
     """Those of the paths that lie below a prim, as the graph of a compound does."""
-    return [path for path in paths if path.startswith(f"{prim.path}/")]
+    return [path for path in dict.fromkeys(paths) if path.startswith(f"{prim.path}/")]

@@ -25,11 +25,8 @@ def instances(graph: RecordedGraph, prim: StagePrim, users: list[StagePrim], fin
     if mode == "Standalone" or (mode != "Instanced" and not users):
         return [graph]
     if not users:
-        findings.add(
-            "W302",
-            f"{prim.path} is evaluated for prims that refer to it, and there are none; it is left out",
-            graph.span,
-        )
+        what = f"{prim.path} is evaluated for prims that refer to it, and there are none; it is left out"
+        findings.add("W302", what, graph.span)
         return []
     paths = ", ".join(user.path for user in users)
     findings.add("N301", f"{prim.path} becomes a graph below each prim that refers to it: {paths}", graph.span)

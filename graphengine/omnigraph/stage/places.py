@@ -9,6 +9,8 @@ from graphengine.diagnostics import Source, Span
 
 MAX_BYTES = 16_000_000
 """Of a text that is searched."""
+MAX_PATHS = 50_000_000
+"""Characters of all paths together; nested prims, and many deep ones, have no places beyond."""
 
 _TOKEN = re.compile(
     r'''#[^\n]*|"""(?:\\.|[^\\])*?(?:"""|\Z)|@[^@\n]*@?|<[^>\n]*>?|[(){}]'''
@@ -44,22 +46,26 @@ class Places:
 
     def of_file(self, name: str) -> Span | None:
         """Where a file is named."""
+        named = f"@{name}@"
         for number, line in enumerate(self.source.lines, 1):
-            if (column := line.find(f"@{name}@")) >= 0:
+            if (column := line.find(named)) >= 0:
                 return Span(self.source, number, column + 2, len(name))
         return None
 
     def _read(self, text: str) -> None:
         """Follow the nesting of prims; brackets in metadata, which stands in parentheses, are none of prims."""
         above, begun, parentheses = [""], "", 0
-        line, line_start = 1, 0
+        line, line_start, before, left = 1, 0, 0, MAX_PATHS
         for token in _TOKEN.finditer(text):
             word, name = token[0], token["name"]
             if name is not None and not parentheses:
-                begun = f"{above[-1]}/{name}"
-                line += text.count("\n", line_start, token.start("name"))
-                line_start = text.rfind("\n", 0, token.start("name")) + 1
-                span = Span(self.source, line, token.start("name") - line_start + 1, len(name))
+                begun, at = f"{above[-1]}/{name}", token.start("name")
+                line += text.count("\n", before, at)
+                line_start = max(line_start, text.rfind("\n", before, at) + 1)
+                before, left = at, left - len(begun)
+                if left < 0:
+                    return
+                span = Span(self.source, line, at - line_start + 1, len(name))
                 self._spans.setdefault(begun, span)
             elif word in "()":
                 parentheses += 1 if word == "(" else -1

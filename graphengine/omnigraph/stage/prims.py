@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import re
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any
 
 SUFFIXES = (".usd", ".usda", ".usdc")
@@ -12,7 +11,7 @@ INSTANCES = "omniGraphs"
 """Relationship of a prim to the graphs that are evaluated for it."""
 COMPOUND = "omni:graph:compoundGraph"
 """Relationship of a compound to its graph, which lies below it."""
-PLACE = re.compile(r"/.*?:(?P<line>\d+):(?P<column>\d+): (?P<what>.*)", re.DOTALL)
+PLACE = re.compile(r"/.*?:(?P<line>\d{1,9}):(?P<column>\d{1,9}): (?P<what>.*)", re.DOTALL)
 """How USD's messages of mistakes in text begin."""
 
 
@@ -80,20 +79,6 @@ class StageContents:
     used: list[str] = field(default_factory=list)
     choices: list[str] = field(default_factory=list)
 
-    def to_json(self) -> str:
-        """As text."""
-        return json.dumps(asdict(self))
-
-    @staticmethod
-    def from_json(text: str | bytes) -> StageContents:
-        """Of text."""
-        data = json.loads(text)
-        prims = {path: _prim(prim) for path, prim in data["prims"].items()}
-        plain = {path: StageAttribute(**attribute) for path, attribute in data["plain"].items()}
-        left_out = [(what, why) for what, why in data["left_out"]]
-        return StageContents(prims, plain, left_out, data["failure"], data["used"], list(map(str, data["choices"])))
-
-
-def _prim(data: dict[str, Any]) -> StagePrim:
-    attributes = {name: StageAttribute(**attribute) for name, attribute in data["attributes"].items()}
-    return StagePrim(data["path"], data["type"], attributes, data["targets"])
+    def __post_init__(self) -> None:
+        if any(path != prim.path for path, prim in self.prims.items()):
+            raise ValueError(self.prims)

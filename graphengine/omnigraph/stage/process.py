@@ -7,11 +7,11 @@ process alone does.
 from __future__ import annotations
 
 import json
-import os
 import sys
 from pathlib import Path
 from typing import Any
 
+import pxr
 from pxr import Sdf, Tf, Usd, Work
 
 from graphengine.files import Files
@@ -20,8 +20,9 @@ from graphengine.omnigraph.stage.layers import Layers, UnreadableError, reason
 from graphengine.omnigraph.stage.prims import COMPOUND, INSTANCES, StageAttribute, StageContents, StagePrim
 from graphengine.omnigraph.stage.values import plain_value, type_name
 from graphengine.world.files.confinement import confine
+from graphengine.world.files.seccomp import TIERS
+from graphengine.world.files.untrusted import answer, reply
 
-MAX_ANSWER = 32_000_000
 MAX_MEMORY_BYTES = 4 << 30
 """USD takes some 30 times the size of a text for it."""
 MOST_CHOICES = 20
@@ -130,17 +131,11 @@ def main() -> None:
     """Answer one request."""
     request = json.load(sys.stdin)
     files = Files(tuple(map(Path, request["roots"])))
-    answer = os.fdopen(os.dup(1), "w")
-    os.dup2(2, 1)  # what USD prints is no part of the answer
+    stream = reply()
     Work.SetConcurrencyLimit(1)  # each thread takes of the memory that the process may have
-    confine(files, memory=MAX_MEMORY_BYTES)
-    contents = Reading(files).run(Path(request["path"]))
-    text = contents.to_json()
-    if len(text) > MAX_ANSWER:
-        text = StageContents(failure=f"its graphs take more than {MAX_ANSWER // 1_000_000} MB").to_json()
-    answer.write(text)
-    answer.flush()
-    os._exit(0)  # an interpreter that shuts down does what the hook refuses
+    plugins = Path(pxr.__file__).parent
+    confine(files, TIERS["stage"], memory=MAX_MEMORY_BYTES, libraries=(plugins,))
+    answer(stream, lambda: Reading(files).run(Path(request["path"])))
 
 
 if __name__ == "__main__":

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import importlib.util
-import json
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -14,14 +13,18 @@ import yaml
 
 from graphengine.diagnostics import Findings, Span, UsageError
 from graphengine.files import Files
-from graphengine.omnigraph.recorded import NAMESPACE, RecordedGraph
-from graphengine.omnigraph.stage.graphs import graphs_of
+from graphengine.omnigraph.recorded import NAMESPACE, RecordedGraph, carried
+from graphengine.omnigraph.stage.graphs import TooManyError, graphs_of
 from graphengine.omnigraph.stage.places import Places
 from graphengine.omnigraph.stage.prims import PLACE, SUFFIXES, StageContents
 from graphengine.registry import Registry
+from graphengine.world.files.borders import admit
 from graphengine.world.files.confinement import ProcessError, ask
+from graphengine.world.files.untrusted import encoded, note_used, read
 
 MAX_SECONDS = 60.0
+MAX_ANSWER = 32_000_000
+"""Bytes."""
 MOST_TOLD = 100
 """Parts that are left out and told one by one."""
 LONGEST = 300
@@ -49,7 +52,9 @@ class ImportedStage:
         return yaml.safe_dump({"namespaces": self.namespaces}, sort_keys=False, allow_unicode=True)
 
 
-def read_stage(path: Path, files: Files, registry: Registry, findings: Findings) -> ImportedStage | None:
+def read_stage(
+    path: Path, files: Files, registry: Registry, findings: Findings, *, trusted: bool = False
+) -> ImportedStage | None:
     """The graphs of a stage; None where it cannot be read.
 
     Args:
@@ -57,6 +62,7 @@ def read_stage(path: Path, files: Files, registry: Registry, findings: Findings)
         files: judges which layers may be read.
         registry: knows today's names of node types.
         findings: takes what is wrong, and what is left out or changed.
+        trusted: whether it is read where the kernel cannot confine USD's readers.
 
     Raises:
         UsageError: usd-core is not installed, or it is no such file.
@@ -64,13 +70,15 @@ def read_stage(path: Path, files: Files, registry: Registry, findings: Findings)
     _check_usage(path)
     request = {"path": str(path), "roots": [str(root) for root in files.roots]}
     places = Places(path)
+    if not admit("the stage", findings, places.start, trusted=trusted):
+        return None
     try:
-        contents = StageContents.from_json(ask(_PROCESS, json.dumps(request).encode(), MAX_SECONDS))
+        answer = ask(_PROCESS, encoded(request).encode(), MAX_SECONDS)
+        contents = read(answer, StageContents, MAX_ANSWER)
     except ProcessError as error:
         findings.add("G401", f"USD's reader {error}", places.start, _REMEDY)
         return None
-    for used in contents.used:
-        files.note(Path(used))
+    note_used(contents.used, files)
     if contents.failure:
         _tell_failure(contents.failure, places, findings)
         return None
@@ -79,9 +87,13 @@ def read_stage(path: Path, files: Files, registry: Registry, findings: Findings)
         findings.add("W302", f"{what} is left out: {why}", place)
     if len(contents.left_out) > MOST_TOLD:
         findings.add("W302", f"{len(contents.left_out) - MOST_TOLD} more parts are left out", places.start)
-    graphs = graphs_of(contents, registry, places, findings)
+    try:
+        graphs = carried(graphs_of(contents, registry, places, findings), RecordedGraph.names, "graphs", findings)
+    except TooManyError as error:
+        findings.add("G401", str(error), places.start, "compounds and instances multiply what a stage holds")
+        return None
     namespaces = {prim.path: text for prim in contents.prims.values() if (text := prim.text(NAMESPACE))}
-    return ImportedStage(graphs, namespaces, contents.choices)
+    return ImportedStage(graphs, dict(carried(namespaces.items(), tuple, "namespaces", findings)), contents.choices)
 
 
 def _check_usage(path: Path) -> None:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, Unpack
 
 from graphengine.backend import Closable, EndpointClaim
-from graphengine.context import Publisher, QoS, ServiceClient, ServiceServer, Subscription
+from graphengine.context import Publisher, QoS, ServiceClient, ServiceOptions, ServiceServer, Subscription, TopicOptions
 from graphengine.diagnostics import ContextError, TopicError
 from graphengine.ros import names, qos
 from graphengine.running.node_context.services import Services
@@ -56,10 +56,22 @@ class OwnedEndpoints:
         return domain + 1
 
     def _claim(
-        self, direction: str, message_type: str, topic: str, namespace: str, start: str, outermost: bool, **facts: Any
+        self,
+        direction: str,
+        message_type: str,
+        topic: str,
+        start: str = "",
+        *,
+        namespace: str = "",
+        outermost_namespace: bool = False,
+        qos_profile: str = "",
+        queue_size: int = 10,
+        latched: bool = False,
+        **facts: Any,
     ) -> EndpointClaim:
-        full = names.full_topic(namespace or self._collected(start or self.prim_path, outermost), topic)
-        return self._note(direction, message_type, full, **facts)
+        quality = qos.parse_qos(qos_profile, queue_size, latched)
+        full = names.full_topic(namespace or self._collected(start or self.prim_path, outermost_namespace), topic)
+        return self._note(direction, message_type, full, qos=quality, latched=latched, **facts)
 
     def _collected(self, start: str, outermost: bool = False) -> str:
         """The namespace that prims give, from one up to the root."""
@@ -77,60 +89,26 @@ class OwnedEndpoints:
         message_type: str,
         topic: str,
         *,
-        namespace: str = "",
         namespace_from: str = "",
-        outermost_namespace: bool = False,
-        qos_profile: str = "",
-        queue_size: int = 10,
         latched: bool = False,
-        ros_context: int = 0,
         rate: float | None = None,
         frame_id: str = "",
         transforms: Sequence[tuple[str, str]] = (),
+        **options: Unpack[TopicOptions],
     ) -> Publisher:
         """A topic to write to."""
-        claim = self._claim(
-            "publish",
-            message_type,
-            topic,
-            namespace,
-            namespace_from,
-            outermost_namespace,
-            qos=qos.parse_qos(qos_profile, queue_size, latched),
-            ros_context=ros_context,
-            rate=rate if rate is not None else self._rate,
-            latched=latched,
-            frame_id=frame_id,
-            transforms=tuple(transforms),
-        )
+        rate = rate if rate is not None else self._rate
+        facts: dict[str, Any] = {"rate": rate, "frame_id": frame_id, "transforms": tuple(transforms)}
+        claim = self._claim("publish", message_type, topic, namespace_from, latched=latched, **options, **facts)
         publisher = self._services.network.publisher(claim)
         self._owned.append(publisher)
         return publisher
 
     def subscription(
-        self,
-        message_type: str,
-        topic: str,
-        *,
-        namespace: str = "",
-        outermost_namespace: bool = False,
-        qos_profile: str = "",
-        queue_size: int = 10,
-        ros_context: int = 0,
-        alternatives: Sequence[str] = (),
+        self, message_type: str, topic: str, *, alternatives: Sequence[str] = (), **options: Unpack[TopicOptions]
     ) -> Subscription:
         """A topic to read from."""
-        claim = self._claim(
-            "subscribe",
-            message_type,
-            topic,
-            namespace,
-            "",
-            outermost_namespace,
-            qos=qos.parse_qos(qos_profile, queue_size, False),
-            ros_context=ros_context,
-            alternatives=tuple(alternatives),
-        )
+        claim = self._claim("subscribe", message_type, topic, **options, alternatives=tuple(alternatives))
         subscription = self._services.network.subscription(claim)
         self._owned.append(subscription)
         return subscription
@@ -140,10 +118,11 @@ class OwnedEndpoints:
         direction: str,
         service_type: str,
         service: str,
-        namespace: str,
-        collects_namespace: bool,
-        qos_profile: str,
-        ros_context: int,
+        *,
+        namespace: str = "",
+        collects_namespace: bool = False,
+        qos_profile: str = "",
+        ros_context: int = 0,
     ) -> EndpointClaim:
         if not namespace and collects_namespace:
             namespace = self._collected(self.prim_path)
@@ -151,18 +130,9 @@ class OwnedEndpoints:
         quality = qos.parse_qos(qos_profile, QoS().depth, False)
         return self._note(direction, service_type, full, qos=quality, ros_context=ros_context)
 
-    def service_server(
-        self,
-        service_type: str,
-        service: str,
-        *,
-        namespace: str = "",
-        collects_namespace: bool = False,
-        qos_profile: str = "",
-        ros_context: int = 0,
-    ) -> ServiceServer:
+    def service_server(self, service_type: str, service: str, **options: Unpack[ServiceOptions]) -> ServiceServer:
         """A service to offer."""
-        claim = self._service("serve", service_type, service, namespace, collects_namespace, qos_profile, ros_context)
+        claim = self._service("serve", service_type, service, **options)
         handles = self._services.handles
         handle = handles.setdefault((self.prim_path, len(self._servers)), len(handles) + 1)
         server = self._services.network.server(claim, handle)
@@ -171,19 +141,9 @@ class OwnedEndpoints:
         self._services.servers[handle] = server
         return server
 
-    def service_client(
-        self,
-        service_type: str,
-        service: str,
-        *,
-        namespace: str = "",
-        collects_namespace: bool = False,
-        qos_profile: str = "",
-        ros_context: int = 0,
-    ) -> ServiceClient:
+    def service_client(self, service_type: str, service: str, **options: Unpack[ServiceOptions]) -> ServiceClient:
         """A service to call."""
-        claim = self._service("call", service_type, service, namespace, collects_namespace, qos_profile, ros_context)
-        client = self._services.network.client(claim)
+        client = self._services.network.client(self._service("call", service_type, service, **options))
         self._owned.append(client)
         return client
 

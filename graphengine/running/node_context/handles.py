@@ -3,32 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import Literal
 
-from graphengine.context import (
-    Articulation,
-    Body,
-    Camera,
-    ContactSensor,
-    Frame,
-    FrameLink,
-    Imu,
-    Lidar,
-    Placement,
-    RobotDescription,
-)
+from graphengine.context import RobotDescription
 from graphengine.diagnostics import ContextError, PrimError, listing
+from graphengine.motion import Articulation, Body, Frame, FrameLink, Placement
 from graphengine.running.node_context.services import Services
 from graphengine.running.prims.stage_prims import BoundAttribute, StagePrims
 from graphengine.running.render_product import ProductCamera, RenderProduct
 from graphengine.running.transform_tree import expand
-from graphengine.sensor import LARGEST_PICTURE
+from graphengine.sensor import LARGEST_PICTURE, Camera, ContactSensor, Imu, Lidar
 from graphengine.stage import Prim, PrimKind
 
 
 def _named(kind: PrimKind) -> str:
     return {"imu": "an imu", "contact": "a contact sensor"}.get(kind, f"a {kind}")
+
+
+def _expect_size(width: int, height: int) -> None:
+    for pixels in (width, height):
+        if not 1 <= pixels <= LARGEST_PICTURE:
+            legal = f"width and height are 1 to {LARGEST_PICTURE}"
+            raise ContextError(f"there is no picture of {width} x {height} pixels", pixels, legal)
+
+
+_VIEWPORTS = "/Render/viewports/"
+"""What the paths of the render products of viewports begin with."""
 
 
 class WorldHandles:
@@ -37,12 +37,17 @@ class WorldHandles:
     def __init__(self, services: Services, runs: Literal["tick", "physics_step"]) -> None:
         self._services = services
         self.runs: Literal["tick", "physics_step"] = runs
-        self.prims: set[str] = set()
+        self.asked: dict[str, Prim] = {}
+        """The prims that it handed something out of, by the paths that the node gave."""
+
+    @property
+    def prims(self) -> set[str]:
         """Paths of the prims that it handed something out of."""
+        return {prim.path for prim in self.asked.values()}
 
     def _find(self, path: str, *kinds: PrimKind) -> Prim:
         prim = self._services.stage.find(path)
-        self.prims.add(prim.path)
+        self.asked[path] = prim
         if kinds and prim.kind not in kinds:
             wanted = " or ".join((_named(kinds[0]), *kinds[1:]))
             inside = [child.path for child in prim.descendants() if child.kind in kinds]
@@ -71,7 +76,7 @@ class WorldHandles:
         """What puts a prim somewhere; None for one that neither moves by itself nor stands for a robot that does."""
         return self._services.world.placement(self._find(prim))
 
-    def transform_tree(self, targets: Sequence[str], parent: str = "") -> Sequence[FrameLink]:
+    def transform_tree(self, targets: Sequence[str], parent: str = "", *, loops: bool = True) -> Sequence[FrameLink]:
         """The edges that target prims expand to."""
         stage = self._services.stage
         return expand(
@@ -79,6 +84,7 @@ class WorldHandles:
             [self._find(target) for target in targets],
             self._find(parent) if parent else None,
             self._services.world.frame,
+            loops=loops,
         )
 
     def _robot(self, path: str) -> Prim:
@@ -87,18 +93,12 @@ class WorldHandles:
         robot = stage.stands_for_robot(prim)
         if robot is None:
             owner = stage.robot_of(prim)
-            stands = (
-                [p for p in (owner.path, owner.facts.get("base_link"), owner.facts.get("articulation_root")) if p]
-                if owner
-                else []
-            )
-            robots = [p.path for p in stage.prims("robot")]
-            raise PrimError(
-                f"{path!r} does not stand for a robot",
-                path,
-                listing(dict.fromkeys(stands), f"what stands for {owner.path}") if owner else listing(robots, "robots"),
-                "the robot file can name a link for it: articulation_root" if owner and prim.kind == "link" else "",
-            )
+            hint, link = listing([p.path for p in stage.prims("robot")], "robots"), ""
+            if owner:
+                stands = (owner.path, owner.facts.get("base_link"), owner.facts.get("articulation_root"))
+                hint = listing(dict.fromkeys(filter(None, stands)), f"what stands for {owner.path}")
+                link = "the robot file can name a link for it: articulation_root" if prim.kind == "link" else ""
+            raise PrimError(f"{path!r} does not stand for a robot", path, hint, link)
         return robot
 
     def articulation(self, prim: str) -> Articulation:
@@ -127,13 +127,29 @@ class WorldHandles:
     def render_product(self, prim: str, width: int, height: int) -> str:
         """Path of the render product of a sensor or camera prim."""
         found = self._find(prim, "lidar", "camera")
-        for pixels in (width, height) if found.kind == "camera" else ():
-            if not 1 <= pixels <= LARGEST_PICTURE:
-                legal = f"width and height are 1 to {LARGEST_PICTURE}"
-                raise ContextError(f"there is no picture of {width} x {height} pixels", pixels, legal)
+        if found.kind == "camera":
+            _expect_size(width, height)
         slug = found.path.strip("/").replace("/", "_")
         path = f"/Render/{slug}" if found.kind == "lidar" else f"/Render/{slug}_{width}x{height}"
         self._services.render_products.setdefault(path, RenderProduct(found.path, (width, height)))
+        return path
+
+    def viewport(self, name: str, size: tuple[int, int] | None = None, *, make: bool = False) -> str:
+        """Path of the render product of a viewport."""
+        path, products = f"{_VIEWPORTS}{name}", self._services.render_products
+        if make or name == "Viewport":
+            products.setdefault(path, RenderProduct("", (1280, 720)))
+        if path not in products:
+            known = [known.removeprefix(_VIEWPORTS) for known in products if known.startswith(_VIEWPORTS)]
+            near = listing(known, "viewports") if known else "make one with IsaacCreateViewport"
+            raise ContextError(f"no viewport {name!r}", name, near)
+        if size is not None:
+            _expect_size(*size)
+            product = products[path]
+            product.size = size
+            if product.camera is not None:
+                product.camera.own = self._services.world.camera(self._find(product.prim, "camera"), size)
+                product.camera.show(product.camera.own)
         return path
 
     def _expect_ticks(self, sensor: str) -> None:
@@ -165,10 +181,20 @@ class WorldHandles:
             known = listing(self._services.render_products, "render products")
             raise ContextError(f"no render product {render_product!r}", render_product, known)
         self._expect_ticks("camera")
-        other = self._services.world.camera(self._find(prim, "camera"), product.size)
-        return partial(self._camera_of(product).show, other)
+        other, camera = self._find(prim, "camera"), self._services.world.camera
+        product.prim = product.prim or other.path
+        camera(other, product.size)  # which may be refused
+
+        def exchange() -> None:
+            self._camera_of(product).show(camera(other, product.size))
+
+        return exchange
 
     def _camera_of(self, product: RenderProduct) -> ProductCamera:
+        if not product.prim:
+            raise ContextError(
+                "the viewport shows no camera", None, "let IsaacSetCameraOnRenderProduct be executed before"
+            )
         prim = self._find(product.prim, "camera")
         if product.camera is None:
             product.camera = ProductCamera(self._services.world.camera(prim, product.size))

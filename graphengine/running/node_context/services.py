@@ -9,6 +9,7 @@ import numpy as np
 
 from graphengine.backend import EndpointClaim, Network, OwnedServer, World
 from graphengine.permissions import Permissions
+from graphengine.running.dropped_values import DroppedValues
 from graphengine.running.keys import HeldKeys
 from graphengine.running.mailbox import QueueMailbox
 from graphengine.running.render_product import RenderProduct
@@ -39,11 +40,18 @@ class Services:
     generators: dict[str, np.random.Generator] = field(default_factory=dict)
     """Random numbers of each node that asked for them, by its prim path."""
     render_products: dict[str, RenderProduct] = field(default_factory=dict)
+    dropped: DroppedValues | None = field(default_factory=DroppedValues)
+    """Values from wires that nodes could not use; None where such a value ends the run."""
 
     @property
     def stage(self) -> Stage:
         """The prim tree."""
         return self.world.stage
+
+    def warn(self, node: str, text: str) -> None:
+        """Warn on the terminal and on /rosout."""
+        self.log("warning", node, text)
+        self.network.log("warning", f"{node}: {text}" if node else text)
 
     def reseed(self, path: str) -> None:
         """Begin a node's random numbers at their beginning."""

@@ -43,10 +43,15 @@ def read_bare(use: str, path: Path, files: Files, findings: Findings) -> tuple[R
         if root is not None and (path.suffix == xacro.SUFFIX or xacro.is_xacro(root)):
             root = xacro.expand(path, {}, packages, findings, {})
     urdf = read_urdf(root, packages, findings) if root is not None else None
-    file = (
-        robot_file(compose(urdf, "bare", path.name, path.name, (), fixed_base=False), path, findings) if urdf else None
-    )
-    return (file, urdf) if file is not None and urdf is not None else None
+    return with_robot_file(urdf, path, findings)
+
+
+def with_robot_file(urdf: Urdf | None, path: Path, findings: Findings) -> tuple[RobotFile, Urdf] | None:
+    """The robot file that `graphrun import-urdf` would write for a description, and the description."""
+    if urdf is None:
+        return None
+    file = robot_file(compose(urdf, "bare", path.name, path.name, (), fixed_base=False), path, findings)
+    return (file, urdf) if file is not None else None
 
 
 def robot_file(text: str, path: Path, findings: Findings) -> RobotFile | None:

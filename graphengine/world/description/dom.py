@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import re
-from typing import Any
+from collections.abc import Iterator
 from xml.dom import Node as NodeType
 from xml.dom import minidom
 
 from graphengine.diagnostics import Span
 from graphengine.world.files.xml import MAX_DEPTH, Element
-
-Place = tuple[str, int, int, int]
-"""Path, line, column and length."""
 
 _KEY = "place"
 """Of a node's user data."""
@@ -60,33 +57,30 @@ def place_of(node: minidom.Element | None) -> Span | None:
     return place if isinstance(place, Span) else None
 
 
-def record(span: Span | None) -> Place | None:
-    """A place as plain data."""
-    return (span.source.path, span.line, span.column, span.length) if span is not None else None
-
-
-def plain(node: minidom.Element, depth: int = 1) -> dict[str, Any]:
-    """A node as plain data.
+def elements(node: minidom.Element, above: Span, depth: int = 1) -> Iterator[tuple[int, Element]]:
+    """A node and all below it, each with its depth and without its children.
 
     Raises:
-        UnwritableError: it is nested deeper than a description may be, or what xacro made of names and texts is none of XML:
-            written down, it would become other elements.
+        UnwritableError: one is nested deeper than a description may be, or holds what XML cannot.
     """
+    found = [child for child in node.childNodes if child.nodeType == NodeType.ELEMENT_NODE]
+    text = "".join(child.data for child in node.childNodes if child.nodeType == NodeType.TEXT_NODE).strip()
+    element = Element(node.tagName, dict(node.attributes.items()), place_of(node) or above, [], text)
     if depth > MAX_DEPTH:
         raise UnwritableError(f"it expands to elements more than {MAX_DEPTH} levels deep", node)
-    attributes = dict(node.attributes.items())
-    children = [child for child in node.childNodes if child.nodeType == NodeType.ELEMENT_NODE]
-    text = "".join(child.data for child in node.childNodes if child.nodeType == NodeType.TEXT_NODE).strip()
-    for name in (node.tagName, *attributes):
+    if why := unwritable(element):
+        raise UnwritableError(why, node)
+    yield depth, element
+    for child in found:
+        yield from elements(child, element.span, depth + 1)
+
+
+def unwritable(element: Element) -> str:
+    """What of an element XML cannot hold, empty if all is legal: written down, it would become other elements."""
+    for name in (element.tag, *element.attributes):
         if not _NAME.fullmatch(name):
-            raise UnwritableError(f"{name!r} is no name of XML", node)
-    for value in (text, *attributes.values()):
+            return f"{name!r} is no name of XML"
+    for value in (element.text, *element.attributes.values()):
         if not _TEXT.fullmatch(value):
-            raise UnwritableError(f"XML cannot hold {value!r}", node)
-    return {
-        "tag": node.tagName,
-        "attributes": attributes,
-        "text": text,
-        "place": record(place_of(node)),
-        "children": [plain(child, depth + 1) for child in children],
-    }
+            return f"XML cannot hold {value!r}"
+    return ""

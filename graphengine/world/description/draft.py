@@ -152,23 +152,16 @@ def _about(joint: Joint, child: Link) -> str:
         parts.append("axis " + " ".join(f"{value:g}" for value in joint.axis))
     if joint.moves and joint.limits is not None:
         parts.append(f"{joint.limits[0]:g} to {joint.limits[1]:g} {unit}")
-    if joint.moves and (effort := _effort(joint)):
-        parts.append(f"up to {effort:g} {force}")
+    if joint.moves and joint.effort:
+        parts.append(f"up to {joint.effort:g} {force}")
     if joint.mimic is not None:
         parts.append(f"follows {_text(joint.mimic.leader)} x {joint.mimic.multiplier:g} + {joint.mimic.offset:g}")
     return printable(", ".join(parts))
 
 
-def _effort(joint: Joint) -> float:
-    """Limit of the effort, N m or N; 0 without one."""
-    limit = joint.element.first("limit")
-    value = numbers(limit.get("effort", "0"), 1) if limit is not None else None
-    return max(value[0], 0.0) if value is not None else 0.0
-
-
 def _servo(joint: Joint) -> str:
     """Gains by which the full effort answers to 0.1 rad, or 10 mm; critically damped they are not, but calm."""
-    stiffness = (_effort(joint) or 10.0) / (0.01 if joint.type == "prismatic" else 0.1)
+    stiffness = (joint.effort or 10.0) / (0.01 if joint.type == "prismatic" else 0.1)
     return f"{{stiffness: {_rounded(stiffness)}, damping: {_rounded(stiffness / 10)}}}"
 
 

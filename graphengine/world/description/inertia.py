@@ -36,14 +36,15 @@ def inertials(urdf: Urdf, *, free: bool, findings: Findings) -> dict[str, Elemen
         free: whether its root link moves.
         findings: takes notes on what was made up, and terms that are no numbers.
     """
-    found = {name: link.element.first("inertial") or _nothing(link.element) for name, link in urdf.links.items()}
+    links = urdf.links.values()
+    found = {link.name: link.element.first("inertial") or _sphere(link.element, 0.0, 0.0) for link in links}
     groups = list(_weightless(urdf, free=free))
     solid = [link for group in groups for link in group if link.colliders]
     bare = [group[0] for group in groups if not any(link.colliders for link in group)]
     for link in solid:
         del found[link.name]
     for link in bare:
-        found[link.name] = _ball(link.element, LEAST_MASS)
+        found[link.name] = _sphere(link.element, LEAST_MASS, _ball_moment(LEAST_MASS))
     replaced = [urdf.links[name] for name in found if _mend(found, urdf.links[name], findings)]
     _tell("links that move and state no mass weigh what their colliders do at 1000 kg/m3", solid, findings)
     _tell(f"links that move and have neither mass nor colliders weigh {LEAST_MASS * 1000:g} g", bare, findings)
@@ -119,14 +120,6 @@ def _ball_moment(mass: float) -> float:
     """2/5 m r^2 of a ball of water, kg m2."""
     radius = math.cbrt(3 * mass / (4 * math.pi * WATER))
     return max(0.4 * mass * radius * radius, 2 * LEAST_MOMENT)
-
-
-def _ball(element: Element, mass: float) -> Element:
-    return _sphere(element, mass, _ball_moment(mass))
-
-
-def _nothing(element: Element) -> Element:
-    return _sphere(element, 0.0, 0.0)
 
 
 def _sphere(element: Element, mass: float, moment: float) -> Element:

@@ -8,8 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from graphengine.diagnostics import Findings, Span, listing
-from graphengine.world.description.bare import is_text, robot_file
-from graphengine.world.description.draft import compose
+from graphengine.world.description.bare import is_text, with_robot_file
 from graphengine.world.description.reader import read_urdf
 from graphengine.world.description.robot_file import RobotFile
 from graphengine.world.description.urdf import Urdf
@@ -41,30 +40,30 @@ def read_mjcf(use: str, path: Path, library: Library) -> tuple[RobotFile, Urdf, 
     root = library.world(path, use if is_text(use) else None)
     if root is None:
         return None
-    spec, _ = parse_mjcf(root, library)
+    spec, _ = parse(root, library)
     body = _only_body(spec, root.span, findings) if spec is not None else None
     if spec is None or body is None:
         return None
     link = Element("robot", {"name": body.name}, root.span, [Element("link", {"name": body.name}, root.span)])
     urdf = read_urdf(link, Packages(path.parent, (), library.files), findings)
-    told = compose(urdf, "bare", path.name, path.name, (), fixed_base=False) if urdf is not None else ""
-    file = robot_file(told, path, findings) if urdf is not None else None
-    return (file, urdf, spec) if file is not None and urdf is not None else None
+    bare = with_robot_file(urdf, path, findings)
+    return (*bare, spec) if bare is not None else None
 
 
-def parse_mjcf(root: Element, library: Library) -> tuple[mujoco.MjSpec | None, list[Span]]:
-    """What MuJoCo reads in an MJCF file, all bodies named, and where each line that it was given comes from.
+def parse(root: Element, library: Library, code: str = "S102") -> tuple[mujoco.MjSpec | None, list[Span]]:
+    """The model that MuJoCo reads from MJCF or URDF, all bodies named, and where each line that it was given comes from.
 
     Args:
-        root: as the library gives it.
-        library: has what it refers to, and is told what MuJoCo refuses.
+        root: as the library gives it, or as `for_mujoco` makes it.
+        library: has the files that it refers to; its findings take an error if MuJoCo refuses the model.
+        code: of that error.
     """
     text, lines = write(root)
     try:
         spec = mujoco.MjSpec.from_string(text, include=library.models, assets=library.assets)
     except REFUSALS as error:
         message, _, line = mujoco_says(error)
-        library.findings.add("S102", f"MuJoCo: {message}", place_of(lines, line))
+        library.findings.add(code, f"MuJoCo: {message}", place_of(lines, line))
         return None, lines
     for index, body in enumerate(spec.bodies):
         if not body.name:

@@ -76,6 +76,13 @@ class Joint:
         lower, upper = (numbers(limit.get(end, "0"), 1) or (0.0,) for end in ("lower", "upper"))
         return (lower[0], upper[0]) if lower[0] < upper[0] else None
 
+    @property
+    def effort(self) -> float | None:
+        """Limit of the effort, N m or N; one that is not above zero limits nothing, as in MuJoCo."""
+        limit = self.element.first("limit")
+        effort = numbers(limit.get("effort"), 1) if limit is not None else None
+        return effort[0] if effort and effort[0] > 0 else None
+
     def put(self, position: Vector3) -> None:
         """Give the joint another origin, m, in the element too."""
         self.pose = (position, self.pose[1])

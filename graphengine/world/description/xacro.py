@@ -5,20 +5,46 @@ What comes back is the tree of elements, each with the place in the xacro file t
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
+import os
+import re
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
 
-from graphengine.diagnostics import Findings, Source, Span, did_you_mean, listing
+from graphengine.diagnostics import Finding, Findings, Source, Span, did_you_mean, listing
+from graphengine.world.description.dom import unwritable
+from graphengine.world.files.borders import warn
 from graphengine.world.files.confinement import ProcessError, ask
 from graphengine.world.files.packages import Packages
-from graphengine.world.files.xml import MAX_BYTES, Element
+from graphengine.world.files.untrusted import Sources, encoded, note_used, read, take_findings
+from graphengine.world.files.xml import MAX_BYTES, MAX_DEPTH, MAX_ELEMENTS, Element
 
 MAX_SECONDS = 30.0
+MAX_ANSWER = 200_000_000
 SUFFIX = ".xacro"
+_FIND = re.compile(rb"\$\(find\s+([\w.-]+)\)")
 _PROCESS = "graphengine.world.description.xacro_process"
+
+
+@dataclass(slots=True)
+class Expanded:
+    """What the process answers.
+
+    Attributes:
+        elements: of the document in its order, each with its depth and without its children; none if the file has errors.
+        known: names of the arguments that the files take.
+        findings: what is wrong.
+        wanted: a package that the process has to be given first.
+        used: files that were read.
+    """
+
+    elements: list[tuple[int, Element]]
+    known: set[str]
+    findings: list[Finding]
+    wanted: str | None
+    used: list[str]
 
 
 def is_xacro(root: Element) -> bool:
@@ -47,53 +73,80 @@ def expand(
         places: where the arguments are given, by name.
     """
     start = Span(Source(str(path), ()), 1, 1)
-    request = {
-        "path": str(path),
-        "folder": str(packages.folder),
-        "arguments": dict(arguments),
-        "paths": [str(folder) for folder in packages.paths],
-        "roots": [str(folder) for folder in packages.files.roots],
-        "installed": [str(folder) for folder in packages.files.installed],
-    }
+    warn(findings)
+    before = len(findings.errors)
     try:
-        answer = json.loads(ask(_PROCESS, json.dumps(request).encode(), MAX_SECONDS))
+        answer = _ask(path, arguments, packages)
+        take_findings(answer.findings, findings)
+        root = _joined(answer.elements) if answer.elements else None
+        if root is None and len(findings.errors) == before:
+            raise ProcessError("sends a malformed answer", b"")
     except ProcessError as error:
         findings.add("S103", f"xacro: {error}", start)
         return None
-    for used in answer["used"]:
-        packages.files.note(Path(used))
-    sources = _Sources()
-    for finding in answer["findings"]:
-        related = [(span, text) for place, text in finding["related"] if (span := sources.span(place)) is not None]
-        span = sources.span(finding["place"]) or start
-        findings.add(finding["code"], finding["message"], span, *finding["help"], related=related)
-    root, known = answer["root"], answer["known"]
-    unknown = [name for name in arguments if name not in known] if root is not None else []
+    note_used(answer.used, packages.files)
+    unknown = [name for name in arguments if name not in answer.known] if root is not None else []
     for name in unknown:
-        near = did_you_mean(name, known) or listing(known, "its arguments")
+        near = did_you_mean(name, answer.known) or listing(answer.known, "its arguments")
         findings.add("G111", f"{str(path)!r} has no argument {name!r}", places.get(name), near)
-    return _element(root, sources, start) if root is not None and not unknown else None
+    return None if unknown else root
 
 
-class _Sources:
-    """Places in files, whose lines are read once."""
+def _ask(path: Path, arguments: Mapping[str, str], packages: Packages) -> Expanded:
+    """The answer of the process that expands a file.
 
-    def __init__(self) -> None:
-        self._sources: dict[str, Source] = {}
+    Where workspaces are sourced, the process may read only those of their packages that the files name: it is run again for
+    each that turns up.
+    """
+    installed = packages.files.installed
+    roots = [str(root) for root in packages.files.roots if root not in {folder.resolve() for folder in installed}]
+    found: dict[str, str | list[str]] = {}
+    named = _names(path, installed) if installed else []
+    span = Sources(packages.files).span
+    end = time.monotonic() + MAX_SECONDS
+    while (left := round(end - time.monotonic(), 1)) > 0:
+        for name in named:
+            folder = packages.find(name)
+            found[name] = str(folder) if folder is not None else packages.lacks(name)
+        folders = [folder for folder in found.values() if isinstance(folder, str)]
+        shares = [folder for folder in folders if any(map(Path(folder).is_relative_to, installed))]
+        request = {
+            "path": str(path),
+            "folder": str(packages.folder),
+            "arguments": dict(arguments),
+            "paths": [str(folder) for folder in packages.paths],
+            "roots": [*roots, *(str(Path(folder).resolve()) for folder in shares)],
+            "installed": shares,
+            "found": found if installed else None,
+        }
+        answer = read(ask(_PROCESS, encoded(request).encode(), left), Expanded, MAX_ANSWER, span)
+        if answer.wanted is None:
+            return answer
+        named = [answer.wanted]
+    raise ProcessError(f"takes more than {MAX_SECONDS:g} s", b"")
 
-    def span(self, place: list[Any] | None) -> Span | None:
-        """The place that a path, a line, a column and a length mean."""
-        if place is None:
-            return None
-        path, line, column, length = place
-        if path not in self._sources:
-            with Path(path).open("rb") as file:
-                text = file.read(MAX_BYTES).decode("utf-8", "replace")
-            self._sources[path] = Source(path, tuple(text.split("\n")))
-        return Span(self._sources[path], line, column, length)
+
+def _names(path: Path, installed: Sequence[Path]) -> list[str]:
+    """Installed packages that a file names, and the one that it lies in."""
+    around = [folder.name for folder in path.absolute().parents if folder.parent in installed]
+    with path.open("rb") as file:
+        named = {name.decode() for name in _FIND.findall(file.read(MAX_BYTES))}
+    return [*around, *(name for share in installed if share.is_dir() for name in sorted(named & {*os.listdir(share)}))]
 
 
-def _element(data: dict[str, Any], sources: _Sources, above: Span) -> Element:
-    span = sources.span(data["place"]) or above
-    children = [_element(child, sources, span) for child in data["children"]]
-    return Element(data["tag"], data["attributes"], span, children, data["text"])
+def _joined(parts: Sequence[tuple[int, Element]]) -> Element:
+    """The root of a document.
+
+    Raises:
+        ProcessError: the elements are none of one document, or XML cannot hold them.
+    """
+    above: list[Element] = []
+    for depth, element in parts[: MAX_ELEMENTS + 1]:
+        fits = min(len(above), 1) < depth <= min(len(above), MAX_DEPTH - 1) + 1
+        if not fits or element.children or unwritable(element) or len(parts) > MAX_ELEMENTS:
+            raise ProcessError("sends a malformed answer", b"")
+        del above[depth - 1 :]
+        if above:
+            above[-1].children.append(element)
+        above.append(element)
+    return above[0]

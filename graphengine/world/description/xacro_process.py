@@ -12,7 +12,6 @@ import functools
 import io
 import json
 import math
-import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -23,15 +22,16 @@ import xacro
 import yaml  # noqa: F401  xacro imports it when it loads a file, which is refused by then
 from xacro import XacroException, substitution_args
 
-from graphengine.diagnostics import Findings, did_you_mean, listing
+from graphengine.diagnostics import Findings, Source, Span
 from graphengine.files import Files
 from graphengine.world.description import expressions
-from graphengine.world.description.dom import UnwritableError, node_of, place_of, plain, record
+from graphengine.world.description.dom import UnwritableError, elements, node_of, place_of
+from graphengine.world.description.xacro import Expanded
 from graphengine.world.files.confinement import MAX_MEMORY_BYTES, RefusedError, check_readable, confine
-from graphengine.world.files.packages import REMEDY, Packages
-from graphengine.world.files.xml import MAX_ELEMENTS, read
-
-MAX_ANSWER = 200_000_000
+from graphengine.world.files.packages import Packages
+from graphengine.world.files.seccomp import TIERS
+from graphengine.world.files.untrusted import answer, reply
+from graphengine.world.files.xml import MAX_ELEMENTS, Element, read
 
 
 class Expansion:
@@ -41,9 +41,19 @@ class Expansion:
         path: the file.
         arguments: values of its `xacro:arg` elements.
         packages: what `$(find …)` finds; they also judge which files are read.
+        found: where the packages lie that the caller looked for, or why they are not found; None to look for them here.
     """
 
-    def __init__(self, path: Path, arguments: dict[str, str], packages: Packages) -> None:
+    def __init__(
+        self,
+        path: Path,
+        arguments: dict[str, str],
+        packages: Packages,
+        found: dict[str, str | list[str]] | None = None,
+    ) -> None:
+        self.found = found
+        self.wanted: str | None = None
+        """A package that the caller has to look for, before the file can be expanded."""
         self.path = path
         self.arguments = arguments
         self.packages = packages
@@ -55,25 +65,28 @@ class Expansion:
         self.known: set[str] = set()
         """Names of the arguments that the files take."""
 
-    def run(self) -> dict[str, Any] | None:
-        """The expanded document as data; what is wrong goes to `findings`."""
+    def run(self) -> Expanded:
+        """The expanded document, or what is wrong with it."""
+        elements = self._elements()
+        used = [str(path) for path in self.packages.files.used]
+        return Expanded(elements, self.known, self.findings.items, self.wanted, used)
+
+    def _elements(self) -> list[tuple[int, Element]]:
         self._take_over()
         try:
             xacro.init_stacks(str(self.path))
             document = self._parse(None, str(self.path))
             with contextlib.redirect_stderr(io.StringIO()), contextlib.redirect_stdout(io.StringIO()):
                 xacro.process_doc(document, mappings=self.arguments, verbosity=0)
-            if len(document.getElementsByTagName("*")) > MAX_ELEMENTS:
+            root = document.documentElement
+            if root is None or len(document.getElementsByTagName("*")) > MAX_ELEMENTS:
                 raise RefusedError(f"it expands to more than {MAX_ELEMENTS} elements")
-            return plain(document.documentElement) if document.documentElement is not None else None
-        except UnwritableError as error:
-            self.node = error.node
-            self._tell(error)
-            return None
+            return list(elements(root, Span(Source(str(self.path), ()), 1, 1)))
         except Exception as error:  # xacro raises what expressions raise
+            self.node = error.node if isinstance(error, UnwritableError) else self.node
             if not self.findings.errors:
                 self._tell(error)
-            return None
+            return []
 
     def _take_over(self) -> None:
         """Put own functions in the place of xacro's, which looks them up by name each time."""
@@ -146,12 +159,15 @@ class Expansion:
         return known | {name: substitution_args.convert_value(text, "auto") for name, text in self.arguments.items()}
 
     def _find(self, package: str) -> str:
-        folder = self.packages.find(package)
+        if self.found is not None and package not in self.found:
+            self.wanted = package
+            raise XacroException(f"the package {package!r} lies where this process may not look")
+        folder = self.packages.find(package) if self.found is None else self.found[package]
+        if isinstance(folder, list):
+            raise XacroException("\n".join(folder))
         if folder is None:
-            near = did_you_mean(package, self.packages.known())
-            searched = listing(self.packages.searched(), "looked in")
-            raise XacroException("\n".join(filter(None, (f"no package {package!r}", near, searched, REMEDY))))
-        return str(folder.absolute())
+            raise XacroException("\n".join(self.packages.lacks(package)))
+        return str(Path(folder).absolute())
 
     def _environment(self, name: str) -> str:
         text = f"$(env {name}): the environment is not read, so that a file means the same everywhere"
@@ -172,39 +188,15 @@ class Expansion:
         self.findings.add("S103", f"xacro: {first}", span, *more, related=related)
 
 
-def _told(findings: Findings) -> list[dict[str, Any]]:
-    return [
-        {
-            "code": finding.code,
-            "message": finding.message,
-            "place": record(finding.span),
-            "help": finding.help,
-            "related": [(record(span), text) for span, text in finding.related],
-        }
-        for finding in findings.items
-    ]
-
-
 def main() -> None:
     """Answer one request."""
     request = json.load(sys.stdin)
     files = Files(tuple(map(Path, request["roots"])), installed=tuple(map(Path, request["installed"])))
     packages = Packages(Path(request["folder"]), tuple(map(Path, request["paths"])), files)
-    expansion = Expansion(Path(request["path"]), request["arguments"], packages)
-    answer, complaint = sys.stdout, sys.stderr
-    confine(files)
-    try:
-        told = {"root": expansion.run(), "known": sorted(expansion.known), "findings": _told(expansion.findings)}
-        text = json.dumps({**told, "used": [str(path) for path in files.used]})
-    except MemoryError:
-        text = ""
-    if not text or len(text) > MAX_ANSWER:
-        complaint.write(f"it expands to more than {MAX_ANSWER // 1_000_000} MB")
-        complaint.flush()
-        os._exit(1)
-    answer.write(text)
-    answer.flush()
-    os._exit(0)  # an interpreter that shuts down does what the hook refuses
+    expansion = Expansion(Path(request["path"]), request["arguments"], packages, request["found"])
+    stream = reply()
+    confine(files, TIERS["xacro"])
+    answer(stream, expansion.run)
 
 
 if __name__ == "__main__":

@@ -16,11 +16,18 @@ from pathlib import Path
 from typing import IO, Any
 
 from graphengine.files import Files
-from graphengine.world.files.landlock import restrict
+from graphengine.world.files import landlock, seccomp
+from graphengine.world.files.seccomp import Tier
 
 MAX_CPU_SECONDS = 20
 MAX_MEMORY_BYTES = 1 << 30
+MAX_THREADS = 4096
+"""Threads of the user, beyond which a confined process starts no more."""
+_NOBODY = 65534
+"""A user whose threads the kernel counts, as it does not count root's."""
 MAX_ANSWER_BYTES = 256_000_000
+MAX_REASON = 1000
+"""Characters of what it complains of last."""
 MAX_COMPLAINT_BYTES = 1_000_000
 """Of what a process tells on its two outputs; who reads it has not more memory than it."""
 
@@ -92,7 +99,7 @@ def ask(module: str, request: bytes, seconds: float) -> bytes:
     if code < 0:
         raise ProcessError(f"breaks off: {signal.strsignal(-code)}", answer)
     if code > 0:
-        raise ProcessError(next(filter(None, reversed(told)), f"ended with {code}"), answer)
+        raise ProcessError(next(filter(None, reversed(told)), f"ended with {code}")[:MAX_REASON], answer)
     return answer
 
 
@@ -115,6 +122,7 @@ def bound(memory: int = MAX_MEMORY_BYTES) -> None:
         (resource.RLIMIT_CPU, MAX_CPU_SECONDS),
         (resource.RLIMIT_AS, memory),
         (resource.RLIMIT_FSIZE, 0),
+        (resource.RLIMIT_NPROC, MAX_THREADS),
     ):
         hard = resource.getrlimit(kind)[1]
         value = value if hard == resource.RLIM_INFINITY else min(value, hard)
@@ -122,23 +130,37 @@ def bound(memory: int = MAX_MEMORY_BYTES) -> None:
     warnings.simplefilter("ignore")  # their text comes from source files
 
 
-def confine(files: Files, also: Collection[str] = (), memory: int = MAX_MEMORY_BYTES) -> None:
-    """Bound this process: from here on it also reads only what `files` lets it, which notes it, and only pipes leave it.
+def confine(
+    files: Files,
+    tier: Tier,
+    also: Collection[str] = (),
+    memory: int = MAX_MEMORY_BYTES,
+    libraries: Collection[Path] = (),
+) -> None:
+    """Bound this process and put up the borders that this kernel has: from here on it only reads, and what `files` allows.
 
-    The kernel sees to it where it can, see `landlock`. An audit hook, which is told of everything that Python does to the
-    outside, says what was refused and what to do; code that sets out to can get past it.
+    Call it before anything of a stranger's is read, while one thread runs. The borders hold whatever code runs; an audit hook
+    only says in words what they refuse, and notes what is read.
 
     Args:
         files: what may be read.
+        tier: what it may do beside.
         also: audit events of what may be done beside, which changes nothing outside of the process.
         memory: in bytes.
+        libraries: folders that native libraries read by themselves.
+
+    Raises:
+        OSError, RuntimeError: a border that this kernel has cannot be put up.
     """
     bound(memory)
     os.environ.clear()
-    # libraries read data of their own, as USD does
-    libraries = [Path(path) for path in sys.path if path.endswith("-packages")]
-    # links in installed packages lead anywhere, and the kernel looks at where they lead
-    restrict((Path("/"),) if files.installed else (*libraries, *files.roots))
+    if tier.threads and sys.platform == "linux" and os.geteuid() == 0:
+        with contextlib.suppress(OSError):  # in a container that has no such user root is one whose threads are counted
+            os.setresuid(_NOBODY, -1, -1)
+    if landlock.available():
+        landlock.restrict((*libraries, *files.roots, *files.links()) if tier.files else ())
+    if seccomp.available():
+        seccomp.restrict(tier)
 
     def judge(event: str, arguments: tuple[Any, ...]) -> None:
         if event in _HARMLESS or event in also:
@@ -161,5 +183,7 @@ def check_readable(path: Path, files: Files) -> None:
         RefusedError: it is.
     """
     if not files.may_read(path):
-        remedy = f"allow it with --allow {path.resolve().parent}"
+        beside = [root for root in files.roots if not path.is_absolute() and (root / path).exists()]
+        allow = f"allow it with --allow {path.resolve().parent}"
+        remedy = f"relative paths begin at the folder where graphrun runs: cd {beside[0]}" if beside else allow
         raise RefusedError(f"{str(path)!r} lies outside the folder of the file you gave\n{remedy}")

@@ -7,17 +7,24 @@ a line of JSON and the files that it became: a process that is ended has told by
 from __future__ import annotations
 
 import io
+import itertools
 import json
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
+from graphengine.files import Files
 from graphengine.world.files import meshes
-from graphengine.world.files.confinement import ProcessError, ask, bound
+from graphengine.world.files.confinement import ProcessError, ask, confine
+from graphengine.world.files.seccomp import TIERS
+from graphengine.world.files.untrusted import encoded, read
 
 MAX_SECONDS = 60.0
+
+MAX_REASON = 300
+"""Characters of why a file cannot be read."""
+MAX_HEAD_BYTES = 4_000_000
 
 _MODULE = "graphengine.world.files.conversion"  # which is called __main__ in the process
 
@@ -45,6 +52,14 @@ class Converted:
     colour: meshes.Colour | None
 
 
+@dataclass(frozen=True, slots=True)
+class _Head:
+    """The line of an answer: why the file cannot be read, or lengths and colours of the files that it became."""
+
+    failure: str
+    files: list[tuple[int, meshes.Colour | None]]
+
+
 def convert_all(files: Sequence[Foreign]) -> list[list[Converted] | meshes.MeshError]:
     """What each file becomes: one file a colour if it is looked at, else one; or why it cannot be read."""
     if not files:
@@ -56,7 +71,7 @@ def convert_all(files: Sequence[Foreign]) -> list[list[Converted] | meshes.MeshE
         answer = ask(_MODULE, request, MAX_SECONDS)
     except ProcessError as error:
         answer, why = error.answer, str(error)
-    found = list(_answers(answer))
+    found = list(itertools.islice(_answers(answer), len(files)))
     found += [meshes.MeshError(f"reading it {why}")] if len(found) < len(files) else []
     return found + [meshes.MeshError(f"reading one before it {why}")] * (len(files) - len(found))
 
@@ -72,10 +87,13 @@ def _answers(answer: bytes) -> Iterator[list[Converted] | meshes.MeshError]:
 
 
 def _answer(told: io.BytesIO) -> list[Converted] | meshes.MeshError:
-    line = json.loads(told.readline())
-    if isinstance(line, str):
-        return meshes.MeshError(line)
-    return [Converted(told.read(length), tuple(colour) if colour else None) for length, colour in line]
+    try:
+        head = read(told.readline(), _Head, MAX_HEAD_BYTES)
+        if head.failure:
+            return meshes.MeshError(head.failure[:MAX_REASON])
+        return [Converted(told.read(length), colour) for length, colour in head.files]
+    except (ProcessError, OverflowError):
+        return meshes.MeshError("it spoils the answer of the process that reads it")
 
 
 @lru_cache(maxsize=1)  # the same file may follow for another use
@@ -84,22 +102,23 @@ def _parts(data: bytes, suffix: str) -> list[meshes.Part]:
 
 
 def _converted(data: bytes, suffix: str, *, visual: bool) -> bytes:
-    line: Any
     try:
         parts = _parts(data, suffix)
     except meshes.MeshError as error:
-        line, files = str(error), []
+        head, files = _Head(str(error) or type(error).__name__, []), []
     else:
         parts = parts if visual else [meshes.merged(parts)]
         files = [meshes.msh(part) for part in parts]
-        line = [(len(file), part.colour) for file, part in zip(files, parts, strict=True)]
-    return b"".join((json.dumps(line).encode(), b"\n", *files))
+        head = _Head("", [(len(file), part.colour) for file, part in zip(files, parts, strict=True)])
+    return b"".join((encoded(head).encode(), b"\n", *files))
 
 
 def main() -> None:
     """Answer one request."""
     wanted = json.loads(sys.stdin.buffer.readline())
-    bound()
+    meshes.prepare({suffix for suffix, _, _ in wanted})
+    sys.meta_path.clear()  # to a library, what it would import from now on is not installed
+    confine(Files(()), TIERS["mesh"])
     for suffix, visual, length in wanted:
         told = _converted(sys.stdin.buffer.read(length), suffix, visual=visual)
         sys.stdout.buffer.write(len(told).to_bytes(8, "little") + told)

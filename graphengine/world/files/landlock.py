@@ -10,12 +10,13 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
+from graphengine.world.files.system_calls import call, count_threads, renounce_privileges
+
 _CREATE, _ADD, _RESTRICT = 444, 445, 446
 """System calls, the same on all architectures."""
 _VERSION = 1
 """Flag that asks for the version instead."""
 _BENEATH = 1
-_NO_NEW_PRIVILEGES = 38
 _READ_FILE, _READ_FOLDER = 1 << 2, 1 << 3
 
 
@@ -32,27 +33,38 @@ class _Below(ctypes.Structure):
     _fields_ = (("rights", ctypes.c_uint64), ("folder", ctypes.c_int32))
 
 
-def restrict(readable: Iterable[Path]) -> bool:
-    """Let this thread, and what it starts, read below some folders, and do nothing else to files, programs among them.
+def available() -> bool:
+    """Whether this kernel has Landlock."""
+    return _version() >= 1
+
+
+def restrict(readable: Iterable[Path]) -> None:
+    """Let this process read below some folders, and do nothing else to files, programs among them.
 
     It also opens no TCP connection and signals no process outside, where the kernel is new enough (6.7, 6.12). What is open
     stays open.
 
-    Returns:
-        Whether the kernel could do it.
+    Raises:
+        OSError: the kernel refuses.
+        RuntimeError: other threads run, which Landlock would not restrict.
     """
-    version = _call(_CREATE, 0, 0, _VERSION)
-    if version < 1:
-        return False
+    if (threads := count_threads()) != 1:
+        raise RuntimeError(f"Landlock restricts one thread, and {threads} run")
+    version = _version()
     rights = min(12 + version, 15) + (version >= 5)  # their number: 13, and one more with versions 2, 3 and 5
     tcp, outside = (0b11 if version >= 4 else 0), (0b11 if version >= 6 else 0)
     rules = _Rules((1 << rights) - 1, tcp, outside)
-    ruleset = _call(_CREATE, ctypes.addressof(rules), ctypes.sizeof(rules), 0)
+    ruleset = call(_CREATE, ctypes.addressof(rules), ctypes.sizeof(rules), 0)
     for path in readable:
         _allow(ruleset, path)
-    restricted = ctypes.CDLL(None).prctl(_NO_NEW_PRIVILEGES, 1, 0, 0, 0) == 0 and _call(_RESTRICT, ruleset, 0) == 0
+    renounce_privileges()
+    if call(_RESTRICT, ruleset, 0) != 0:
+        raise OSError("landlock_restrict_self failed")
     os.close(ruleset)
-    return restricted
+
+
+def _version() -> int:
+    return call(_CREATE, 0, 0, _VERSION)
 
 
 def _allow(ruleset: int, path: Path) -> None:
@@ -61,11 +73,5 @@ def _allow(ruleset: int, path: Path) -> None:
     except OSError:  # what is not there is not read
         return
     below = _Below(_READ_FILE | _READ_FOLDER if path.is_dir() else _READ_FILE, folder)
-    _call(_ADD, ruleset, _BENEATH, ctypes.addressof(below), 0)
+    call(_ADD, ruleset, _BENEATH, ctypes.addressof(below), 0)
     os.close(folder)
-
-
-def _call(number: int, *arguments: int) -> int:
-    call = ctypes.CDLL(None).syscall
-    call.restype = ctypes.c_long
-    return int(call(*map(ctypes.c_long, (number, *arguments))))

@@ -15,7 +15,7 @@ import struct
 import warnings
 import xml.parsers.expat
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from typing import Any
 from xml.etree import ElementTree
@@ -69,6 +69,17 @@ def needs_conversion(data: bytes, suffix: str) -> bool:
         return suffix in CONVERTED
     triangles = int.from_bytes(data[80:_STL_HEADER], "little")
     return len(data) != _STL_HEADER + _STL_TRIANGLE * triangles or triangles > MAX_STL_TRIANGLES
+
+
+def prepare(suffixes: Collection[str]) -> None:
+    """Import what conversions of these formats need, also what libraries would import only then."""
+    if ".dae" in suffixes:
+        import collada
+        import collada.polylist
+        import collada.triangleset  # noqa: F401
+    if set(suffixes) != {".dae"}:
+        import trimesh
+        import trimesh.exchange.load  # noqa: F401
 
 
 def convert(data: bytes, suffix: str) -> list[Part]:
@@ -141,11 +152,8 @@ def _collada(data: bytes) -> Iterator[Part]:
     for geometry, mirrored in _geometries(document.scene.nodes):
         for bound in geometry.primitives():
             primitive = bound.triangleset() if isinstance(bound, BoundPolylist) else bound
-            if (
-                not isinstance(primitive, BoundTriangleSet)
-                or primitive.vertex is None
-                or not len(primitive.vertex_index)
-            ):
+            meshed = isinstance(primitive, BoundTriangleSet) and primitive.vertex is not None
+            if not meshed or not len(primitive.vertex_index):
                 continue
             total += len(primitive.vertex_index)
             if total > MAX_TRIANGLES:

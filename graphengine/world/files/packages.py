@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from urllib.parse import unquote
 
+from graphengine.diagnostics import did_you_mean, listing
 from graphengine.files import Files, shipped
 
 SCHEMES = ("package://", "model://")
@@ -74,6 +75,11 @@ class Packages:
             if not path.is_relative_to(shipped()):
                 told.setdefault(path.resolve(), str(path))
         return list(told.values())
+
+    def lacks(self, name: str) -> list[str]:
+        """What to tell of a package that is not found: a sentence, then lines of help."""
+        searched = listing(self.searched(), "looked in")
+        return [f"no package {name!r}", *filter(None, (did_you_mean(name, self.known()), searched, REMEDY))]
 
     def known(self) -> list[str]:
         """Names of the packages in the folders that the user gave."""

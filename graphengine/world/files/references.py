@@ -14,6 +14,7 @@ from typing import Literal, NamedTuple
 from graphengine.diagnostics import Findings, did_you_mean, listing
 from graphengine.files import Files
 from graphengine.world.files import meshes
+from graphengine.world.files.borders import warn
 from graphengine.world.files.bounds import HOW_CELLS_COUNT, MAX_CELLS, cells_of_file, weigh
 from graphengine.world.files.conversion import Foreign, convert_all
 from graphengine.world.files.packages import REMEDY, SCHEMES, Packages, package_of
@@ -93,7 +94,7 @@ class Library:
         for element, visual in shapes:
             reference = element.get("filename")
             self.outcomes[reference] = "missing"
-            path = self._find(element, "filename", reference, packages.places(reference), "S103", packages)
+            path = self._find(element, "filename", packages.places(reference), "S103", packages)
             if path is not None:
                 kinds[element] = _Kind(path.resolve(), path.suffix.lower(), visual)
         self._load(dict.fromkeys(kind for kind in kinds.values() if kind not in self._meshes))
@@ -123,6 +124,8 @@ class Library:
             if kind.path not in self._keys:
                 self._keys[kind.path] = self._keep(f"{kind.path.stem}{kind.suffix}", data)
             self._meshes[kind] = _Mesh("unchanged", [MeshFile(self._keys[kind.path])])
+        if foreign:
+            warn(self.findings)
         for kind, became in zip(foreign, convert_all(list(foreign.values())), strict=True):
             if isinstance(became, meshes.MeshError):
                 self._meshes[kind] = _Mesh("unreadable", [], str(became))
@@ -178,7 +181,7 @@ class Library:
 
     def _included(self, include: Element, folder: Path, seen: list[Path], main: Path, depth: int) -> list[Element]:
         reference = include.get("file")
-        path = self._find(include, "file", reference, [folder / reference, main / reference], "S102")
+        path = self._find(include, "file", [folder / reference, main / reference], "S102")
         if path is None:
             return []
         if path.resolve() in seen:
@@ -202,10 +205,10 @@ class Library:
         folder = main / folders.get(_FOLDERS.get(element.tag, ""), "")
         if element.tag in _NAMED_BY_FILE:
             element.attributes.setdefault("name", Path(reference).stem)
-        self._take(element, attribute, reference, [folder / reference], "S102")
+        self._take(element, attribute, folder / reference)
 
     def _submodel(self, element: Element, attribute: str, reference: str, main: Path, nested: list[Path]) -> None:
-        path = self._find(element, attribute, reference, [main / reference], "S102")
+        path = self._find(element, attribute, [main / reference], "S102")
         if path is None:
             return
         resolved = path.resolve()
@@ -217,9 +220,10 @@ class Library:
             self.models[self._keys[resolved]] = write(root)[0].encode()
         element.attributes[attribute] = self._keys.get(resolved, "")
 
-    def _take(self, element: Element, attribute: str, reference: str, places: list[Path], code: str) -> None:
+    def _take(self, element: Element, attribute: str, place: Path) -> None:
         """Read a file and put its key into the XML."""
-        path = self._find(element, attribute, reference, places, code)
+        reference = element.get(attribute)
+        path = self._find(element, attribute, [place], "S102")
         if path is None:
             return
         resolved = path.resolve()
@@ -227,12 +231,12 @@ class Library:
             try:
                 data = _content(resolved)
             except _UnreadableError as error:
-                self.findings.add(code, f"{reference!r}: {error}", element.place(attribute))
+                self.findings.add("S102", f"{reference!r}: {error}", element.place(attribute))
                 return
             self._unfolded += cells_of_file(element.tag, data)
             if self._unfolded > MAX_CELLS:
                 what = f"with {reference!r} the world's files unfold to more than {MAX_CELLS // 10**6} million cells"
-                self.findings.add(code, what, element.place(attribute), HOW_CELLS_COUNT)
+                self.findings.add("S102", what, element.place(attribute), HOW_CELLS_COUNT)
                 return
             self._keys[resolved] = self._keep(path.name, data)
         element.attributes[attribute] = self._keys[resolved]
@@ -244,15 +248,9 @@ class Library:
         return key
 
     def _find(
-        self,
-        element: Element,
-        attribute: str,
-        reference: str,
-        places: list[Path],
-        code: str,
-        packages: Packages | None = None,
+        self, element: Element, attribute: str, places: list[Path], code: str, packages: Packages | None = None
     ) -> Path | None:
-        span = element.place(attribute)
+        reference, span = element.get(attribute), element.place(attribute)
         try:
             readable = [place for place in places if self.files.may_read(place)]
             found = next((place for place in readable if place.is_file()), None)

@@ -14,6 +14,7 @@ from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
 
 from graphengine.diagnostics import Findings, Source, Span
+from graphengine.reading import open_regular
 
 MAX_BYTES = 16_000_000
 MAX_DEPTH = 200
@@ -73,7 +74,7 @@ def read(path: Path, findings: Findings, code: str) -> Element | None:
     """The root of an XML file; what is wrong with it becomes a finding with `code`."""
     nowhere = Span(Source(str(path), ()), 1, 1)
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             raw = file.read(MAX_BYTES + 1)
     except OSError as error:
         findings.add(code, f"cannot read {str(path)!r}: {error.strerror or error}", nowhere)
@@ -109,6 +110,8 @@ class _Builder:
         self.source = source
         self.root: Element | None = None
         self.open: list[Element] = []
+        self.texts: list[list[str]] = []
+        """Parts of the text of each open element."""
         self.count = 0
         self.parser = xml.parsers.expat.ParserCreate(namespace_separator=None)
         self.parser.StartElementHandler = self._start
@@ -132,13 +135,13 @@ class _Builder:
         else:
             self.root = element
         self.open.append(element)
+        self.texts.append([])
 
     def _text(self, text: str) -> None:
-        self.open[-1].text += text
+        self.texts[-1].append(text)
 
     def _end(self, tag: str) -> None:
-        element = self.open.pop()
-        element.text = element.text.strip()
+        self.open.pop().text = "".join(self.texts.pop()).strip()
 
     def _doctype(self, *_: object) -> None:
         raise _RefusedError("a document type is not allowed", "remove <!DOCTYPE …>; entities are not expanded")

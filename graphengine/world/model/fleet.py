@@ -18,6 +18,7 @@ class Placement:
 
     Attributes:
         name: in the scene.
+        prim_path: path of its prim.
         key: of the scene file's `robots` that it comes from; empty for one that comes later.
         use: what the scene says about it.
         pose: of its base link in the world.
@@ -25,6 +26,7 @@ class Placement:
     """
 
     name: str
+    prim_path: str
     key: str
     use: RobotUse
     pose: Pose
@@ -37,7 +39,7 @@ def placements(scene: Loaded[SceneSpec], findings: Findings) -> list[Placement]:
     for key, use in scene.spec.robots.items():
         for placement in place(key, use):
             name, span = placement.name, scene.document.key_span("robots", key)
-            if name == "World":
+            if placement.prim_path == "/World":
                 findings.add("S105", "a robot cannot be named 'World': the world's prims are there", span)
             elif name in found:
                 other = (scene.document.key_span("robots", found[name].key), "the other one")
@@ -55,12 +57,14 @@ def placements(scene: Loaded[SceneSpec], findings: Findings) -> list[Placement]:
 def place(key: str, use: RobotUse) -> Iterator[Placement]:
     """The robots that one entry of a scene stands for."""
     start: Pose = (use.position, from_orientation(use.orientation))
+    at = use.at or f"/{key}"
     if use.count is None and use.places is None:
-        yield Placement(key, key, use, start, _fill(use.namespace, key, 0))
+        yield Placement(key, at, key, use, start, _fill(use.namespace, key, 0))
         return
     for index, pose in enumerate(_poses(use, start)):
-        name = f"{key}_{index:04}"
-        yield Placement(name, key, use, pose, _fill("{name}" if use.namespace is None else use.namespace, name, index))
+        name, path = f"{key}_{index:04}", f"{at}_{index:04}"
+        namespace = _fill("{name}" if use.namespace is None else use.namespace, name, index)
+        yield Placement(name, path, key, use, pose, namespace)
 
 
 def _poses(use: RobotUse, start: Pose) -> Iterator[Pose]:

@@ -12,8 +12,10 @@ from graphengine.world.poses import carrier
 
 
 def housing_of(prim: Prim) -> str:
-    """Name of the body that a sensor's prim has in pictures if it has an appearance."""
-    return prim.path.removeprefix("/")
+    """Name of the body that a sensor's prim has in pictures if it has an appearance: the robot's, and its path below that."""
+    robot = next((above for above in prim.ancestors() if above.kind == "robot"), None)
+    above, name = (robot.path, robot.entity_name) if robot is not None else ("/", "")
+    return name + prim.path.removeprefix(above)
 
 
 def add_housings(model: mujoco.MjSpec, robot: Robot) -> None:

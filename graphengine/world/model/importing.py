@@ -88,7 +88,7 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     told = [_near(folder, origin.target) for folder in packages]
     text = compose(urdf, name, origin.told, _near(path, origin.target), told, fixed_base=origin.fixed_base)
     file = robot_file(text, origin.target, findings)
-    placement = Placement(name, name, RobotUse(use=str(origin.target)), NOWHERE, None)
+    placement = Placement(name, f"/{name}", name, RobotUse(use=str(origin.target)), NOWHERE, None)
     robot = load_robot(placement, file, files, findings, urdf) if file is not None else None
     library = Library(files, findings)
     spec = robot_spec(robot, library, _FLOOR_FRICTION, findings) if robot is not None else None

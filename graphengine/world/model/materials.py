@@ -12,6 +12,8 @@ of it where half is wanted. So restitution is left out.
 
 from __future__ import annotations
 
+import operator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,6 +21,12 @@ from graphengine.spec import MaterialSpec
 
 RULES = {"average": "average", "min": "lesser", "multiply": "product", "max": "greater"}
 """Ways to combine two numbers, in words; where two materials differ in it, the later one counts."""
+_COMBINED: dict[str, Callable[[float, float], float]] = {
+    "average": lambda first, second: (first + second) / 2,
+    "min": min,
+    "multiply": operator.mul,
+    "max": max,
+}
 FLOOR_RULE = "average"
 """PhysX's default, for the floor: MJCF has no such rule."""
 NO_FLOOR_FRICTION = 0.5
@@ -56,15 +64,7 @@ def stronger(first: str, second: str) -> str:
 
 def combine(first: float, second: float, rule: str) -> float:
     """One number out of two, as PhysX combines them."""
-    match rule:
-        case "average":
-            return (first + second) / 2
-        case "min":
-            return min(first, second)
-        case "multiply":
-            return first * second
-        case _:
-            return max(first, second)
+    return _COMBINED[rule](first, second)
 
 
 def against_floor(material: MaterialSpec, floor: float, *, wheel: bool) -> Contact:

@@ -28,18 +28,18 @@ def prim_name(name: str) -> str:
 
 
 def within(stage: Stage, robot: str, reference: str) -> Prim:
-    """The prim that a robot file means: a path below the robot, or a name that only one of its prims has.
+    """The prim that a robot file means: a path below the robot's, or a name that only one of its prims has.
 
     Raises:
         PrimError: there is none, or, as AmbiguousPrimError, more than one.
     """
-    path = f"/{robot}/{reference}"
-    if path in stage:
-        return stage.find(path)
-    prims = list(stage.find(f"/{robot}").descendants())
+    path = f"{robot}/{reference}"
+    if path in stage and stage.is_literal(path, found := stage.find(path)):
+        return found
+    prims = list(stage.find(robot).descendants())
     named = [prim for prim in prims if prim.name == reference]
     if len(named) > 1:
-        paths = [prim.path.removeprefix(f"/{robot}/") for prim in named]
+        paths = [prim.path.removeprefix(f"{robot}/") for prim in named]
         raise AmbiguousPrimError(
             f"{reference!r} could mean {len(named)} prims", reference, listing(paths, "write one of")
         )
@@ -47,7 +47,7 @@ def within(stage: Stage, robot: str, reference: str) -> Prim:
         names = {prim.name for prim in prims if prim.kind != "scope"}
         near = did_you_mean(reference, names) or listing(sorted(names), "prims")
         below = reference.removeprefix("/").partition("/")[2]
-        if reference.startswith("/") and below and f"/{robot}/{below}" in stage:
+        if reference.startswith("/") and below and f"{robot}/{below}" in stage:
             near = f"a robot file writes paths from the robot on: {below}"
         raise PrimError(f"the robot has no prim {reference!r}", reference, near)
     return named[0]
@@ -127,6 +127,7 @@ class _Builder:
         self.stage.add(
             robot.prim_path,
             "robot",
+            facts={"name": robot.name},
             position=robot.placement.pose[0],
             orientation=robot.placement.pose[1],
             body=base if base in self.bodies else None,
@@ -165,6 +166,7 @@ class _Builder:
                     "parent": links[joint.parent],
                     "child": links[joint.child],
                     "drive": self.robot.drives.get(joint.name),
+                    "effort": joint.effort,
                 },
             )
 
@@ -172,7 +174,7 @@ class _Builder:
         """Define a prim below the one that a robot file names; its path, empty if there is none."""
         file = self.robot.file
         try:
-            above = within(self.stage, self.robot.name, parent)
+            above = within(self.stage, self.robot.prim_path, parent)
         except PrimError as error:
             self.findings.add("S104", error.message, file.span(section, name, "parent"), *error.help)
             return ""
@@ -181,7 +183,7 @@ class _Builder:
 
     def _write(self, section: str, reference: str, attribute: str, value: str) -> None:
         try:
-            setattr(within(self.stage, self.robot.name, reference), attribute, value)
+            setattr(within(self.stage, self.robot.prim_path, reference), attribute, value)
         except PrimError as error:
             self.findings.add("S104", error.message, self.robot.file.key_span(section, reference), *error.help)
 

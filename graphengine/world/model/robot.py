@@ -14,7 +14,7 @@ from graphengine.spec import RobotSpec
 from graphengine.world.description.robot_file import RobotFile
 from graphengine.world.description.source import read_description
 from graphengine.world.description.urdf import Joint, Urdf, shape_of
-from graphengine.world.files.xml import numbers, write
+from graphengine.world.files.xml import write
 from graphengine.world.model.disabled import Disabled, disable_joints
 from graphengine.world.model.drives import Drive, drive_of, in_si
 from graphengine.world.model.fleet import Placement
@@ -50,7 +50,7 @@ class Robot:
 
     @property
     def name(self) -> str:
-        """In the scene: the prefix of its names in the physics model, and its prim below the root."""
+        """In the scene: the prefix of its names in the physics model."""
         return self.placement.name
 
     @property
@@ -61,7 +61,7 @@ class Robot:
     @property
     def prim_path(self) -> str:
         """Path of the robot's prim."""
-        return f"/{self.name}"
+        return self.placement.prim_path
 
     @property
     def articulation_root(self) -> str:
@@ -149,7 +149,7 @@ def _drives(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings)
     drives: dict[str, Drive] = {}
     for name, spec in file.spec.joints.items():
         joint = urdf.joints[name]
-        drive = drive_of(spec, _effort(joint), prismatic=joint.type == "prismatic")
+        drive = drive_of(spec, joint.effort or math.inf, prismatic=joint.type == "prismatic")
         if drive is None or name in disabled.joints:
             continue
         key = "drive" if spec.drive is not None else "usd_drive"
@@ -168,13 +168,6 @@ def _drives(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings)
     for name, radius in wheels.items():
         drives[name] = replace(drives[name], carries=radius**2 / len(wheels))
     return drives
-
-
-def _effort(joint: Joint) -> float:
-    """The most that the description lets a joint exert, N m or N; what is not above zero limits nothing, as MuJoCo has it too."""
-    limit = joint.element.first("limit")
-    effort = numbers(limit.get("effort"), 1) if limit is not None else None
-    return effort[0] if effort and effort[0] > 0 else math.inf
 
 
 def _check_colliders(file: RobotFile, urdf: Urdf, findings: Findings) -> None:

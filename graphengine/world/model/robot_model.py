@@ -8,10 +8,11 @@ from collections.abc import Collection
 from graphengine.diagnostics import Findings
 from graphengine.rotation import Pose, relative
 from graphengine.world.description.for_mujoco import for_mujoco
+from graphengine.world.description.mjcf import parse
 from graphengine.world.description.urdf import WORLD, Mimic, Urdf
-from graphengine.world.engine import PICTURES, RAYS, RAYS_AND_PICTURES, REFUSALS, mujoco
+from graphengine.world.engine import PICTURES, RAYS, RAYS_AND_PICTURES, mujoco
 from graphengine.world.files.references import Library
-from graphengine.world.files.xml import Element, mujoco_says, place_of, write
+from graphengine.world.files.xml import Element
 from graphengine.world.model.drives import Drive, position_servo, velocity_servo
 from graphengine.world.model.materials import against_floor, sentences
 from graphengine.world.model.robot import Robot
@@ -40,12 +41,8 @@ def robot_spec(robot: Robot, library: Library, floor: float, findings: Findings)
     if len(findings.errors) > before:
         return None
     turned = _turn_round(element, robot)
-    text, spans = write(element)
-    try:
-        spec = mujoco.MjSpec.from_string(text, assets=library.assets)
-    except REFUSALS as error:
-        message, _, line = mujoco_says(error)
-        findings.add("S103", f"MuJoCo: {message}", place_of(spans, line))
+    spec, _ = parse(element, library, "S103")
+    if spec is None:
         return None
     for link, (position, (x, y, z, w)) in turned.items():
         spec.body(link).pos, spec.body(link).quat = position, (w, x, y, z)

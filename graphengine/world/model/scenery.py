@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from graphengine.diagnostics import Findings, Span
+from graphengine.diagnostics import Findings, Span, listing
 from graphengine.files import NotFoundError
 from graphengine.spec import SceneSpec
 from graphengine.spec_reader import Loaded
@@ -100,8 +100,28 @@ class Scenery:
             model = robot_spec(robot, self.library, self._floor, findings)
         if robot is None or model is None:
             return None
+        if is_mjcf(use) or urdf is not None:
+            self._tell_joints(robot, model, placement, findings)
         add_housings(model, robot)
         return _Kind(robot, model)
+
+    def _tell_joints(self, robot: Robot, model: mujoco.MjSpec, placement: Placement, findings: Findings) -> None:
+        """Tell what graphs can do with the joints of a description that is used without a robot file."""
+        free = mujoco.mjtJoint.mjJNT_FREE
+        brought = [joint.name or "one without a name" for joint in model.joints if joint.type != free]
+        known = {joint.name for joint in robot.moving}
+        unknown = [name for name in brought if name not in known]
+        still = [name for name in brought if name in known and name not in robot.drives]
+        listed = f"{len(brought)} joint{'s' * (len(brought) != 1)}"
+        share = len(known) if unknown else "all"
+        findings.add(
+            "N104",
+            f"without a robot file the description brings {listed}, {share} known to graphs",
+            self._place_of(placement),
+            listing(unknown, "unknown are") if unknown else "",
+            listing(still, "without a drive are") if still else "",
+            "joints of a MuJoCo model are not read; a robot file of its URDF names them" if unknown else "",
+        )
 
     def compile(self, robots: Mapping[str, Robot], findings: Findings) -> mujoco.MjModel | None:
         """One model of the world and robots from `robot`; None when MuJoCo refuses."""

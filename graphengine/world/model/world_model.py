@@ -8,7 +8,7 @@ from graphengine.diagnostics import Findings, Span
 from graphengine.files import NotFoundError
 from graphengine.spec import PhysicsSpec, SceneSpec
 from graphengine.spec_reader import Loaded
-from graphengine.world.description.mjcf import parse_mjcf
+from graphengine.world.description.mjcf import parse
 from graphengine.world.engine import mujoco
 from graphengine.world.files.references import Library
 from graphengine.world.files.xml import Element
@@ -39,7 +39,7 @@ def world_spec(
     root = library.world(path)
     if root is None:
         return None, []
-    spec, lines = parse_mjcf(root, library)
+    spec, lines = parse(root, library)
     if spec is not None:
         _set_options(spec, root, scene.spec.physics, findings)
     return spec, lines

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.diagnostics import UsageError
-from graphengine.stage import Prim
 from graphengine.world.engine import mujoco
 from graphengine.world.loading import LoadedWorld
 from graphengine.world.occupancy.grid import Bools, Canvas, Grid, Integers, Window
@@ -152,17 +151,12 @@ def _geoms(world: LoadedWorld, path: str) -> Integers:
     model, prim = world.simulation.model, world.stage.find(path)
     named = {model.body(body).name: body for body in range(1, model.nbody)}
     bodies = [named[part.body] for part in prim.descendants() if part.body in named]
-    if _holds_worldbody(prim):
+    if prim.path in ("/", "/World"):  # the geoms of MuJoCo's `worldbody`, which has no prim of its own, lie there
         bodies.append(0)
     geoms: Integers = np.flatnonzero(_there(model) & np.isin(model.geom_bodyid, bodies))
     if not len(geoms):
         raise UsageError(f"{prim.path} has no geometry that an obstacle could have")
     return geoms
-
-
-def _holds_worldbody(prim: Prim) -> bool:
-    """Whether the geoms of MuJoCo's `worldbody`, which has no prim of its own, lie at or below a prim."""
-    return prim.path in ("/", "/World")
 
 
 def _bounds(world: LoadedWorld, select: Sequence[str], obstacles: Integers) -> Rectangle:

@@ -52,7 +52,6 @@ def write_map(chart: OccupancyMap, stem: Path, image: Format = "png", convention
         raise UsageError(f"{text} is there and is not of a map; write to another name")
     describe = _isaac_yaml if convention == "isaac" else _yaml
     contents = {picture: _image(chart, image, convention), text: describe(chart, picture.name).encode()}
-    stem.parent.mkdir(parents=True, exist_ok=True)
     write_together(contents)
     return list(contents)
 

@@ -6,7 +6,7 @@ An entity is a topmost body with all that hangs on it; that of a robot whose roo
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,7 +18,8 @@ from graphengine.rotation import Pose, compose, relative, unrotate
 from graphengine.stage import Prim
 from graphengine.world.engine import mujoco
 from graphengine.world.model.extents import extents
-from graphengine.world.physics.overlaps import overlaps
+from graphengine.world.physics.overlaps import overlaps, touching
+from graphengine.world.poses import pose_of, vector
 
 if TYPE_CHECKING:
     from graphengine.world.simulation import Simulation
@@ -39,18 +40,18 @@ class Entities:
         self._simulation = simulation
 
     def all(self) -> list[Entity]:
-        """Robots in the order they came, then the world's own bodies."""
+        """Robots in the order of the stage, then the world's own bodies."""
         return [
             Entity(name, prim.path, self._kind(prim), bool(prim.facts.get("spawned")))
             for name, prim in self._prims().items()
         ]
 
     def _prims(self) -> dict[str, Prim]:
-        root = self._simulation.stage.root
-        prims = {prim.name: prim for prim in root.children.values() if prim.kind == "robot" or prim.body is not None}
-        world = root.children.get("World")
+        stage = self._simulation.stage
+        prims = {robot.entity_name: robot for robot in stage.prims("robot")}
+        world = stage.root.children.get("World")
         for prim in world.children.values() if world is not None else ():
-            if prim.body is not None:
+            if prim.kind != "robot" and prim.body is not None:
                 prims[prim.name if prim.name not in prims else f"World/{prim.name}"] = prim
         return prims
 
@@ -62,24 +63,24 @@ class Entities:
             raise UnknownEntityError(f"no entity {name!r}\n  {near}")
         return prim
 
-    def _roots(self, prim: Prim) -> list[int]:
-        """Numbers of the topmost bodies."""
+    def roots(self, prim: Prim) -> list[int]:
+        """Numbers of the topmost bodies of an entity's prim."""
         model = self._simulation.model
         if prim.body is not None:
             return [int(model.body_rootid[model.body(prim.body).id])]
         topmost = np.flatnonzero(model.body_parentid == 0)[1:].tolist()
-        return [body for body in topmost if model.body(body).name.startswith(f"{prim.name}/")]
+        return [body for body in topmost if model.body(body).name.startswith(f"{prim.entity_name}/")]
 
     def _only_root(self, name: str, prim: Prim) -> int:
         """The body that the whole entity hangs on."""
         if prim.body is None:
             raise UsageError(f"{name} cannot be moved: its root link is the world itself")
-        return self._roots(prim)[0]
+        return self.roots(prim)[0]
 
     def _kind(self, prim: Prim) -> EntityKind:
         if prim.facts.get("joints") or prim.facts.get("mounts"):
             return "robot"
-        model, roots = self._simulation.model, self._roots(prim)
+        model, roots = self._simulation.model, self.roots(prim)
         own = np.isin(model.body_rootid, roots)
         moves = model.body_weldid[own].any() or (model.body_mocapid[own] >= 0).any()
         return "object" if moves else "static"
@@ -93,26 +94,39 @@ class Entities:
         mujoco.mj_objectAcceleration(model, data, mujoco.mjtObj.mjOBJ_XBODY, handle.body, acceleration, 0)
         acceleration[3:] -= data.cacc[0, 3:]  # MuJoCo lets the world accelerate upwards in the place of gravity
         angular, linear = np.split(acceleration, 2)
-        return EntityState(*handle.pose(), *handle.velocity(), _vector(linear), _vector(angular))
+        return EntityState(*handle.pose(), *handle.velocity(), vector(linear), vector(angular))
 
     def bounds(self, name: str, *, own: bool = False) -> Box | None:
         """The box around an entity's geometry, along the world's axes or its own."""
         model, data, prim = self._simulation.model, self._simulation.data, self._find(name)
-        geoms = np.flatnonzero(np.isin(model.body_rootid[model.geom_bodyid], self._roots(prim)))
+        geoms = np.flatnonzero(np.isin(model.body_rootid[model.geom_bodyid], self.roots(prim)))
         if own:
             body = self._simulation.body(prim).body
             found = extents(model, data, geoms, data.xpos[body], data.xmat[body].reshape(3, 3))
         else:
             found = extents(model, data, geoms)
-        return Box(_vector(found[0]), _vector(found[1])) if found is not None else None
+        return Box(vector(found[0]), vector(found[1])) if found is not None else None
 
     def overlaps(self, name: str) -> list[Overlap]:
         """What an entity is stuck in, deepest first."""
-        model, data = self._simulation.model, self._simulation.data
-        owners = {root: other for other, prim in self._prims().items() for root in self._roots(prim)}
-        found = overlaps(model, data, self._roots(self._find(name)))
-        others = {geom: owners.get(int(model.body_rootid[model.geom_bodyid[geom]])) for geom in found}
-        return [Overlap(others[geom] or model.geom(geom).name or "the world", depth) for geom, depth in found.items()]
+        simulation, owners = self._simulation, self._owners()
+        found = overlaps(simulation.model, simulation.data, self.roots(self._find(name)))
+        return [self._overlap(geom, depth, owners) for geom, depth in found.items()]
+
+    def touching(self) -> dict[str, Overlap]:
+        """What each entity touches deepest, if it touches anything but what carries it."""
+        owners = self._owners()
+        found = touching(self._simulation.model, self._simulation.data, owners)
+        return {name: self._overlap(geom, depth, owners) for name, (depth, geom) in found.items()}
+
+    def _owners(self) -> dict[int, str]:
+        """Names of entities by their topmost bodies."""
+        return {root: name for name, prim in self._prims().items() for root in self.roots(prim)}
+
+    def _overlap(self, geom: int, depth: float, owners: Mapping[int, str]) -> Overlap:
+        model = self._simulation.model
+        owner = owners.get(int(model.body_rootid[model.geom_bodyid[geom]]))
+        return Overlap(owner or model.geom(geom).name or "the world", depth)
 
     def place(
         self,
@@ -129,8 +143,8 @@ class Entities:
         for what, values in (("position", position), ("orientation", orientation), ("velocity", (*linear, *angular))):
             _check(name, what, values or ())
         pose = position or now[0], _unit(name, orientation) if orientation is not None else now[1]
-        root, model = self._only_root(name, prim), self._simulation.model
-        there = compose(pose, relative(now, self._pose(root)))
+        root, model, data = self._only_root(name, prim), self._simulation.model, self._simulation.data
+        there = compose(pose, relative(now, pose_of(data.xpos[root], data.xquat[root])))
         bolted, joint = model.body_jntnum[root] == 0, int(model.body_jntadr[root])
         if bolted and any((*linear, *angular)):
             raise UsageError(f"{name} is bolted to the world: it can be put elsewhere, but has no velocity")
@@ -145,11 +159,6 @@ class Entities:
                 self._throw(root, there, np.add(linear, np.cross(angular, arm)).tolist(), angular)
         except PhysicsError as error:
             raise UsageError(f"{name} cannot be there: {error}") from error
-
-    def _pose(self, body: int) -> Pose:
-        data = self._simulation.data
-        w, x, y, z = data.xquat[body].tolist()
-        return _vector(data.xpos[body]), (x, y, z, w)
 
     def _throw(self, body: int, pose: Pose, linear: Iterable[float], angular: Vector3) -> None:
         """Give a free body another pose and velocity."""
@@ -181,11 +190,6 @@ class Entities:
             raise UsageError(f"{name} cannot be pushed: it is bolted to the world")
         self._simulation.pushes.add(model.body(root).name, force, duration, point)
         self._simulation.refresh()  # which wakes what sleeps
-
-
-def _vector(values: np.ndarray) -> Vector3:
-    x, y, z = values.tolist()
-    return x, y, z
 
 
 def _check(name: str, what: str, values: Iterable[float]) -> None:

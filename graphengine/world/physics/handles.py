@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 
 from graphengine.backend import select_joints
 from graphengine.context import Quaternion, Vector3
-from graphengine.diagnostics import PhysicsError
+from graphengine.diagnostics import BadValueError
 from graphengine.rotation import multiply, rotate
 from graphengine.stage import Prim
 from graphengine.world.engine import mujoco
 from graphengine.world.model.drives import Drive, position_servo, servos, velocity_servo
+from graphengine.world.physics.command_limits import Kind, command_limits
 from graphengine.world.poses import NOWHERE, carrier
 
 if TYPE_CHECKING:
@@ -108,6 +109,10 @@ class Joints(Handle):
         names: tuple[str, ...] = self._prim.facts["joints"]
         return names
 
+    def path(self, joint: int) -> str:
+        """The name of a joint in messages: its robot's path and its own name."""
+        return f"{self.prim_path}/{self.joint_names[joint]}"
+
     @property
     def prismatic(self) -> tuple[bool, ...]:
         """For each joint, whether it slides."""
@@ -122,7 +127,7 @@ class Joints(Handle):
             prim.facts["joint"]: prim.facts["drive"] for prim in robot.descendants() if prim.kind == "joint"
         }
         own = [drives[name] or Drive() for name in self.joint_names]
-        joints = [f"{robot.name}/{name}" for name in self.joint_names]
+        joints = [f"{robot.entity_name}/{name}" for name in self.joint_names]
         ids = np.array([model.joint(joint).id for joint in joints], np.intp)
         self._data = data
         self._control = data.ctrl if model.nu else np.zeros(1)
@@ -130,6 +135,7 @@ class Joints(Handle):
         self._children = model.jnt_bodyid[ids]
         self._trees = model.body_rootid[self._children]
         self._stiffness, self._damping = np.array([(d.stiffness, d.damping) for d in own], float).reshape(-1, 2).T
+        self.limits = command_limits(model, robot, ids.tolist())
         self._has_springs = bool(self._stiffness.any())
         self.position_servos = servos(model, map(position_servo, joints), self._stiffness)
         self.velocity_servos = servos(model, map(velocity_servo, joints), self._damping)
@@ -202,26 +208,37 @@ class SelectedJoints:
         """Set targets from the next physics step on; None leaves a kind as it is, NaN a single joint.
 
         A target that the joint has no drive for (a velocity without damping, a position without stiffness) has no effect, as in
-        PhysX.
+        PhysX. A command beyond what its joint can do is clamped and counted.
 
         Raises:
-            PhysicsError: a number beyond those that MuJoCo counts with; nothing was set.
+            BadValueError: a number that MuJoCo does not count with; nothing was set.
         """
         points, joints = self._simulation.set_points, self._joints
         found: list[tuple[Floats, int, float]] = []
-        for kind, values, places, array in (
+        commands: Sequence[tuple[Kind, Sequence[float] | None, NDArray[np.intp], Floats]] = (
             ("position", positions, joints.position_servos, points.targets),
             ("velocity", velocities, joints.velocity_servos, points.targets),
             ("effort", efforts, joints.dofs, points.efforts),
-        ):
+        )
+        for kind, values, places, array in commands:
             if values is None:
                 continue
             for joint, value in zip(self._chosen, values, strict=True):
                 if abs(value) > mujoco.mjMAXVAL:
                     name = joints.joint_names[joint]
-                    raise PhysicsError(f"joint {name!r}: no {kind} is {value:g}, legal is up to {mujoco.mjMAXVAL:g}")
+                    raise BadValueError(f"{kind}Command", values, f"up to {mujoco.mjMAXVAL:g} for joint {name!r}")
                 if value == value and places[joint] >= 0:
-                    found.append((array, places[joint], value))
+                    found.append((array, places[joint], self._clamped(kind, joint, value)))
         for array, place, value in found:
             array[place] = value
         points.pending = True
+
+    def _clamped(self, kind: Kind, joint: int, value: float) -> float:
+        """A command within the limits of its joint, or as it is in a simulation that has no such limits."""
+        lowest, highest = self._joints.limits[kind][joint]
+        if lowest <= value <= highest or not self._simulation.clamps_commands:
+            return value
+        counts = self._simulation.clamped_commands
+        what = f"{kind} of {self._joints.path(joint)} beyond {lowest:g} to {highest:g}"
+        counts[what] = counts.get(what, 0) + 1
+        return min(max(value, lowest), highest)

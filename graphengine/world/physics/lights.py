@@ -25,7 +25,7 @@ class Lights(Written[Light]):
     def tell(self, model: mujoco.MjModel, prim: Prim, value: Light) -> None:
         """Tell MuJoCo how bright a light is."""
         intensity, colour = value
-        number = world_lights(model, [robot.name for robot in self._stage.prims("robot")])[prim.facts["number"]]
+        number = world_lights(model, [robot.entity_name for robot in self._stage.prims("robot")])[prim.facts["number"]]
         model.light_diffuse[number] = intensity * np.array(colour)
         model.light_ambient[number] = intensity * np.array(prim.facts["ambient"])
         model.light_specular[number] = intensity * np.array(prim.facts["specular"])

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 
 from graphengine.world.engine import mujoco
 
 LEAST = 0.005
 """Depth from which it counts, m: what rests on something sinks in by less."""
+_CARRIES = 0.7
+"""Vertical part of the normal of contacts from which one carries what is above it: it is inclined by less than 45 degrees."""
 
 
 def overlaps(model: mujoco.MjModel, data: mujoco.MjData, roots: Collection[int]) -> dict[int, float]:
@@ -24,3 +26,29 @@ def overlaps(model: mujoco.MjModel, data: mujoco.MjData, roots: Collection[int])
             other = within.index(False)
             found[owners[other]] = max(found.get(owners[other], (0.0, 0)), (-distance, pair[other]))
     return {geom: depth for depth, geom in sorted(found.values(), reverse=True)}
+
+
+def touching(model: mujoco.MjModel, data: mujoco.MjData, owners: Mapping[int, str]) -> dict[str, tuple[float, int]]:
+    """What some things touch: by name of the thing, the greatest depth, m, and the shape that it is stuck in or leans on.
+
+    What carries a thing does not count. That is a shape below it, as the normal of the contact says, which it does not sink into
+    by more than `LEAST`; planes may be sunk into, as they are floors.
+
+    Args:
+        model: of the world.
+        data: contacts are those of the state that MuJoCo looked at last.
+        owners: names of things by their topmost bodies.
+    """
+    found: dict[str, tuple[float, int]] = {}
+    planes = model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
+    for contact in data.contact:
+        pair = contact.geom.tolist()
+        if contact.dist >= 0.0 or min(pair) < 0:
+            continue
+        names = [owners.get(int(model.body_rootid[model.geom_bodyid[geom]])) for geom in pair]
+        for own, other, up in ((0, 1, -contact.frame[2]), (1, 0, contact.frame[2])):
+            name, geom, depth = names[own], pair[other], -float(contact.dist)
+            carries = up > _CARRIES and (depth < LEAST or planes[geom])
+            if name is not None and name != names[other] and not carries:
+                found[name] = max(found.get(name, (0.0, geom)), (depth, geom))
+    return found

@@ -20,7 +20,7 @@ from graphengine.rotation import Pose, compose, conjugate, multiply, relative, r
 from graphengine.stage import Prim, Stage
 from graphengine.world.engine import mujoco
 from graphengine.world.physics.handles import Handle
-from graphengine.world.poses import NOWHERE, carrier
+from graphengine.world.poses import NOWHERE, carrier, pose_of, vector
 
 if TYPE_CHECKING:
     from graphengine.world.simulation import Simulation
@@ -47,7 +47,7 @@ def find_mover(model: mujoco.MjModel, stage: Stage, prim: Prim) -> tuple[int, Po
         return None
     body = int(model.body(name).id)
     while leads and body and not model.body_jntnum[body]:
-        pose = compose((_vector(model.body_pos[body]), _turn(model.body_quat[body])), pose)
+        pose = compose(pose_of(model.body_pos[body], model.body_quat[body]), pose)
         body = int(model.body_parentid[body])
     joints = model.jnt_type[model.body_jntadr[body] :][: model.body_jntnum[body]].tolist()
     return (body, pose) if len(joints) == 1 and joints[0] in _PLACEABLE else None
@@ -140,8 +140,8 @@ class PlacedBody(Handle):
         if model.jnt_type[joint] == _FREE:
             return np.array((*position, w, x, y, z))
         parent = int(model.body_parentid[body])
-        offset, turn = relative((_vector(data.xpos[parent]), _turn(data.xquat[parent])), (position, orientation))
-        axis, rest = _vector(model.jnt_axis[joint]), _turn(model.body_quat[body])
+        offset, turn = relative(pose_of(data.xpos[parent], data.xquat[parent]), (position, orientation))
+        axis, (_, rest) = vector(model.jnt_axis[joint]), pose_of(model.body_pos[body], model.body_quat[body])
         if model.jnt_type[joint] == _SLIDE:
             way = float(np.dot(np.subtract(offset, model.body_pos[body]), rotate(rest, axis)))
         else:
@@ -151,13 +151,3 @@ class PlacedBody(Handle):
             way = present + math.remainder(angle - present, math.tau)  # a wheel goes the short way
         way += float(model.qpos0[model.jnt_qposadr[joint]])
         return np.array([np.clip(way, *model.jnt_range[joint]) if model.jnt_limited[joint] else way])
-
-
-def _vector(array: Floats) -> Vector3:
-    x, y, z = array.tolist()
-    return x, y, z
-
-
-def _turn(array: Floats) -> Quaternion:
-    w, x, y, z = array.tolist()
-    return x, y, z, w

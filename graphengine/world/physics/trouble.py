@@ -22,23 +22,20 @@ def out_of_range(model: mujoco.MjModel, data: mujoco.MjData) -> PhysicsError:
 
 
 def diverged(model: mujoco.MjModel, data: mujoco.MjData) -> PhysicsError:
-    """What MuJoCo's counters of warnings say."""
-    return PhysicsError(_in_words(model, data))
-
-
-def _in_words(model: mujoco.MjModel, data: mujoco.MjData) -> str:
+    """The error that MuJoCo's counters of warnings stand for."""
     kinds, counts = mujoco.mjtWarning, data.warning.number
     at = f"at t = {data.time:.4f} s"
     if counts[kinds.mjWARN_CONTACTFULL] or counts[kinds.mjWARN_CNSTRFULL]:
-        return f'{at}: no memory left for contacts\ngive the world more: <size memory="100M"/>'
+        return PhysicsError(f'{at}: no memory left for contacts\ngive the world more: <size memory="100M"/>')
     if counts[kinds.mjWARN_INERTIA] and np.isfinite(data.qvel).all():
         joint = int(model.dof_jntid[data.warning[kinds.mjWARN_INERTIA].lastinfo])
         name = model.joint(joint).name or model.body(model.jnt_bodyid[joint]).name
-        return f"{at}: MuJoCo cannot solve for the motion of {name!r}\ngive its joint an armature, or its links more inertia"
+        what = f"{at}: MuJoCo cannot solve for the motion of {name!r}"
+        return PhysicsError(f"{what}\ngive its joint an armature, or its links more inertia")
     # MuJoCo tells the last coordinate that it found; the fastest is the one to look at.
     joint = int(model.dof_jntid[np.argmax(np.nan_to_num(np.abs(data.qvel), nan=np.inf))])
     body = model.body(model.jnt_bodyid[joint]).name
-    return (
+    return PhysicsError(
         f"the simulation diverged {at}: the motion of joint {model.joint(joint).name!r} of body {body!r} is without bounds\n"
         "raise physics.substeps, lower the drive's damping or stiffness, give it a max_acceleration, "
         "or give the joint an armature\n"

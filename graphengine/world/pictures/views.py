@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from contextlib import closing
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -146,17 +147,18 @@ def _at_an_angle(simulation: Simulation, size: Size) -> View:
     low, high = _bounds(simulation)
     robot = next(simulation.stage.prims("robot"), None)
     if robot is None:
-        centre, radius, heading, owner = (low + high) / 2, float(np.linalg.norm(high - low)) / 2, 0.0, None
+        centre, radius, heading = (low + high) / 2, float(np.linalg.norm(high - low)) / 2, 0.0
     else:
         centre, radius = _place(simulation, robot)
         forward = rotate(simulation.body(robot).pose()[1], (1.0, 0.0, 0.0))
-        heading, owner = math.atan2(forward[1], forward[0]), simulation.body(robot).body
+        heading = math.atan2(forward[1], forward[0])
     focal = size[1] / 2 / math.tan(math.radians(FIELD_OF_VIEW) / 2)
     far = max(FARTHEST, DISTANCE * radius + float(np.linalg.norm(high - low)))
     lens = Lens.pinhole(size, focal, 0.05, far)
     target = centre + np.array([0.0, 0.0, LIFT * radius])
     eyes = [centre + DISTANCE * radius * _direction(heading + math.radians(a), math.radians(e)) for a, e in DIRECTIONS]
-    eye = next((eye for eye in eyes if owner is None or _sees(simulation, eye, centre, owner)), eyes[-1])
+    roots = simulation.entities.roots(robot) if robot is not None else []
+    eye = next((eye for eye in eyes if robot is None or _sees(simulation, eye, centre, roots)), eyes[-1])
     return View(_looking(eye, target), lens, tuple(centre.tolist()), SHADOWED)
 
 
@@ -167,9 +169,9 @@ def _bounds(simulation: Simulation) -> tuple[Floats, Floats]:
 
 def _place(simulation: Simulation, robot: Prim) -> tuple[Floats, float]:
     """Middle and radius of a robot."""
-    model, body = simulation.model, simulation.body(robot)
-    own = model.body_rootid[model.geom_bodyid] == model.body_rootid[body.body]
-    low, high = _box(simulation, own, np.array(body.pose()[0]))
+    model = simulation.model
+    own = np.isin(model.body_rootid[model.geom_bodyid], simulation.entities.roots(robot))
+    low, high = _box(simulation, own, np.array(simulation.body(robot).pose()[0]))
     return (low + high) / 2, float(np.linalg.norm(high - low)) / 2
 
 
@@ -190,12 +192,12 @@ def _direction(azimuth: float, elevation: float) -> Floats:
     return np.array([level * math.cos(azimuth), level * math.sin(azimuth), math.sin(elevation)])
 
 
-def _sees(simulation: Simulation, eye: Floats, target: Floats, body: int) -> bool:
-    """Whether a ray from the eye to the target meets the body's robot first."""
+def _sees(simulation: Simulation, eye: Floats, target: Floats, roots: Collection[int]) -> bool:
+    """Whether a ray from the eye to the target first meets what hangs on one of some topmost bodies."""
     model, geom = simulation.model, np.array([-1], np.int32)
     mujoco.mj_ray(model, simulation.data, eye, target - eye, _SEEN, True, -1, geom)
     met = int(geom[0])
-    return met >= 0 and int(model.body_rootid[model.geom_bodyid[met]]) == int(model.body_rootid[body])
+    return met >= 0 and int(model.body_rootid[model.geom_bodyid[met]]) in roots
 
 
 def _looking(eye: Floats, target: Floats) -> Pose:

@@ -213,13 +213,14 @@ class Spell(Node, type="test.Spell"):
     """Turns the number of its computes into a text."""
 
     exec_in = ExecIn()
+    step: int = In(default=1)
     exec_out = ExecOut()
     text: String = Out()
 
     computes: int = State(default=0)
 
     def compute(self) -> None:
-        self.computes += 1
+        self.computes += self.step
         self.text = f"t{self.computes}"
 
 

@@ -42,7 +42,7 @@ def test_each_number_of_an_array_is_clamped_by_one_bound_or_its_own() -> None:
 
 @pytest.mark.parametrize("value", [1.0, np.array([1.0, 2.0])])
 def test_bounds_the_wrong_way_round_are_an_error(value: Any) -> None:
-    with pytest.raises(ValueError, match="lower bound is above"):
+    with pytest.raises(ValueError, match="lower, upper must be in this order"):
         computed(Clamp, input_in=value, lower=2.0, upper=1.0)
 
 
@@ -102,7 +102,7 @@ def test_roots_of_negative_numbers_exist_where_the_degree_is_odd() -> None:
 
 
 def test_in_a_graph_a_real_number_that_no_int_is_is_told_at_its_node(play: Player) -> None:
-    with pytest.raises(CheckError, match=r"Low: 1e\+12 is no int, which is"):
+    with pytest.raises(CheckError, match="Low: result must be of int"):
         shown(play, "int Low.result", {"Low": "{type: Floor, inputs: {a: 1.0e+12}}"})
 
 
@@ -123,10 +123,10 @@ def test_powers_of_the_base_have_whole_logarithms() -> None:
 @pytest.mark.parametrize(
     ("inputs", "told"),
     [
-        ({"value": 0.0}, "0 has no logarithm"),
-        ({"value": -2}, "-2 has no logarithm"),
-        ({"value": np.array([1.0, math.nan])}, "nan has no logarithm"),
-        ({"value": 2.0, "base": 1.0}, "base is 1; it has to be above 0, and not 1"),
+        ({"value": 0.0}, "value must be above 0, it is 0.0"),
+        ({"value": -2}, "value must be above 0, it is -2"),
+        ({"value": np.array([1.0, math.nan])}, "value must be above 0, it is nan"),
+        ({"value": 2.0, "base": 1.0}, "base must be above 0 and not 1, it is 1.0"),
     ],
 )
 def test_what_has_no_logarithm_is_an_error(inputs: dict[str, Any], told: str) -> None:

@@ -74,7 +74,7 @@ def test_an_easing_has_the_curve_of_its_name(name: str, alpha: float, expected: 
 def test_an_easing_that_a_wire_brings_and_there_is_not_is_told() -> None:
     node = ready(Ease, RecordingContext(), alpha=0.5, start=0.0, end=1.0)
     node.ease_func = "easein"
-    with pytest.raises(ValueError, match="easeFunc is 'easein'; it is one of EaseIn, EaseOut"):
+    with pytest.raises(ValueError, match=r"easeFunc must be one of EaseIn, EaseOut, .*, it is 'easein'"):
         node.compute()
 
 
@@ -86,7 +86,7 @@ def test_samples_are_joined_by_straight_lines_and_go_on_level() -> None:
 
 
 def test_samples_need_a_value_each() -> None:
-    with pytest.raises(ValueError, match="2 knots and 1 values"):
+    with pytest.raises(ValueError, match=r"knots, values must be of one length, it is \[2, 1\]"):
         computed(Interpolator, knots=[0.0, 1.0], values=[1.0])
 
 

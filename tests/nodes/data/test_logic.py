@@ -62,7 +62,7 @@ def test_an_expression_is_and_where_it_has_no_word() -> None:
 
 
 def test_in_a_graph_another_word_is_told_with_those_that_are_legal(play: Player) -> None:
-    with pytest.raises(CheckError, match="Is: operator is 'and'; it is one of AND, OR, XOR, XNOR, NAND, NOR"):
+    with pytest.raises(CheckError, match="Is: operator must be one of AND, OR, XOR, XNOR, NAND, NOR, it is 'and'"):
         shown(play, "bool Is.result", {"Is": "{type: BooleanExpr, inputs: {operator: and}}"})
 
 

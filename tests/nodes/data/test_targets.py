@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import Any
 
 import numpy as np
@@ -42,7 +41,7 @@ def test_some_prims_are_cut_out(inputs: dict[str, Any], expected: tuple[str, ...
 
 
 def test_a_prim_beyond_the_ends_is_an_error_and_none_of_none_is_not() -> None:
-    with pytest.raises(ValueError, match=re.escape("the target of 3 prims has no index 3; legal: -3 to 2")):
+    with pytest.raises(ValueError, match="index must be -3 to 2, it is 3"):
         computed(GetTargets, targets_in=THREE, index=3)
     assert computed(GetTargets, index=3).targets_out == ()
 
@@ -87,7 +86,7 @@ def test_names_come_behind_a_path(path: str, suffix: str, whole: str) -> None:
 
 
 def test_a_path_behind_a_path_is_an_error() -> None:
-    with pytest.raises(ValueError, match="leave out the first /"):
+    with pytest.raises(ValueError, match="suffix must be names to append, without a / in front"):
         computed(AppendPath, path_in="/World", suffix="/box")
 
 
@@ -99,7 +98,7 @@ def test_targets_are_compared_whole_or_prim_by_prim() -> None:
     assert (each.tolist(), each.dtype) == ([False, True, False], np.bool_)
     other = computed(CompareTargets, a=THREE, b=THREE[::-1], compare_each=True, operation="!=").result
     assert other.tolist() == [True, False, True]
-    with pytest.raises(ValueError, match="a has 3 prims and b has 1; give as many"):
+    with pytest.raises(ValueError, match=r"a, b must be of one length, it is \[3, 1\]"):
         computed(CompareTargets, a=THREE, b=["/a"], compare_each=True)
 
 

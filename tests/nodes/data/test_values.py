@@ -63,7 +63,7 @@ def test_a_condition_selects_a_value_or_element_by_element(
 
 
 def test_arrays_of_other_lengths_are_not_selected_from() -> None:
-    with pytest.raises(ValueError, match="arrays of 2, 3 elements"):
+    with pytest.raises(ValueError, match=r"condition, ifTrue must be of one length, it is \[3, 2\]"):
         ready(
             SelectIf, RecordingContext(), condition=np.array([True] * 3), if_true=np.array([1, 2]), if_false=0
         ).compute()
@@ -80,7 +80,7 @@ def test_targets_are_selected_whole_or_prim_by_prim() -> None:
     assert computed(SelectTargetIf(condition=False, if_true=("/a",), if_false=("/b", "/c")), "result") == ("/b", "/c")
     each = SelectTargetIf(condition=np.array([True, False]), if_true=("/a", "/b"), if_false=("/c", "/d"))
     assert computed(each, "result") == ("/a", "/d")
-    with pytest.raises(ValueError, match="1 conditions for 2 and 0 prims"):
+    with pytest.raises(ValueError, match=r"condition, ifTrue, ifFalse must be of one length, it is \[1, 2, 0\]"):
         SelectTargetIf(condition=np.array([True]), if_true=("/a", "/b")).compute()
 
 
@@ -99,15 +99,15 @@ def test_texts_are_built_of_as_many_as_a_file_names() -> None:
     assert computed(made(a="a", b="b", input2="c", input3="d"), "value") == "abcd"
     assert computed(BuildString(a=("a", "b"), b="/x"), "value") == ("a/x", "b/x")
     assert computed(BuildString(a=("a", "b"), b=("c", "d")), "value") == ("ac", "bd")
-    with pytest.raises(ValueError, match="2 texts cannot be appended to one"):
+    with pytest.raises(ValueError, match="b must be one text"):
         BuildString(a="a", b=("c", "d")).compute()
-    with pytest.raises(ValueError, match="1 texts cannot be appended to 2"):
+    with pytest.raises(ValueError, match="b must be one text, or 2 of them"):
         BuildString(a=("a", "b"), b=("c",)).compute()
 
 
 @pytest.mark.parametrize("texts", ["x" * (MAX_LENGTH - 1), ("a", "x" * (MAX_LENGTH - 1))])
 def test_a_text_is_not_made_longer_than_memory_bears(texts: str | tuple[str, ...]) -> None:
-    with pytest.raises(ValueError, match=f"a text of {MAX_LENGTH + 1} letters is too long; {MAX_LENGTH} are the most"):
+    with pytest.raises(ValueError, match=f"suffix must be so long that the result has {MAX_LENGTH} letters or fewer"):
         AppendString(value_in=texts, suffix="yz").compute()
 
 
@@ -172,7 +172,7 @@ def test_a_value_as_another_type(name: str, value: Any, expected: Any) -> None:
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, 1e19])
 def test_a_number_that_is_no_integer_is_told(value: float) -> None:
-    with pytest.raises(ValueError, match="is no int"):
+    with pytest.raises(ValueError, match="value must be a number that a int can hold"):
         conversion.ToInt(value=value).compute()
 
 
@@ -278,7 +278,7 @@ def test_whole_numbers_reach_both_ends_and_real_ones_stay_below() -> None:
     real = drawn(ready(RandomNumeric, RecordingContext(), minimum=2.0, maximum=3.0), 100)
     assert min(real) >= 2.0
     assert max(real) < 3.0
-    with pytest.raises(ValueError, match="min is above max"):
+    with pytest.raises(ValueError, match="min, max must be in this order"):
         ready(RandomNumeric, RecordingContext(), minimum=1, maximum=0).compute()
 
 

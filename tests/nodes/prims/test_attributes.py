@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graphengine.diagnostics import CheckError, ContextError, NodeError
+from graphengine.diagnostics import BadValueError, CheckError, ContextError, NodeError
 from graphengine.running.prims.stage_prims import StagePrims
 from graphengine.running.prims.usd_types import PORT_TYPES, type_of_attribute
 from nodes.prims import (
@@ -58,7 +58,7 @@ def test_what_is_written_is_read(name: str, value: Any, read: Any) -> None:
 )
 def test_a_value_that_does_not_fit_says_what_would(value: Any, told: str) -> None:
     node = ready(WritePrimAttribute, box(), prim=BOX, name="xformOp:translate", value=value)
-    with pytest.raises(ContextError, match=told):
+    with pytest.raises(BadValueError, match=told):
         node.compute()
 
 

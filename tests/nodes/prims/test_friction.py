@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graphengine.diagnostics import CheckError, ContextError
+from graphengine.diagnostics import BadValueError, CheckError
 from graphengine.spec import RobotUse
 from graphengine.testing import RecordingContext
 from nodes.prims import (
@@ -128,7 +128,7 @@ def test_a_friction_of_no_sense_is_refused(name: str, value: Any) -> None:
     material = context.world.stage.add(RUBBER, "material", facts=dict(MATERIAL))
     node = ready(WritePrimAttribute, context, prim=RUBBER, name=name)
     node.value = value
-    with pytest.raises(ContextError, match=f"{name} of {RUBBER}"):
+    with pytest.raises(BadValueError, match=f"{name} of {RUBBER}"):
         node.compute()
     assert context.world.friction(material) == (0.7, 0.6)
 

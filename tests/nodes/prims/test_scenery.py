@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from graphengine.diagnostics import ContextError
+from graphengine.diagnostics import BadValueError
 from graphengine.testing import RecordingContext
 from nodes.prims import (
     WritePrimAttribute,
@@ -64,10 +64,10 @@ def test_gravity_of_no_sense_is_refused(value: Any) -> None:
     context.world.stage.add("/physicsScene", "scope")
     node = ready(WritePrimAttribute, context, prim="/physicsScene", name="physics:gravityMagnitude")
     node.value = value
-    with pytest.raises(ContextError):
+    with pytest.raises(BadValueError):
         node.compute()
     node = ready(WritePrimAttribute, context, prim="/physicsScene", name="physics:gravityDirection", value=(0, 0, 0))
-    with pytest.raises(ContextError, match="gravity has a direction"):
+    with pytest.raises(BadValueError, match="gravity has a direction"):
         node.compute()
     assert context.world.gravity == (0.0, 0.0, -9.81)
 
@@ -133,6 +133,6 @@ def test_a_light_of_no_sense_is_refused(name: str, value: Any) -> None:
     light = context.world.stage.add("/World/sun", "light", facts={"diffuse": (0.5, 0.5, 0.5)})
     node = ready(WritePrimAttribute, context, prim="/World/sun", name=name)
     node.value = value
-    with pytest.raises(ContextError, match=f"{name} of /World/sun"):
+    with pytest.raises(BadValueError, match=f"{name} of /World/sun"):
         node.compute()
     assert context.world.light(light) == (1.0, (0.5, 0.5, 0.5))

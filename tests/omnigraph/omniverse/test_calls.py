@@ -8,9 +8,11 @@ from typing import Any
 import pytest
 
 from graphengine.diagnostics import Findings
+from graphengine.omnigraph.graph_file import compose
 from graphengine.omnigraph.omniverse.og_types import AttributeRole, BaseDataType, Type
 from graphengine.omnigraph.recorded import RecordedGraph
 from graphengine.omnigraph.script.reading import read_script
+from graphengine.registry import default_registry
 
 START = (
     "import math, numpy as np, omni.graph.core as og, usdrt.Sdf\n"
@@ -150,3 +152,73 @@ def test_a_bad_name_in_a_graph_of_the_script_is_a_mistake(tmp_path: Path) -> Non
 )
 def test_a_type_has_the_name_that_ogn_files_give_it(parts: tuple[Any, ...], name: str) -> None:
     assert Type(*parts).get_ogn_type_name() == name
+
+
+COMPOUND = """
+box = {
+    "create_nodes": [(name, "isaacsim.ros2.bridge.ROS2PublishClock") for name in "ab"],
+    "promote_attributes": [("a.inputs:execIn", "inputs:execIn"), ("a.inputs:timeStamp", "inputs:timeStamp")],
+}
+outer = {
+    "create_nodes": ("box", box),
+    "promote_attributes": ("box.inputs:execIn", "inputs:execIn"),
+    "connect": [("box.inputs:execIn", "b.inputs:execIn"), ("box.inputs:timeStamp", "b.inputs:timeStamp")],
+}
+nodes = [("tick", "omni.graph.action.OnPlaybackTick"), ("outer", outer)]
+og.Controller.edit("/g", {"create_nodes": nodes, "connect": WIRES})
+"""
+"""A compound in a compound: `b` is called by its short name, and has the events and the time of an input of its compound."""
+
+
+@pytest.mark.parametrize(
+    ("wires", "drives", "lost"),
+    [
+        ("('tick.outputs:tick', 'outer.inputs:execIn')", ["tick.tick -> outer_box_b.execIn"], []),
+        (
+            "[]",
+            [],
+            ["outer/box/a.inputs:execIn -> outer/box/b.inputs:execIn: nothing drives outer/box/a.inputs:execIn"],
+        ),
+    ],
+)
+def test_an_input_of_a_compound_drives_what_it_is_wired_to(
+    wires: str, drives: list[str], lost: list[str], tmp_path: Path
+) -> None:
+    graph, told = built(tmp_path, COMPOUND.replace("WIRES", wires))
+    assert told == []
+    findings = Findings()
+    text = compose(graph, "g", default_registry(), findings, "a test")
+    data = ["outer_box_a.timeStamp -> outer_box_b.timeStamp"]
+    targets = [line.strip("- ") for line in text.splitlines() if "outer_box_b." in line]
+    assert sorted(targets) == sorted([*drives, *data])
+    assert [f.message.partition("the wire ")[2] for f in findings.warnings if "wire" in f.message] == lost
+
+
+SEARCH = "the script looks through {}, which is empty here: what it finds there is left out"
+SET = "\na.get_attribute('inputs:x').set(len(found))"
+
+
+@pytest.mark.parametrize(
+    ("text", "warnings"),
+    [
+        ("for _ in 'ab': found = [prim for prim in stage.Traverse() if prim.IsActive()]" + SET, ["the stage"]),
+        ("found = list(stage.GetPrimAtPath('/World/x').GetChildren())" + SET, ["UsdPrim.GetChildren"]),
+        ("found, _ = stage.GetThings()\nfound = []" + SET, []),
+        ("found = []" + SET + "\nfor prim in stage.Traverse(): print(prim)", []),
+    ],
+)
+def test_a_script_that_looks_through_the_stage_before_it_builds_is_warned(
+    text: str, warnings: list[str], tmp_path: Path
+) -> None:
+    _, told = built(tmp_path, "import omni.usd\nstage = omni.usd.get_context().get_stage()\n" + text)
+    assert told == [SEARCH.format(what) for what in warnings]
+
+
+@pytest.mark.parametrize(
+    "number", ["float(size)", "int(size) + 1", "[0.5, -float(size[0]) / 2]", "round(float(size), 2)"]
+)
+def test_an_unknown_number_is_left_out_alone(number: str, tmp_path: Path) -> None:
+    text = f"import omni.client\nsize = omni.client.stat('a').size\na.get_attribute('inputs:x').set({number})"
+    graph, (warning,) = built(tmp_path, f"{text}\na.get_attribute('inputs:y').set(float('0.5'))")
+    assert warning.startswith("the value of a.inputs:x cannot be told: it comes from omni.client.stat().size")
+    assert {name: value.data for name, value in graph.nodes["a"].values.items()} == {"inputs:y": 0.5}

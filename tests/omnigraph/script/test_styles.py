@@ -29,6 +29,7 @@ BUILDS: dict[str, dict[str, tuple[int, int]]] = {
     "guarded": {"/World/husky/joints": (2, 1)},
     "isaac_namespace": {"/World/dingo/base_link/cmd-vel.graph": (2, 1)},
     "look_around": {"/World/look": (4, 3)},
+    "main_loop": {"/World/drive": (4, 2), "/World/states": (2, 1)},
     "module_beside": {"/World/jetbot/drive": (3, 3)},
     "nested_compound": {"/World/nested": (5, 5)},
     "numpy_values": {"/World/holonomic": (2, 1)},

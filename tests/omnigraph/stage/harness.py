@@ -13,6 +13,8 @@ from graphengine.omnigraph.stage.places import Places
 from graphengine.omnigraph.stage.prims import StageContents
 from graphengine.omnigraph.stage.process import Reading
 from graphengine.registry import default_registry
+from graphengine.world.files.untrusted import encoded
+from graphengine.world.files.untrusted import read as read_answer
 
 GRAPH = '#usda 1.0\ndef OmniGraph "G"\n{{\n    token evaluator:type = "execution"\n{}\n}}\n{}'
 
@@ -51,7 +53,7 @@ def read(folder: Path, text: str, **others: str) -> Stage:
         (folder / f"{name}.usda").write_text(content.replace(" }", "\n}"))
     path = folder / "stage.usda"
     findings = Findings()
-    contents = StageContents.from_json(Reading(Files.of(path)).run(path).to_json())
+    contents = read_answer(encoded(Reading(Files.of(path)).run(path)).encode(), StageContents, 10_000_000)
     assert not contents.failure, contents.failure
     return Stage(contents, graphs_of(contents, default_registry(), Places(path), findings), findings)
 

@@ -53,7 +53,17 @@ def test_a_file_without_readable_text_has_no_places(tmp_path: Path, text: bytes)
 
 
 @pytest.mark.parametrize(
-    "text", ["<" * 500_000, '\\"""\n' * 100_000, "def " * 100_000, '"""' + "{" * 500_000, "@" * 500_001]
+    "text",
+    [
+        'def "b" {\n' * 200_000,
+        'def "b" {' * 200_000,
+        'def "b" {} ' * 200_000,
+        "<" * 500_000,
+        '\\"""\n' * 100_000,
+        "def " * 100_000,
+        '"""' + "{" * 500_000,
+        "@" * 500_001,
+    ],
 )
 def test_odd_texts_take_no_time_worth_telling(tmp_path: Path, text: str) -> None:
     assert place(tmp_path, "/a", f"#usda 1.0\n{text}") == (1, 1, 1)

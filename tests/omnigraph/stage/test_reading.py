@@ -12,13 +12,18 @@ from pxr import Sdf
 
 from graphengine import build
 from graphengine.cli import main
-from graphengine.diagnostics import Findings, UsageError
+from graphengine.diagnostics import Findings, GraphError, UsageError, to_json
 from graphengine.files import Files, shipped
 from graphengine.omnigraph.graph_file import compose
+from graphengine.omnigraph.stage import graphs as stage_graphs
 from graphengine.omnigraph.stage import reading as stage
+from graphengine.omnigraph.stage.prims import StageAttribute, StageContents, StagePrim
 from graphengine.omnigraph.stage.reading import ImportedStage, read_stage
 from graphengine.registry import default_registry
-from tests.omnigraph.stage.harness import node
+from graphengine.world.files import confinement
+from graphengine.world.files.untrusted import encoded
+from tests.omnigraph.stage.harness import GRAPH, node
+from tests.world.files.forging import forged
 
 TUTORIAL = Path(__file__).parent / "tutorial.usda"
 
@@ -173,7 +178,7 @@ def test_what_is_left_out_is_told_where_it_stands(tmp_path: Path) -> None:
 
 
 def test_what_usd_says_is_told_in_one_line_of_bounded_length(tmp_path: Path) -> None:
-    deep = "".join(f'def Xform "a_rather_long_name_{n}" {{\n' for n in range(2000))
+    deep = "".join(f'def Xform "a_rather_long_name_{n}" {{\n' for n in range(100))
     (tmp_path / "deep.usda").write_text(f"#usda 1.0\n{deep}{'}' * 2000}", encoding="utf-8")
     findings = Findings()
     path = tmp_path / "deep.usda"
@@ -181,3 +186,81 @@ def test_what_usd_says_is_told_in_one_line_of_bounded_length(tmp_path: Path) -> 
     (finding,) = findings.items
     assert finding.message.startswith("USD syntax: ")
     assert len(finding.message) <= stage.LONGEST + 20
+
+
+def test_no_forged_answer_raises_anything_but_errors_of_this_package(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    real: list[bytes] = []
+
+    def ask(*given: Any) -> bytes:
+        real.append(confinement.ask(*given))
+        return real[-1]
+
+    monkeypatch.setattr(stage, "ask", ask)
+    path = tmp_path / "a.usda"
+    below = f'def OmniGraph "Graph" {{\n{node("In")}}}\n'
+    compound = node("C", "x.y", "rel omni:graph:compoundGraph = <Graph>", below=below)
+    path.write_text(GRAPH.format(compound, 'def "P" {\nrel omniGraphs = </G>\n}\n'))
+    assert imported(path)[0]
+    for answer in forged(real[0], 300):
+        monkeypatch.setattr(stage, "ask", lambda *_, answer=answer: answer)
+        findings = Findings()
+        try:
+            found = read_stage(path, Files.of(path), default_registry(), findings)
+            for graph in found.graphs if found else ():
+                compose(graph, "g", default_registry(), findings, "a.usda").encode()
+        except GraphError:
+            continue
+        to_json(findings.sorted())
+        assert all(finding.render() for finding in findings.items)
+
+
+def attribute(*sources: str) -> StageAttribute:
+    return StageAttribute("double", sources=list(sources))
+
+
+LONG = "/h" * 200_000
+COMPOUNDS = ["/G" + "/C/g" * depth for depth in range(1, 45)]
+NESTED = [
+    StagePrim("/G", "OmniGraph"),
+    *(StagePrim(path, "OmniGraph") for path in COMPOUNDS),
+    *(
+        StagePrim(path[:-2], "OmniGraphNode", targets={"omni:graph:compoundGraph": COMPOUNDS[number:] * 3})
+        for number, path in enumerate(COMPOUNDS)
+    ),
+]
+USED = [StagePrim("/G", "OmniGraph"), *(StagePrim(f"/G/N{n}", "OmniGraphNode") for n in range(100))]
+USERS = [StagePrim(f"/P{n}", "", targets={"omniGraphs": ["/G"] * 10}) for n in range(100)]
+THROUGH = StagePrim("/G/C", "OmniGraphNode", {"inputs:x": attribute(*["/G/N.outputs:x"] * 100)})
+THROUGH.targets["omni:graph:compoundGraph"] = ["/G/C/g"]
+READERS = [
+    StagePrim("/G", "OmniGraph"),
+    StagePrim("/G/N", "OmniGraphNode"),
+    THROUGH,
+    *(StagePrim(f"/G/R{n}", "OmniGraphNode", {"inputs:y": attribute("/G/C.inputs:x")}) for n in range(100)),
+]
+
+
+@pytest.mark.parametrize(
+    ("contents", "said"),
+    [
+        (StageContents(failure=f"/a.usda:{10**4000}:1: bad"), "error G401: USD cannot read it"),
+        (StageContents(failure=f"/a.usda:{10**8}:{10**8}: bad"), "error G401: USD syntax: bad"),
+        (StageContents({prim.path: prim for prim in NESTED}), ""),
+        (StageContents({prim.path: prim for prim in (*USED, *USERS)}), "more than 1000 nodes, wires and values"),
+        (StageContents({prim.path: prim for prim in READERS}), "more than 1000 nodes, wires and values"),
+        (StageContents({LONG: StagePrim(LONG, "OmniGraphNode")}), ""),
+    ],
+    ids=["digits", "place", "compounds", "instances", "wires", "path"],
+)
+def test_a_stage_that_multiplies_comes_to_an_end(
+    contents: StageContents, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(stage_graphs, "MAX_PARTS", 1000)
+    (tmp_path / "a.usda").write_text("#usda 1.0\n")
+    sent = encoded(contents).encode()
+    monkeypatch.setattr(stage, "ask", lambda *_: sent)
+    found, told = imported(tmp_path / "a.usda")
+    assert said in told
+    assert (found is None) == ("G401" in told)

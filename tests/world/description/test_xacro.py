@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from graphengine.diagnostics import Findings
+from graphengine.diagnostics import Findings, to_json
 from graphengine.files import Files
 from graphengine.world.description import xacro
+from graphengine.world.description.reader import read_urdf
+from graphengine.world.files import confinement
 from graphengine.world.files.packages import Packages
+from graphengine.world.files.xml import Element
+from tests.world.files.forging import forged
 from tests.world.harness import ROBOT, Project
 
 HEAD = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="cart">\n'
@@ -243,3 +249,133 @@ def test_an_environment_variable_with_a_default_has_that_value(project: Project)
 def test_xacro_that_takes_too_long_is_ended(project: Project, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(xacro, "MAX_SECONDS", 0.5)
     assert "xacro: takes more than 0.5 s" in description(project, '<link name="${7 ** 10 ** 9}"/>').error()
+
+
+def workspace(folder: Path, **packages: str) -> Path:
+    """The `share` of a workspace built with `--symlink-install`: packages of one xacro file each."""
+    for name, text in packages.items():
+        (folder / "share" / name).mkdir(parents=True)
+        (folder / "src" / name).mkdir(parents=True)
+        (folder / "src" / name / "part.xacro").write_text(text, encoding="utf-8")
+        (folder / "share" / name / "part.xacro").symlink_to(folder / "src" / name / "part.xacro")
+    return folder / "share"
+
+
+INCLUDE = '<xacro:include filename="$(find {})/part.xacro"/>'
+
+
+@pytest.mark.parametrize(
+    ("top", "expected"),
+    [
+        (INCLUDE.format("wheels"), [["wheels"]]),
+        (INCLUDE.format("bodies"), [["bodies"], ["bodies", "wheels"]]),
+        ('<xacro:property name="p" value="wheels"/>' + INCLUDE.format("${p}"), [[], ["wheels"]]),
+    ],
+    ids=["named in the file", "named in one that it includes", "named by a property"],
+)
+def test_of_a_sourced_workspace_the_packages_that_are_named_can_be_read_and_no_other(
+    top: str, expected: list[list[str]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    share = workspace(tmp_path, wheels=WHEEL, bodies=f"{HEAD}{INCLUDE.format('wheels')}</robot>", other=WHEEL)
+    (tmp_path / "mine").mkdir()
+    path = tmp_path / "mine" / "bot.urdf.xacro"
+    path.write_text(f"{HEAD}{BODY}{top}</robot>", encoding="utf-8")
+    asked = []
+
+    def ask(module: str, request: bytes, seconds: float) -> bytes:
+        asked.append(json.loads(request))
+        return confinement.ask(module, request, seconds)
+
+    monkeypatch.setattr(xacro, "ask", ask)
+    findings = Findings()
+    files = Files.of(path, installed=[share])
+    root = xacro.expand(path, {}, Packages(path.parent, (), files), findings)
+    assert findings.items == []
+    assert root is not None
+    assert [sorted(Path(folder).name for folder in request["installed"]) for request in asked] == expected
+    assert not any(str(share) in request["roots"] for request in asked)
+    assert tmp_path / "share" / expected[-1][0] / "part.xacro" in files.used
+
+
+def test_a_package_that_no_workspace_has_is_reported_with_what_there_is(tmp_path: Path) -> None:
+    share = workspace(tmp_path, wheels=WHEEL)
+    (share / "wheels" / "package.xml").write_text("<name>wheels</name>", encoding="utf-8")
+    path = tmp_path / "bot.urdf.xacro"
+    path.write_text(f"{HEAD}{BODY}{INCLUDE.format('wheel')}</robot>", encoding="utf-8")
+    findings = Findings()
+    assert xacro.expand(path, {}, Packages(path.parent, (), Files.of(path, installed=[share])), findings) is None
+    (finding,) = findings.items
+    assert finding.message == "xacro: no package 'wheel'"
+    assert "did you mean 'wheels'?" in finding.help
+
+
+EMPTY: dict[str, object] = {"wanted": None, "used": [], "findings": [], "elements": [], "known": []}
+ELEMENT = {"tag": "robot", "attributes": {}, "span": ["BOT", 1, 1, 1], "children": [], "text": ""}
+SPOILT: list[object] = [
+    None,
+    3,
+    {},
+    {"wanted": None},
+    {**EMPTY, "used": [3]},
+    {**EMPTY, "findings": [{}]},
+    {**EMPTY, "elements": [[1, {**ELEMENT, "span": ["/etc/passwd", 1, 1, 1]}]]},
+    {**EMPTY, "elements": [[1, {**ELEMENT, "span": ["n" * 300, 1, 1, 1]}]]},
+    {**EMPTY, "elements": [[1, {**ELEMENT, "span": ["\0", 1, 1, 1]}]]},
+    {**EMPTY, "elements": [[1, {**ELEMENT, "children": 3}]]},
+    {**EMPTY, "elements": [[1, {**ELEMENT, "children": [ELEMENT]}]]},
+    {**EMPTY, "elements": [[1, {**ELEMENT, "tag": "include file='/etc/passwd'/"}]]},
+    {**EMPTY, "elements": [[1, {**ELEMENT, "attributes": {"a='1'/><mesh file='/etc/passwd' b": ""}}]]},
+    *({**EMPTY, "elements": [[1, ELEMENT], [depth, ELEMENT]]} for depth in (-1, 0, 1, 3, "2")),
+    {**EMPTY, "elements": [[depth, ELEMENT] for depth in range(1, 300)]},
+]
+
+
+@pytest.mark.parametrize("answer", [*map(json.dumps, SPOILT), "[" * 100_000, "no JSON"], ids=lambda text: text[:20])
+def test_an_answer_of_a_process_that_was_taken_over_is_refused(
+    answer: str, cart: Project, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (cart.folder / "loop").symlink_to("loop")
+    monkeypatch.setattr(xacro, "ask", lambda *_: answer.replace("BOT", f"{cart.folder}/bot.urdf.xacro").encode())
+    assert "xacro: sends a malformed answer" in cart.error()
+
+
+def test_no_forged_answer_raises_anything_but_errors_of_this_package(
+    cart: Project, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    real = []
+
+    def ask(*given: Any) -> bytes:
+        real.append(confinement.ask(*given))
+        return real[-1]
+
+    def expanded() -> Element | None:
+        findings = Findings()
+        packages = Packages(path.parent, (), Files.of(path))
+        root = xacro.expand(path, {}, packages, findings)
+        if root is not None:
+            read_urdf(root, packages, findings)
+        to_json(findings.sorted())
+        assert root is not None or findings.errors
+        assert all(finding.render() for finding in findings.items)
+        return root
+
+    path = cart.folder / "bot.urdf.xacro"
+    monkeypatch.setattr(xacro, "ask", ask)
+    (cart.folder / "loop").symlink_to("loop")
+    assert expanded()
+    monkeypatch.setattr(xacro, "MAX_SECONDS", 0.1)
+    for answer in forged(real[0], 300):
+        monkeypatch.setattr(xacro, "ask", lambda *_, answer=answer: answer)
+        expanded()
+
+
+def test_a_process_that_was_taken_over_names_no_file_that_may_not_be_read(
+    cart: Project, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else the file would be kept in recordings."""
+    answer = {**EMPTY, "used": ["/etc/passwd", "loop", "\0", "n" * 300]}
+    monkeypatch.setattr(xacro, "ask", lambda *_: json.dumps(answer).encode())
+    path = cart.folder / "bot.urdf.xacro"
+    files = Files.of(path)
+    assert xacro.expand(path, {}, Packages(path.parent, (), files), Findings()) is None
+    assert list(files.used) == [path]

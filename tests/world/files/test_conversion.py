@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from pathlib import Path
 
 import pytest
 
@@ -72,3 +73,57 @@ def test_what_was_converted_before_the_process_ended_counts(monkeypatch: pytest.
 def test_without_files_there_is_no_process(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delattr(conversion, "ask")
     assert convert_all([]) == []
+
+
+SPOILT = [
+    b"",
+    b"[",
+    b"{}",
+    b"3",
+    b'null, "failure": 3',
+    b"[[1, [1, 2, 3, true]]]",
+    b"[[1%b, null]]" % (b"0" * 4000),
+    b'[["a", null]]',
+    b"[[1]]",
+    b'[[1, "red"]]',
+    b"[[1, [1, 2]]]",
+    b"[" * 100_000,
+    b"[[1e999, null]]",
+]
+
+
+@pytest.mark.parametrize("line", SPOILT, ids=[line[:12].decode() for line in SPOILT])
+def test_an_answer_of_a_process_that_was_taken_over_is_refused(monkeypatch: pytest.MonkeyPatch, line: bytes) -> None:
+    told = b'{"failure": "", "files": %b}\n' % line
+    frames = (len(told).to_bytes(8, "little") + told) * 9
+    monkeypatch.setattr(conversion, "ask", lambda *_: frames)
+    (answer,) = convert_all([Foreign(GOOD, ".dae", visual=True)])
+    assert why(answer) == "it spoils the answer of the process that reads it"
+
+
+CONFINED = """
+import sys
+sys.argv[:] = ["conversion"]
+from graphengine.world.files import conversion, meshes
+real = meshes.convert
+def convert(data, suffix):
+    try:
+        open("/etc/passwd")
+    except PermissionError:
+        return real(data, suffix)
+    raise ValueError("a file was read")
+meshes.convert = convert
+import graphengine.world.files.confinement as confinement
+confinement.check_readable = lambda *_: None
+conversion.main()
+"""
+
+
+def test_each_format_is_read_where_no_file_can_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "confined.py").write_text(CONFINED, encoding="utf-8")
+    monkeypatch.setattr(conversion, "_MODULE", "confined")
+    names = {".glb": "glb", ".ply": "ply", ".off": "off", ".stl": "stl_ascii"}
+    files = [Foreign(exported(name), suffix, visual=True) for suffix, name in names.items()]
+    found = convert_all([*files, Foreign(GOOD, ".dae", visual=True)])
+    assert [answer for answer in found if not isinstance(answer, list)] == []

@@ -11,8 +11,9 @@ import pytest
 RESTRICTED = """
 import os, socket, subprocess
 from pathlib import Path
-from graphengine.world.files.landlock import restrict
-able = restrict((Path({folder!r}), Path({folder!r}, "nowhere")))
+from graphengine.world.files.landlock import available, restrict
+able = available()
+restrict((Path({folder!r}), Path({folder!r}, "nowhere")))
 try:
     {attempt}
 except PermissionError:

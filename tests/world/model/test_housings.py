@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from graphengine.diagnostics import Findings
 from graphengine.spec import RobotUse
 from graphengine.world.loading import LoadedWorld
+from graphengine.world.model.housings import housing_of
 from graphengine.world.population import Population
 from graphengine.world.sensors.rays import RaysChoice
 from graphengine.world.simulation import Simulation
@@ -51,6 +52,15 @@ def test_the_rays_of_other_robots_meet_it_and_its_own_pass_through(project: Proj
     for found, distance in ((seen, 2.9), (back, 2.7)):  # it is 0.2 m wide, and a beam goes out at each degree
         assert np.isfinite(found).sum() == 2 * math.floor(math.degrees(math.atan(0.1 / distance))) + 1
     assert np.isinf(ranges(two_carts(project, appearance=""), "bot", rays)).all()
+
+
+def test_its_name_is_the_robots_wherever_the_robots_prim_is(project: Project) -> None:
+    two_carts(project)
+    placed = BOTH.replace("use: bot.yaml, position: [3", "use: bot.yaml, at: /World/cart, position: [3")
+    world = project.write("scene.yaml", placed).load()
+    (mount,) = [prim for prim in world.stage.find("/World/cart").descendants() if prim.name == "eye"]
+    assert housing_of(mount) == "other/Geometry/base_link/eye"
+    assert world.simulation.model.body(housing_of(mount)).id > 0
 
 
 def test_it_stands_as_the_sensor_does(project: Project) -> None:

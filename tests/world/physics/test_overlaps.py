@@ -58,3 +58,40 @@ def test_shapes_that_pass_through_each_other_do_not_overlap(project: Project) ->
     simulation = world(project, ghost, BLOCK.format("block", 2)).simulation
     simulation.entities.place("block", (5, 0, 0.5))
     assert simulation.entities.overlaps("block") == []
+
+
+FIXED = '<body name="{}" pos="{}"><geom type="box" size=".5 .5 .5"/></body>'
+
+
+@pytest.mark.parametrize(
+    ("things", "height", "touched"),
+    [
+        ([], 0.05, {}),
+        ([], 0.03, {}),
+        ([("table", "0 0 -.4")], 0.15, {}),
+        ([("table", "0 0 -.4")], 0.12, {"bot": ("table", 0.03), "table": ("bot", 0.03)}),
+        ([("wall", ".699 0 0")], 0.05, {"bot": ("wall", 0.001), "wall": ("bot", 0.001)}),
+        ([("wall", ".8 0 0")], 0.05, {}),
+        ([("crate", "0 0 .5")], 0.2, {"bot": ("crate", 0.4), "crate": ("bot", 0.4)}),
+    ],
+    ids=["on the floor", "in the floor", "on a table", "in a table", "leaning", "beside", "within"],
+)
+def test_a_robot_touches_all_but_what_carries_it(
+    project: Project, things: list[tuple[str, str]], height: float, touched: dict[str, tuple[str, float]]
+) -> None:
+    """The cart's box is 0.4 m long, 0.3 m wide and 0.1 m high; only its base is near anything."""
+    text = project.folder.joinpath("scene.yaml").read_text().replace("0.1]", f"{height}]")
+    project.write("scene.yaml", text)
+    simulation = world(project, *(FIXED.format(*thing) for thing in things)).simulation
+    found = {name: (overlap.other, overlap.depth) for name, overlap in simulation.entities.touching().items()}
+    assert {name: other for name, (other, _) in found.items()} == {n: other for n, (other, _) in touched.items()}
+    for name, (_, depth) in touched.items():
+        if name == "bot":
+            assert found[name][1] == pytest.approx(depth, abs=0.05)
+
+
+def test_robots_that_touch_each_other_both_do(project: Project) -> None:
+    scene = project.folder.joinpath("scene.yaml").read_text()
+    project.write("scene.yaml", f"{scene}  other: {{use: bot.yaml, position: [0.3, 0, 0.1]}}\n")
+    found = project.load().simulation.entities.touching()
+    assert {name: overlap.other for name, overlap in found.items()} == {"bot": "other", "other": "bot"}

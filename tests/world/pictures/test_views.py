@@ -9,7 +9,7 @@ import pytest
 
 from graphengine.world.pictures import opengl, views
 from graphengine.world.pictures.rendering import Renderer
-from tests.world.harness import Project
+from tests.world.harness import CART, ROBOT, SCENE, Project
 from tests.world.pictures.harness import needs_opengl, simulation_of
 
 
@@ -27,6 +27,23 @@ def test_a_view_at_an_angle_shows_the_robot_from_where_nothing_hides_it(project:
     assert 0.02 < seen.mean() < 0.3
     assert 40 < columns.mean() < 120
     assert 30 < rows.mean() < 110
+
+
+@needs_opengl
+@pytest.mark.parametrize("name", ["perspective", "top"])
+def test_a_robot_whose_root_link_is_the_world_is_in_the_picture(project: Project, name: str) -> None:
+    bolted = CART.replace(
+        '<link name="plate"/>',
+        '<link name="plate"/><link name="world"/>'
+        '<joint name="bolts" type="fixed"><parent link="world"/><child link="base_link"/></joint>',
+    )
+    project.write("bot.urdf", bolted).write("bot.yaml", f"{ROBOT}base_link: world\n")
+    project.write("scene.yaml", SCENE.replace("[0, 0, 0.1]", "[30, 0, 0.1]"))
+    simulation = project.load().simulation
+    image = views.draw(simulation, views.find_view(simulation, name, (160, 120)), segmentation=True)
+    assert image.segmentation is not None
+    robot = [number for number, path in simulation.studio.labels.items() if path.startswith("/bot")]
+    assert np.isin(image.segmentation, robot).mean() > (0.02 if name == "perspective" else 0.0001)
 
 
 @needs_opengl

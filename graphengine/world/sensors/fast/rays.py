@@ -12,6 +12,7 @@ import threading
 import numba
 import numpy as np
 
+from graphengine.resources import has_address_space
 from graphengine.world.engine import mujoco
 from graphengine.world.sensors.fast.compiled import kept_in
 from graphengine.world.sensors.fast.kernel import cast
@@ -26,6 +27,9 @@ ENDLESS = 1e9
 MAX_TRIANGLES = 1_000_000
 """As many as take 0.2 GB."""
 
+ADDRESS_SPACE = 400_000_000
+"""Bytes that numba may need; measured are 310 MB."""
+
 PATIENCE = 1.0
 """Seconds of silence while kernels are made ready; to load them takes 0.3 s, to compile them 5 to 10."""
 
@@ -37,6 +41,8 @@ def trouble() -> str:
     """Why these rays cannot be cast in this process; empty if they can, and then all kernels are ready."""
     if numba.config.DISABLE_JIT:
         return "NUMBA_DISABLE_JIT keeps numba from compiling them"
+    if not has_address_space(ADDRESS_SPACE):  # LLVM aborts the process where it finds no memory
+        return f"numba takes {ADDRESS_SPACE // 10**6} MB more of memory than `ulimit -v` leaves"
     notice = threading.Timer(PATIENCE, _log.warning, ["compiling the rays of lidars, which takes some seconds"])
     notice.daemon = True
     notice.start()

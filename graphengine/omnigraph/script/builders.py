@@ -1,0 +1,90 @@
+"""Functions and methods of a script that build graphs, themselves or by those that they call."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from typing import NamedTuple
+
+BUILDING = frozenset(("edit", "create_node", "create_graph"))
+"""Methods of OmniGraph's controllers that build graphs."""
+
+Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+
+class Builder(NamedTuple):
+    """A function or method that builds graphs.
+
+    Attributes:
+        name: by which it is called; of `__init__` that of its class.
+        text: how it is called, with its arguments, such as `Robot(path).build(rate=2)`.
+        calls: names that it calls.
+        node: its definition.
+    """
+
+    name: str
+    text: str
+    calls: set[str]
+    node: Function
+
+
+def builders(*trees: ast.Module) -> list[Builder]:
+    """All of a script and of the modules beside it."""
+    functions = [function for tree in trees for node in tree.body for function in _functions(node)]
+    building: list[Builder] = []
+    while True:
+        names = BUILDING | {builder.name for builder in building}
+        more = [function for function in functions if function.calls & names]
+        if len(more) == len(building):
+            return building
+        building = more
+
+
+def entries(tree: ast.Module) -> list[Builder]:
+    """Those that no other one calls."""
+    building = builders(tree)
+    called = {name for builder in building for name in builder.calls - {builder.name}}
+    return [builder for builder in building if builder.name not in called] or building
+
+
+def handed_over(tree: ast.Module) -> set[str]:
+    """Names that a script uses without calling them here and now, as it does of functions that something else is to call."""
+    nodes, later = list(ast.walk(tree)), _in_lambdas(tree)
+    made = {id(node.func) for node in nodes if isinstance(node, ast.Call) and id(node) not in later}
+    used = (node for node in nodes if isinstance(node, ast.Name | ast.Attribute) and id(node) not in made)
+    return {str(getattr(node, "id", getattr(node, "attr", ""))) for node in used}
+
+
+def called(call: ast.AST) -> str:
+    """The last name of what is called; empty for anything but a call, and for one of ROS's own."""
+    function = getattr(call, "func", None)
+    if getattr(getattr(function, "value", None), "id", "") == "rclpy":
+        return ""
+    return str(getattr(function, "id", getattr(function, "attr", "")))
+
+
+def _functions(node: ast.stmt, owner: str = "", instance: str = "") -> Iterator[Builder]:
+    """Functions and methods in a statement of a module or of a class, of which `instance` makes an instance."""
+    if isinstance(node, ast.ClassDef):
+        start = next((part for part in node.body if isinstance(part, Function) and part.name == "__init__"), None)
+        for part in node.body:
+            yield from _functions(part, node.name, f"{node.name}({_arguments(start, 1) if start else ''})")
+    elif isinstance(node, Function):
+        kinds = {getattr(kind, "id", "") for kind in node.decorator_list}
+        text = f"{node.name}({_arguments(node, int(bool(owner) and 'staticmethod' not in kinds))})"
+        if owner:
+            text = f"{owner if kinds & {'staticmethod', 'classmethod'} else instance}.{text}"
+        later = _in_lambdas(node)
+        calls = {called(part) for part in ast.walk(node) if id(part) not in later} - {""}
+        makes = bool(owner) and node.name == "__init__"
+        yield Builder(owner if makes else node.name, instance if makes else text, calls, node)
+
+
+def _in_lambdas(tree: ast.AST) -> set[int]:
+    """Identities of the parts that run only when a lambda is called."""
+    return {id(part) for node in ast.walk(tree) if isinstance(node, ast.Lambda) for part in ast.walk(node)}
+
+
+def _arguments(function: Function, first: int) -> str:
+    """Arguments of a function from the one of a number on."""
+    return ast.unparse(ast.arguments(**{**vars(function.args), "args": function.args.args[first:]}))

@@ -1,0 +1,25 @@
+"""Opening files that a user or another file names."""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from typing import BinaryIO
+
+
+def open_regular(path: str | os.PathLike[str]) -> BinaryIO:
+    """Open a regular file for reading; a pipe or device is refused at once, where a plain `open` may wait for ever.
+
+    Raises:
+        OSError: it is not there, not regular, or may not be read.
+    """
+    file = open(path, "rb", opener=_without_waiting)  # noqa: SIM115  # it is returned
+    if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+        file.close()
+        raise OSError(errno.EINVAL, "not a regular file", os.fspath(path))
+    return file
+
+
+def _without_waiting(path: str, flags: int) -> int:
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))

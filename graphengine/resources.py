@@ -1,0 +1,32 @@
+"""Resources of the process that C libraries take for granted: without them they abort it, so that Python cannot report it."""
+
+from __future__ import annotations
+
+import mmap
+import os
+
+SMALLEST = 320_000_000
+"""Bytes of address space with which every verb gets as far as Python can report a shortage; OpenBLAS and MuJoCo need most."""
+
+
+def has_address_space(size: int) -> bool:
+    """Whether `ulimit -v` and the machine leave room for this many bytes more; none of them are used."""
+    try:
+        mmap.mmap(-1, size, mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS, mmap.PROT_READ).close()
+    except (OSError, MemoryError):
+        return False
+    return True
+
+
+def has_descriptors(number: int) -> bool:
+    """Whether `ulimit -n` and the machine let the process open this many files more."""
+    opened: list[int] = []
+    try:
+        while len(opened) < number:
+            opened.append(os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC))
+    except OSError:
+        return False
+    finally:
+        for descriptor in opened:
+            os.close(descriptor)
+    return True

@@ -1,0 +1,64 @@
+"""Wide strings as CDR: a count of UTF-16 units, then each unit in 4 bytes, as all RMWs of ROS 2 write and read them.
+
+rosidl_typesupport_fastrtps does so in `serialization_helpers.hpp`, and rmw_cyclonedds_cpp in `Serialization.cpp`. A `wchar_t`
+of Fast CDR 2 itself has 2 bytes, which ROS 2 does not use.
+"""
+
+from __future__ import annotations
+
+import struct
+from functools import partial
+from typing import Any
+
+import numpy as np
+from rosbags.interfaces import Msgdef, Nodetype
+
+NAME = "graphengine/msg/WideString"
+"""Type of wide strings in a store of rosbags, which has no codec for them."""
+UNIT = 4
+"""Bytes that a unit takes."""
+
+
+def _units(text: str) -> bytes:
+    return text.encode("utf-16-le", "surrogatepass")
+
+
+def _size(position: int, text: Any, store: Any) -> int:
+    return position + 4 + len(_units(text)) // 2 * UNIT
+
+
+def _write(order: str, data: memoryview, position: int, text: str, store: Any) -> int:
+    units = np.frombuffer(_units(text), "<u2").astype(f"{order}u{UNIT}").tobytes()
+    struct.pack_into(f"{order}I", data, position, len(units) // UNIT)
+    data[position + 4 : position + 4 + len(units)] = units
+    return position + 4 + len(units)
+
+
+def _read(order: str, data: memoryview, position: int, cls: Any, store: Any) -> tuple[str, int]:
+    (count,) = struct.unpack_from(f"{order}I", data, position)
+    position += 4
+    end = position + count * UNIT
+    if end > len(data):
+        raise ValueError(f"a wide string of {count} units has {len(data) - position} bytes left")
+    units = np.frombuffer(data[position:end], f"{order}u{UNIT}")
+    if (units >> 16).any():
+        raise ValueError("a unit of a wide string has more than 16 bits")
+    return units.astype("<u2").tobytes().decode("utf-16-le", "replace"), end
+
+
+_ROS1: Any = _size
+"""In place of what encodes ROS 1, which has no wide strings."""
+
+CODEC: Msgdef[Any] = Msgdef(
+    NAME,
+    [("text", (Nodetype.BASE, ("string", 0)))],  # by which rosbags aligns the fields before and behind it
+    str,
+    0,
+    _size,
+    partial(_write, "<"),
+    partial(_write, ">"),
+    partial(_read, "<"),
+    partial(_read, ">"),
+    0,
+    *[_ROS1] * 7,
+)

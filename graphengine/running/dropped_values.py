@@ -1,0 +1,33 @@
+"""Values from wires that nodes could not use, counted by node."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+BadValues = Literal["drop", "stop"]
+"""What becomes of a value from a wire that a node cannot use: it is dropped, or it ends the run."""
+
+
+@dataclass(slots=True)
+class DroppedValues:
+    """Counts the ticks in which each node dropped a value.
+
+    Attributes:
+        ticks: number of such ticks, by prim path of the node.
+    """
+
+    ticks: dict[str, int] = field(default_factory=dict)
+    _latest: dict[str, int] = field(default_factory=dict)
+
+    def add(self, node: str, tick: int) -> bool:
+        """Count a value that a node dropped in a tick.
+
+        Returns:
+            Whether to warn: in the node's first such tick, its second, fourth, eighth and so on.
+        """
+        if self._latest.get(node) == tick:
+            return False
+        self._latest[node] = tick
+        count = self.ticks[node] = self.ticks.get(node, 0) + 1
+        return count & (count - 1) == 0

@@ -1,0 +1,77 @@
+"""Checks of values that came over wires, for nodes that cannot use every value of a port's type."""
+
+from __future__ import annotations
+
+import functools
+import math
+import operator
+from collections.abc import Callable, Collection, Iterable
+from typing import Any, TypeVar
+
+import numpy as np
+
+from graphengine.diagnostics import BadValueError
+from graphengine.node import Node
+from graphengine.types import PortType
+
+T = TypeVar("T")
+
+
+def finite(port: str, value: T) -> T:
+    """Return a number, or a tuple of numbers, that is finite.
+
+    Raises:
+        BadValueError: it is not.
+    """
+    numbers: Iterable[Any] = value if isinstance(value, tuple) else (value,)
+    if not all(map(math.isfinite, numbers)):
+        raise BadValueError(port, value, "finite")
+    return value
+
+
+def one_of(port: str, value: str, legal: Collection[str]) -> str:
+    """Return a text that is one of the legal ones.
+
+    Raises:
+        BadValueError: it is not.
+    """
+    if value not in legal:
+        raise BadValueError(port, value, f"one of {', '.join(legal)}")
+    return value
+
+
+def same_length(**arrays: Any) -> None:
+    """Refuse arrays, by the names of their ports, that differ in length.
+
+    Raises:
+        BadValueError: they do.
+    """
+    lengths = list(map(len, arrays.values()))
+    if len(set(lengths)) > 1:
+        raise BadValueError(", ".join(arrays), lengths, "of one length")
+
+
+def check_outcome(node: Node, *outcome: float) -> None:
+    """Refuse the inputs of a node where one is NaN, or where a number that follows from them is not finite.
+
+    Raises:
+        BadValueError: it names the inputs that are NaN or infinite; without any, all numbers among the inputs.
+    """
+    inputs, numbers = _numbers(type(node))
+    given_numbers = numbers(node)
+    if math.isfinite(sum(outcome)) and not math.isnan(sum(given_numbers)):
+        return  # a sum shows at once what is not finite; one that is too large for a double needs the look at each
+    if all(map(math.isfinite, outcome)) and not any(map(math.isnan, given_numbers)):
+        return
+    given = [(name, getattr(node, field)) for name, field in inputs]
+    wrong = [(name, value) for name, value in given if not all(map(math.isfinite, np.ravel(value)))] or given
+    raise BadValueError(", ".join(name for name, _ in wrong), [value for _, value in wrong], "finite and not too large")
+
+
+@functools.cache
+def _numbers(cls: type[Node]) -> tuple[list[tuple[str, str]], Callable[[Node], tuple[float, ...]]]:
+    """Names and fields of the real inputs of a class, which has two or more single ones, and a getter of these."""
+    inputs = [port for port in cls.fields.values() if port.side == "inputs"]
+    real = [port for port in inputs if isinstance(port.type, PortType) and port.type.base in ("double", "float")]
+    single = [port.field for port in real if isinstance(port.default, float)]
+    return [(port.name, port.field) for port in real], operator.attrgetter(*single)

@@ -1,0 +1,68 @@
+"""Viewports: windows of Isaac Sim, of which only the render product is there (`isaacsim.core.nodes`)."""
+
+from __future__ import annotations
+
+from graphengine.context import Context
+from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
+from graphengine.types import Token, UInt
+
+DEFAULT = "Viewport"
+"""The name of the one that is there from the start."""
+
+
+class IsaacCreateViewport(Node, type="isaacsim.core.nodes.IsaacCreateViewport"):
+    """Makes a viewport, unless there is one of its name. What it shows is decided by IsaacSetCameraOnRenderProduct."""
+
+    exec_in = ExecIn()
+    name: Token = In(default="", setup=True, doc="of the viewport; empty for its id")
+    viewport_id: UInt = In(default=0, setup=True, doc=f"its name while `name` is empty; 0 is {DEFAULT!r}")
+    viewport: Token = Out(doc="the viewport's name")
+    exec_out = ExecOut()
+
+    title: str = State()
+
+    def setup(self, context: Context) -> None:
+        """Make the viewport, so that other nodes find it before the first tick."""
+        self.title = self.name or (str(self.viewport_id) if self.viewport_id else DEFAULT)
+        context.viewport(self.title, make=True)
+        self.viewport = self.title
+
+    def compute(self) -> None:
+        """Pass the name on."""
+        self.viewport = self.title
+
+
+class IsaacSetViewportResolution(Node, type="isaacsim.core.nodes.IsaacSetViewportResolution"):
+    """Sets the size of a viewport's pictures, from the start of the run or from when an input changes."""
+
+    exec_in = ExecIn()
+    viewport: Token = In(default="", setup=True, doc=f"name of the viewport; empty for {DEFAULT!r}")
+    width: UInt = In(default=1280, setup=True, unit="pixel")
+    height: UInt = In(default=720, setup=True, unit="pixel")
+    exec_out = ExecOut()
+
+    def setup(self, context: Context) -> None:
+        """Set the size; the engine calls this again when an input changes."""
+        context.viewport(self.viewport or DEFAULT, (self.width, self.height))
+
+    def compute(self) -> None:
+        """Fire; `setup` has set the size."""
+
+
+class IsaacGetViewportRenderProduct(Node, type="isaacsim.core.nodes.IsaacGetViewportRenderProduct"):
+    """The render product of a viewport, which helpers of cameras take."""
+
+    exec_in = ExecIn()
+    viewport: Token = In(default="", setup=True, doc="name of the viewport, from IsaacCreateViewport")
+    render_product_path: Token = Out()
+    exec_out = ExecOut()
+
+    path: str = State()
+
+    def setup(self, context: Context) -> None:
+        """Find the render product, so that helpers know it before the first tick."""
+        self.path = self.render_product_path = context.viewport(self.viewport)
+
+    def compute(self) -> None:
+        """Pass the path on."""
+        self.render_product_path = self.path

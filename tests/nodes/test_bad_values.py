@@ -1,0 +1,157 @@
+"""Values that came over wires and that nodes cannot use: BadValueError, before anything changed, and nothing else."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from graphengine.diagnostics import BadValueError
+from graphengine.node import Node
+from graphengine.types import PortType
+from tests.nodes.harness import Player
+from tests.nodes.test_ports import TYPES
+from tests.nodes.trial import ROUNDS, Trial, inputs_of, play_wired, spoiled, trials
+from tests.nodes.wire_values import bad_inputs, legal_inputs
+
+WIRED = sorted(name for name, cls in TYPES.items() if cls.compute is not Node.compute and Trial(name).wired)
+"""Types that compute with inputs whose values wires may change from tick to tick."""
+every_type = pytest.mark.parametrize("name", WIRED)
+
+
+@pytest.fixture(autouse=True)
+def short_loops(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Node, "max_pushes", ROUNDS)
+
+
+RAN_ALREADY = {"graphengine.action.WhileLoop"}
+"""Types that refuse a value after the rounds that it asked for."""
+
+
+def check_refusal(trial: Trial, refusal: BadValueError) -> None:
+    names = {port.name for port in trial.cls.fields.values()} | {"message"}
+    assert set(refusal.port.split(", ")) <= names, refusal.port
+
+
+def try_values(trial: Trial) -> None:
+    @settings(max_examples=10)
+    @given(bad_inputs(trial))
+    def run(values: dict[str, object]) -> None:
+        before, sent = trial.seen(), trial.sent()
+        refusal = trial.tick(values)
+        if refusal is not None:
+            check_refusal(trial, refusal)
+            if trial.cls.type_name not in RAN_ALREADY:
+                assert (trial.seen(), trial.sent()) == (before, sent)
+        before = trial.seen()
+        refusal = trial.update()
+        if refusal is not None:
+            assert trial.seen() == before
+
+    run()
+
+
+@every_type
+def test_any_value_is_used_or_refused_and_a_refusal_changes_nothing(name: str) -> None:
+    for trial in trials(name):
+        try_values(trial)
+
+
+@every_type
+def test_a_hundred_ticks_after_refused_values_a_node_is_as_if_it_had_not_been_executed_with_them(name: str) -> None:
+    @settings(max_examples=1)
+    @given(st.data())
+    def run(data: st.DataObject) -> None:
+        fed, spared, clean = Trial(name), Trial(name), Trial(name)
+        for _ in range(10):
+            values = data.draw(bad_inputs(fed))
+            refused = fed.tick(values) is not None
+            spared.tick(values, execute=not refused)
+            clean.tick()
+            for trial in (fed, spared, clean):
+                trial.update()
+        for _ in range(100):
+            for trial in (fed, spared, clean):
+                trial.tick()
+                trial.update()
+        assert fed.seen() == spared.seen()
+        for field in fed.seen():
+            value = getattr(fed.node, field, 0.0)
+            assert not spoiled(value) or spoiled(getattr(clean.node, field)), field
+
+    run()
+
+
+@every_type
+def test_no_value_from_a_wire_ends_a_run(name: str, play: Player) -> None:
+    trial = Trial(name)
+    playing, source = play_wired(play, trial)
+    reached = 0
+
+    @settings(max_examples=6, suppress_health_check=[HealthCheck.function_scoped_fixture])
+    @given(bad_inputs(trial).filter(bool))
+    def run(values: dict[str, object]) -> None:
+        nonlocal reached
+        for field, value in values.items():
+            setattr(source, f"out_{field}", value)
+        playing.tick()
+        reached += any(getattr(playing.node("Node"), field) is value for field, value in values.items())
+
+    run()
+    assert reached
+
+
+UNWIRED = {"IsaacReadEnvVar", "IsaacSetCameraOnRenderProduct", "QuinticPathPlanner", "ROS2Publisher", "ROS2Subscriber"}
+UNWIRED |= {
+    "OgnROS2ServiceClient",
+    "OgnROS2ServiceServerRequest",
+    "OgnROS2ServiceServerResponse",
+    "ROS2PublishLaserScan",
+}
+"""Types that need literals before the first tick, or the surroundings of a trial."""
+READS_IN_SETUP = [
+    name
+    for name, cls in TYPES.items()
+    if cls.compute is not Node.compute
+    and name.rpartition(".")[2] not in {*UNWIRED, "ScriptNode"}  # a script that raises is a fault
+    and any(port.setup for port in inputs_of(cls))
+]
+
+
+@pytest.mark.parametrize("name", READS_IN_SETUP)
+def test_no_value_from_a_wire_that_setup_reads_ends_a_run(name: str, play: Player) -> None:
+    trial = Trial(name)
+    trial.wired = [port for port in inputs_of(trial.cls) if port.setup and port.type != PortType("bundle")]
+    playing, source = play_wired(play, trial)
+
+    @settings(max_examples=6, suppress_health_check=[HealthCheck.function_scoped_fixture])
+    @given(bad_inputs(trial).filter(bool))
+    def run(values: dict[str, object]) -> None:
+        for field, value in values.items():
+            setattr(source, f"out_{field}", value)
+        playing.tick()
+
+    run()
+
+
+@every_type
+def test_no_finite_legal_value_is_refused(name: str) -> None:
+    single, *arrays = trials(name)
+    for trial in (single, *(other for other in arrays if other.tick() is None)):
+        use_legal_values(trial)
+
+
+def use_legal_values(trial: Trial) -> None:
+    @settings(max_examples=6)
+    @given(legal_inputs(trial))
+    def run(values: dict[str, object]) -> None:
+        assert trial.tick(values) is None
+        assert trial.update() is None
+
+    run()
+
+
+def test_types_that_are_not_tried_take_values_in_setup_alone() -> None:
+    others = [cls for cls in TYPES.values() if cls.compute is not Node.compute and cls.type_name not in WIRED]
+    assert [cls.type_name for cls in others if not all(port.setup for port in inputs_of(cls))] == []
+    assert len(WIRED) >= 200

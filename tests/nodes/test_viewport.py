@@ -1,0 +1,110 @@
+"""IsaacCreateViewport, IsaacSetViewportResolution and IsaacGetViewportRenderProduct: pictures of cameras, by names of windows."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from graphengine.diagnostics import ContextError
+from graphengine.testing import RecordingContext
+from nodes.core.render_product import IsaacSetCameraOnRenderProduct
+from nodes.core.viewport import IsaacCreateViewport, IsaacGetViewportRenderProduct, IsaacSetViewportResolution
+from tests.nodes.harness import ready
+
+WIDE, NARROW = "/robot/wide", "/robot/narrow"
+
+
+@pytest.fixture
+def context() -> RecordingContext:
+    made = RecordingContext()
+    for path, degrees in ((WIDE, 90.0), (NARROW, 60.0)):
+        made.world.add_camera(path, size=(640, 480), fov_deg=(degrees, 40.0))
+    return made
+
+
+def made(context: RecordingContext, **inputs: Any) -> str:
+    """The name of a viewport that a node makes."""
+    node = ready(IsaacCreateViewport, context, **inputs)
+    node.compute()
+    return node.viewport
+
+
+def product(context: RecordingContext, viewport: str) -> str:
+    node = ready(IsaacGetViewportRenderProduct, context, viewport=viewport)
+    node.compute()
+    return node.render_product_path
+
+
+def show(context: RecordingContext, path: str, camera: str) -> IsaacSetCameraOnRenderProduct:
+    return ready(IsaacSetCameraOnRenderProduct, context, render_product_path=path, camera_prim=camera)
+
+
+@pytest.mark.parametrize(
+    ("inputs", "name"),
+    [({"name": "Front", "viewport_id": 2}, "Front"), ({"viewport_id": 2}, "2"), ({}, "Viewport")],
+)
+def test_a_viewport_is_called_by_its_name_else_by_its_id_and_0_is_the_one_there(
+    context: RecordingContext, inputs: dict[str, Any], name: str
+) -> None:
+    assert made(context, **inputs) == name
+
+
+def test_each_name_has_a_render_product(context: RecordingContext) -> None:
+    names = [made(context, viewport_id=number) for number in (1, 2, 1)]
+    one, two, again = (product(context, name) for name in names)
+    assert one == again != two
+    assert product(context, "Viewport") not in (one, two)
+
+
+def test_it_shows_the_camera_that_was_set_in_the_usual_size(context: RecordingContext) -> None:
+    path = product(context, made(context, viewport_id=1))
+    show(context, path, WIDE)
+    camera = context.camera(path)
+    assert (camera.prim_path, camera.size) == (WIDE, (1280, 720))
+
+
+def test_another_camera_comes_with_its_execution(context: RecordingContext) -> None:
+    path = product(context, made(context))
+    show(context, path, WIDE)
+    later = show(context, path, NARROW)
+    assert context.camera(path).prim_path == WIDE
+    later.compute()
+    assert context.camera(path).prim_path == NARROW
+
+
+@pytest.mark.parametrize("before", [False, True])
+def test_its_size_is_the_one_that_was_set_before_or_after_the_camera(context: RecordingContext, before: bool) -> None:
+    path = product(context, made(context, name="Front"))
+    if not before:
+        show(context, path, WIDE)
+    held = context.camera(path) if not before else None
+    ready(IsaacSetViewportResolution, context, viewport="Front", width=320, height=200)
+    show(context, path, WIDE).compute()
+    camera = held or context.camera(path)
+    assert (camera.prim_path, camera.size) == (WIDE, (320, 200))
+
+
+def test_the_resolution_of_no_viewport_in_particular_is_that_of_the_one_there(context: RecordingContext) -> None:
+    ready(IsaacSetViewportResolution, context, width=100, height=50)
+    path = product(context, "Viewport")
+    show(context, path, WIDE)
+    assert context.camera(path).size == (100, 50)
+
+
+@pytest.mark.parametrize("size", [{"width": 0}, {"height": 8193}])
+def test_a_size_that_there_is_not_is_refused(context: RecordingContext, size: dict[str, int]) -> None:
+    with pytest.raises(ContextError, match="width and height are 1 to 8192"):
+        ready(IsaacSetViewportResolution, context, **size)
+
+
+def test_a_viewport_that_nobody_made_is_refused_with_those_there_are(context: RecordingContext) -> None:
+    made(context, name="Front")
+    with pytest.raises(ContextError) as caught:
+        product(context, "Frnt")
+    assert (caught.value.message, caught.value.help) == ("no viewport 'Frnt'", ("viewports: Front",))
+
+
+def test_a_viewport_without_a_camera_has_no_pictures(context: RecordingContext) -> None:
+    with pytest.raises(ContextError, match="the viewport shows no camera"):
+        context.camera(product(context, made(context)))

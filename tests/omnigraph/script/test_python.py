@@ -1,0 +1,140 @@
+"""Ordinary Python of scripts: what they ask of the machine, and of values that only Omniverse knows."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from graphengine.cli import main
+
+START = """\
+import os
+from pathlib import Path
+import omni.client, omni.kit.test
+import omni.graph.core as og
+"""
+BUILD = "og.Controller.edit('/World/g', {'create_nodes': ('T', 'omni.graph.action.OnTick')})\n"
+
+
+def told(folder: Path, text: str, capsys: pytest.CaptureFixture[str], *given: str) -> tuple[bool, str]:
+    """Whether a script that ends with a graph builds it, and the findings."""
+    (folder / "script.py").write_text(START + text, encoding="utf-8")
+    main(["import", str(folder / "script.py"), "-o", str(folder), *given])
+    said = capsys.readouterr()
+    return (folder / "g.yaml").is_file(), said.out + said.err
+
+
+@pytest.mark.parametrize(
+    ("text", "given"),
+    [
+        ("folder = Path.home() / 'assets'\n", []),
+        ("assert os.environ['MY_WS'] == '/ws=1'\n", ["--env", "MY_WS=/ws=1"]),
+        ("assert os.environ['PATH']\n", ["--env", "PATH"]),
+        ("if not Path('/assets/robot.usd').is_file(): raise FileNotFoundError\n", []),
+        ("if not os.path.exists('/assets/robot.usda'): raise SystemExit(1)\n", []),
+        ("assert os.path.exists('/assets/robot.urdf')\n", ["--assume", "/assets/robot.urdf"]),
+        (
+            (
+                "class Test(omni.kit.test.AsyncTestCase):\n"
+                "    def setUp(self):\n        super().setUp()\n        self.path = '/World/g'\n"
+                "class More(Test):\n    def tearDown(self): super().tearDown()\n"
+                "test = More()\ntest.setUp()\ntest.tearDown()\nassert test.path == '/World/g'\n"
+            ),
+            [],
+        ),
+        ("from parts.clock import name\nfrom .parts.clock import name as same\nassert name == same == 'clock'\n", []),
+    ],
+)
+def test_a_script_gets_what_it_asks_for(
+    text: str, given: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "clock.py").write_text("name = 'clock'\n")
+    built, said = told(tmp_path, text + BUILD, capsys, *given)
+    assert built, said
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("os.environ['MY_WS']\n", "give it the variable: --env MY_WS=VALUE"),
+        ("memoryview(omni.client.read_file('a')[2])\n", "unknown value of omni.client.read_file"),
+        (
+            "_, _, content = omni.client.read_file('a')\nbytes(content)\n",
+            "not 'unknown value of omni.client.read_file'",
+        ),
+        ("range(int(omni.client.stat('a').size))\n", "'unknown value of omni.client.stat.size' object"),
+        ("from missing import *\nmake_robot()\n", "script.py:5:1: module 'missing' is not imported"),
+    ],
+)
+def test_a_script_that_fails_is_told_what_it_lacks(
+    text: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    built, everything = told(tmp_path, text + BUILD, capsys)
+    assert not built
+    assert said in everything
+
+
+@pytest.mark.parametrize("given", ["=1", "MY_WS_THAT_NOBODY_SETS"])
+def test_a_variable_has_a_name_and_a_value(given: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "script.py").write_text(BUILD)
+    with pytest.raises(SystemExit, match="2"):
+        main(["import", str(tmp_path / "script.py"), "--env", given])
+    assert "write NAME=VALUE" in capsys.readouterr().err
+
+
+STAGE = """#usda 1.0
+def Xform "World" {
+    def OmniGraph "g" {
+        token evaluator:type = "execution"
+        def OmniGraphNode "Tick" {
+            token node:type = "omni.graph.action.OnPlaybackTick"
+        }
+    }
+}
+"""
+CONNECTS = """
+import omni.usd
+omni.usd.get_context().open_stage("robot.usda", None)
+nodes = ("Clock", "isaacsim.ros2.bridge.ROS2PublishClock")
+og.Controller.edit("/World/g", {"create_nodes": nodes, "connect": ("/World/g/Tick.outputs:tick", "Clock.inputs:execIn")})
+"""
+
+
+@pytest.mark.parametrize(("stage", "said"), [(STAGE, "2 nodes, 1 wire"), ("no USD", "USD")])
+def test_a_script_finds_the_graphs_of_the_stage_beside_it_that_it_opens(
+    stage: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("pxr")
+    (tmp_path / "robot.usda").write_text(stage, encoding="utf-8")
+    built, everything = told(tmp_path, CONNECTS, capsys)
+    assert built
+    assert said in everything
+    if stage == STAGE:
+        assert "Tick.tick -> Clock.execIn" in (tmp_path / "g.yaml").read_text(encoding="utf-8")
+
+
+def test_a_script_of_literals_finds_the_graphs_of_a_stage_too(tmp_path: Path) -> None:
+    pytest.importorskip("pxr")
+    (tmp_path / "robot.usda").write_text(STAGE, encoding="utf-8")
+    text = "import omni.graph.core as og\nimport omni.usd\nomni.usd.get_context().open_stage('robot.usda')\n"
+    (tmp_path / "script.py").write_text(text + BUILD.replace("/g'", "/h'"), encoding="utf-8")
+    assert main(["import", str(tmp_path / "script.py"), "-o", str(tmp_path)]) == 0
+    assert sorted(path.name for path in tmp_path.glob("*.yaml")) == ["g.yaml", "h.yaml"]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '"""Docstring."""\n\nfrom __future__ import annotations\nfrom __future__ import division\n' + START,
+        START
+        + "from nowhere import Base\n"
+        + "class Task(Base):\n    def __init__(self):\n        Base.__init__(self, name='task')\nTask()\n",
+    ],
+    ids=["future imports below a docstring", "the __init__ of an unknown base class"],
+)
+def test_ordinary_beginnings_do_not_end_a_script(tmp_path: Path, text: str) -> None:
+    (tmp_path / "script.py").write_text(text + BUILD, encoding="utf-8")
+    assert main(["import", str(tmp_path / "script.py"), "-o", str(tmp_path)]) == 0
+    assert (tmp_path / "g.yaml").is_file()

@@ -1,0 +1,133 @@
+"""Wide strings: as the RMWs of ROS 2 write them, in and out, over DDS and over rclpy."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from graphengine.context import QoS
+from graphengine.ros.dds import DdsTransport
+from graphengine.ros.definitions import DEFINITIONS, Definitions
+from graphengine.ros.domain import Domain
+from graphengine.ros.interfaces import MessageTypeError
+from graphengine.ros.messages import MessageError, decode, encode
+from graphengine.ros.rcl import RclTransport, discovery
+from tests.ros.contract import RCLPY_MISSING, Eventually
+
+WIDE, MANY = "example_interfaces/msg/WString", "my_msgs/msg/Many"
+TEXTS = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="".join(map(chr, range(17)))))
+
+
+@pytest.fixture(scope="module")
+def known(tmp_path_factory: pytest.TempPathFactory) -> Definitions:
+    folder = tmp_path_factory.mktemp("share")
+    for path, text in (
+        (WIDE, "wstring data\n"),
+        (MANY, "uint8 before\nwstring[] many\nwstring[2] two\nuint32 number\nwstring last 'Grüße'\nfloat64 after\n"),
+    ):
+        file = folder / f"{path}.msg"
+        file.parent.mkdir(parents=True)
+        file.write_text(text, encoding="utf-8")
+    return DEFINITIONS.extended([folder])
+
+
+def wide(known: Definitions, text: str) -> bytes:
+    message = known.initial(WIDE)
+    message.data = text
+    return encode(message, known)
+
+
+def test_units_are_written_and_read_in_four_bytes(known: Definitions) -> None:
+    text = "Grüße 😀"
+    units = struct.unpack(f"<{len(text) + 1}H", text.encode("utf-16-le"))  # the last character takes two
+    data = wide(known, text)
+    assert data == struct.pack(f"<BBHI{len(units)}I", 0, 1, 0, len(units), *units)
+    assert decode(data, WIDE, known).data == text
+    swapped = struct.pack(f">BBHI{len(units)}I", 0, 0, 0, len(units), *units)
+    assert decode(swapped, WIDE, known).data == text
+
+
+@given(many=st.lists(TEXTS, max_size=4), two=st.lists(TEXTS, min_size=2, max_size=2), last=TEXTS)
+def test_what_is_written_is_read(known: Definitions, many: list[str], two: list[str], last: str) -> None:
+    message = known.initial(MANY)
+    assert message.last == "Grüße"
+    message.before, message.number, message.after = 255, 2**32 - 1, -1.5
+    message.many, message.two, message.last = many, two, last
+    assert decode(encode(message, known), MANY, known) == message
+
+
+@pytest.mark.parametrize(
+    ("count", "unit", "match"), [(3, 2, "3 units"), (2**32 - 1, 2, "units"), (2, 65536, "16 bits")]
+)
+def test_what_is_no_wide_string_is_refused(known: Definitions, count: int, unit: int, match: str) -> None:
+    with pytest.raises(MessageError, match=match):
+        decode(struct.pack("<BBHI2I", 0, 1, 0, count, 1, unit), WIDE, known)
+
+
+@pytest.mark.parametrize("field", ["wchar a", "wchar[] a"])
+def test_single_wide_characters_are_not_supported(tmp_path: Path, field: str) -> None:
+    (tmp_path / "my_msgs" / "msg").mkdir(parents=True)
+    (tmp_path / "my_msgs" / "msg" / "Odd.msg").write_text(f"{field}\n")
+    with pytest.raises(MessageTypeError, match="which is not supported"):
+        DEFINITIONS.extended([tmp_path]).definition("my_msgs/msg/Odd")
+
+
+def test_wide_strings_cross_between_two_nodes(known: Definitions, domain_id: int, eventually: Eventually) -> None:
+    alice, bob = (DdsTransport(Domain(domain_id, "LOCALHOST"), name, definitions=known) for name in ("alice", "bob"))
+    heard: list[str] = []
+    bob.reader("/wide", WIDE, QoS(), lambda data: heard.append(decode(data, WIDE, known).data))
+    writer = alice.writer("/wide", WIDE, QoS())
+    assert eventually(lambda: writer.matched)
+
+    def is_heard() -> bool:
+        writer.write(wide(known, "Grüße"))
+        return bool(heard)
+
+    assert eventually(is_heard)
+    alice.close()
+    bob.close()
+    assert set(heard) == {"Grüße"}
+
+
+@pytest.mark.ros
+@pytest.mark.skipif(RCLPY_MISSING is not None, reason=str(RCLPY_MISSING))
+@pytest.mark.parametrize("own", ["dds", "rclpy"])
+def test_wide_strings_cross_to_and_from_a_node_of_ros(
+    known: Definitions, domain_id: int, own: str, eventually: Eventually
+) -> None:
+    import rclpy
+    from example_interfaces.msg import WString
+    from rclpy.executors import SingleThreadedExecutor
+    from rclpy.node import Node
+
+    domain, context = Domain(domain_id, "LOCALHOST"), rclpy.Context()
+    with discovery(domain):
+        context.init(args=[], domain_id=domain_id)
+    node, executor = Node("ros", context=context), SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    theirs: list[str] = []
+    ours: list[str] = []
+    talk = node.create_publisher(WString, "/theirs", 10)
+    node.create_subscription(WString, "/ours", lambda message: theirs.append(message.data), 10)
+    transport = (DdsTransport if own == "dds" else RclTransport)(domain, "ours", definitions=known)
+    transport.reader("/theirs", WIDE, QoS(), lambda data: ours.append(decode(data, WIDE, known).data))
+    writer = transport.writer("/ours", WIDE, QoS())
+    assert eventually(lambda: writer.matched)
+
+    def crossed() -> bool:
+        writer.write(wide(known, "Grüße"))
+        talk.publish(WString(data="Grüße"))
+        executor.spin_once(0.05)
+        return bool(ours and theirs)
+
+    assert eventually(crossed)
+    hashes = {end.type_hash for end in transport.graph().publishers("/theirs")}
+    transport.close()
+    node.destroy_node()
+    context.try_shutdown()
+    assert set(ours) == set(theirs) == {"Grüße"}
+    assert hashes == {known.type_hash(WIDE)}
