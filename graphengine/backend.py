@@ -8,10 +8,10 @@ from typing import Protocol
 
 from graphengine.context import Friction, Light
 from graphengine.diagnostics import JointError, did_you_mean, listing
-from graphengine.entity import Box, Entity, EntityState, Overlap
+from graphengine.entity import Box, Entity, EntityState, Move, Overlap
 from graphengine.messaging import Publisher, QoS, ServiceClient, ServiceServer, Subscription
 from graphengine.motion import Articulation, Body, Frame, Placement
-from graphengine.sensor import Camera, ContactSensor, Imu, Lidar, Quaternion, Vector3
+from graphengine.sensor import Camera, ContactSensor, Imu, Lidar, Vector3
 from graphengine.stage import Prim, Stage
 
 
@@ -34,22 +34,8 @@ class Entities(Protocol):
     def overlaps(self, name: str) -> Sequence[Overlap]:
         """What an entity is stuck in, deepest first: physics pushes them apart at once. Light touches do not count."""
 
-    def place(
-        self,
-        name: str,
-        position: Vector3 | None = None,
-        orientation: Quaternion | None = None,
-        linear: Vector3 | None = None,
-        angular: Vector3 | None = None,
-    ) -> None:
+    def place(self, name: str, move: Move) -> None:
         """Put an entity elsewhere; its joints go on as they are, and `reset` puts it back.
-
-        Args:
-            name: of the entity.
-            position: of its prim in the world, m; None for the present one.
-            orientation: of its prim, of any length but zero; None for the present one.
-            linear: velocity of its prim's origin in the world frame, m/s; None for rest.
-            angular: velocity in the world frame, rad/s; None for rest.
 
         Raises:
             UsageError: a number is not finite or beyond all bounds, or the entity hangs on a joint; nothing has changed.

@@ -46,6 +46,20 @@ class EntityState:
 
 
 @dataclass(frozen=True, slots=True)
+class Move:
+    """Where an entity is put, and how it moves from there, in the world frame."""
+
+    position: Vector3 | None = None
+    """Of its prim, m; None for the present one."""
+    orientation: Quaternion | None = None
+    """Of its prim, of any length but zero; None for the present one."""
+    linear: Vector3 | None = None
+    """Velocity of its prim's origin, m/s; None for rest."""
+    angular: Vector3 | None = None
+    """Velocity, rad/s; None for rest."""
+
+
+@dataclass(frozen=True, slots=True)
 class Overlap:
     """What an entity is stuck in."""
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal, Protocol
 
 from graphengine.context import Quaternion, Vector3
 from graphengine.diagnostics import GraphError, StateError, TransportError, UnknownEntityError, UsageError
-from graphengine.entity import warning
+from graphengine.entity import Move, warning
 from graphengine.running.graph_run import GraphRun
 from graphengine.running.inbox import Inbox, LiveInbox
 from graphengine.running.mailbox import find_impulses
@@ -171,7 +171,7 @@ class Session:
             UsageError: it cannot be moved, or within a tick.
         """
         self._refuse_within_tick()
-        self.services.world.entities.place(name, position, orientation, linear, angular)
+        self.services.world.entities.place(name, Move(position, orientation, linear, angular))
         turned = {"quaternion_xyzw": orientation} if orientation is not None else None
         told = {"entity": name, "position": position, "orientation": turned, "linear": linear, "angular": angular}
         self.inbox.command("move", told)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from graphengine.backend import select_joints
 from graphengine.context import Friction, Light
 from graphengine.diagnostics import UnknownEntityError
-from graphengine.entity import Box, Entity, EntityState, Overlap
+from graphengine.entity import Box, Entity, EntityState, Move, Overlap
 from graphengine.motion import Body, Frame, Placement
 from graphengine.sensor import ContactReading, ImuSample, Picture, Quaternion, Scan, Vector3, beam_directions, pinhole
 from graphengine.stage import Prim, Stage
@@ -39,14 +39,7 @@ class DryEntities:
         """There is none."""
         raise self._unknown(name)
 
-    def place(
-        self,
-        name: str,
-        position: Vector3 | None = None,
-        orientation: Quaternion | None = None,
-        linear: Vector3 | None = None,
-        angular: Vector3 | None = None,
-    ) -> None:
+    def place(self, name: str, move: Move) -> None:
         """There is none."""
         raise self._unknown(name)
 

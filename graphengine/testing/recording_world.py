@@ -23,6 +23,7 @@ from graphengine.dry.world import (
     DryLidar,
     DryWorld,
 )
+from graphengine.entity import Move
 from graphengine.stage import IDENTITY, ORIGIN, Prim, Stage
 
 
@@ -174,19 +175,12 @@ class RecordingEntities(DryEntities):
         super().__init__(world.stage)
         self._world = world
 
-    def place(
-        self,
-        name: str,
-        position: Vector3 | None = None,
-        orientation: Quaternion | None = None,
-        linear: Vector3 | None = None,
-        angular: Vector3 | None = None,
-    ) -> None:
+    def place(self, name: str, move: Move) -> None:
         """Put one somewhere else."""
         body = self._world.body(self._world.stage.find(name))
         present = body.pose()
-        body.place(position or present[0], orientation or present[1])
-        body.linear, body.angular = linear or body.linear, angular or body.angular
+        body.place(move.position or present[0], move.orientation or present[1])
+        body.linear, body.angular = move.linear or body.linear, move.angular or body.angular
 
 
 class RecordingWorld(DryWorld):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from graphengine.backend import World
+from graphengine.entity import Move
 from graphengine.rotation import Pose, compose, relative
 from graphengine.running.prims.attribute import Attribute, numbers
 from graphengine.stage import Prim
@@ -46,9 +47,8 @@ class _Pose:
 
     def _put(self, pose: Pose) -> None:
         """Let it go on from there as fast as it was."""
-        self._world.entities.place(
-            self._prim.path, *compose(self._parent(), pose), *self._world.body(self._prim).velocity()
-        )
+        there = Move(*compose(self._parent(), pose), *self._world.body(self._prim).velocity())
+        self._world.entities.place(self._prim.path, there)
 
 
 def pose_attributes(world: World, prim: Prim) -> dict[str, Attribute]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from graphengine.context import Quaternion, Vector3
 from graphengine.diagnostics import PhysicsError, UnknownEntityError, UsageError, did_you_mean, listing
-from graphengine.entity import Box, Entity, EntityKind, EntityState, Overlap
+from graphengine.entity import Box, Entity, EntityKind, EntityState, Move, Overlap
 from graphengine.rotation import Pose, compose, relative, unrotate
 from graphengine.stage import Prim
 from graphengine.world.engine import mujoco
@@ -128,21 +128,16 @@ class Entities:
         owner = owners.get(int(model.body_rootid[model.geom_bodyid[geom]]))
         return Overlap(owner or model.geom(geom).name or "the world", depth)
 
-    def place(
-        self,
-        name: str,
-        position: Vector3 | None = None,
-        orientation: Quaternion | None = None,
-        linear: Vector3 | None = None,
-        angular: Vector3 | None = None,
-    ) -> None:
+    def place(self, name: str, move: Move) -> None:
         """Put an entity elsewhere; see `backend.Entities`."""
         prim = self._find(name)
-        linear, angular = linear or REST, angular or REST
+        linear, angular = move.linear or REST, move.angular or REST
         now = self._simulation.body(prim).pose()
-        for what, values in (("position", position), ("orientation", orientation), ("velocity", (*linear, *angular))):
+        velocity = (*linear, *angular)
+        for what, values in (("position", move.position), ("orientation", move.orientation), ("velocity", velocity)):
             _check(name, what, values or ())
-        pose = position or now[0], _unit(name, orientation) if orientation is not None else now[1]
+        turned = _unit(name, move.orientation) if move.orientation is not None else now[1]
+        pose = move.position or now[0], turned
         root, model, data = self._only_root(name, prim), self._simulation.model, self._simulation.data
         there = compose(pose, relative(now, pose_of(data.xpos[root], data.xquat[root])))
         bolted, joint = model.body_jntnum[root] == 0, int(model.body_jntadr[root])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from graphengine.diagnostics import CheckError, Findings, UsageError
+from graphengine.entity import Move
 from graphengine.spec import RobotUse
 from graphengine.world.loading import LoadedWorld
 from graphengine.world.population import Population
@@ -48,7 +49,7 @@ def test_what_is_built_on_the_world_stays_where_it_is(project: Project) -> None:
     loaded = project.load()
     spawn(loaded, "table", TABLE)
     with pytest.raises(UsageError, match="its root link is the world itself"):
-        loaded.simulation.entities.place("table", (0, 0, 0))
+        loaded.simulation.entities.place("table", Move((0, 0, 0)))
 
 
 def test_a_scene_file_names_a_description_too(project: Project) -> None:
@@ -125,7 +126,7 @@ def test_a_mujoco_model_of_one_body_stands_in_a_scene(project: Project, from_fil
     ]
     assert simulation.entities.state("can").position == pytest.approx((3, 0, 1))
     assert (simulation.model.opt.timestep, simulation.model.opt.gravity[2]) == (timestep, -9.81)
-    simulation.entities.place("other", (0, 3, 1))
+    simulation.entities.place("other", Move((0, 3, 1)))
     for _ in range(24):
         simulation.step()
     assert simulation.entities.state("can").linear_velocity[2] == pytest.approx(-0.981)

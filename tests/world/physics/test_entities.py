@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from graphengine.diagnostics import CheckError, UnknownEntityError
+from graphengine.entity import Move
 from tests.world.harness import Project
 from tests.world.physics.things import BALL, DOOR, SHELF, SPACE, add, run, world
 
@@ -60,7 +61,7 @@ def test_a_thing_that_turns_accelerates_towards_its_axis_alone(project: Project)
     """The geom hangs 0.5 m beside the body's origin, which so goes round it: w^2 r."""
     simulation = world(project, BALL.replace("<geom ", '<geom pos=".5 0 0" '), options=SPACE).simulation
     of_the_origin = (0, -1.5, 0)  # so that the centre rests
-    simulation.entities.place("ball", (5, 0, 1), None, of_the_origin, (0, 0, 3.0))
+    simulation.entities.place("ball", Move((5, 0, 1), None, of_the_origin, (0, 0, 3.0)))
     state = simulation.entities.state("ball")
     assert state.angular_velocity == pytest.approx((0, 0, 3))
     assert state.linear_acceleration == pytest.approx((4.5, 0, 0))
@@ -100,7 +101,7 @@ def test_bounds_in_its_own_frame_are_those_of_a_thing_however_it_stands(project:
     simulation = world(
         project, BALL.replace('<geom size=".1"', '<geom type="box" pos=".5 0 0" size="1 2 3"')
     ).simulation
-    simulation.entities.place("ball", (7, 8, 9), (0.1, 0.2, 0.3, 0.4))
+    simulation.entities.place("ball", Move((7, 8, 9), (0.1, 0.2, 0.3, 0.4)))
     bounds = simulation.entities.bounds("ball", own=True)
     assert bounds is not None
     assert (*bounds.low, *bounds.high) == pytest.approx((-0.5, -2, -3, 1.5, 2, 3))

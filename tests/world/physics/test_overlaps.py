@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from graphengine.entity import Move
 from tests.world.harness import ROBOT, Project
 from tests.world.physics.things import add, run, world
 
@@ -14,7 +15,7 @@ def test_what_is_put_into_something_overlaps_with_it_as_deep_as_it_is_in_there(p
     wall = '<body name="wall" pos="5 0 0"><geom type="box" size=".5 5 5"/></body>'
     simulation = world(project, wall, BLOCK.format("block", 2)).simulation
     assert simulation.entities.overlaps("block") == []
-    simulation.entities.place("block", (4.12, 0, 0.48))
+    simulation.entities.place("block", Move((4.12, 0, 0.48)))
     deepest, other = simulation.entities.overlaps("block")
     assert (deepest.other, other.other) == ("wall", "floor")
     assert (deepest.depth, other.depth) == pytest.approx((0.12, 0.02))
@@ -23,7 +24,7 @@ def test_what_is_put_into_something_overlaps_with_it_as_deep_as_it_is_in_there(p
 
 def test_who_is_put_into_another_overlaps_with_it_and_it_with_them(project: Project) -> None:
     simulation = world(project, BLOCK.format("one", 2), BLOCK.format("two", 4)).simulation
-    simulation.entities.place("one", (3.2, 0, 0.5))
+    simulation.entities.place("one", Move((3.2, 0, 0.5)))
     for name, other in (("one", "two"), ("two", "one")):
         (found,) = simulation.entities.overlaps(name)
         assert found.other == other
@@ -47,7 +48,7 @@ def test_a_robot_that_comes_into_something_overlaps_with_it(project: Project) ->
 def test_an_arm_that_is_bolted_to_the_world_does_not_overlap_with_itself(project: Project) -> None:
     project.write("bot.yaml", ROBOT + "fixed_base: true\n")
     loaded = world(project, BLOCK.format("block", 2))
-    loaded.simulation.entities.place("bot", (1.4, 0, 0.5))
+    loaded.simulation.entities.place("bot", Move((1.4, 0, 0.5)))
     (found,) = loaded.simulation.entities.overlaps("bot")
     assert found.other == "block"
     assert found.depth == pytest.approx(0.1)
@@ -56,7 +57,7 @@ def test_an_arm_that_is_bolted_to_the_world_does_not_overlap_with_itself(project
 def test_shapes_that_pass_through_each_other_do_not_overlap(project: Project) -> None:
     ghost = '<body name="ghost" pos="5 0 1"><geom type="box" size=".5 5 5" contype="0" conaffinity="0"/></body>'
     simulation = world(project, ghost, BLOCK.format("block", 2)).simulation
-    simulation.entities.place("block", (5, 0, 0.5))
+    simulation.entities.place("block", Move((5, 0, 0.5)))
     assert simulation.entities.overlaps("block") == []
 
 
