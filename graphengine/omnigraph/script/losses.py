@@ -11,7 +11,7 @@ from pathlib import Path
 
 from graphengine.omnigraph.omniverse import og
 from graphengine.omnigraph.omniverse.og_edit import OPENED
-from graphengine.omnigraph.omniverse.recorder import Recorder
+from graphengine.omnigraph.omniverse.recorder import MAX_PARTS, Recorder
 from graphengine.omnigraph.omniverse.spellings import NotThereError, OmniGraphError
 from graphengine.omnigraph.omniverse.stand_in import EndlessError
 from graphengine.omnigraph.script.builders import BUILDING, builders, called, entries, handed_over
@@ -99,6 +99,7 @@ class Losses:
             case RefusedError():
                 what, *advice = f"the script may not do this: {error}".splitlines()
             case OmniGraphError():
+                self.may_differ = self.recorder.parts <= MAX_PARTS  # it makes as many on every stage
                 what, advice = f"{OmniGraphError.__name__}: {error}", [OPENED] * isinstance(error, NotThereError)
             case _:
                 what, advice, keep = _text(error), _advice(error), True

@@ -157,8 +157,9 @@ class Run:
     def answer(self) -> ScriptAnswer:
         """What is known after the run."""
         recorder = self.recorder
+        graphs = [graph for graph in recorder.graphs.values() if graph.nodes or graph.path not in recorder.opened]
         return ScriptAnswer(
-            [graph for graph in recorder.graphs.values() if graph.nodes or graph.path not in recorder.opened],
+            graphs if self.losses.may_differ or not recorder.findings.errors else [],  # nobody would read them
             recorder.namespaces,
             recorder.findings.items,
             recorder.prims,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import importlib.util
 import itertools
 import os
@@ -61,6 +62,8 @@ class Scripts:
             call = call if call[0] else (script.source.path, frame.f_code.co_firstlineno, frame.f_lasti)
             inside = [first for first, last in script.loops if first <= frame.f_lineno <= last]
             loops += ((script.source.path, first) for first in reversed(inside))
+            if not any(known.loops for known in self):
+                break
         return call, loops
 
     def place(self, error: BaseException) -> Span | None:
@@ -91,6 +94,7 @@ class Scripts:
             frame = frame.f_back
 
 
+@functools.lru_cache(maxsize=1000)  # an instruction makes many nodes
 def _position(code: types.CodeType, instruction: int, near: int) -> Position:
     """Line and column of the beginning and of the end of an instruction, which is near a line."""
     found = next(itertools.islice(code.co_positions(), instruction // 2, None), (near, near, 0, 0))
