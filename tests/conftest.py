@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
+from tests.waiting import reserved_domain
 
 pytest.register_assert_rewrite(
     "tests.nodes.isaac", "tests.nodes.harness", "tests.nodes.firing"
 )  # before any test imports them
 
 ONE_AT_A_TIME = ("cli", "control", "jobs", "readme", "ros")
+
+
+@pytest.fixture
+def domain_id() -> Iterator[int]:
+    with reserved_domain() as number:
+        yield number
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-import os
 import sys
 from pathlib import Path
 
@@ -12,8 +10,6 @@ import pytest
 from graphengine.cli import main
 from tests.cli.harness import Graphrun, Result
 from tests.recording import harness as recordings
-
-_domains = itertools.count()
 
 CLOCK = """format: 1
 graph: mine
@@ -46,13 +42,12 @@ def graphrun(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 
 
 @pytest.fixture
-def domain_id(monkeypatch: pytest.MonkeyPatch) -> int:
-    """A ROS 2 domain that no other test of this process uses, and hardly one of another; the environment names it."""
-    number = 101 + (os.getpid() * 11 + next(_domains)) % 99
-    monkeypatch.setenv("ROS_DOMAIN_ID", str(number))
+def domain_id(domain_id: int, monkeypatch: pytest.MonkeyPatch) -> int:
+    """A ROS 2 domain that no other test is in; the environment names it."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(domain_id))
     for name in ("CYCLONEDDS_URI", "ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS"):
         monkeypatch.delenv(name, raising=False)
-    return number
+    return domain_id
 
 
 @pytest.fixture

@@ -17,8 +17,9 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from tests.waiting import PATIENCE
+
 ROOT = Path(__file__).resolve().parents[2]
-PATIENCE = 60.0  # s; what is waited for comes within a second or two on an idle machine
 
 SCENES = ["dd100_flat", "dd100_warehouse", "tutorial/flat_grid", "tutorial/navigation", "tutorial/simple_warehouse"]
 GRAPHS = sorted(str(path.relative_to(ROOT / "graphs").with_suffix("")) for path in (ROOT / "graphs").rglob("*.yaml"))

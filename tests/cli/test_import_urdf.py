@@ -414,10 +414,8 @@ def test_an_argument_that_xacro_does_not_take_is_told(graphrun: Graphrun, cart: 
 
 
 @pytest.fixture
-def domain(monkeypatch: pytest.MonkeyPatch) -> Domain:
-    number = 60 + os.getpid() % 40
-    monkeypatch.setenv("ROS_DOMAIN_ID", str(number))
-    return Domain(number, "OFF")
+def domain(domain_id: int) -> Domain:
+    return Domain(domain_id, "OFF")
 
 
 def test_a_description_on_the_network_is_written_beside_the_robot_file(

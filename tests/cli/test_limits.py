@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.harness import PATIENCE, Graphrun, Result, command, environment, process
+from tests.cli.harness import Graphrun, Result, command, environment, process
+from tests.waiting import PATIENCE
 
 RUN = ("run", "dd100_flat", "--for", "100ms")
 

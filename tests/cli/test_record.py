@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import os
 import signal
-import time
 from pathlib import Path
 
 import pytest
@@ -17,11 +17,13 @@ from graphengine.files import shipped
 from graphengine.ros import messages
 from graphengine.ros.dds import DdsTransport
 from graphengine.ros.domain import Domain
-from tests.cli.harness import PATIENCE, Graphrun, live, process
+from tests.cli.harness import Graphrun, live, process
 from tests.jobs.harness import twist
 from tests.recording.harness import CLOCK, CMD_VEL, put
+from tests.waiting import eventually
 
 MEMORY = ("--transport", "memory")
+ODOM, ODOMETRY = "/dd100_0000/odom", "nav_msgs/msg/Odometry"
 
 
 @pytest.mark.parametrize(
@@ -62,10 +64,7 @@ def test_a_run_without_a_tick_is_the_same(graphrun: Graphrun, project: Path) -> 
 def test_a_run_that_is_killed_leaves_what_was_written(graphrun: Graphrun, tmp_path: Path, size: int) -> None:
     path = tmp_path / "out.mcap"
     with live("run", "dd100_flat", "--record", str(path), *MEMORY) as run:
-        deadline = time.monotonic() + PATIENCE
-        while not path.exists() or path.stat().st_size < size:
-            assert time.monotonic() < deadline
-            time.sleep(0.001)
+        assert eventually(lambda: path.exists() and path.stat().st_size >= size)
         run.process.kill()
         run.process.wait()
     found = 0
@@ -97,21 +96,22 @@ def test_a_file_that_may_not_grow_ends_the_run_and_keeps_what_there_is(graphrun:
     assert "cut off" in result.err
 
 
-def test_a_run_over_dds_is_the_same(graphrun: Graphrun, tmp_path: Path) -> None:
-    path, domain_id = tmp_path / "out.mcap", 101 + (os.getpid() + 50) % 99
+def test_a_run_over_dds_is_the_same(graphrun: Graphrun, domain_id: int, tmp_path: Path) -> None:
+    path, odometry = tmp_path / "out.mcap", list[bytes]()
     env = {"ROS_DOMAIN_ID": str(domain_id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
     peer = DdsTransport(Domain(domain_id, "LOCALHOST"), "peer")
     try:
         writer = peer.writer(CMD_VEL, "geometry_msgs/msg/Twist", QoS())
+        peer.reader(ODOM, ODOMETRY, QoS(), odometry.append)
         with live("run", "dd100_flat", "--transport", "dds", "--record", str(path), env=env) as run:
             assert run.hear(lambda said: f"domain {domain_id}" in said)
-            deadline = time.monotonic() + PATIENCE
-            while not writer.matched:
-                assert time.monotonic() < deadline
-                time.sleep(0.01)
-            for speed in range(10):
-                writer.write(messages.encode(twist(0.1 * speed, 0.0)))
-                time.sleep(0.02)
+            speeds_to_write = itertools.cycle(range(10))
+
+            def moves() -> bool:  # that the writer is matched does not tell that the run knows of it
+                writer.write(messages.encode(twist(0.1 * next(speeds_to_write), 0.0)))
+                return any(messages.decode(data, ODOMETRY).twist.twist.linear.x > 0.01 for data in odometry[-1:])
+
+            assert eventually(moves), run.said
             assert run.stop(signal.SIGINT) == 0, run.said
     finally:
         peer.close()

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import re
 import signal
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -17,7 +15,8 @@ from graphengine.dry.world import DryWorld
 from graphengine.ros.dds import DdsTransport
 from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
-from tests.cli.harness import PATIENCE, ROOT, Graphrun, live, process
+from tests.cli.harness import ROOT, Graphrun, live, process
+from tests.waiting import PATIENCE, eventually
 
 SUMMARY = re.compile(
     r"(\d+) ticks?, ([\d.]+) s of simulation in [\d.]+ s \(x[\d.]+\), [\d.]+ ms a tick, (\d+) messages?\n\Z"
@@ -275,8 +274,7 @@ def test_a_run_that_is_to_outlive_its_terminal_does() -> None:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_takes_the_endpoints_off_the_network(number: signal.Signals) -> None:
-    domain_id = 101 + os.getpid() % 99
+def test_a_signal_takes_the_endpoints_off_the_network(number: signal.Signals, domain_id: int) -> None:
     env = {"ROS_DOMAIN_ID": str(domain_id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
     peer = DdsTransport(Domain(domain_id, "LOCALHOST"), "peer")
     try:
@@ -289,15 +287,6 @@ def test_a_signal_takes_the_endpoints_off_the_network(number: signal.Signals) ->
             assert eventually(lambda: not writer.matched), "the robot's subscription is still there"
     finally:
         peer.close()
-
-
-def eventually(condition: Callable[[], bool]) -> bool:
-    deadline = time.monotonic() + PATIENCE
-    while not condition():
-        if time.monotonic() > deadline:
-            return False
-        time.sleep(0.01)
-    return True
 
 
 # What is shown meanwhile

@@ -22,7 +22,8 @@ from graphengine.ros import messages
 from graphengine.ros.dds import DdsTransport
 from graphengine.ros.domain import Domain
 from graphengine.ros.graph import Endpoint, Graph
-from tests.cli.harness import PATIENCE, ROOT, Graphrun, command, environment
+from tests.cli.harness import ROOT, Graphrun, command, environment
+from tests.waiting import PATIENCE
 
 TWIST, STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
 
@@ -114,7 +115,7 @@ def test_keys_drive_and_letting_go_stops(domain: Domain, robot: Robot) -> None:
         assert hands.wait(lambda: bool(robot.heard) and robot.velocity() == (0.5, 0.0), "w"), robot.heard[-3:]
         assert hands.wait(lambda: robot.velocity() == (0.0, 0.0))
         assert hands.wait(lambda: robot.velocity() == (-0.5, 1.0), "\x1b[B\x1b[D")
-        assert "-0.50 m/s   1.00 rad/s" in hands.said
+        assert hands.wait(lambda: "-0.50 m/s   1.00 rad/s" in hands.said), hands.said
         assert hands.wait(lambda: robot.velocity() == (0.0, 0.0), " ")
         hands.press("q")
         assert hands.end() == 0
@@ -132,7 +133,7 @@ def test_what_reads_stamped_velocities_gets_them(domain: Domain, robot: Robot) -
         hands.press("\x03")
         assert hands.end() == 0
         assert termios.tcgetattr(hands.terminal) == hands.before
-        assert robot.velocity() == (0.0, 0.0)
+        assert hands.wait(lambda: robot.velocity() == (0.0, 0.0))
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

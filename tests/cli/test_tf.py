@@ -34,7 +34,7 @@ def peer(domain: Domain) -> Iterator[DdsTransport]:
 
 @pytest.fixture
 def tree(graphrun: Graphrun) -> Graphrun:
-    return lambda *arguments: graphrun("tf", "tree", "-t", "0.1", "--transport", "dds", *arguments)
+    return lambda *arguments: graphrun("tf", "tree", "-t", "0.5", "--transport", "dds", *arguments)
 
 
 def frames(*edges: tuple[str, str]) -> bytes:
@@ -65,7 +65,7 @@ def test_the_tree_shows_who_broadcasts_what(tree: Graphrun, peer: DdsTransport) 
         "└─ base      /peer        static  1.250 s",
         "   └─ laser  /peer        static  1.250 s",
     ]
-    assert result.err == "listening to /tf and /tf_static for 0.1 s\n"
+    assert result.err == "listening to /tf and /tf_static for 0.5 s\n"
 
 
 def test_the_only_namespace_is_meant_where_none_is_given(tree: Graphrun, peer: DdsTransport) -> None:
@@ -89,7 +89,7 @@ def test_where_nothing_is_heard_it_says_where_something_is(tree: Graphrun, peer:
     result = tree("--namespace", "b")
     assert (result.code, result.out) == (1, "")
     assert result.err.endswith(
-        "error: no transforms on /b/tf and /b/tf_static within 0.1 s\nnamespaces in which there are publishers: /a\n"
+        "error: no transforms on /b/tf and /b/tf_static within 0.5 s\nnamespaces in which there are publishers: /a\n"
     )
 
 

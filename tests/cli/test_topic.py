@@ -26,7 +26,8 @@ from graphengine.ros import messages
 from graphengine.ros.dds import DdsTransport
 from graphengine.ros.domain import Domain
 from graphengine.ros.qos import LATCHED
-from tests.cli.harness import PATIENCE, Graphrun, command, environment, live
+from tests.cli.harness import Graphrun, command, environment, live
+from tests.waiting import PATIENCE, eventually
 
 STRING, TWIST, SCAN = "std_msgs/msg/String", "geometry_msgs/msg/Twist", "sensor_msgs/msg/LaserScan"
 SENSOR = QoS(depth=5, reliability="bestEffort")
@@ -59,9 +60,7 @@ class Inbox:
 
     def wait(self, number: int) -> list[Any]:
         """So many messages."""
-        deadline = time.monotonic() + PATIENCE
-        while len(self.messages) < number and time.monotonic() < deadline:
-            time.sleep(0.005)
+        eventually(lambda: len(self.messages) >= number)
         return self.messages
 
 

@@ -9,8 +9,7 @@ from typing import Any
 
 from graphengine.control.desk import CommandDesk
 from graphengine.session import Session
-
-PATIENCE = 60.0  # s; what is waited for comes within a second or two on an idle machine
+from tests.waiting import PATIENCE
 
 
 class Controlled:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import queue
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,8 @@ from graphengine.ros import messages
 from graphengine.ros.memory import MemoryTransport
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transport import ServiceClient, Transport
-from tests.control.harness import PATIENCE, Controlled, controlled
+from tests.control.harness import Controlled, controlled
+from tests.waiting import PATIENCE, eventually
 from tests.world.harness import Project
 
 BODIES = """<body name="ball" pos="5 0 3"><freejoint/><geom size=".1" mass="2"/></body>
@@ -58,10 +58,7 @@ class Client:
             made = self._transport.client(f"/{service}", kind, SERVICES, lambda number, data: answers.put(data))
             self._clients[service] = made, answers
         client, answers = self._clients[service]
-        deadline = time.monotonic() + PATIENCE
-        while not client.ready:
-            assert time.monotonic() < deadline, service
-            time.sleep(0.002)
+        assert eventually(lambda: client.ready), service
         client.call(data)
         return messages.decode(answers.get(timeout=patience), f"{kind}_Response")
 

@@ -20,7 +20,8 @@ from graphengine.control.channel import Channel
 from graphengine.control.client import Client, find
 from graphengine.diagnostics import ControlError, UsageError
 from tests.control.conftest import MakeTicking
-from tests.control.harness import PATIENCE, Controlled, controlled
+from tests.control.harness import Controlled, controlled
+from tests.waiting import PATIENCE
 
 Runtime = dict[str, str]
 

@@ -12,7 +12,8 @@ from graphengine.control.desk import MAX_WAITING, SHARE, CommandDesk
 from graphengine.diagnostics import NodeError, StateError, UsageError
 from graphengine.session import Session
 from tests.control.conftest import MakeTicking
-from tests.control.harness import PATIENCE, controlled
+from tests.control.harness import controlled
+from tests.waiting import PATIENCE
 
 RAISES = """
     nodes: {Tick: Tick, Raise: {type: Raise, inputs: {at: 2.0}}}

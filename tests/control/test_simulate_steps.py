@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import queue
-import time
 import uuid
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,8 +12,8 @@ import pytest
 
 from graphengine.context import QoS
 from graphengine.ros import messages
-from tests.control.harness import PATIENCE
 from tests.control.simulators import Simulator, simulator
+from tests.waiting import PATIENCE, eventually
 
 ACTION = "simulation_interfaces/action/SimulateSteps"
 HIDDEN = "simulate_steps/_action"
@@ -52,10 +51,7 @@ def cancel(sim: Simulator, **info: Any) -> Any:
 
 
 def begun(sim: Simulator) -> None:
-    deadline = time.monotonic() + PATIENCE
-    while not sim.session.ticks:
-        assert time.monotonic() < deadline
-        time.sleep(0.002)
+    assert eventually(lambda: sim.session.ticks)
 
 
 def test_a_goal_runs_its_steps_and_tells_of_each(sim: Simulator) -> None:

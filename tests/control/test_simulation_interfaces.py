@@ -20,6 +20,7 @@ from graphengine.ros.memory import MemoryTransport
 from tests.control.conftest import MakeTicking
 from tests.control.harness import controlled
 from tests.control.simulators import CRATE, Client, Simulator, simulator
+from tests.waiting import PATIENCE
 
 UNSUPPORTED, OK, NOT_FOUND, INCORRECT_STATE, FAILED = range(5)
 STOPPED, PLAYING, PAUSED, QUITTING = range(4)
@@ -139,7 +140,7 @@ def test_steps_that_a_stop_cuts_short_say_so(sim: Simulator) -> None:
         sim.send("step_simulation", kind, messages.encode(request), 0.05)
     assert set_state(sim, STOPPED) == OK
     answers = sim._clients["step_simulation"][1]
-    response = messages.decode(answers.get(timeout=20), f"{kind}_Response")
+    response = messages.decode(answers.get(timeout=PATIENCE), f"{kind}_Response")
     assert response.result.result == INCORRECT_STATE
     assert "cut short" in response.result.error_message
 

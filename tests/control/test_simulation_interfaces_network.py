@@ -16,10 +16,10 @@ import pytest
 from graphengine.ros.dds import DdsTransport
 from graphengine.ros.domain import Domain
 from graphengine.ros.rcl import RclTransport
-from tests.control.harness import PATIENCE
 from tests.control.simulators import CRATE, WORLD, Client
 from tests.control.test_simulate_steps import ACTION, HIDDEN, identity
 from tests.jobs.harness import ROOT
+from tests.waiting import PATIENCE
 from tests.world.harness import Project
 
 OK, QUITTING = 1, 3
@@ -41,17 +41,12 @@ def running(folder: Path, transport: str, domain: int, *namespace: str) -> Itera
         process.stderr.close()
 
 
-@pytest.fixture
-def domain() -> int:
-    return 101 + (os.getpid() * 11) % 99
-
-
 @pytest.mark.parametrize("kind", ["dds", pytest.param("rclpy", marks=pytest.mark.ros)])
-def test_a_run_of_another_process_is_controlled(tmp_path: Path, domain: int, kind: str) -> None:
+def test_a_run_of_another_process_is_controlled(tmp_path: Path, domain_id: int, kind: str) -> None:
     if kind == "rclpy":
         pytest.importorskip("simulation_interfaces")
-    with running(tmp_path, kind, domain) as process:
-        there = Domain(domain, "LOCALHOST")
+    with running(tmp_path, kind, domain_id) as process:
+        there = Domain(domain_id, "LOCALHOST")
         transport = DdsTransport(there, "client") if kind == "dds" else RclTransport(there, "client")
         client = Client(transport)
         try:
@@ -78,11 +73,11 @@ def entities(client: Client, namespace: str) -> list[str]:
 
 
 @pytest.mark.parametrize("kind", ["dds", pytest.param("rclpy", marks=pytest.mark.ros)])
-def test_two_runs_in_one_domain_are_told_apart_by_their_namespaces(tmp_path: Path, domain: int, kind: str) -> None:
+def test_two_runs_in_one_domain_are_told_apart_by_their_namespaces(tmp_path: Path, domain_id: int, kind: str) -> None:
     if kind == "rclpy":
         pytest.importorskip("simulation_interfaces")
-    with running(tmp_path, kind, domain, "/one") as one, running(tmp_path, kind, domain, "/two") as two:
-        there = Domain(domain, "LOCALHOST")
+    with running(tmp_path, kind, domain_id, "/one") as one, running(tmp_path, kind, domain_id, "/two") as two:
+        there = Domain(domain_id, "LOCALHOST")
         transport = DdsTransport(there, "client") if kind == "dds" else RclTransport(there, "client")
         client = Client(transport)
         try:
@@ -103,8 +98,8 @@ def test_two_runs_in_one_domain_are_told_apart_by_their_namespaces(tmp_path: Pat
             assert b"either may answer" not in said
 
 
-def test_two_runs_that_offer_the_same_services_say_so(tmp_path: Path, domain: int) -> None:
-    with running(tmp_path, "dds", domain) as one, running(tmp_path, "dds", domain) as two:
+def test_two_runs_that_offer_the_same_services_say_so(tmp_path: Path, domain_id: int) -> None:
+    with running(tmp_path, "dds", domain_id) as one, running(tmp_path, "dds", domain_id) as two:
         for run in (one, two):
             assert run.stderr is not None
             said = iter(run.stderr.readline, b"")

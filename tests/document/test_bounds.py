@@ -48,9 +48,9 @@ def refusal(raw: bytes, folder: Path) -> str:
     ids=["lists", "mappings", "both", "block lists", "block mappings", "aliases of lists", "aliases of mappings"],
 )
 def test_depth_is_bounded(text: str, tmp_path: Path) -> None:
-    begun = time.perf_counter()
+    begun = time.process_time()
     assert refusal(text.encode(), tmp_path) == f"G105 nested more than {MAX_DEPTH} levels deep"
-    assert time.perf_counter() - begun < 5
+    assert time.process_time() - begun < 5
 
 
 def test_depth_up_to_the_bound_is_legal(tmp_path: Path) -> None:
@@ -80,9 +80,9 @@ def test_a_file_of_100_megabytes_is_not_read(tmp_path: Path) -> None:
     path.touch()
     os.truncate(path, 100_000_000)
     tracemalloc.start()
-    begun = time.perf_counter()
+    begun = time.process_time()
     loaded, findings = load(path)
-    assert time.perf_counter() - begun < 5
+    assert time.process_time() - begun < 5
     assert tracemalloc.get_traced_memory()[1] < 3 * MAX_BYTES
     tracemalloc.stop()
     assert loaded is None
@@ -115,9 +115,9 @@ def test_large_files_stay_within_half_a_gigabyte(content: str, tmp_path: Path) -
 def test_after_a_thousand_mistakes_the_rest_is_dropped(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     path.write_text("graph: g\n" + "a: 1\n" * 20_000)
-    begun = time.perf_counter()
+    begun = time.process_time()
     assembly = build.assemble(path)
-    assert time.perf_counter() - begun < 5
+    assert time.process_time() - begun < 5
     assert len(assembly.findings.items) == MAX_ERRORS + 1
     assert assembly.findings.items[-1].message == f"more than {MAX_ERRORS} mistakes; the others are not told"
 
@@ -143,9 +143,9 @@ def test_after_a_thousand_mistakes_the_rest_is_dropped(tmp_path: Path) -> None:
 def test_mistakes_without_end_are_told_in_time(body: str, tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     path.write_text(f"graph: g\n{body}")
-    begun = time.perf_counter()
+    begun = time.process_time()
     assembly = build.assemble(path)
-    assert time.perf_counter() - begun < 30
+    assert time.process_time() - begun < 30
     assert len(assembly.findings.errors) <= MAX_ERRORS + 1
 
 

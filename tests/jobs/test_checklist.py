@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-import os
 import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable, Iterator
@@ -12,6 +10,7 @@ from contextlib import contextmanager
 import pytest
 
 from tests.cli.harness import ROOT, Result, live, process
+from tests.waiting import reserved_domain
 
 PLAIN = ["/cmd_vel", "/odom", "/parameter_events", "/platform/joint_states", "/rosout", "/scan", "/tf", "/tf_static"]
 """What `ros2 topic list` prints after "Building OmniGraph Nodes", in its order."""
@@ -34,17 +33,15 @@ ATTEMPTS = 20  # a busy machine may find its peers late
 
 Tool = Callable[..., Result]
 
-_numbers = itertools.count()
-
 
 @contextmanager
 def simulation(*arguments: str) -> Iterator[Tool]:
     """A running scene, and `graphrun` in another process of its domain."""
-    number = 101 + (os.getpid() * 19 + next(_numbers)) % 99
-    variables = {"ROS_DOMAIN_ID": str(number), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-    with live("run", *arguments, "--transport", "dds", env=variables) as running:
-        assert running.hear(lambda said: "discovery range LOCALHOST" in said), running.said
-        yield lambda *words: process(*words, "--transport", "dds", env=variables)
+    with reserved_domain() as number:
+        variables = {"ROS_DOMAIN_ID": str(number), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+        with live("run", *arguments, "--transport", "dds", env=variables) as running:
+            assert running.hear(lambda said: "discovery range LOCALHOST" in said), running.said
+            yield lambda *words: process(*words, "--transport", "dds", env=variables)
 
 
 @pytest.fixture(scope="module")
@@ -82,10 +79,15 @@ def test_one_twist_moves_the_robot(tool: Tool) -> None:
 
     before = place()
     twist = "{linear: {x: 1.0}, angular: {z: 1.0}}"
-    published = tool("topic", "pub", "/dd100_0000/cmd_vel", "geometry_msgs/msg/Twist", twist, "--once")
-    assert (published.code, published.err) == (0, "")
-    assert published.out.startswith("publisher: beginning loop\npublishing #1: geometry_msgs.msg.Twist(linear=")
-    assert any(abs(place() - before) > 0.05 for _ in range(ATTEMPTS))
+
+    def moved() -> bool:
+        published = tool("topic", "pub", "/dd100_0000/cmd_vel", "geometry_msgs/msg/Twist", twist, "--once")
+        assert (published.code, published.err) == (0, "")
+        assert published.out.startswith("publisher: beginning loop\npublishing #1: geometry_msgs.msg.Twist(linear=")
+        return abs(place() - before) > 0.05
+
+    # One that the robot's process has not found in time is lost, as it is with `ros2 topic pub`.
+    assert any(moved() for _ in range(ATTEMPTS))
 
 
 def test_echo_shows_the_scan_of_the_lidar(tool: Tool) -> None:

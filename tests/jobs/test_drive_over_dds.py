@@ -7,7 +7,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -18,6 +17,7 @@ from graphengine.ros import messages
 from graphengine.ros.dds import DdsTransport
 from graphengine.ros.domain import Domain
 from graphengine.ros.qos import LATCHED
+from tests.waiting import PATIENCE, eventually
 
 TOPICS = {
     "/clock": "rosgraph_msgs/msg/Clock",
@@ -27,7 +27,6 @@ TOPICS = {
     "/dd100_0000/platform/joint_states": "sensor_msgs/msg/JointState",
     "/dd100_0000/sim_lidar/scan": "sensor_msgs/msg/LaserScan",
 }
-PATIENCE = 60.0  # s; what is waited for comes within a second or two on an idle machine
 
 
 class Listener:
@@ -58,19 +57,8 @@ class Listener:
         return odometry.twist.twist.linear.x, odometry.twist.twist.angular.z
 
 
-def wait_until(condition: Callable[[], bool], meanwhile: Callable[[], None] = lambda: None) -> bool:
-    deadline = time.monotonic() + PATIENCE
-    while time.monotonic() < deadline:
-        if condition():
-            return True
-        meanwhile()
-        time.sleep(0.05)
-    return False
-
-
 @pytest.fixture
-def simulation() -> Iterator[tuple[subprocess.Popen[str], Listener]]:
-    domain_id = 101 + os.getpid() % 99
+def simulation(domain_id: int) -> Iterator[tuple[subprocess.Popen[str], Listener]]:
     environment = {**os.environ, "ROS_DOMAIN_ID": str(domain_id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
     command = [
         sys.executable,
@@ -97,7 +85,7 @@ def test_another_process_reads_every_topic_and_drives_the_robot(
     simulation: tuple[subprocess.Popen[str], Listener],
 ) -> None:
     process, listener = simulation
-    assert wait_until(lambda: len(listener.newest) == len(TOPICS)), f"only {sorted(listener.newest)} came"
+    assert eventually(lambda: len(listener.newest) == len(TOPICS)), f"only {sorted(listener.newest)} came"
 
     names = listener.newest["/dd100_0000/platform/joint_states"].name
     assert names == ["front_left_wheel_joint", "front_right_wheel_joint"]
@@ -106,11 +94,11 @@ def test_another_process_reads_every_topic_and_drives_the_robot(
     edges = [(t.header.frame_id, t.child_frame_id) for t in listener.newest["/dd100_0000/tf_static"].transforms]
     assert edges == [("base_link", "sim_lidar")]
 
-    reached = wait_until(lambda: abs(listener.twist()[0] - 0.5) < 0.0025, lambda: listener.drive(0.5, 0.0))
+    reached = eventually(lambda: abs(listener.twist()[0] - 0.5) < 0.0025, lambda: listener.drive(0.5, 0.0))
     assert reached, f"v = {listener.twist()[0]} m/s, 0.5 was commanded"
-    reached = wait_until(lambda: abs(listener.twist()[1] - 0.5) < 0.0025, lambda: listener.drive(0.0, 0.5))
+    reached = eventually(lambda: abs(listener.twist()[1] - 0.5) < 0.0025, lambda: listener.drive(0.0, 0.5))
     assert reached, f"w = {listener.twist()[1]} rad/s, 0.5 was commanded"
-    assert wait_until(lambda: abs(listener.twist()[1]) < 1e-3), "silence did not stop the robot"
+    assert eventually(lambda: abs(listener.twist()[1]) < 1e-3), "silence did not stop the robot"
 
     process.send_signal(signal.SIGTERM)
     _, said = process.communicate(timeout=PATIENCE)

@@ -6,7 +6,6 @@ import os
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import ClassVar
@@ -26,6 +25,7 @@ from graphengine.session import Session
 from graphengine.spec import Orientation, RobotUse
 from tests.jobs.crowd import FIRST, LATE, ROBOT, physics, scene
 from tests.jobs.harness import ROOT, Job, assemble, nanoseconds
+from tests.waiting import eventually
 from tests.world.harness import CART
 from tests.world.pictures.harness import needs_opengl
 
@@ -34,7 +34,6 @@ LIMITED = "".join(
 )
 SENSING = ROBOT + f"graphs:\n  imu: {{use: graphs/imu.yaml}}\njoints:\n{LIMITED}"
 SEEING = ROBOT + "graphs:\n  camera: {use: graphs/camera.yaml, parameters: {width: 64, height: 40}}\n"
-PATIENCE = 60.0  # s; what is waited for comes within a second or two on an idle machine
 ELSEWHERE = LATE.model_copy(update={"position": (200.0, 0.0, 0.025)})
 
 
@@ -459,8 +458,8 @@ def known(job: Job) -> tuple[list[str], list[str]]:
     return [plan.graph.name for plan in job.assembly.plans], [claim.topic for claim in job.assembly.claims]
 
 
-def test_another_process_sees_its_topics_come_and_go(tmp_path: Path) -> None:
-    domain = Domain(101 + os.getpid() % 99, "LOCALHOST")
+def test_another_process_sees_its_topics_come_and_go(tmp_path: Path, domain_id: int) -> None:
+    domain = Domain(domain_id, "LOCALHOST")
     where = {"ROS_DOMAIN_ID": str(domain.id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "PYTHONPATH": str(ROOT)}
     command = [sys.executable, "-m", "tests.jobs.onlooker", "one", "late"]
     network = LiveNetwork(lambda _: DdsTransport(domain, "crowd"), 0, print)
@@ -473,11 +472,7 @@ def test_another_process_sees_its_topics_come_and_go(tmp_path: Path) -> None:
         listening.start()
 
         def tells(*words: str) -> bool:
-            deadline = time.monotonic() + PATIENCE
-            while not set(words) <= set(told) and time.monotonic() < deadline:
-                session.step()
-                time.sleep(0.01)
-            return set(words) <= set(told)
+            return eventually(lambda: set(words) <= set(told), session.step)
 
         assert tells("one listens", "one talks"), told
         session.spawn("late", LATE)

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import itertools
 import os
 import shutil
 import subprocess
 import threading
-import time
-from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -20,6 +17,7 @@ from graphengine.ros import messages, rcl
 from graphengine.ros.dds import DdsTransport
 from graphengine.ros.domain import Domain
 from tests.cli.harness import live
+from tests.waiting import PATIENCE, eventually
 
 SET_BOOL = "std_srvs/srv/SetBool"
 ASK, ANSWER = messages.message_class(f"{SET_BOOL}_Request"), messages.message_class(f"{SET_BOOL}_Response")
@@ -54,29 +52,16 @@ connections:
   - Client.execOut -> Say.execIn
   - Client.Response:message -> Say.data
 """
-PATIENCE = 30.0  # s; what is waited for comes within a second or two on an idle machine
 CYCLONE = "rmw_cyclonedds_cpp"
 MISSING = rcl.import_error()
 ON_CYCLONE = os.environ.get("RMW_IMPLEMENTATION") == CYCLONE
-
-_numbers = itertools.count()
-
-
-def wait_until(condition: Callable[[], object], meanwhile: Callable[[], object] = lambda: None) -> bool:
-    deadline = time.monotonic() + PATIENCE
-    while not condition():
-        if time.monotonic() > deadline:
-            return False
-        meanwhile()
-        time.sleep(0.02)
-    return True
 
 
 class Surroundings:
     """A domain of its own, and graphs in files."""
 
-    def __init__(self, folder: Path) -> None:
-        self.number = 101 + (os.getpid() * 23 + next(_numbers)) % 99
+    def __init__(self, number: int, folder: Path) -> None:
+        self.number = number
         self.variables = {"ROS_DOMAIN_ID": str(self.number), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
         self.domain = Domain(self.number, "LOCALHOST")
         self._folder = folder
@@ -88,8 +73,8 @@ class Surroundings:
 
 
 @pytest.fixture
-def around(tmp_path: Path) -> Surroundings:
-    return Surroundings(tmp_path)
+def around(domain_id: int, tmp_path: Path) -> Surroundings:
+    return Surroundings(domain_id, tmp_path)
 
 
 def test_a_graph_answers_another_process(around: Surroundings) -> None:
@@ -103,10 +88,10 @@ def test_a_graph_answers_another_process(around: Surroundings) -> None:
         transport = DdsTransport(around.domain, "peer")
         try:
             client = transport.client("/light", SET_BOOL, QoS(), keep)
-            assert wait_until(lambda: client.ready), running.said
+            assert eventually(lambda: client.ready), running.said
             for data in (True, False, True):
                 client.call(messages.encode(ASK(data)))
-            assert wait_until(lambda: len(answers) == 3), answers
+            assert eventually(lambda: len(answers) == 3), answers
         finally:
             transport.close()
     assert answers == [(1, True, "done"), (2, False, "done"), (3, True, "done")]
@@ -120,7 +105,7 @@ def test_a_graph_asks_a_server_that_comes_later(around: Surroundings) -> None:
 
     def respond(request_id: bytes, data: bytes) -> None:
         asked.append(messages.decode(data, f"{SET_BOOL}_Request").data)
-        assert made.wait(10.0)  # the request may be there before the server is handed out
+        assert made.wait(PATIENCE)  # the request may be there before the server is handed out
         server.answer(request_id, messages.encode(ANSWER(True, "it is on")))
 
     def hear(data: bytes) -> None:
@@ -132,7 +117,7 @@ def test_a_graph_asks_a_server_that_comes_later(around: Surroundings) -> None:
             assert running.hear(lambda text: "discovery range LOCALHOST" in text), running.said
             server = transport.server("/light", SET_BOOL, QoS(), respond)
             made.set()
-            assert wait_until(lambda: said), running.said
+            assert eventually(lambda: said), running.said
     finally:
         transport.close()
     assert (asked, said) == ([True], ["it is on"])
@@ -187,7 +172,7 @@ def test_a_graph_asks_a_server_of_rclpy(around: Surroundings, transport: str) ->
         ros = {name: os.environ[name] for name in ("PYTHONPATH", "RMW_IMPLEMENTATION") if name in os.environ}
         with live("run", around.graph(CALLING), "--transport", transport, env=around.variables | ros) as running:
             assert running.hear(lambda text: "discovery range LOCALHOST" in text), running.said
-            assert wait_until(lambda: said, lambda: executor.spin_once(0.05)), running.said
+            assert eventually(lambda: said, lambda: executor.spin_once(0.05)), running.said
     finally:
         node.destroy_node()
         rclpy.shutdown(context=context)

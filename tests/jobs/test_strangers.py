@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-import os
 import signal
 from collections.abc import Iterator
 
@@ -14,13 +12,10 @@ from graphengine.ros.dds import DdsTransport
 from graphengine.ros.domain import Domain
 from tests.cli.harness import live
 
-_numbers = itertools.count()
-
 
 @pytest.fixture
-def environment() -> dict[str, str]:
-    number = 101 + (os.getpid() * 23 + next(_numbers)) % 99
-    return {"ROS_DOMAIN_ID": str(number), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+def environment(domain_id: int) -> dict[str, str]:
+    return {"ROS_DOMAIN_ID": str(domain_id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
 
 
 @pytest.fixture

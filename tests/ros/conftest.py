@@ -1,13 +1,11 @@
-"""What the tests of the network share: domains of their own, and waiting for what comes in its own time."""
+"""What the tests of the network share: transports, peers in other processes, and waiting."""
 
 from __future__ import annotations
 
-import itertools
 import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TypeAlias
@@ -20,6 +18,7 @@ from graphengine.ros.dds import DdsTransport
 from graphengine.ros.domain import Domain
 from graphengine.ros.memory import MemoryTransport
 from graphengine.ros.rcl import RclTransport
+from tests import waiting
 from tests.ros.contract import AnyTransport
 
 StartPeer: TypeAlias = "Callable[..., subprocess.Popen[bytes]]"
@@ -28,18 +27,6 @@ settings.register_profile("untimed", deadline=None)  # the first message of a ty
 settings.load_profile("untimed")
 
 os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(Path(__file__).with_name("fast_dds.xml")))
-
-PATIENCE = 20.0  # s; what is waited for comes within a second on an idle machine
-
-_offsets = itertools.count()
-
-
-@pytest.fixture
-def domain_id() -> int:
-    """A domain that no other test of this run uses, in whichever of pytest-xdist's processes, and hardly one of another run."""
-    worker = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
-    share = 99 // int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
-    return 101 + worker * share + (os.getpid() * 7 + next(_offsets)) % share
 
 
 @pytest.fixture
@@ -101,15 +88,7 @@ def end_peer(process: subprocess.Popen[bytes]) -> None:
 
 @pytest.fixture
 def eventually() -> Callable[[Callable[[], object]], bool]:
-    def wait(condition: Callable[[], object]) -> bool:
-        deadline = time.monotonic() + PATIENCE
-        while not condition():
-            if time.monotonic() > deadline:
-                return False
-            time.sleep(0.005)
-        return True
-
-    return wait
+    return waiting.eventually
 
 
 @pytest.fixture(autouse=True)

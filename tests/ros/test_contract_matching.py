@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import pytest
 
 from graphengine.context import QoS
@@ -13,6 +15,7 @@ from graphengine.ros.qos import LATCHED
 from graphengine.ros.rcl import RclTransport
 from graphengine.ros.transport import Transport
 from tests.ros.contract import ALL, FAITHFUL, RCLPY, STRING, Eventually, Inbox, Join, connect, text
+from tests.waiting import reserved_domain
 
 # The table "QoS compatibilities" of the ROS 2 documentation.
 TABLE = [
@@ -149,10 +152,16 @@ def test_names_that_ros_refuses_are_refused(kind: str, domain_id: int, name: str
         make(Domain(domain_id, "LOCALHOST"), name, namespace)
 
 
-def test_domains_do_not_hear_each_other(join: Join, domain_id: int, eventually: Eventually) -> None:
+@pytest.fixture
+def elsewhere() -> Iterator[int]:
+    with reserved_domain() as number:
+        yield number
+
+
+def test_domains_do_not_hear_each_other(elsewhere: int, join: Join, domain_id: int, eventually: Eventually) -> None:
     near, far = Inbox(), Inbox()
     writer = join(domain_id, "alice").writer("/chatter", STRING, QoS())
-    join(domain_id + 1, "carol").reader("/chatter", STRING, QoS(), far)
+    join(elsewhere, "carol").reader("/chatter", STRING, QoS(), far)
     assert not writer.matched
     join(domain_id, "bob").reader("/chatter", STRING, QoS(), near)
     connect(writer, near, eventually)
