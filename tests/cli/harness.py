@@ -60,7 +60,7 @@ def process(*arguments: str, cwd: Path = ROOT, env: Mapping[str, str] | None = N
         env=environment(env),
         capture_output=True,
         text=True,
-        timeout=PATIENCE,
+        timeout=2 * PATIENCE,
         check=False,
     )
     return Result(done.returncode, done.stdout, done.stderr)

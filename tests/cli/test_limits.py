@@ -18,7 +18,7 @@ RUN = ("run", "dd100_flat", "--for", "100ms")
 def limited(limit: str, *arguments: str) -> Result:
     """The program in a shell with a limit."""
     shell = ["sh", "-c", f'ulimit {limit} && exec "$@"', "sh", *command(*arguments)]
-    done = subprocess.run(shell, env=environment(), capture_output=True, text=True, timeout=PATIENCE, check=False)
+    done = subprocess.run(shell, env=environment(), capture_output=True, text=True, timeout=2 * PATIENCE, check=False)
     return Result(done.returncode, done.stdout, done.stderr)
 
 

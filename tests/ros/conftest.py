@@ -83,7 +83,7 @@ def end_peer(process: subprocess.Popen[bytes]) -> None:
     """Let a peer end by itself, which it does when its input ends."""
     assert process.stdin
     process.stdin.close()
-    process.wait(timeout=60)
+    process.wait(timeout=waiting.PATIENCE)
 
 
 @pytest.fixture

@@ -257,7 +257,7 @@ raise SystemExit(3)
     path = {**os.environ, "PYTHONPATH": str(Path(graphengine.__file__).parents[1])}
     with subprocess.Popen([sys.executable, "-W", "error", "-c", program], env=path, stdin=subprocess.PIPE) as process:
         assert eventually(lambda: "//careless" in graph.nodes())
-        process.communicate(b"\n", timeout=60)
+        process.communicate(b"\n", timeout=PATIENCE)
     assert process.returncode == 3
     assert eventually(lambda: graph.nodes() == {})
 

@@ -39,7 +39,7 @@ def test_what_is_published_later_is_waited_for() -> None:
     writer = transport.writer("/a/robot_description", STRING, LATCHED)
     later = threading.Timer(0.05, writer.write, [encoded(TEXT)])
     later.start()
-    assert from_topic(transport, "/a/robot_description", timeout=20) == TEXT
+    assert from_topic(transport, "/a/robot_description", timeout=60) == TEXT
     later.join()
 
 
@@ -81,9 +81,9 @@ def test_the_parameter_of_a_node_is_read_over_dds(domain_id: int) -> None:
     node, client = (DdsTransport(Domain(domain_id, "LOCALHOST"), name) for name in ("publisher", "client"))
     parameters(node, "/publisher", TEXT)
     parameters(node, "/a/other")
-    assert from_node(client, "publisher", timeout=20) == TEXT
+    assert from_node(client, "publisher", timeout=60) == TEXT
     with pytest.raises(TransportError, match="node /a/other has no parameter 'robot_description' with text"):
-        from_node(client, "/a/other", timeout=20)
+        from_node(client, "/a/other", timeout=60)
     with pytest.raises(TransportError, match="no node /absent answers") as caught:
         from_node(client, "/absent", timeout=0.1)
     assert str(caught.value).endswith("nodes: /publisher")
@@ -131,11 +131,11 @@ def test_the_parameter_of_a_node_is_read(domain_id: int, own: str) -> None:
     if own == "dds" and rmw() != "rmw_cyclonedds_cpp":
         pytest.skip("services do not cross between RMWs")
     client = (RclTransport if own == "rclpy" else DdsTransport)(domain, "client")
-    assert from_node(client, "publisher", timeout=20) == TEXT
-    assert from_node(client, "/dd100_0000/publisher_", timeout=20) == f"{TEXT} "
+    assert from_node(client, "publisher", timeout=60) == TEXT
+    assert from_node(client, "/dd100_0000/publisher_", timeout=60) == f"{TEXT} "
     for name in ("/other", "/number"):
         with pytest.raises(TransportError, match=f"node {name} has no parameter 'robot_description' with text"):
-            from_node(client, name, timeout=20)
+            from_node(client, name, timeout=60)
     with pytest.raises(TransportError, match="no node /absent answers") as caught:
         from_node(client, "/absent", timeout=0.1)
     assert str(caught.value).endswith("nodes: /dd100_0000/publisher_, /number, /other, /publisher")

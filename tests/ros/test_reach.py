@@ -17,6 +17,7 @@ from graphengine.ros.dds import DdsTransport
 from graphengine.ros.domain import DiscoveryRange, Domain
 from tests.ros.conftest import StartPeer
 from tests.ros.contract import STRING, Eventually, Inbox, text
+from tests.waiting import PATIENCE
 
 ISOLATED = ["unshare", "--map-root-user", "--net", "sh", "-c"]
 """Runs a command on a machine with no network, as it were."""
@@ -33,7 +34,7 @@ heard = []
 alice = DdsTransport(Domain.from_environment(os.environ), "alice")
 alice.reader("/pong", "std_msgs/msg/String", QoS(), heard.append)
 ping = alice.writer("/ping", "std_msgs/msg/String", QoS())
-deadline = time.monotonic() + 20.0
+deadline = time.monotonic() + 60.0
 while not heard and time.monotonic() < deadline:
     ping.write(encode(String("hello")))
     time.sleep(0.01)
@@ -63,7 +64,7 @@ def isolated(
         "ROS_AUTOMATIC_DISCOVERY_RANGE": reach,
     }
     command = [*ISOLATED, f'{preparation} && exec "$@"', "sh", sys.executable, "-W", "error", "-c", program, *arguments]
-    return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60, check=False)
+    return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=2 * PATIENCE, check=False)
 
 
 @pytest.fixture(scope="module")
