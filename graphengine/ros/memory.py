@@ -33,11 +33,14 @@ class MemoryWriter:
         depth = (None if unlimited else self.qos.depth) if latched else 0
         self.kept: deque[tuple[int, bytes]] = deque(maxlen=depth)
         """Numbered messages for those who come late."""
+        self.is_open = True
+        self.readers: list[MemoryReader] = []
+        """Those that match, in the order in which they were opened."""
 
     @property
     def matched(self) -> bool:
         """Whether a reader is there, or the transport stands for one."""
-        return self._transport.serves(self)
+        return self.is_open and (self._transport.wants_all or bool(self.readers))
 
     def write(self, data: bytes) -> None:
         """Hand one message to every reader that matches, at once.
@@ -100,7 +103,7 @@ class MemoryTransport:
 
     def __init__(self, *, wants_all: bool = False, keeps: bool = True, definitions: Definitions = DEFINITIONS) -> None:
         self._definitions = definitions
-        self._wants_all = wants_all
+        self.wants_all = wants_all
         self._keeps = keeps
         self.source = b""
         """GID of the writer of the message that is being delivered; empty for one that was injected."""
@@ -118,6 +121,7 @@ class MemoryTransport:
         """
         self._admit(topic, message_type)
         writer = MemoryWriter(self, topic, message_type, qos)
+        writer.readers += [reader for reader in self._topics[topic].readers if reader.matches(writer)]
         self._topics[topic].writers.append(writer)
         return writer
 
@@ -130,8 +134,10 @@ class MemoryTransport:
         self._admit(topic, message_type)
         reader = MemoryReader(self, topic, message_type, settled(qos), deliver, self.new_gid())
         self._topics[topic].readers.append(reader)
+        matching = [writer for writer in self._topics[topic].writers if reader.matches(writer)]
+        for writer in matching:
+            writer.readers.append(reader)
         if reader.qos.durability == "transientLocal":
-            matching = filter(reader.matches, self._topics[topic].writers)
             missed = sorted((number, data, writer.gid) for writer in matching for number, data in writer.kept)
             for _, data, self.source in missed if reader.qos.history == "keepAll" else missed[-reader.qos.depth :]:
                 deliver(data)
@@ -214,14 +220,11 @@ class MemoryTransport:
         """End all deliveries; what was written can still be read back."""
         self._closed = True
         for topic in self._topics.values():
+            for writer in topic.writers:
+                writer.is_open = False
             topic.writers.clear()
             topic.readers.clear()
         self._services.clear()
-
-    def serves(self, writer: MemoryWriter) -> bool:
-        """Whether what a writer would write is wanted."""
-        topic = self._topics[writer.topic]
-        return writer in topic.writers and (self._wants_all or any(r.matches(writer) for r in topic.readers))
 
     def send(self, writer: MemoryWriter, data: bytes) -> None:
         """Keep and deliver one message of a writer.
@@ -229,23 +232,24 @@ class MemoryTransport:
         Raises:
             TransportError: the writer is closed.
         """
-        topic = self._topics[writer.topic]
-        if writer not in topic.writers:
+        if not writer.is_open:
             raise TransportError(f"{writer.topic}: the writer is closed")
         if self._keeps:
-            topic.sent.append((writer.message_type, data))
+            self._topics[writer.topic].sent.append((writer.message_type, data))
         writer.kept.append((next(self._numbers), data))
-        for reader in tuple(topic.readers):
-            if reader.matches(writer):
-                self.source = writer.gid
-                reader.deliver(data)
+        for reader in tuple(writer.readers):
+            self.source = writer.gid
+            reader.deliver(data)
 
     def remove(self, endpoint: MemoryWriter | MemoryReader) -> None:
         """Forget an endpoint."""
         topic = self._topics[endpoint.topic]
-        endpoints: list[Any] = topic.writers if isinstance(endpoint, MemoryWriter) else topic.readers
-        if endpoint in endpoints:
-            endpoints.remove(endpoint)
+        if isinstance(endpoint, MemoryWriter):
+            endpoint.is_open = False
+        known: list[list[Any]] = [topic.writers, topic.readers, *(writer.readers for writer in topic.writers)]
+        for endpoints in known:
+            if endpoint in endpoints:
+                endpoints.remove(endpoint)
 
     def _described(self, endpoint: MemoryWriter | MemoryReader) -> Endpoint:
         type_hash = self._definitions.type_hash(endpoint.message_type)

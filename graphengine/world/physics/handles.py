@@ -230,8 +230,8 @@ class SelectedJoints:
                 if value == value and places[joint] >= 0:
                     found.append((array, places[joint], self._clamped(kind, joint, value)))
         for array, place, value in found:
-            array[place] = value
-        points.pending = True
+            if array[place] != value:
+                array[place], points.pending = value, True
 
     def _clamped(self, kind: Kind, joint: int, value: float) -> float:
         """A command within the limits of its joint, or as it is in a simulation that has no such limits."""

@@ -36,7 +36,7 @@ Vector = tuple[float, float, float]
 Spread = tuple[float, float, float, float, float, float]
 """What bounds the directions of some rays: 1 over the greatest x, y, z, then 1 over the least."""
 
-PACKET = 16
+PACKET = 32
 """Rays that walk a tree together."""
 TINY = 1e-15
 """MuJoCo's mjMINVAL: what is smaller counts as zero."""
