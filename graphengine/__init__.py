@@ -1,3 +1,3 @@
 """OmniGraph-style ActionGraphs in YAML, run against MuJoCo, seen by ROS 2."""
 
-__version__ = "0.1.0"
+from graphengine.format.version import __version__ as __version__

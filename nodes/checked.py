@@ -10,9 +10,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from graphengine.diagnostics import BadValueError
+from graphengine.format.errors import BadValueError
 from graphengine.node import Node
-from graphengine.types import PortType
+from graphengine.node.types import PortType
 
 T = TypeVar("T")
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from graphengine.context import Clock, Context
-from graphengine.node import Node, State
+from graphengine.node import Clock, Context, Node, State
 
 
 class ClockNode(Node):

@@ -7,9 +7,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.context import Context, Lidar, Scan
-from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out, State
-from graphengine.types import Buffer, Float, Float2, Floats, Int, Point3fs, Target, Token, UChars, UInt64
+from graphengine.devices.sensor import Lidar, Scan
+from graphengine.node import Context, ExecIn, ExecOut, Fire, In, Node, Out, State
+from graphengine.node.types import Buffer, Float, Float2, Floats, Int, Point3fs, Target, Token, UChars, UInt64
 
 
 def beams_of_a_ring(lidar: Lidar) -> int:

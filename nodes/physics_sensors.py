@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from graphengine.context import Articulation, Clock, ContactSensor, Context, Imu
-from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out, State
-from graphengine.types import Doubles, Float, Quaterniond, Target, Tokens, UChars, Vector3d
+from graphengine.devices.motion import Articulation
+from graphengine.devices.sensor import ContactSensor, Imu
+from graphengine.node import Clock, Context, ExecIn, ExecOut, Fire, In, Node, Out, State
+from graphengine.node.types import Doubles, Float, Quaterniond, Target, Tokens, UChars, Vector3d
 
 
 class IsaacReadIMU(Node, type="isaacsim.sensors.physics.IsaacReadIMU", gated=True):

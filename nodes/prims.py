@@ -15,13 +15,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from graphengine.context import Context, Frame, PrimAttribute
-from graphengine.diagnostics import BadValueError, ContextError, PhysicsError
-from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
-from graphengine.rotation import Pose, rotate
-from graphengine.running.prims.usd_types import type_of_attribute
-from graphengine.types import Double3, PortType, Target, Token
-from nodes.touched import ANY, WIRED, attribute_of, drives_of, reading_poses
+from graphengine.devices.motion import Frame
+from graphengine.devices.rotation import Pose, rotate
+from graphengine.format.errors import BadValueError, ContextError, PhysicsError
+from graphengine.node import Context, ExecIn, ExecOut, In, Node, Out, PrimAttribute, State
+from graphengine.node.types import Double3, PortType, Target, Token
+from graphengine.node.usd_types import type_of_attribute
+from graphengine.nodes.touched import ANY, WIRED, attribute_of, drives_of, reading_poses
 
 _UNUSED = "means nothing here: there is one value, that of now, and no layers"
 

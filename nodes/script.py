@@ -21,13 +21,12 @@ from typing import Any, Literal
 
 import numpy as np
 
-from graphengine import types
-from graphengine.context import Context
-from graphengine.diagnostics import ContextError, did_you_mean, listing
-from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out, State
-from graphengine.port import Port
-from graphengine.ros.definitions import Definitions
-from graphengine.types import PortType, String, Token, Tokens
+from graphengine.format.errors import ContextError
+from graphengine.format.wording import did_you_mean, listing
+from graphengine.messages.definitions import Definitions
+from graphengine.node import Context, ExecIn, ExecOut, Fire, In, Node, Out, State, types
+from graphengine.node.port import Port
+from graphengine.node.types import PortType, String, Token, Tokens
 
 Log = Callable[[Literal["info", "warning", "error"], str], None]
 

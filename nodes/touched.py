@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from graphengine.node import UNKNOWN_PRIM
+from graphengine.node.node_class import UNKNOWN_PRIM
 
 ANY = "prim:any"
 """What every writer of a prim changes, and who does not know its prim reads."""

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from graphengine.context import Context, Variable
-from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
-from graphengine.running.graph_variable import find_variable
-from graphengine.types import PortType, Target, Token
+from graphengine.node import Context, ExecIn, ExecOut, In, Node, Out, State, Variable
+from graphengine.node.context import find_variable
+from graphengine.node.types import PortType, Target, Token
 
 _IGNORED = "means nothing, as in the reference"
 

@@ -16,5 +16,5 @@ if [ -z "${TESTS_ONLY:-}" ]; then
     lint-imports --no-cache
 fi
 # Compiled once, and kept: no test waits for it, or hears that it takes some seconds.
-python -c 'from graphengine.world.sensors.fast import rays; rays.trouble()'
+python -c 'from graphengine.physics.sensors.fast import rays; rays.trouble()'
 python -m pytest -n auto --dist loadgroup "$@"

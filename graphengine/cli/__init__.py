@@ -10,7 +10,7 @@ import sys
 from collections.abc import Iterable, Sequence
 from typing import Any, NoReturn
 
-from graphengine import __version__
+from graphengine.format.version import __version__
 
 VERBS = {
     "run": "run a scene or a graph",
@@ -67,7 +67,7 @@ class Version(argparse.Action):
         """Print it, and leave with 0."""
         print(f"graphrun {__version__}")
         if parser.get_default("verbose"):
-            from graphengine.world.files.borders import describe
+            from graphengine.sandbox.borders import describe
 
             print(f"confinement: {describe()}")
         parser.exit()
@@ -78,7 +78,7 @@ _CHOICE = re.compile(r"invalid choice: '(.*)' \(choose from (.*)\)")
 
 def _hint(words: Iterable[str], legal: Iterable[str]) -> str:
     """A line with what may be meant, for each word to which something is near."""
-    from graphengine.wording import did_you_mean
+    from graphengine.format.wording import did_you_mean
 
     names = list(legal)
     return "".join(f"\n  {near}" for word in words if (near := did_you_mean(word, names)))
@@ -122,8 +122,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _execute(parsed: argparse.Namespace) -> int:
     """The verb's own exit code, or that of what it raised, which is told."""
     from graphengine.cli.common import clean, explain
-    from graphengine.diagnostics import CheckError, GraphError, UsageError
-    from graphengine.resources import SMALLEST, has_address_space
+    from graphengine.format.errors import CheckError, GraphError, UsageError
+    from graphengine.format.resources import SMALLEST, has_address_space
 
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # as stderr has it: not every terminal knows every character

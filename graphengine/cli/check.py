@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from graphengine.build import Options
-    from graphengine.diagnostics import Findings
+    from graphengine.format.diagnostics import Findings
+    from graphengine.scene.assembly import Options
 
 ORDER = ("scene", "robot", "graph", "unreadable")
 """Kinds of files in a folder, in the order in which they are checked."""
@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """0 without errors, 1 with."""
     from graphengine.cli.common import counted, find_file, make_options, print_findings
-    from graphengine.diagnostics import Findings, to_json
+    from graphengine.format.diagnostics import Findings, to_json
 
     options = make_options(arguments)
     findings = Findings()
@@ -51,7 +51,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _check(given: Sequence[tuple[str, Path]], options: Options, findings: Findings) -> int:
     """Check files with their kinds, except those that an earlier one uses; returns the number of graphs."""
-    from graphengine import build
+    from graphengine.scene import build
 
     graphs, used = 0, set[Path]()
     for kind, path in given:
@@ -71,9 +71,10 @@ def _in_folder(folder: Path) -> list[tuple[str, Path]]:
     Raises:
         UsageError: there are none.
     """
-    from graphengine import document, spec_reader
     from graphengine.cli.common import near
-    from graphengine.diagnostics import Findings, UsageError
+    from graphengine.format import document, spec_reader
+    from graphengine.format.diagnostics import Findings
+    from graphengine.format.errors import UsageError
 
     found: dict[str, list[Path]] = {kind: [] for kind in ORDER}
     for path in sorted(folder.rglob("*.y*ml")):

@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any
 from graphengine.cli.units import whole
 
 if TYPE_CHECKING:
-    from graphengine.build import Assembly, Options
-    from graphengine.diagnostics import Findings, GraphError
+    from graphengine.format.diagnostics import Findings
+    from graphengine.format.errors import GraphError
+    from graphengine.scene.assembly import Assembly, Options
 
 
 def add_file_arguments(parser: argparse.ArgumentParser, *, many: bool = False) -> None:
@@ -77,8 +78,8 @@ def find_file(name: str) -> Path:
     Raises:
         UsageError: there is none.
     """
-    from graphengine.diagnostics import UsageError
-    from graphengine.files import NotFoundError, find_given
+    from graphengine.format.errors import UsageError
+    from graphengine.format.files import NotFoundError, find_given
 
     failures = []
     for folder in ("scenes", "graphs"):
@@ -101,7 +102,7 @@ def require_file(path: str | Path) -> None:
     Raises:
         UsageError: nothing is there, or a folder, pipe or device.
     """
-    from graphengine.diagnostics import UsageError
+    from graphengine.format.errors import UsageError
 
     if not os.path.isfile(path):
         raise UsageError(f"{path}: not a regular file" if os.path.exists(path) else f"no file {str(path)!r}")
@@ -109,7 +110,7 @@ def require_file(path: str | Path) -> None:
 
 def _beside(name: str) -> str:
     """A file with a like name in the same folder."""
-    from graphengine.diagnostics import did_you_mean
+    from graphengine.format.wording import did_you_mean
 
     folder = os.path.dirname(name)
     try:
@@ -126,8 +127,8 @@ def clean(text: str) -> str:
 
 def explain(error: GraphError) -> str:
     """What went wrong; for a node that raised, also the lines of Python where it did."""
-    from graphengine.diagnostics import NodeError
-    from graphengine.engine import executor
+    from graphengine.format.errors import NodeError
+    from graphengine.runtime import executor
 
     cause = error.__cause__
     frames = traceback.extract_tb(cause.__traceback__) if isinstance(error, NodeError) and cause else []
@@ -172,8 +173,8 @@ def reading_options(arguments: argparse.Namespace) -> Options:
     Raises:
         UsageError: a file or folder that is not there.
     """
-    from graphengine.build import Options
-    from graphengine.diagnostics import UsageError
+    from graphengine.format.errors import UsageError
+    from graphengine.scene.assembly import Options
 
     for folder in arguments.allow:
         if not folder.is_dir():
@@ -188,7 +189,7 @@ def message_paths(arguments: argparse.Namespace) -> list[Path]:
     Raises:
         UsageError: nothing is there.
     """
-    from graphengine.diagnostics import UsageError
+    from graphengine.format.errors import UsageError
 
     given: list[Path] = arguments.msg_path
     for path in given:
@@ -205,8 +206,8 @@ def installed_packages() -> list[Path]:
 
 def make_registry(modules: Sequence[str]) -> Any:
     """The installed node types and those of the user's modules."""
-    from graphengine.diagnostics import UsageError
-    from graphengine.registry import default_registry
+    from graphengine.compiler.registry import default_registry
+    from graphengine.format.errors import UsageError
 
     registry = default_registry().copy()  # others in this process share the original
     sys.path.append("")  # a module of the working directory; last, as that may be a stranger's
@@ -233,8 +234,9 @@ def _failure(error: BaseException, name: str) -> str:
 
 def parse_set(text: str) -> tuple[str, Any]:
     """`Node.port=value` as target and YAML value."""
-    from graphengine import document
-    from graphengine.diagnostics import Findings, UsageError
+    from graphengine.format import document
+    from graphengine.format.diagnostics import Findings
+    from graphengine.format.errors import UsageError
 
     target, equals, value = text.partition("=")
     if not equals or "." not in target:
@@ -248,7 +250,7 @@ def parse_set(text: str) -> tuple[str, Any]:
 
 def assemble(arguments: argparse.Namespace) -> Assembly:
     """The checked assembly of the given file."""
-    from graphengine import build
+    from graphengine.scene import build
 
     return build.assemble(find_file(arguments.file), make_options(arguments))
 

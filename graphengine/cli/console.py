@@ -10,9 +10,9 @@ import time
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from graphengine.diagnostics import NodeError
+    from graphengine.format.errors import NodeError
     from graphengine.ros.network import LiveNetwork
-    from graphengine.session import Session
+    from graphengine.runtime.session import Session
 
 LATE_PICTURE = """a picture came too late and was dropped
   drawing does not keep up: make pictures smaller or fewer, or run slower, as with --rate 0.5"""

@@ -193,7 +193,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _state(client: Client) -> dict[str, Any] | None:
     """How the session is; None if what was asked for was its last tick."""
-    from graphengine.diagnostics import ControlError
+    from graphengine.format.errors import ControlError
 
     try:
         state: dict[str, Any] = client.ask("state")
@@ -204,7 +204,7 @@ def _state(client: Client) -> dict[str, Any] | None:
 
 def _show(entry: Entry, state: dict[str, Any], *, robots: bool) -> None:
     from graphengine.cli.common import clean, counted, table
-    from graphengine.diagnostics import listing
+    from graphengine.format.wording import listing
 
     speed = state["rate"] if state["rate"] == "max" else f"{state['rate']:g}"
     print(clean(f"{entry}: {state['state']}, t = {state['time']:.3f} s, rate {speed}"))

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from graphengine.diagnostics import Findings
+    from graphengine.format.diagnostics import Findings
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,9 +25,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """0 when the script is written, 1 when the graph has errors or nothing in Isaac Sim is like it, which is told."""
     from graphengine.cli.common import assemble_to_run, clean, print_findings
-    from graphengine.diagnostics import Findings, UsageError
-    from graphengine.omnigraph.export import write_script
-    from graphengine.output import write_together
+    from graphengine.format.diagnostics import Findings
+    from graphengine.format.errors import UsageError
+    from graphengine.format.output import write_together
+    from graphengine.isaac.export import write_script
 
     output = arguments.output
     if output is not None and output.exists() and not arguments.force:

@@ -10,10 +10,10 @@ from time import monotonic
 from typing import TYPE_CHECKING
 
 from graphengine.cli.keyboard import ENDS, Keyboard
-from graphengine.running.keys import keys_of
+from graphengine.node.keys import keys_of
 
 if TYPE_CHECKING:
-    from graphengine.session import Session
+    from graphengine.runtime.session import Session
 
 RELEASE_AFTER = 0.6
 """Seconds of wall time; a common wait before the first repetition is 0.5 s (X11 0.66 s, Linux console 0.25 s)."""

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 from graphengine.cli.units import whole
 
 if TYPE_CHECKING:
-    from graphengine.diagnostics import Findings
-    from graphengine.omnigraph.recorded import RecordedGraph
-    from graphengine.omnigraph.stage.reading import ImportedStage
-    from graphengine.registry import Registry
+    from graphengine.compiler.registry import Registry
+    from graphengine.format.diagnostics import Findings
+    from graphengine.isaac.recorded import RecordedGraph
+    from graphengine.isaac.stage.reading import ImportedStage
 
 LONGEST = 10
 """Notes that are told one by one."""
@@ -65,10 +65,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """0 when the files are written, 1 when there is nothing to write, which is told."""
     from graphengine.cli.common import clean, make_registry, print_findings
-    from graphengine.diagnostics import Findings, UsageError
-    from graphengine.omnigraph.graph_file import compose, file_names
-    from graphengine.output import write_together
-    from graphengine.registry import default_registry
+    from graphengine.compiler.registry import default_registry
+    from graphengine.format.diagnostics import Findings
+    from graphengine.format.errors import UsageError
+    from graphengine.format.output import write_together
+    from graphengine.isaac.graph_file import compose, file_names
 
     _check_usage(arguments)
     registry = make_registry(arguments.modules) if arguments.modules else default_registry()
@@ -98,7 +99,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _check_usage(arguments: argparse.Namespace) -> None:
     from graphengine.cli.common import require_file
-    from graphengine.diagnostics import UsageError
+    from graphengine.format.errors import UsageError
 
     require_file(arguments.file)
     if arguments.file.suffix not in (".py", ".usd", ".usda", ".usdc", ".usdz"):
@@ -116,10 +117,11 @@ def _check_usage(arguments: argparse.Namespace) -> None:
 
 def _read(arguments: argparse.Namespace, registry: Registry, findings: Findings) -> ImportedStage:
     """The graphs of the file, and what is to be told of it beside."""
-    from graphengine.diagnostics import Findings, UsageError
-    from graphengine.files import Files
-    from graphengine.omnigraph.recorded import RecordedGraph
-    from graphengine.omnigraph.stage.reading import ImportedStage, read_stage
+    from graphengine.format.diagnostics import Findings
+    from graphengine.format.errors import UsageError
+    from graphengine.format.files import Files
+    from graphengine.isaac.recorded import RecordedGraph
+    from graphengine.isaac.stage.reading import ImportedStage, read_stage
 
     def stage(path: Path, findings: Findings) -> ImportedStage:
         files = Files.of(path, arguments.allow, Path.cwd())
@@ -138,7 +140,7 @@ def _read(arguments: argparse.Namespace, registry: Registry, findings: Findings)
         return graphs
 
     if arguments.file.suffix == ".py":
-        from graphengine.omnigraph.script.reading import ScriptOptions, read_script
+        from graphengine.isaac.script.reading import ScriptOptions, read_script
 
         assumed, environment = tuple(arguments.assume), dict(arguments.env)
         options = ScriptOptions(tuple(arguments.call), arguments.impulse_every, assumed, environment)

@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING
 from graphengine.cli.units import duration
 
 if TYPE_CHECKING:
-    from graphengine.diagnostics import Findings
-    from graphengine.files import Files
-    from graphengine.world.description.draft import Wheel
-    from graphengine.world.description.urdf import Urdf
-    from graphengine.world.model.importing import Imported, Origin
+    from graphengine.format.diagnostics import Findings
+    from graphengine.format.files import Files
+    from graphengine.physics.description.draft import Wheel
+    from graphengine.physics.description.urdf import Urdf
+    from graphengine.physics.model.importing import Imported, Origin
 
 WAIT = 10.0
 """Seconds that a description from the network is waited for."""
@@ -67,9 +67,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """0 when the robot file is written, 1 when the description has errors, which are told."""
     from graphengine.cli.common import print_findings
-    from graphengine.diagnostics import Findings
-    from graphengine.output import write_together
-    from graphengine.world.model.importing import import_robot
+    from graphengine.format.diagnostics import Findings
+    from graphengine.format.output import write_together
+    from graphengine.physics.model.importing import import_robot
 
     _check_usage(arguments)
     findings = Findings()
@@ -91,7 +91,7 @@ def _check_usage(arguments: argparse.Namespace) -> None:
     Raises:
         UsageError: it does not.
     """
-    from graphengine.diagnostics import UsageError
+    from graphengine.format.errors import UsageError
 
     remote = arguments.topic or arguments.node
     if bool(arguments.file) == bool(remote):
@@ -114,7 +114,7 @@ def _check_usage(arguments: argparse.Namespace) -> None:
 
 
 def _refuse_to_overwrite(paths: Sequence[Path] | Mapping[Path, str], *, force: bool) -> None:
-    from graphengine.diagnostics import UsageError
+    from graphengine.format.errors import UsageError
 
     there = [str(path) for path in paths if path.exists()]
     if there and not force:
@@ -123,9 +123,9 @@ def _refuse_to_overwrite(paths: Sequence[Path] | Mapping[Path, str], *, force: b
 
 def _origin(arguments: argparse.Namespace, findings: Findings) -> Origin | None:
     """The description that is meant, read."""
-    from graphengine.world.files.packages import Packages
-    from graphengine.world.files.xml import parse
-    from graphengine.world.model.importing import Origin
+    from graphengine.physics.files.packages import Packages
+    from graphengine.physics.files.xml import parse
+    from graphengine.physics.model.importing import Origin
 
     target, fixed = arguments.output, arguments.fixed_base
     if arguments.file:
@@ -140,11 +140,11 @@ def _origin(arguments: argparse.Namespace, findings: Findings) -> Origin | None:
 
 def _from_file(arguments: argparse.Namespace, findings: Findings) -> Origin | None:
     from graphengine.cli.common import near, require_file
-    from graphengine.diagnostics import UsageError
-    from graphengine.world.description import xacro
-    from graphengine.world.files.packages import Packages
-    from graphengine.world.files.xml import read
-    from graphengine.world.model.importing import Origin
+    from graphengine.format.errors import UsageError
+    from graphengine.physics.description import xacro
+    from graphengine.physics.files.packages import Packages
+    from graphengine.physics.files.xml import read
+    from graphengine.physics.model.importing import Origin
 
     path = Path(near(arguments.file))
     require_file(path)
@@ -169,7 +169,7 @@ def _from_file(arguments: argparse.Namespace, findings: Findings) -> Origin | No
 def _files(given: Path, arguments: argparse.Namespace) -> Files:
     """What may be read: the description's package whole, and what the command line allows."""
     from graphengine.cli.common import installed_packages
-    from graphengine.files import Files
+    from graphengine.format.files import Files
 
     package = next((folder for folder in given.absolute().parents if (folder / "package.xml").is_file()), None)
     allowed = [*arguments.allow, *arguments.package_path, *([package] if package is not None else [])]
@@ -180,7 +180,7 @@ def _remote(arguments: argparse.Namespace) -> tuple[str, str]:
     """The description from the network, and where it came from."""
     from graphengine.ros import description
     from graphengine.ros.domain import Domain
-    from graphengine.ros.select import open_transport
+    from graphengine.ros.transports.select import open_transport
 
     domain = Domain.from_environment(os.environ)
     transport = open_transport(arguments.transport, domain, "graphrun_import_urdf", environ=os.environ)
@@ -199,8 +199,8 @@ def _report(imported: Imported, findings: Findings) -> None:
     from collections import Counter
 
     from graphengine.cli.common import clean, counted, near
-    from graphengine.diagnostics import listing
-    from graphengine.world.description.draft import left_behind, track, wheels
+    from graphengine.format.wording import listing
+    from graphengine.physics.description.draft import left_behind, track, wheels
 
     robot, urdf = imported.robot, imported.robot.urdf
     rolling = wheels(urdf)
@@ -241,8 +241,8 @@ def _example(imported: Imported) -> str:
 
 def _drive(urdf: Urdf, rolling: Sequence[Wheel]) -> str:
     """The graph that drives a robot on two wheels beside each other, which turn forwards about its y axis; else nothing."""
-    from graphengine.rotation import rotate
-    from graphengine.world.description.draft import track
+    from graphengine.devices.rotation import rotate
+    from graphengine.physics.description.draft import track
 
     poses = [urdf.pose_in_root(urdf.joints[wheel.joint].child) for wheel in rolling]
     axles = [rotate(pose[1], urdf.joints[wheel.joint].axis) for pose, wheel in zip(poses, rolling, strict=True)]

@@ -30,7 +30,7 @@ class Keyboard:
     """
 
     def __init__(self, *, signals: bool = False) -> None:
-        from graphengine.diagnostics import UsageError
+        from graphengine.format.errors import UsageError
 
         if sys.stdin is None or not sys.stdin.isatty():
             raise UsageError("keys are read from a terminal, and the standard input is none")

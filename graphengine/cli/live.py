@@ -13,9 +13,9 @@ from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from graphengine.context import QoS
-    from graphengine.diagnostics import TransportError
-    from graphengine.ros.definitions import Definitions
+    from graphengine.format.errors import TransportError
+    from graphengine.messages.definitions import Definitions
+    from graphengine.messages.endpoints import QoS
     from graphengine.ros.graph import Graph
     from graphengine.ros.listening import Clock, Inbox
     from graphengine.ros.transport import Transport
@@ -75,9 +75,9 @@ class Live:
 
     def __init__(self, arguments: argparse.Namespace, node: str | None = None) -> None:
         from graphengine.cli.common import installed_packages, message_paths
-        from graphengine.ros.definitions import DEFINITIONS
+        from graphengine.messages.definitions import DEFINITIONS
         from graphengine.ros.domain import Domain
-        from graphengine.ros.select import open_transport
+        from graphengine.ros.transports.select import open_transport
 
         name = node or f"_graphrun_{os.getpid()}"
         self.definitions: Definitions = DEFINITIONS.extended(message_paths(arguments), installed_packages())
@@ -133,7 +133,7 @@ class Live:
         Raises:
             TransportError: nobody writes or reads it, or with several types.
         """
-        from graphengine.diagnostics import TransportError
+        from graphengine.format.errors import TransportError
 
         types = graph.types().get(topic, [])
         if not types:
@@ -144,7 +144,8 @@ class Live:
 
     def unknown(self, topic: str, graph: Graph) -> TransportError:
         """The error that nobody writes or reads a topic."""
-        from graphengine.diagnostics import TransportError, listing
+        from graphengine.format.errors import TransportError
+        from graphengine.format.wording import listing
 
         known = [name for name in graph.types() if not is_hidden(name)]
         hint = near_topic(topic, graph.types()) or listing(known, "topics")
@@ -179,7 +180,7 @@ def absolute(topic: str) -> str:
     Raises:
         TopicError: ROS 2 would refuse it.
     """
-    from graphengine.ros.names import check_topic
+    from graphengine.messages.names import check_topic
 
     name = topic if topic.startswith("/") else f"/{topic}"
     check_topic(name, given=topic)
@@ -188,7 +189,7 @@ def absolute(topic: str) -> str:
 
 def near_topic(topic: str, known: Iterable[str]) -> str:
     """A suggestion: the same name in another namespace, or one like it; else the empty string."""
-    from graphengine.diagnostics import did_you_mean
+    from graphengine.format.wording import did_you_mean
 
     shown = [name for name in known if not is_hidden(name)]
     same = [name for name in shown if name.rpartition("/")[2] == topic.rpartition("/")[2]]

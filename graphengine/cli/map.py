@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 from graphengine.cli.units import number
 
 if TYPE_CHECKING:
-    from graphengine.world.loading import LoadedWorld
-    from graphengine.world.occupancy.chart import MapRequest, OccupancyMap
+    from graphengine.physics.loading import LoadedWorld
+    from graphengine.physics.occupancy.chart import MapRequest, OccupancyMap
 
 HEIGHTS = (0.2, 0.62)
 """The window of heights in NVIDIA's "ROS 2 Putting It All Together"."""
@@ -61,9 +61,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """0 when both files were written, 1 when the scene has errors."""
     from graphengine.cli.common import clean, find_file, near
-    from graphengine.diagnostics import PrimError, UsageError
-    from graphengine.world.occupancy.chart import make_map
-    from graphengine.world.occupancy.files import write_map
+    from graphengine.format.errors import PrimError, UsageError
+    from graphengine.physics.occupancy.chart import make_map
+    from graphengine.physics.occupancy.files import write_map
 
     path = find_file(arguments.scene)
     stem = _stem(arguments.output, path)
@@ -85,7 +85,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _stem(output: str | None, scene: Path) -> Path:
     """Where the files go, without their endings."""
-    from graphengine.diagnostics import UsageError
+    from graphengine.format.errors import UsageError
 
     if output is None:
         return Path(f"{scene.stem}_map")
@@ -97,8 +97,8 @@ def _stem(output: str | None, scene: Path) -> Path:
 
 
 def _request(arguments: argparse.Namespace) -> MapRequest:
-    from graphengine.world.occupancy.chart import MapRequest
-    from graphengine.world.occupancy.files import isaac_window
+    from graphengine.physics.occupancy.chart import MapRequest
+    from graphengine.physics.occupancy.files import isaac_window
 
     bounds = arguments.bounds
     request = MapRequest(
@@ -118,9 +118,11 @@ def _request(arguments: argparse.Namespace) -> MapRequest:
 
 def _load(path: Path, arguments: argparse.Namespace) -> LoadedWorld | None:
     """The scene's physics, without its graphs; what is wrong with it is printed."""
-    from graphengine import build, document, spec_reader
     from graphengine.cli.common import print_findings, reading_options
-    from graphengine.diagnostics import Findings, UsageError
+    from graphengine.format import document, spec_reader
+    from graphengine.format.diagnostics import Findings
+    from graphengine.format.errors import UsageError
+    from graphengine.scene import build
 
     options, findings = reading_options(arguments), Findings()
     found = document.load(path, Findings())
@@ -133,7 +135,7 @@ def _load(path: Path, arguments: argparse.Namespace) -> LoadedWorld | None:
 
 
 def _summary(chart: OccupancyMap) -> str:
-    from graphengine.world.occupancy.chart import FREE, OCCUPIED, UNKNOWN
+    from graphengine.physics.occupancy.chart import FREE, OCCUPIED, UNKNOWN
 
     grid, (low, high) = chart.grid, chart.window
     states = {"occupied": OCCUPIED, "free": FREE, "unknown": UNKNOWN}

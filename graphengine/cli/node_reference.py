@@ -9,8 +9,9 @@ from collections.abc import Iterable, Sequence
 from itertools import groupby
 
 from graphengine.cli.nodes import default_of, facts_of, summary
-from graphengine.node import Node, Port
-from graphengine.types import brief
+from graphengine.node.node_class import Node
+from graphengine.node.port import Port
+from graphengine.node.types import brief
 
 
 def write_reference(types: Sequence[type[Node]]) -> str:

@@ -10,8 +10,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from graphengine.node import Node, Port
-    from graphengine.registry import Registry
+    from graphengine.compiler.registry import Registry
+    from graphengine.node.node_class import Node
+    from graphengine.node.port import Port
 
 Constants = Sequence[tuple[str, str, Any]]
 """Name, ROS's type and value of each."""
@@ -37,8 +38,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """0, or 2 for a name that is no type."""
     from graphengine.cli.common import clean, make_registry, table
-    from graphengine.diagnostics import UsageError
-    from graphengine.registry import default_registry
+    from graphengine.compiler.registry import default_registry
+    from graphengine.format.errors import UsageError
 
     registry = make_registry(arguments.modules) if arguments.modules else default_registry()
     if arguments.name is not None:
@@ -85,8 +86,8 @@ def _with_message(cls: type[Node], registry: Registry, arguments: argparse.Names
         UsageError: there is no such message, or the type grows nothing from one.
     """
     from graphengine.cli.common import installed_packages, message_paths
-    from graphengine.diagnostics import ContextError, UsageError
-    from graphengine.node import grown
+    from graphengine.format.errors import ContextError, UsageError
+    from graphengine.node.node_class import grown
 
     parts = arguments.message.split("/")
     if len(parts) == 2 and "inputs:messageSubfolder" in cls.ports:

@@ -16,12 +16,12 @@ from graphengine.cli.units import whole
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from graphengine.build import Options
+    from graphengine.compiler.registry import Registry
+    from graphengine.physics.sensors.rays import RaysChoice
     from graphengine.recording.reader import Recording
     from graphengine.recording.replay import Difference, Replay
-    from graphengine.registry import Registry
-    from graphengine.session import Session
-    from graphengine.world.sensors.rays import RaysChoice
+    from graphengine.runtime.session import Session
+    from graphengine.scene.assembly import Options
 
 LONGEST = 80
 """Characters of a port's value that are told."""
@@ -46,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when every byte is the same, 1 when one is not, 2 when that cannot be told."""
-    from graphengine.diagnostics import RecordingError, UsageError
+    from graphengine.format.errors import RecordingError, UsageError
     from graphengine.recording.reader import Recording
     from graphengine.recording.sources import Workspace
 
@@ -66,11 +66,11 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _replay(arguments: argparse.Namespace, recording: Recording, plain: Callable[[str], str]) -> int:
-    from graphengine import build
-    from graphengine.diagnostics import RecordingError
+    from graphengine.format.errors import RecordingError
     from graphengine.recording import machine
     from graphengine.recording.replay import Replay, SilentTransport
     from graphengine.ros.network import LiveNetwork
+    from graphengine.scene import build
 
     def warn(text: str) -> None:
         print(plain(f"warning: {text}"), file=sys.stderr)
@@ -143,7 +143,7 @@ def _rays(rays: RaysChoice, recording: Path) -> RaysChoice:
     Raises:
         UsageError: it is not there.
     """
-    from graphengine.diagnostics import UsageError
+    from graphengine.format.errors import UsageError
 
     if rays == "fast" and find_spec("numba") is None:
         raise UsageError(
@@ -160,7 +160,7 @@ def _registry(recorded: Sequence[str], given: Sequence[str], recording: Path) ->
         UsageError: the run had modules that were not given.
     """
     from graphengine.cli.common import make_registry
-    from graphengine.diagnostics import UsageError
+    from graphengine.format.errors import UsageError
 
     missing = [module for module in recorded if module not in given]
     if missing:

@@ -20,10 +20,10 @@ from graphengine.cli.console import Console
 from graphengine.cli.units import duration, rate
 
 if TYPE_CHECKING:
-    from graphengine.build import Assembly
-    from graphengine.control.desk import CommandDesk
     from graphengine.ros.network import LiveNetwork
-    from graphengine.session import Session
+    from graphengine.runtime.desk import CommandDesk
+    from graphengine.runtime.session import Session
+    from graphengine.scene.assembly import Assembly
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -56,8 +56,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _namespace(text: str) -> str:
     """A namespace of ROS 2, absolute as they are; what names a file to run is none."""
-    from graphengine.diagnostics import TopicError
-    from graphengine.ros.names import check_namespace
+    from graphengine.format.errors import TopicError
+    from graphengine.messages.names import check_namespace
 
     try:
         check_namespace(text)
@@ -69,10 +69,10 @@ def _namespace(text: str) -> str:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when it ran to its end or was stopped, 1 with errors."""
-    from graphengine import build
     from graphengine.cli.common import assemble_to_run, clean, counted
-    from graphengine.control.desk import CommandDesk
-    from graphengine.diagnostics import UsageError
+    from graphengine.format.errors import UsageError
+    from graphengine.runtime.desk import CommandDesk
+    from graphengine.scene import build
 
     atexit.register(gc.freeze)  # the process ends with what it holds; to look through all of it takes a second
     _check_recording(arguments)
@@ -124,7 +124,7 @@ def _check_recording(arguments: argparse.Namespace) -> None:
     Raises:
         UsageError: a name that no reader of bags knows, a folder that is not there, or a file that is.
     """
-    from graphengine.diagnostics import UsageError
+    from graphengine.format.errors import UsageError
 
     path: Path | None = arguments.record
     if path is None:
@@ -157,7 +157,7 @@ def _recorder(
 def _channel(arguments: argparse.Namespace, desk: CommandDesk, console: Console) -> AbstractContextManager[object]:
     """Where `graphrun ctl` finds the run; the run goes on without, if that cannot be."""
     from graphengine.control.channel import Channel
-    from graphengine.diagnostics import ControlError
+    from graphengine.format.errors import ControlError
 
     if arguments.no_control:
         return nullcontext()
@@ -197,7 +197,7 @@ def _open_network(
 
     from graphengine.ros.domain import Domain
     from graphengine.ros.network import LiveNetwork
-    from graphengine.ros.select import open_transport
+    from graphengine.ros.transports.select import open_transport
 
     domain, definitions = Domain.from_environment(os.environ), assembly.definitions
     name = re.sub(r"\A(?![A-Za-z])", "graph_", re.sub(r"[^A-Za-z0-9_]", "_", assembly.path.stem))

@@ -13,8 +13,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Print it."""
-    from graphengine.registry import default_registry
-    from graphengine.schema import make_schema
+    from graphengine.compiler.registry import default_registry
+    from graphengine.compiler.schema import make_schema
 
     print(json.dumps(make_schema(arguments.kind, default_registry()), indent=2))
     return 0

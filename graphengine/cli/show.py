@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from graphengine.build import Assembly
-    from graphengine.engine.graph import Wire
-    from graphengine.engine.plan import Call, Plan, Region
+    from graphengine.compiler.graph import Wire
+    from graphengine.compiler.plan import Call, Plan, Region
+    from graphengine.scene.assembly import Assembly
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """0 without errors, 1 with."""
     from graphengine.cli.common import assemble, print_findings
-    from graphengine.engine.codegen import write_source
+    from graphengine.compiler.codegen import write_source
 
     assembly = assemble(arguments)
     assembly.world.close()
@@ -61,10 +61,10 @@ def execute(arguments: argparse.Namespace) -> int:
 def draw(assembly: Assembly, arguments: argparse.Namespace) -> int:
     """Write the drawing of all graphs, those with errors too; 1 if there are any."""
     from graphengine.cli.common import clean, counted, near, print_findings
-    from graphengine.diagnostics import UsageError
     from graphengine.drawing import page, svg
     from graphengine.drawing.scheme import make_scheme
-    from graphengine.output import write_together
+    from graphengine.format.errors import UsageError
+    from graphengine.format.output import write_together
 
     print_findings(assembly.findings, notes=False)
     schemes = [make_scheme(graph, assembly.findings) for graph in assembly.graphs]
@@ -83,7 +83,7 @@ def draw(assembly: Assembly, arguments: argparse.Namespace) -> int:
 
 def _at(plan: Plan) -> str:
     """Name, place and pace of a graph, on one line."""
-    from graphengine.diagnostics import printable
+    from graphengine.format.wording import printable
 
     graph = plan.graph
     pushed = ", all nodes" if graph.flat.spec.evaluator == "push" else ""
@@ -92,7 +92,7 @@ def _at(plan: Plan) -> str:
 
 def _value(value: Any) -> str:
     """A value as YAML takes it, on one line."""
-    from graphengine.diagnostics import printable
+    from graphengine.format.wording import printable
 
     plain = value.tolist() if hasattr(value, "tolist") else value
     return printable(json.dumps(plain, ensure_ascii=False))

@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from graphengine.build import Assembly
-    from graphengine.sensor import Picture
-    from graphengine.stage import Prim
-    from graphengine.world.pictures.rendering import Image
-    from graphengine.world.simulation import Simulation
+    from graphengine.devices.sensor import Picture
+    from graphengine.devices.stage import Prim
+    from graphengine.physics.pictures.rendering import Image
+    from graphengine.physics.simulation import Simulation
+    from graphengine.scene.assembly import Assembly
 
 SIZE = (1280, 720)
 """Of a view without one."""
@@ -47,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def size(text: str) -> tuple[int, int]:
     """Width and height of `1280x720`."""
-    from graphengine.sensor import LARGEST_PICTURE as LARGEST
+    from graphengine.devices.sensor import LARGEST_PICTURE as LARGEST
 
     match = re.fullmatch(r"([0-9]{1,5})x([0-9]{1,5})", text)
     width, height = (int(match[1]), int(match[2])) if match else (0, 0)
@@ -59,7 +59,7 @@ def size(text: str) -> tuple[int, int]:
 def execute(arguments: argparse.Namespace) -> int:
     """0 when the picture was written, 1 with errors."""
     from graphengine.cli.common import assemble_to_run, clean, near
-    from graphengine.diagnostics import UsageError
+    from graphengine.format.errors import UsageError
 
     output: Path = arguments.output
     if output.suffix.lower() != ".png" or output.is_dir():
@@ -85,11 +85,11 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _take(assembly: Assembly, arguments: argparse.Namespace) -> tuple[Picture | Image, Mapping[int, str]]:
     """Run the scene with nobody on its network, and take the picture and the paths of its prims' numbers."""
-    from graphengine import build
-    from graphengine.diagnostics import UsageError
-    from graphengine.ros.memory import MemoryTransport
+    from graphengine.format.errors import UsageError
+    from graphengine.physics.simulation import Simulation
     from graphengine.ros.network import LiveNetwork
-    from graphengine.world.simulation import Simulation
+    from graphengine.ros.transports.memory.memory import MemoryTransport
+    from graphengine.scene import build
 
     world = assembly.world
     if not isinstance(world, Simulation):
@@ -119,8 +119,9 @@ def _camera(world: Simulation, name: str) -> Prim | None:
     Raises:
         UsageError: it means neither, or several cameras.
     """
-    from graphengine.diagnostics import PrimError, UsageError, did_you_mean, listing
-    from graphengine.world.pictures import views
+    from graphengine.format.errors import PrimError, UsageError
+    from graphengine.format.wording import did_you_mean, listing
+    from graphengine.physics.pictures import views
 
     known, stage = views.names(world), world.stage
     if name in known:
@@ -143,7 +144,7 @@ def _camera(world: Simulation, name: str) -> Prim | None:
 
 def _look(world: Simulation, prim: Prim | None, arguments: argparse.Namespace) -> Picture | Image:
     """What a camera sees, as its readers get it; or a view, drawn for people."""
-    from graphengine.world.pictures import views
+    from graphengine.physics.pictures import views
 
     segmentation: bool = arguments.segmentation
     if prim is not None:
@@ -198,7 +199,7 @@ def _write(pixels: NDArray[Any], path: Path) -> None:
     """
     from PIL import Image
 
-    from graphengine.output import write_together
+    from graphengine.format.output import write_together
 
     content = io.BytesIO()
     Image.fromarray(pixels).save(content, "PNG", optimize=True)

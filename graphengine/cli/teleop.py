@@ -46,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when it was ended."""
-    from graphengine.context import QoS
+    from graphengine.messages.endpoints import QoS
 
     keyboard = Keyboard()
     given = absolute(arguments.topic) if arguments.topic else ""
@@ -73,7 +73,8 @@ def only_topic(graph: Graph) -> str:
     Raises:
         UsageError: there are several.
     """
-    from graphengine.diagnostics import UsageError, listing
+    from graphengine.format.errors import UsageError
+    from graphengine.format.wording import listing
 
     topics = sorted({end.topic for end in _readers(graph)})
     if len(topics) > 1:
@@ -139,7 +140,7 @@ class Base:
 
     def drive(self, speed: float, turn: float) -> None:
         """Command velocities, m/s and rad/s."""
-        from graphengine.ros import messages
+        from graphengine.messages import messages
 
         message: Any = messages.Twist(messages.Vector3(speed, 0.0, 0.0), messages.Vector3(0.0, 0.0, turn))
         if self.message_type == STAMPED:

@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """0 when there is a tree, 1 when there is none, or with `--strict` when something is wrong with it."""
     from graphengine.cli.common import clean
-    from graphengine.diagnostics import TransportError
+    from graphengine.format.errors import TransportError
     from graphengine.ros.tf_tree import FrameTree
 
     _check_output(arguments.output)
@@ -71,7 +71,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _check_output(path: Path | None) -> None:
-    from graphengine.diagnostics import UsageError
+    from graphengine.format.errors import UsageError
 
     if path is None:
         return
@@ -83,8 +83,8 @@ def _check_output(path: Path | None) -> None:
 
 
 def _listen(live: Live, topics: list[str], tree: FrameTree) -> None:
-    from graphengine.context import QoS
-    from graphengine.ros import messages
+    from graphengine.messages import messages
+    from graphengine.messages.endpoints import QoS
 
     def take(topic: str, static: bool) -> Callable[[bytes], None]:
         def deliver(data: bytes) -> None:
@@ -108,7 +108,7 @@ def _namespaces(graph: Graph) -> list[str]:
 
 def _namespace(given: str) -> str:
     """Its full name; empty for none."""
-    from graphengine.ros.names import check_namespace, full_namespace
+    from graphengine.messages.names import check_namespace, full_namespace
 
     namespace = full_namespace(given)
     check_namespace(namespace or "/", given)
@@ -121,7 +121,8 @@ def _only_namespace(graph: Graph) -> str:
     Raises:
         TransportError: it could be one of several.
     """
-    from graphengine.diagnostics import TransportError, listing
+    from graphengine.format.errors import TransportError
+    from graphengine.format.wording import listing
 
     there = _namespaces(graph)
     if len(there) < 2 or "" in there:
@@ -131,7 +132,7 @@ def _only_namespace(graph: Graph) -> str:
 
 def _elsewhere(graph: Graph) -> str:
     """Where there are transforms."""
-    from graphengine.diagnostics import listing
+    from graphengine.format.wording import listing
 
     return listing((namespace or "/" for namespace in _namespaces(graph)), "namespaces in which there are publishers")
 
@@ -155,8 +156,8 @@ def _write(tree: FrameTree, names: Mapping[bytes, str], path: Path | None) -> No
     Raises:
         TransportError: Graphviz fails.
     """
-    from graphengine.diagnostics import TransportError
-    from graphengine.output import write_together
+    from graphengine.format.errors import TransportError
+    from graphengine.format.output import write_together
     from graphengine.ros.tf_tree import to_dot
 
     if path is None:

@@ -9,7 +9,7 @@ import sys
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from graphengine.backend import EndpointClaim
+    from graphengine.messages.endpoints import EndpointClaim
 
 
 FRAMES = 2

@@ -7,7 +7,7 @@ import math
 import re
 from collections.abc import Callable
 
-from graphengine.running.pacer import SLOWEST
+from graphengine.runtime.pacer import SLOWEST
 
 
 def duration(text: str) -> float:

@@ -18,9 +18,9 @@ from pathlib import Path
 from typing import Any
 
 from graphengine.control import runs
-from graphengine.control.desk import CommandDesk
 from graphengine.control.lines import MAX_REQUEST, BadLineError, Lines
-from graphengine.diagnostics import ControlError, GraphError
+from graphengine.format.errors import ControlError, GraphError
+from graphengine.runtime.desk import CommandDesk
 
 MAX_CLIENTS = 32
 ENDING = 1.0

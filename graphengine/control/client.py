@@ -10,7 +10,8 @@ from typing import Any
 from graphengine.control import runs
 from graphengine.control.lines import MAX_ANSWER, BadLineError, Lines
 from graphengine.control.runs import Entry
-from graphengine.diagnostics import ControlError, UsageError, did_you_mean
+from graphengine.format.errors import ControlError, UsageError
+from graphengine.format.wording import did_you_mean
 
 
 class Client:

@@ -6,9 +6,10 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from typing import Any
 
-from graphengine.context import QoS
-from graphengine.diagnostics import TransportError
-from graphengine.ros import messages
+from graphengine.format.errors import TransportError
+from graphengine.messages import messages
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.endpoints import QoS
 from graphengine.ros.transport import ServiceServer, Transport
 
 SERVICES = QoS(history="keepLast", depth=10, reliability="reliable", durability="volatile")
@@ -61,7 +62,7 @@ class Offers:
             request = self._decode(service, data, f"{service_type}_Request")
             if request is None or service not in self._servers:
                 return
-            response = messages.DEFINITIONS.initial(f"{service_type}_Response")
+            response = DEFINITIONS.initial(f"{service_type}_Response")
 
             def reply(future: Future[Any] | None) -> None:
                 finish(response, future.exception() if future is not None else None)

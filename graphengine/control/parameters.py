@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.control.desk import CommandDesk
 from graphengine.control.offers import Handle, Offers
-from graphengine.ros import messages
+from graphengine.messages.definitions import DEFINITIONS
 from graphengine.ros.transport import Transport
-from graphengine.running.pacer import SLOWEST
-from graphengine.session import Session
+from graphengine.runtime.desk import CommandDesk
+from graphengine.runtime.pacer import SLOWEST
+from graphengine.runtime.session import Session
 
 NAME = "real_time_factor"
 DESCRIPTION = "seconds of simulation in a second of wall time; 0 for as fast as possible"
@@ -87,7 +87,7 @@ class Parameters:
 
 def _describe(request: Any, response: Any) -> None:
     for name in request.names:
-        descriptor = messages.DEFINITIONS.initial("rcl_interfaces/msg/ParameterDescriptor")
+        descriptor = DEFINITIONS.initial("rcl_interfaces/msg/ParameterDescriptor")
         descriptor.name = name
         if name == NAME:
             descriptor.type, descriptor.description = _DOUBLE, DESCRIPTION
@@ -104,7 +104,7 @@ def _list(request: Any, response: Any) -> None:
 
 
 def _value(factor: float | None) -> Any:
-    value = messages.DEFINITIONS.initial("rcl_interfaces/msg/ParameterValue")
+    value = DEFINITIONS.initial("rcl_interfaces/msg/ParameterValue")
     if factor is not None:
         value.type, value.double_value = _DOUBLE, factor
     return value
@@ -127,6 +127,6 @@ def _refusal(parameter: Any) -> str:
 
 
 def _result(refusal: str) -> Any:
-    result = messages.DEFINITIONS.initial("rcl_interfaces/msg/SetParametersResult")
+    result = DEFINITIONS.initial("rcl_interfaces/msg/SetParametersResult")
     result.successful, result.reason = not refusal, refusal
     return result

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from graphengine.diagnostics import Finding
 from graphengine.drawing.scheme import Key, NodeView, PortView
 from graphengine.drawing.text import fitted, width
+from graphengine.format.diagnostics import Finding
 
 NAME_SIZE, TYPE_SIZE, PORT_SIZE = 13.0, 12.0, 12.0
 """Font sizes, px."""

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.diagnostics import UsageError
 from graphengine.drawing import routing
 from graphengine.drawing.geometry import GAP, Arrangement, Box, Link, Point, Route, ends, simplified
+from graphengine.format.errors import UsageError
 
 _LOOP = 10.0
 """Between a box and its first link to itself, and from one such link to the next."""

@@ -6,10 +6,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol, TypeVar
 
-from graphengine.diagnostics import Finding, Findings, Span
-from graphengine.document import Value
-from graphengine.engine.graph import Graph
-from graphengine.engine.template import NodeEntry, WireEntry
+from graphengine.compiler.graph import Graph
+from graphengine.compiler.template import NodeEntry, WireEntry
+from graphengine.format.diagnostics import Finding, Findings, Span
+from graphengine.format.document import Value
 
 CIRCLES = ("G209", "G210")
 """Codes of findings that name wires which run in a circle."""

@@ -13,14 +13,16 @@ from typing import Any, Literal
 
 import numpy as np
 
-from graphengine.diagnostics import Finding, Findings, UsageError, printable
+from graphengine.compiler.graph import Graph, Instance, find_port, settled_type
+from graphengine.compiler.template import NodeEntry, WireEnd, WireEntry
 from graphengine.drawing.geometry import Point
 from graphengine.drawing.painting import paint
-from graphengine.engine.graph import Graph, Instance, find_port, settled_type
-from graphengine.engine.template import NodeEntry, WireEnd, WireEntry
-from graphengine.node import Port
-from graphengine.spec import EverySpec
-from graphengine.types import brief
+from graphengine.format.diagnostics import Finding, Findings
+from graphengine.format.errors import UsageError
+from graphengine.format.spec import EverySpec
+from graphengine.format.wording import printable
+from graphengine.node.port import Port
+from graphengine.node.types import brief
 
 MAX_NODES = 3000
 """Of a graph that is drawn."""

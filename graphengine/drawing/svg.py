@@ -11,12 +11,13 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from graphengine.diagnostics import Finding, printable
 from graphengine.drawing.arrange import arrange
 from graphengine.drawing.figure import HEAD, MARGIN, NAME_SIZE, PORT_SIZE, TYPE_SIZE, Label, NodeBox
 from graphengine.drawing.geometry import Point, Route
 from graphengine.drawing.scheme import Scheme, WireView
 from graphengine.drawing.text import FONTS, fitted, width
+from graphengine.format.diagnostics import Finding
+from graphengine.format.wording import printable
 
 _SPACE = 18.0
 """Around the drawing, and between parts of it."""

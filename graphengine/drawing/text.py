@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import unicodedata
 
-from graphengine.diagnostics import printable
+from graphengine.format.wording import printable
 
 FONTS = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 

@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from graphengine.ros import messages
-from graphengine.ros.definitions import Definitions
+from graphengine.messages import messages
+from graphengine.messages.definitions import DEFINITIONS, Definitions
+from graphengine.messages.interfaces import MessageTypeError
 
 
 class FieldDifference(NamedTuple):
@@ -25,7 +26,7 @@ class FieldDifference(NamedTuple):
 
 
 def differences(
-    recorded: bytes, replayed: bytes, message_type: str, definitions: Definitions = messages.DEFINITIONS
+    recorded: bytes, replayed: bytes, message_type: str, definitions: Definitions = DEFINITIONS
 ) -> list[FieldDifference]:
     """Every field that differs, one line an array; bytes where the messages do not tell, as in padding.
 
@@ -33,7 +34,7 @@ def differences(
     """
     try:
         one, other = (messages.decode(data, message_type, definitions) for data in (recorded, replayed))
-    except (messages.MessageError, messages.MessageTypeError):
+    except (messages.MessageError, MessageTypeError):
         return [_of_bytes(recorded, replayed)]
     return list(_differences(one, other, "")) or [_of_bytes(recorded, replayed)]
 

@@ -7,8 +7,8 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from graphengine.context import QoS
-from graphengine.ros.qos import settled
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.qos import settled
 
 PROFILE = "ros2"
 LIBRARY = "graphengine"

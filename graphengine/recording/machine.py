@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
 
-from graphengine import __version__
-from graphengine.build import Assembly
-from graphengine.diagnostics import RenderError
+from graphengine.format.errors import RenderError
+from graphengine.format.version import __version__
+from graphengine.scene.assembly import Assembly
 
 _OF_CAMERAS = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 
@@ -62,7 +62,7 @@ def _processor() -> str:
 
 
 def _opengl() -> str:
-    from graphengine.world.pictures import opengl
+    from graphengine.physics.pictures import opengl
 
     try:
         return opengl.driver()

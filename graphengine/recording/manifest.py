@@ -8,12 +8,12 @@ from typing import Annotated, Any, Literal, Self, cast
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from graphengine.build import Assembly
-from graphengine.diagnostics import RecordingError
+from graphengine.format.errors import RecordingError
 from graphengine.recording import machine
 from graphengine.recording.sources import SourceNames
-from graphengine.running.dropped_values import BadValues
-from graphengine.running.node_context.services import Services
+from graphengine.runtime.dropped_values import BadValues
+from graphengine.runtime.node_context.services import Services
+from graphengine.scene.assembly import Assembly
 
 FORMAT = 1
 RaysName = Literal["auto", "mujoco", "fast"]

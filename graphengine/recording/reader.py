@@ -12,13 +12,13 @@ from typing import Any
 
 from mcap.records import Attachment, Channel, Header, McapRecord, Message, Metadata, Schema
 
-from graphengine.diagnostics import RecordingError
+from graphengine.format.errors import RecordingError
+from graphengine.messages import messages
 from graphengine.recording import layout
 from graphengine.recording.layout import Stream, TickTimes
 from graphengine.recording.manifest import Manifest
 from graphengine.recording.records import read_records
 from graphengine.recording.sources import Workspace
-from graphengine.ros import messages
 
 MAX_MESSAGES = 1_000_000
 """In a tick."""

@@ -12,19 +12,18 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from graphengine.backend import EndpointClaim
-from graphengine.build import Assembly
-from graphengine.context import QoS
-from graphengine.diagnostics import GraphError, RecordingError, UsageError
+from graphengine.format.errors import GraphError, RecordingError, UsageError
+from graphengine.messages import messages
+from graphengine.messages.endpoints import EndpointClaim, QoS
 from graphengine.recording import layout
 from graphengine.recording.layout import Stream, TickTimes
 from graphengine.recording.manifest import describe_run
 from graphengine.recording.sightings import Sightings
 from graphengine.recording.sources import MESSAGES, SourceNames, media_type
 from graphengine.recording.writer import Entry, RecordingWriter
-from graphengine.ros import messages
 from graphengine.ros.network import LiveNetwork
-from graphengine.session import Session
+from graphengine.runtime.session import Session
+from graphengine.scene.assembly import Assembly
 
 CHUNK_BYTES = 4_000_000
 CHUNK_SECONDS = 1.0

@@ -8,19 +8,18 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from graphengine.backend import EndpointClaim
-from graphengine.context import QoS
-from graphengine.control.commands import RECORDED, parse
-from graphengine.diagnostics import GraphError, RecordingError, UsageError
+from graphengine.format.errors import GraphError, RecordingError, UsageError
+from graphengine.messages.definitions import DEFINITIONS, Definitions
+from graphengine.messages.endpoints import EndpointClaim, QoS
+from graphengine.messages.qos import settled
 from graphengine.recording.difference import differences
 from graphengine.recording.layout import Stream, failure_of, node_of
 from graphengine.recording.reader import Recording, Tick
-from graphengine.ros.definitions import DEFINITIONS, Definitions
-from graphengine.ros.memory import MemoryTransport, MemoryWriter
-from graphengine.ros.memory_services import MemoryClient
 from graphengine.ros.network import LiveNetwork
-from graphengine.ros.qos import settled
-from graphengine.session import Session
+from graphengine.ros.transports.memory.memory import MemoryTransport, MemoryWriter
+from graphengine.ros.transports.memory.memory_services import MemoryClient
+from graphengine.runtime.commands import RECORDED, parse
+from graphengine.runtime.session import Session
 
 MAX_FIELDS = 8
 """So many fields of a message are told that differ."""

@@ -12,8 +12,9 @@ from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 
-from graphengine.diagnostics import RecordingError, shown
-from graphengine.files import Files
+from graphengine.format.errors import RecordingError
+from graphengine.format.files import Files
+from graphengine.format.wording import shown
 
 SHIPPED, INSTALLED, MESSAGES, PROJECT = PLACES = ("shipped", "installed", "messages", "project")
 MAX_BYTES = 2_000_000_000

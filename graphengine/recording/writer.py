@@ -22,9 +22,9 @@ from typing import NamedTuple
 from mcap.writer import CompressionType, Writer
 
 from graphengine import __version__
-from graphengine.diagnostics import RecordingError
+from graphengine.format.errors import RecordingError
+from graphengine.messages.definitions import Definitions
 from graphengine.recording.layout import ENCODING, LIBRARY, PROFILE, Stream
-from graphengine.ros.definitions import Definitions
 
 MAX_WAITING = 64_000_000
 """Bytes that may wait to be written."""

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import time
 
-from graphengine.context import QoS
-from graphengine.diagnostics import TransportError, listing
-from graphengine.ros import messages, names
-from graphengine.ros.definitions import DEFINITIONS
+from graphengine.format.errors import TransportError
+from graphengine.format.wording import listing
+from graphengine.messages import messages, names
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.qos import LATCHED
 from graphengine.ros.graph import discover
 from graphengine.ros.listening import Inbox
-from graphengine.ros.qos import LATCHED
 from graphengine.ros.transport import ServiceClient, Transport
 
 PARAMETER = "robot_description"

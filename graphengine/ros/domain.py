@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-from graphengine.diagnostics import TransportError, did_you_mean, listing
+from graphengine.format.errors import TransportError
+from graphengine.format.wording import did_you_mean, listing
 
 DiscoveryRange = Literal["SUBNET", "LOCALHOST", "OFF", "SYSTEM_DEFAULT"]
 

@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from graphengine.context import QoS
-from graphengine.ros.qos import mismatch
-from graphengine.wording import printable
+from graphengine.format.wording import printable
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.qos import mismatch
 
 if TYPE_CHECKING:
     from graphengine.ros.transport import Transport

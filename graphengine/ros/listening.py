@@ -8,9 +8,9 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from graphengine.context import QoS
-from graphengine.diagnostics import TransportError
-from graphengine.ros import messages
+from graphengine.format.errors import TransportError
+from graphengine.messages import messages
+from graphengine.messages.endpoints import QoS
 from graphengine.ros.transport import Transport
 
 CLOCK = "/clock"

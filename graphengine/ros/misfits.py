@@ -10,13 +10,12 @@ from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Set
 from typing import Any, Protocol, TypeAlias
 
-from graphengine.backend import EndpointClaim
-from graphengine.context import QoS
-from graphengine.ros.definitions import Definitions, another_definition
+from graphengine.messages.definitions import Definitions, another_definition
+from graphengine.messages.endpoints import EndpointClaim, QoS
+from graphengine.messages.qos import mismatch, policy_json, short_of
 from graphengine.ros.graph import PATIENCE, Direction, Endpoint, Graph
-from graphengine.ros.qos import mismatch, policy_json, short_of
 from graphengine.ros.transport import Transport
-from graphengine.ros.vendors import CYCLONE, FAST_DDS
+from graphengine.ros.transports.vendors import CYCLONE, FAST_DDS
 
 CLOCK = "rosgraph_msgs/msg/Clock"
 MOST = 20

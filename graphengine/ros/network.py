@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Protocol
 
-from graphengine.backend import EndpointClaim
-from graphengine.ros.definitions import DEFINITIONS, Definitions
+from graphengine.messages.definitions import DEFINITIONS, Definitions
+from graphengine.messages.endpoints import EndpointClaim
 from graphengine.ros.service_endpoints import LiveClient, LiveServer
 from graphengine.ros.topic_endpoints import LivePublisher, LiveSubscription
 from graphengine.ros.transport import Transport

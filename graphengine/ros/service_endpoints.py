@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from graphengine.backend import EndpointClaim
-from graphengine.diagnostics import TransportError
-from graphengine.ros import messages
+from graphengine.format.errors import TransportError
+from graphengine.messages import messages
+from graphengine.messages.endpoints import EndpointClaim
 
 if TYPE_CHECKING:
     from graphengine.ros.network import LiveNetwork

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from graphengine.format.wording import printable
 from graphengine.ros.rates import SECOND
-from graphengine.wording import printable
 
 MAX_EDGES = 5000
 """Frames within others that are taken in; drawing a chain of so many takes 100 MB."""

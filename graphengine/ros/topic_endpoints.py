@@ -7,10 +7,10 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from graphengine.backend import EndpointClaim
-from graphengine.diagnostics import TransportError
-from graphengine.ros import messages
-from graphengine.ros.template import Encoder
+from graphengine.format.errors import TransportError
+from graphengine.messages import messages
+from graphengine.messages.endpoints import EndpointClaim
+from graphengine.messages.template import Encoder
 from graphengine.ros.transport import Reader, Writer
 
 if TYPE_CHECKING:

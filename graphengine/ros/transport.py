@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Protocol
 
-from graphengine.context import QoS
+from graphengine.messages.endpoints import QoS
 from graphengine.ros.graph import Direction, Graph
 
 

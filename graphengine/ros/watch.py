@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterable, Mapping, Set
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
-from graphengine.diagnostics import TransportError
-from graphengine.ros.definitions import DEFINITIONS, Definitions
+from graphengine.format.errors import TransportError
+from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.ros.misfits import End, Finder, published_types
 from graphengine.ros.transport import Transport
 

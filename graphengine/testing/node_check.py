@@ -12,12 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.diagnostics import GraphError
-from graphengine.node import Node, NodeClassError, Port
-from graphengine.registry import Registry, default_registry
-from graphengine.schema import make_schema
+from graphengine.compiler.registry import Registry, default_registry
+from graphengine.compiler.schema import make_schema
+from graphengine.format.errors import GraphError
+from graphengine.node.node_class import Node, NodeClassError
+from graphengine.node.port import Port
+from graphengine.node.types import UnionType
 from graphengine.testing.recording_context import RecordingContext
-from graphengine.types import UnionType
 
 
 def check_node(cls: type[Node], make: Callable[[], RecordingContext] = RecordingContext, /, **inputs: Any) -> None:

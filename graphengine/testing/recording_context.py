@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from graphengine.node import Node
-from graphengine.ros.memory import MemoryTransport
+from graphengine.node.node_class import Node
 from graphengine.ros.network import LiveNetwork
-from graphengine.running.graph_variable import GraphVariable
-from graphengine.running.node_context.context import NodeContext
-from graphengine.running.node_context.services import Services
-from graphengine.running.simulation_clock import SimulationClock
+from graphengine.ros.transports.memory.memory import MemoryTransport
+from graphengine.runtime.graph_variable import GraphVariable
+from graphengine.runtime.node_context.context import NodeContext
+from graphengine.runtime.node_context.services import Services
+from graphengine.runtime.simulation_clock import SimulationClock
 from graphengine.testing.recording_world import RecordingWorld
 
 

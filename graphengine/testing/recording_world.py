@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from graphengine import backend, rotation
-from graphengine.context import BOX_3D, ContactReading, ImuSample, Picture, Quaternion, Scan, Vector3
-from graphengine.dry.world import (
+from graphengine.devices import backend, rotation
+from graphengine.devices.dry_world import (
     DryArticulation,
     DryCamera,
     DryContactSensor,
@@ -23,8 +22,9 @@ from graphengine.dry.world import (
     DryLidar,
     DryWorld,
 )
-from graphengine.entity import Move
-from graphengine.stage import IDENTITY, ORIGIN, Prim, Stage
+from graphengine.devices.entity import Move
+from graphengine.devices.sensor import BOX_3D, ContactReading, ImuSample, Picture, Quaternion, Scan, Vector3
+from graphengine.devices.stage import IDENTITY, ORIGIN, Prim, Stage
 
 
 @dataclass(slots=True)

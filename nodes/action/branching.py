@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Numbered, Pushes, State
-from graphengine.types import Token
+from graphengine.node.types import Token
 
 
 class Branch(Node, type="omni.graph.action.Branch"):

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from graphengine.context import Context, Mailbox
-from graphengine.node import ExecIn, ExecOut, In, Node, Out, Pushes, State
-from graphengine.types import Token
+from graphengine.node import Context, ExecIn, ExecOut, In, Mailbox, Node, Out, Pushes, State
+from graphengine.node.types import Token
 
 
 class SendCustomEvent(Node, type="omni.graph.action.SendCustomEvent"):

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from graphengine.context import Clock, Context, Variable
-from graphengine.diagnostics import ContextError
-from graphengine.node import ExecOut, Fire, In, Node, Out, State
-from graphengine.types import Token, UInt
+from graphengine.format.errors import ContextError
+from graphengine.node import Clock, Context, ExecOut, Fire, In, Node, Out, State, Variable
+from graphengine.node.types import Token, UInt
 
 
 class OnPlaybackTick(Node, type="omni.graph.action.OnPlaybackTick"):

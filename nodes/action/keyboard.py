@@ -7,10 +7,9 @@ modifiers alone, and none with the arrows.
 
 from __future__ import annotations
 
-from graphengine.context import Context, Keyboard
-from graphengine.node import ExecOut, Fire, In, Node, Out, State
-from graphengine.running.keys import KEYS, MODIFIERS
-from graphengine.types import Token
+from graphengine.node import Context, ExecOut, Fire, In, Keyboard, Node, Out, State
+from graphengine.node.keys import KEYS, MODIFIERS
+from graphengine.node.types import Token
 
 
 class OnKeyboardInput(Node, type="omni.graph.action.OnKeyboardInput"):

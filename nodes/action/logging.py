@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from graphengine.context import Context
-from graphengine.node import ExecIn, ExecOut, In, Node, State
-from graphengine.types import String, Token
-from nodes.checked import one_of
+from graphengine.node import Context, ExecIn, ExecOut, In, Node, State
+from graphengine.node.types import String, Token
+from graphengine.nodes.checked import one_of
 
 _SEVERITIES = {"Verbose": "info", "Info": "info", "Warn": "warning", "Warning": "warning", "Error": "error"}
 

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from graphengine.context import Context
-from graphengine.diagnostics import BadValueError
-from graphengine.node import ExecIn, ExecOut, In, Node, Out, Pushes, State
-from graphengine.types import ARRAYS, ELEMENTS, Int, Target, plain
+from graphengine.format.errors import BadValueError
+from graphengine.node import Context, ExecIn, ExecOut, In, Node, Out, Pushes, State
+from graphengine.node.types import ARRAYS, ELEMENTS, Int, Target, plain
 
 
 class ForLoop(Node, type="omni.graph.action.ForLoop"):

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from graphengine.context import Context, Mailbox
-from graphengine.node import ExecOut, Fire, In, Node, State
-from graphengine.registry import lint
-from graphengine.running.mailbox import IMPULSE
-from graphengine.types import Token
-from nodes.clocked import ClockNode
+from graphengine.compiler.lint_registry import lint
+from graphengine.node import Context, ExecOut, Fire, In, Mailbox, Node, State
+from graphengine.node.context import IMPULSE
+from graphengine.node.types import Token
+from graphengine.nodes.clocked import ClockNode
 
 if TYPE_CHECKING:
-    from graphengine.check import LintContext
+    from graphengine.compiler.lint_registry import LintContext
 
 STARTS = ("OmniGraph Start Play", "Simulation Start Play", "Animation Start Play")
 STOPS = ("OmniGraph Stop Play", "Simulation Stop Play", "Animation Stop Play")

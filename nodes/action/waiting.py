@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out, State
-from graphengine.types import Float, Int
-from nodes.checked import finite
-from nodes.clocked import ClockNode
+from graphengine.node.types import Float, Int
+from graphengine.nodes.checked import finite
+from graphengine.nodes.clocked import ClockNode
 
 
 class Delay(ClockNode, type="omni.graph.action.Delay"):

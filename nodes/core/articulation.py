@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from graphengine.context import Articulation, Context, JointSelection
-from graphengine.diagnostics import BadValueError, JointError
-from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
-from graphengine.types import Double3s, Doubles, Ints, String, Target, Tokens
-from nodes.touched import drives_of
+from graphengine.devices.motion import Articulation, JointSelection
+from graphengine.format.errors import BadValueError, JointError
+from graphengine.node import Context, ExecIn, ExecOut, In, Node, Out, State
+from graphengine.node.types import Double3s, Doubles, Ints, String, Target, Tokens
+from graphengine.nodes.touched import drives_of
 
 
 class RobotNode(Node):

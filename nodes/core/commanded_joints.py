@@ -6,15 +6,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from graphengine.diagnostics import GraphError, PrimError, listing
-from graphengine.registry import lint
-from nodes.core.articulation import IsaacArticulationController
+from graphengine.compiler.lint_registry import lint
+from graphengine.format.errors import GraphError, PrimError
+from graphengine.format.wording import listing
+from graphengine.nodes.core.articulation import IsaacArticulationController
 
 if TYPE_CHECKING:
-    from graphengine.check import LintContext
-    from graphengine.engine.graph import Instance
-    from graphengine.engine.plan import Plan
-    from graphengine.stage import Prim
+    from graphengine.compiler.graph import Instance
+    from graphengine.compiler.lint_registry import LintContext
+    from graphengine.compiler.plan import Plan
+    from graphengine.devices.stage import Prim
 
 _KINDS = {"position_command": "stiffness", "velocity_command": "damping", "effort_command": ""}
 """Commands, and the gain of a drive without which each has no effect."""

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 
-from graphengine.context import Clock, Context
-from graphengine.diagnostics import ContextError
-from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out, State
-from graphengine.types import UInt
+from graphengine.format.errors import ContextError
+from graphengine.node import Clock, Context, ExecIn, ExecOut, Fire, In, Node, Out, State
+from graphengine.node.types import UInt
 
 
 class OnPhysicsStep(Node, type="isaacsim.core.nodes.OnPhysicsStep"):

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from graphengine import rotation
-from graphengine.context import Body, Clock, Context
-from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
-from graphengine.types import Quaterniond, Target, Vector3d
-from nodes.touched import reading_poses
+from graphengine.devices import rotation
+from graphengine.devices.motion import Body
+from graphengine.node import Clock, Context, ExecIn, ExecOut, In, Node, Out, State
+from graphengine.node.types import Quaterniond, Target, Vector3d
+from graphengine.nodes.touched import reading_poses
 
 
 class IsaacComputeOdometry(Node, type="isaacsim.core.nodes.IsaacComputeOdometry"):

@@ -7,9 +7,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from graphengine.context import Context
-from graphengine.node import In, Node, Out, State
-from graphengine.types import String
+from graphengine.node import Context, In, Node, Out, State
+from graphengine.node.types import String
 
 
 class IsaacReadEnvVar(Node, type="isaacsim.core.nodes.IsaacReadEnvVar"):

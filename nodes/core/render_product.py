@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from graphengine.context import Camera, Context
-from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out, State
-from graphengine.types import Float, Floats, Target, Token, UInt
+from graphengine.devices.sensor import Camera
+from graphengine.node import Context, ExecIn, ExecOut, Fire, In, Node, Out, State
+from graphengine.node.types import Float, Floats, Target, Token, UInt
 
 
 class IsaacCreateRenderProduct(Node, type="isaacsim.core.nodes.IsaacCreateRenderProduct", gated=True):

@@ -8,10 +8,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from graphengine.diagnostics import BadValueError
+from graphengine.format.errors import BadValueError
 from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
-from graphengine.types import Float, Int, UInt, UInt64
-from nodes.clocked import ClockNode
+from graphengine.node.types import Float, Int, UInt, UInt64
+from graphengine.nodes.clocked import ClockNode
 
 
 class TimeNode(ClockNode):

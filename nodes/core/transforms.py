@@ -6,11 +6,11 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from graphengine import rotation
-from graphengine.context import Context, Frame, FrameLink
-from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
-from graphengine.types import Double3s, Double4s, Quaterniond, Target, Tokens, Vector3d
-from nodes.touched import reading_poses
+from graphengine.devices import rotation
+from graphengine.devices.motion import Frame, FrameLink
+from graphengine.node import Context, ExecIn, ExecOut, In, Node, Out, State
+from graphengine.node.types import Double3s, Double4s, Quaterniond, Target, Tokens, Vector3d
+from graphengine.nodes.touched import reading_poses
 
 _HALF_TURN_ABOUT_X = (1.0, 0.0, 0.0, 0.0)
 

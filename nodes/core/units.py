@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from graphengine.node import In, Node, Out
-from graphengine.types import Token
-from nodes.data.unions import NUMERICS
+from graphengine.node.types import Token
+from graphengine.nodes.data.unions import NUMERICS
 
 
 class OgnIsaacScaleToFromStageUnit(Node, type="isaacsim.core.nodes.OgnIsaacScaleToFromStageUnit"):

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from graphengine.context import Context
-from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
-from graphengine.types import Token, UInt
+from graphengine.node import Context, ExecIn, ExecOut, In, Node, Out, State
+from graphengine.node.types import Token, UInt
 
 DEFAULT = "Viewport"
 """The name of the one that is there from the start."""

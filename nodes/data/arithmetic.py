@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.diagnostics import BadValueError
+from graphengine.format.errors import BadValueError
 from graphengine.node import In, Out
-from graphengine.types import PortType
-from nodes.data.broadcast import Operation, is_real, lift
-from nodes.data.elementwise import Elementwise, Folded
-from nodes.data.unions import INTEGRAL_SCALARS, NUMERICS
+from graphengine.node.types import PortType
+from graphengine.nodes.data.broadcast import Operation, is_real, lift
+from graphengine.nodes.data.elementwise import Elementwise, Folded
+from graphengine.nodes.data.unions import INTEGRAL_SCALARS, NUMERICS
 
 
 class Add(Folded, type="omni.graph.nodes.Add"):

@@ -11,8 +11,18 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from graphengine.node import In, Node, Numbered, Out
-from graphengine.types import ARRAYS, ELEMENTS, Int, PortType, UnionType, plain
-from nodes.data.sequences import INDEX, as_array, checked_length, element_of, fits, joined, places, position, zeros
+from graphengine.node.types import ARRAYS, ELEMENTS, Int, PortType, UnionType, plain
+from graphengine.nodes.data.sequences import (
+    INDEX,
+    as_array,
+    checked_length,
+    element_of,
+    fits,
+    joined,
+    places,
+    position,
+    zeros,
+)
 
 SEQUENCES = f"{ARRAYS}|string"
 

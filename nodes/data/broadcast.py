@@ -18,9 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from graphengine import types
-from graphengine.diagnostics import BadValueError
-from graphengine.types import PortType
+from graphengine.format.errors import BadValueError
+from graphengine.node import types
+from graphengine.node.types import PortType
 
 Operation = Callable[..., Any]
 

@@ -8,13 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.context import Context
-from graphengine.node import In, Out, State
-from graphengine.types import PortType, Token
-from nodes.checked import one_of, same_length
-from nodes.data.broadcast import Operand, Operation, lift
-from nodes.data.elementwise import Elementwise, TypedNode
-from nodes.data.unions import BOOLEANS, NUMERICS
+from graphengine.node import Context, In, Out, State
+from graphengine.node.types import PortType, Token
+from graphengine.nodes.checked import one_of, same_length
+from graphengine.nodes.data.broadcast import Operand, Operation, lift
+from graphengine.nodes.data.elementwise import Elementwise, TypedNode
+from graphengine.nodes.data.unions import BOOLEANS, NUMERICS
 
 _OPERATIONS: dict[str, Operation] = {
     ">": operator.gt,

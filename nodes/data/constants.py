@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.node import In, Node, NodeMeta, Out
+from graphengine.node import In, Node, Out
+from graphengine.node.node_class import NodeMeta
 
 
 def _constant(suffix: str, port_type: str, **facts: Any) -> type[Node]:

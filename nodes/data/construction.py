@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
-from graphengine import types
-from graphengine.node import In, Node, Numbered, Out
-from graphengine.types import ARRAYS, ELEMENTS, Int, PortType, Token
-from nodes.data.broadcast import type_of
-from nodes.data.sequences import checked_length, element_of, fits, made
+from graphengine.node import In, Node, Numbered, Out, types
+from graphengine.node.types import ARRAYS, ELEMENTS, Int, PortType, Token
+from graphengine.nodes.data.broadcast import type_of
+from graphengine.nodes.data.sequences import checked_length, element_of, fits, made
 
 _SPECIFIC = "bool double float half int int64 token uchar uint uint64 double[2] double[3] double[4]"
 _SPECIFIC += " matrixd[2] matrixd[3] matrixd[4]"

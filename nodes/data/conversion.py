@@ -8,12 +8,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from graphengine import types
-from graphengine.diagnostics import BadValueError
-from graphengine.node import In, Node, Out
-from graphengine.types import PortType, String, Target, Token, UnionType, plain
-from nodes.data.broadcast import type_of
-from nodes.data.unions import PLAIN_NUMERICS, with_arrays, with_roles
+from graphengine.format.errors import BadValueError
+from graphengine.node import In, Node, Out, types
+from graphengine.node.types import PortType, String, Target, Token, UnionType, plain
+from graphengine.nodes.data.broadcast import type_of
+from graphengine.nodes.data.unions import PLAIN_NUMERICS, with_arrays, with_roles
 
 _SCALARS = with_arrays("bool|int|int64|uint64|uint|uchar|double|float|half")
 _NUMBERS = f"{PLAIN_NUMERICS}|bool|bool[]"

@@ -7,11 +7,10 @@ import operator
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
 
-from graphengine.context import Context
-from graphengine.node import In, Node, Numbered, State
-from graphengine.types import PortType, UnionType
-from nodes.data.broadcast import Operand, Operation, common, lift, type_of
-from nodes.data.unions import NUMERICS
+from graphengine.node import Context, In, Node, Numbered, State
+from graphengine.node.types import PortType, UnionType
+from graphengine.nodes.data.broadcast import Operand, Operation, common, lift, type_of
+from graphengine.nodes.data.unions import NUMERICS
 
 
 class TypedNode(Node):

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.diagnostics import BadValueError
+from graphengine.format.errors import BadValueError
 from graphengine.node import In, Out
-from graphengine.types import Int, PortType
-from nodes.data.broadcast import is_real
-from nodes.data.elementwise import Elementwise
-from nodes.data.unions import DECIMALS, INTEGRAL_TUPLES, NUMERICS, PLAIN_NUMERICS, with_arrays
+from graphengine.node.types import Int, PortType
+from graphengine.nodes.data.broadcast import is_real
+from graphengine.nodes.data.elementwise import Elementwise
+from graphengine.nodes.data.unions import DECIMALS, INTEGRAL_TUPLES, NUMERICS, PLAIN_NUMERICS, with_arrays
 
 _INTS = with_arrays(f"int|{INTEGRAL_TUPLES}")
 

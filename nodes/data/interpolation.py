@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.diagnostics import BadValueError
+from graphengine.format.errors import BadValueError
 from graphengine.node import In, Node, Out
-from graphengine.types import Float, Floats, Int, PortType, Token
-from nodes.checked import one_of, same_length
-from nodes.data.broadcast import Operand, Operation, common, lift
-from nodes.data.elementwise import Elementwise
-from nodes.data.orientation import slerp
-from nodes.data.unions import DECIMALS
+from graphengine.node.types import Float, Floats, Int, PortType, Token
+from graphengine.nodes.checked import one_of, same_length
+from graphengine.nodes.data.broadcast import Operand, Operation, common, lift
+from graphengine.nodes.data.elementwise import Elementwise
+from graphengine.nodes.data.orientation import slerp
+from graphengine.nodes.data.unions import DECIMALS
 
 
 class InterpolateTo(Elementwise, type="omni.graph.nodes.InterpolateTo"):

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from typing import Any, ClassVar
 
 from graphengine.node import In, Node, Numbered, Out
-from graphengine.types import PortType, Token
-from nodes.checked import one_of
-from nodes.data.broadcast import Operation
-from nodes.data.elementwise import Elementwise, Folded
-from nodes.data.unions import BOOLEANS
+from graphengine.node.types import PortType, Token
+from graphengine.nodes.checked import one_of
+from graphengine.nodes.data.broadcast import Operation
+from graphengine.nodes.data.elementwise import Elementwise, Folded
+from graphengine.nodes.data.unions import BOOLEANS
 
 
 class _Gate(Folded):

@@ -13,10 +13,19 @@ from typing import Any
 import numpy as np
 
 from graphengine.node import In, Out
-from graphengine.types import PortType, Token
-from nodes.data.broadcast import Operation, common, lift
-from nodes.data.elementwise import Elementwise, TypedNode
-from nodes.data.unions import DECIMAL_TUPLES, FRAMES, MATRICES, REAL_TUPLES, REALS, VECTORS, matrices, with_arrays
+from graphengine.node.types import PortType, Token
+from graphengine.nodes.data.broadcast import Operation, common, lift
+from graphengine.nodes.data.elementwise import Elementwise, TypedNode
+from graphengine.nodes.data.unions import (
+    DECIMAL_TUPLES,
+    FRAMES,
+    MATRICES,
+    REAL_TUPLES,
+    REALS,
+    VECTORS,
+    matrices,
+    with_arrays,
+)
 
 _LARGEST_FLOAT = float(np.finfo(np.float32).max)
 

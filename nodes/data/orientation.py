@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nodes.checked import one_of
+from graphengine.nodes.checked import one_of
 
 Array = NDArray[np.float64]
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from graphengine.context import Context
-from graphengine.diagnostics import BadValueError
-from graphengine.node import In, Node, Out, State
-from graphengine.types import Target, Token, Tokens
+from graphengine.format.errors import BadValueError
+from graphengine.node import Context, In, Node, Out, State
+from graphengine.node.types import Target, Token, Tokens
 
 
 class GetPrimPath(Node, type="omni.graph.nodes.GetPrimPath"):

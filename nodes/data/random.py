@@ -10,13 +10,12 @@ from typing import Any, Literal
 
 import numpy as np
 
-from graphengine.context import Context
-from graphengine.diagnostics import BadValueError
-from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
-from graphengine.types import UInt64
-from nodes.data.broadcast import Operand, Operation, lift
-from nodes.data.elementwise import TypedNode
-from nodes.data.unions import DECIMALS, NUMERICS
+from graphengine.format.errors import BadValueError
+from graphengine.node import Context, ExecIn, ExecOut, In, Node, Out, State
+from graphengine.node.types import UInt64
+from graphengine.nodes.data.broadcast import Operand, Operation, lift
+from graphengine.nodes.data.elementwise import TypedNode
+from graphengine.nodes.data.unions import DECIMALS, NUMERICS
 
 
 class RandomNode(Node):

@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 
 from graphengine.node import In, Node, Out
-from graphengine.types import Matrix4d, PortType, Token, Vector3d
-from nodes.checked import one_of
-from nodes.data.broadcast import Operation, lift
-from nodes.data.elementwise import Elementwise
-from nodes.data.matrices import flat, square
-from nodes.data.orientation import ORDERS, angles_of, matrix_about, quaternions_of, rotation_matrix, unit
-from nodes.data.unions import QUATERNIONS, VECTORS, matrices, with_arrays
+from graphengine.node.types import Matrix4d, PortType, Token, Vector3d
+from graphengine.nodes.checked import one_of
+from graphengine.nodes.data.broadcast import Operation, lift
+from graphengine.nodes.data.elementwise import Elementwise
+from graphengine.nodes.data.matrices import flat, square
+from graphengine.nodes.data.orientation import ORDERS, angles_of, matrix_about, quaternions_of, rotation_matrix, unit
+from graphengine.nodes.data.unions import QUATERNIONS, VECTORS, matrices, with_arrays
 
 _MATRIX4 = matrices(4)
 _VECTOR3 = with_arrays("vectord[3]")

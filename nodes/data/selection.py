@@ -8,13 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from graphengine import types
-from graphengine.context import Context
-from graphengine.node import In, Node, Out, State
-from graphengine.types import ARRAYS, ELEMENTS, PortType, Target
-from nodes.checked import same_length
-from nodes.data.broadcast import Operation, type_of
-from nodes.data.sequences import fits, made
+from graphengine.node import Context, In, Node, Out, State, types
+from graphengine.node.types import ARRAYS, ELEMENTS, PortType, Target
+from graphengine.nodes.checked import same_length
+from graphengine.nodes.data.broadcast import Operation, type_of
+from graphengine.nodes.data.sequences import fits, made
 
 ANYTHING = f"{ELEMENTS}|{ARRAYS}|string|path"
 _BOOLEANS = "bool|bool[]"

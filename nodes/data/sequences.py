@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from graphengine import types
-from graphengine.diagnostics import BadValueError
-from graphengine.types import PortType
+from graphengine.format.errors import BadValueError
+from graphengine.node import types
+from graphengine.node.types import PortType
 
 MAX_LENGTH = 10_000_000
 """Elements of an array, or characters of a text, that a node makes."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
-from graphengine.diagnostics import BadValueError
+from graphengine.format.errors import BadValueError
 from graphengine.node import In, Node, Numbered, Out
-from graphengine.types import PortType, String, Token, Tokens
-from nodes.checked import one_of
-from nodes.data.sequences import MAX_LENGTH, checked_length
+from graphengine.node.types import PortType, String, Token, Tokens
+from graphengine.nodes.checked import one_of
+from graphengine.nodes.data.sequences import MAX_LENGTH, checked_length
 
 TEXTS = "string|token|token[]"
 

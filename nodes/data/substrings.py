@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from graphengine.node import In, Node, Out
-from graphengine.types import Int
-from nodes.data.sequences import INDEX, position
-from nodes.data.strings import check_text_length
+from graphengine.node.types import Int
+from graphengine.nodes.data.sequences import INDEX, position
+from graphengine.nodes.data.strings import check_text_length
 
 _TEXT = "string|token"
 

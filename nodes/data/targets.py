@@ -8,11 +8,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from graphengine.node import In, Node, Numbered, Out
-from graphengine.types import Int, PortType, Target, Token
-from nodes.checked import one_of, same_length
-from nodes.data.paths import parent_of
-from nodes.data.sequences import position
-from nodes.data.unions import BOOLEANS
+from graphengine.node.types import Int, PortType, Target, Token
+from graphengine.nodes.checked import one_of, same_length
+from graphengine.nodes.data.paths import parent_of
+from graphengine.nodes.data.sequences import position
+from graphengine.nodes.data.unions import BOOLEANS
 
 
 class AppendTargets(Node, type="omni.graph.nodes.AppendTargets"):

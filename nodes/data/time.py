@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from graphengine.node import Out
-from nodes.clocked import ClockNode
+from graphengine.nodes.clocked import ClockNode
 
 
 class ReadTime(ClockNode, type="omni.graph.nodes.ReadTime", volatile=True):

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from graphengine.node import In, Out
-from nodes.data.broadcast import Operation
-from nodes.data.elementwise import Elementwise
-from nodes.data.unions import DECIMALS
+from graphengine.nodes.data.broadcast import Operation
+from graphengine.nodes.data.elementwise import Elementwise
+from graphengine.nodes.data.unions import DECIMALS
 
 
 def _or_nan(function: Operation) -> Operation:

@@ -10,13 +10,21 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.diagnostics import BadValueError
+from graphengine.format.errors import BadValueError
 from graphengine.node import In, Node, Out
-from graphengine.types import PortType
-from nodes.data.broadcast import Operation, common, is_real, lift
-from nodes.data.elementwise import Elementwise
-from nodes.data.orientation import unit
-from nodes.data.unions import DECIMAL_TUPLES, PLAIN_NUMERICS, REAL_TUPLES, REALS, VECTORS, arrays_of, with_arrays
+from graphengine.node.types import PortType
+from graphengine.nodes.data.broadcast import Operation, common, is_real, lift
+from graphengine.nodes.data.elementwise import Elementwise
+from graphengine.nodes.data.orientation import unit
+from graphengine.nodes.data.unions import (
+    DECIMAL_TUPLES,
+    PLAIN_NUMERICS,
+    REAL_TUPLES,
+    REALS,
+    VECTORS,
+    arrays_of,
+    with_arrays,
+)
 
 _VECTOR = "a vector, or an array of them"
 _COMPONENTS = with_arrays(f"int|{REALS}")

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
+from graphengine.messages import messages
 from graphengine.node import In
-from graphengine.ros import messages
-from graphengine.types import String
-from nodes.ros2.publisher import SensorPublisher
+from graphengine.node.types import String
+from graphengine.nodes.ros2.publisher import SensorPublisher
 
 
 class ROS2PublishAckermannDrive(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishAckermannDrive"):

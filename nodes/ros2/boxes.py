@@ -8,12 +8,13 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.context import BOX_3D
-from graphengine.diagnostics import BadValueError
+from graphengine.devices.sensor import BOX_3D
+from graphengine.format.errors import BadValueError
+from graphengine.messages import messages
+from graphengine.messages.definitions import DEFINITIONS
 from graphengine.node import In
-from graphengine.ros import messages
-from graphengine.types import String, UChars
-from nodes.ros2.publisher import SensorPublisher
+from graphengine.node.types import String, UChars
+from graphengine.nodes.ros2.publisher import SensorPublisher
 
 DETECTIONS = "vision_msgs/msg/Detection2DArray"
 DETECTIONS_3D = "vision_msgs/msg/Detection3DArray"
@@ -142,7 +143,7 @@ def _quaternions(axes: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _results(number: int) -> list[Any]:
     hypothesis = _class("ObjectHypothesis")(str(number), 1.0)
-    nowhere = messages.DEFINITIONS.initial("geometry_msgs/msg/PoseWithCovariance")
+    nowhere = DEFINITIONS.initial("geometry_msgs/msg/PoseWithCovariance")
     return [_class("ObjectHypothesisWithPose")(hypothesis, nowhere)]
 
 

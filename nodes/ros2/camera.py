@@ -7,16 +7,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.context import Camera, Context, Picture, Publisher
-from graphengine.diagnostics import ContextError, listing
-from graphengine.node import In, State
-from graphengine.ros import messages
-from graphengine.types import Float2, String, Token
-from nodes.ros2.boxes import DETECTIONS, DETECTIONS_3D, detections, detections_3d, loose_boxes, tight_boxes
-from nodes.ros2.helper import SensorHelper
-from nodes.ros2.image import image
-from nodes.ros2.labels import labels_message
-from nodes.ros2.point_cloud import point_cloud
+from graphengine.devices.sensor import Camera, Picture
+from graphengine.format.errors import ContextError
+from graphengine.format.wording import listing
+from graphengine.messages import messages
+from graphengine.messages.endpoints import Publisher
+from graphengine.node import Context, In, State
+from graphengine.node.types import Float2, String, Token
+from graphengine.nodes.ros2.boxes import DETECTIONS, DETECTIONS_3D, detections, detections_3d, loose_boxes, tight_boxes
+from graphengine.nodes.ros2.helper import SensorHelper
+from graphengine.nodes.ros2.image import image
+from graphengine.nodes.ros2.labels import labels_message
+from graphengine.nodes.ros2.point_cloud import point_cloud
 
 _SEGMENTED = ("instance_segmentation", "semantic_segmentation", "bbox_2d_tight", "bbox_2d_loose", "bbox_3d")
 """The types that are made from a segmentation."""

@@ -10,13 +10,14 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.context import Camera, Context, Publisher
-from graphengine.diagnostics import BadValueError, ContextError
-from graphengine.node import In, State
-from graphengine.ros import messages
-from graphengine.types import Doubles, Floats, String, Token, UInt
-from nodes.ros2.helper import SensorHelper
-from nodes.ros2.publisher import SensorPublisher
+from graphengine.devices.sensor import Camera
+from graphengine.format.errors import BadValueError, ContextError
+from graphengine.messages import messages
+from graphengine.messages.endpoints import Publisher
+from graphengine.node import Context, In, State
+from graphengine.node.types import Doubles, Floats, String, Token, UInt
+from graphengine.nodes.ros2.helper import SensorHelper
+from graphengine.nodes.ros2.publisher import SensorPublisher
 
 _WHOLE = messages.RegionOfInterest(0, 0, 0, 0, False)
 """Zeros say that the picture is all of the sensor."""

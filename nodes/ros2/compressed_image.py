@@ -6,10 +6,10 @@ from typing import ClassVar
 
 import numpy as np
 
+from graphengine.messages import messages
 from graphengine.node import In
-from graphengine.ros import messages
-from graphengine.types import Buffer, String, Token, UChars, UInt64
-from nodes.ros2.publisher import SensorPublisher
+from graphengine.node.types import Buffer, String, Token, UChars, UInt64
+from graphengine.nodes.ros2.publisher import SensorPublisher
 
 
 class ROS2PublishCompressedImage(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishCompressedImage"):

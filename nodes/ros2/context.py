@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from graphengine.context import Context
-from graphengine.node import In, Node, Out, State
-from graphengine.types import UChar, UInt64
+from graphengine.node import Context, In, Node, Out, State
+from graphengine.node.types import UChar, UInt64
 
 
 class ROS2Context(Node, type="isaacsim.ros2.bridge.ROS2Context"):

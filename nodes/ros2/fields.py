@@ -18,12 +18,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine import types
-from graphengine.diagnostics import BadValueError, ContextError
-from graphengine.node import Node
-from graphengine.ros.definitions import Definitions, dtype_of
-from graphengine.ros.faults import find_fault
-from graphengine.ros.interfaces import (
+from graphengine.format.errors import BadValueError, ContextError
+from graphengine.messages.definitions import Definitions, dtype_of
+from graphengine.messages.faults import find_fault
+from graphengine.messages.interfaces import (
     TEXTS,
     Description,
     MessageTypeError,
@@ -32,8 +30,9 @@ from graphengine.ros.interfaces import (
     signed_byte,
     written,
 )
-from graphengine.ros.messages import MessageError
-from graphengine.ros.plain import from_plain, to_plain
+from graphengine.messages.messages import MessageError
+from graphengine.messages.plain import from_plain, to_plain
+from graphengine.node import Node, types
 
 MAX_PORTS = 2000
 """Of a node; the largest message of ROS 2 Jazzy makes 38."""

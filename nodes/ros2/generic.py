@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from graphengine.context import Context, Publisher, Subscription
-from graphengine.node import ExecOut, In, Out, Pushes, State
-from graphengine.ros.definitions import Definitions
-from graphengine.types import String, Token
-from nodes.ros2.fields import Layout, expect, find_layout
-from nodes.ros2.publisher import TopicNode
+from graphengine.messages.definitions import Definitions
+from graphengine.messages.endpoints import Publisher, Subscription
+from graphengine.node import Context, ExecOut, In, Out, Pushes, State
+from graphengine.node.types import String, Token
+from graphengine.nodes.ros2.fields import Layout, expect, find_layout
+from graphengine.nodes.ros2.publisher import TopicNode
 
 
 class GenericNode(TopicNode):

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from graphengine.context import Camera, Clock, Context, Lidar, Publisher
-from graphengine.node import In, State
-from graphengine.types import Token, UInt
-from nodes.ros2.publisher import TopicNode
+from graphengine.devices.sensor import Camera, Lidar
+from graphengine.messages.endpoints import Publisher
+from graphengine.node import Clock, Context, In, State
+from graphengine.node.types import Token, UInt
+from graphengine.nodes.ros2.publisher import TopicNode
 
 
 class SensorHelper(TopicNode):

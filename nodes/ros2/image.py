@@ -6,12 +6,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from graphengine.diagnostics import BadValueError
+from graphengine.format.errors import BadValueError
+from graphengine.messages import messages
 from graphengine.node import In
-from graphengine.ros import messages
-from graphengine.types import Buffer, Int, String, Token, UChars, UInt, UInt64
-from nodes.checked import one_of
-from nodes.ros2.publisher import SensorPublisher
+from graphengine.node.types import Buffer, Int, String, Token, UChars, UInt, UInt64
+from graphengine.nodes.checked import one_of
+from graphengine.nodes.ros2.publisher import SensorPublisher
 
 PIXEL_BYTES = {"rgb8": 3, "rgba8": 4, "32FC1": 4, "32SC1": 4}
 """Bytes of a pixel by encoding: colours, a number in single precision, a signed whole number."""

@@ -6,10 +6,10 @@ from typing import ClassVar
 
 import numpy as np
 
+from graphengine.messages import messages
 from graphengine.node import In
-from graphengine.ros import messages
-from graphengine.types import Quaterniond, String, Vector3d
-from nodes.ros2.publisher import SensorPublisher
+from graphengine.node.types import Quaterniond, String, Vector3d
+from graphengine.nodes.ros2.publisher import SensorPublisher
 
 _KNOWN, _ABSENT = np.zeros(9), np.array([-1.0, *[0.0] * 8])
 """Covariances of what was measured, without saying how well, and of what was not, as sensor_msgs/Imu defines it."""

@@ -8,12 +8,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from graphengine.diagnostics import BadValueError
+from graphengine.format.errors import BadValueError
+from graphengine.messages import messages
 from graphengine.node import In
-from graphengine.ros import messages
-from graphengine.types import Buffer, String, Tokens, UInt, UInts
-from nodes.checked import same_length
-from nodes.ros2.publisher import PublisherNode, stamp
+from graphengine.node.types import Buffer, String, Tokens, UInt, UInts
+from graphengine.nodes.checked import same_length
+from graphengine.nodes.ros2.publisher import PublisherNode, stamp
 
 _CLASS = "class:"
 _ENTRY = np.dtype([("id", "<u8", 2), ("length", "<u4"), ("offset", "<u4")])

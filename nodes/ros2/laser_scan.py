@@ -8,11 +8,11 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.diagnostics import BadValueError
+from graphengine.format.errors import BadValueError
+from graphengine.messages import messages
 from graphengine.node import In
-from graphengine.ros import messages
-from graphengine.types import Buffer, Float, Float2, Floats, Int, String, UChars, UInt64
-from nodes.ros2.publisher import SensorPublisher
+from graphengine.node.types import Buffer, Float, Float2, Floats, Int, String, UChars, UInt64
+from graphengine.nodes.ros2.publisher import SensorPublisher
 
 
 class ROS2PublishLaserScan(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishLaserScan"):

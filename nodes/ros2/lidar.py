@@ -7,14 +7,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.context import Context, Lidar, Publisher, Scan
-from graphengine.diagnostics import ContextError, listing
-from graphengine.node import In, Node, Out, State
-from graphengine.ros import messages
-from graphengine.types import String, Token, Tokens
-from nodes.lidar import beams_of_a_ring, level_ring, points_of
-from nodes.ros2.helper import SensorHelper
-from nodes.ros2.point_cloud import METADATA, point_cloud
+from graphengine.devices.sensor import Lidar, Scan
+from graphengine.format.errors import ContextError
+from graphengine.format.wording import listing
+from graphengine.messages import messages
+from graphengine.messages.endpoints import Publisher
+from graphengine.node import Context, In, Node, Out, State
+from graphengine.node.types import String, Token, Tokens
+from graphengine.nodes.lidar import beams_of_a_ring, level_ring, points_of
+from graphengine.nodes.ros2.helper import SensorHelper
+from graphengine.nodes.ros2.point_cloud import METADATA, point_cloud
 
 _METADATA = ("Intensity", "Timestamp", "EmitterId", "ChannelId")
 """What rays can tell of a point."""

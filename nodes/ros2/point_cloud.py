@@ -9,11 +9,11 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.diagnostics import BadValueError
+from graphengine.format.errors import BadValueError
+from graphengine.messages import messages
 from graphengine.node import In
-from graphengine.ros import messages
-from graphengine.types import Buffer, Float, Float3, Int, Point3fs, String, UChar, UInt, UInt64, UInts
-from nodes.ros2.publisher import SensorPublisher
+from graphengine.node.types import Buffer, Float, Float3, Int, Point3fs, String, UChar, UInt, UInt64, UInts
+from graphengine.nodes.ros2.publisher import SensorPublisher
 
 METADATA: dict[str, list[Any]] = {
     "Intensity": [("intensity", "<f4")],

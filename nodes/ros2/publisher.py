@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
-from graphengine.context import Context, Publisher, Subscription
-from graphengine.diagnostics import BadValueError
-from graphengine.node import ExecIn, In, Node, State
-from graphengine.ros import messages
-from graphengine.types import String, UInt64
+from graphengine.format.errors import BadValueError
+from graphengine.messages import messages
+from graphengine.messages.endpoints import Publisher, Subscription
+from graphengine.node import Context, ExecIn, In, Node, State
+from graphengine.node.types import String, UInt64
 
 
 class TopicNode(Node):

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import asdict
 
-from graphengine.context import QoS
-from graphengine.diagnostics import BadValueError
+from graphengine.format.errors import BadValueError
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.qos import PRESETS, qos_json
 from graphengine.node import In, Node, Out
-from graphengine.ros.qos import PRESETS, qos_json
-from graphengine.types import String, Token, UInt64
+from graphengine.node.types import String, Token, UInt64
 
 _DEFAULT = "defaultPubSub"
 """The reference's default, which is none of its presets and means the first of them."""

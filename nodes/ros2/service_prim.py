@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any
 
-from graphengine.context import Context, Prims, ServiceServer
-from graphengine.diagnostics import GraphError
-from graphengine.node import ExecIn, ExecOut, Fire, In, Node, State
-from graphengine.ros import messages
-from graphengine.types import String, UInt64
-from nodes.touched import ANY, WIRED
+from graphengine.format.errors import GraphError
+from graphengine.messages import messages
+from graphengine.messages.endpoints import ServiceServer
+from graphengine.node import Context, ExecIn, ExecOut, Fire, In, Node, Prims, State
+from graphengine.node.types import String, UInt64
+from graphengine.nodes.touched import ANY, WIRED
 
 _PACKAGE = "isaac_ros2_messages/srv"
 

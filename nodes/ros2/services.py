@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any, ClassVar
 
-from graphengine.context import Context, ServiceClient, ServiceServer
-from graphengine.diagnostics import BadValueError, ContextError
-from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out, Pushes, State
-from graphengine.ros.definitions import Definitions
-from graphengine.types import String, UInt64
-from nodes.ros2.fields import Layout, expect, find_service
+from graphengine.format.errors import BadValueError, ContextError
+from graphengine.messages.definitions import Definitions
+from graphengine.messages.endpoints import ServiceClient, ServiceServer
+from graphengine.node import Context, ExecIn, ExecOut, Fire, In, Node, Out, Pushes, State
+from graphengine.node.types import String, UInt64
+from graphengine.nodes.ros2.fields import Layout, expect, find_service
 
 
 class ServiceNode(Node):

@@ -9,13 +9,13 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.context import Articulation, Context
-from graphengine.diagnostics import BadValueError
-from graphengine.node import In, State
-from graphengine.ros import messages
-from graphengine.types import Doubles, Float, Quaterniond, String, Target, Tokens, UChars, Vector3d
-from nodes.checked import same_length
-from nodes.ros2.publisher import PublisherNode, header, stamp
+from graphengine.devices.motion import Articulation
+from graphengine.format.errors import BadValueError
+from graphengine.messages import messages
+from graphengine.node import Context, In, State
+from graphengine.node.types import Doubles, Float, Quaterniond, String, Target, Tokens, UChars, Vector3d
+from graphengine.nodes.checked import same_length
+from graphengine.nodes.ros2.publisher import PublisherNode, header, stamp
 
 
 class ROS2PublishClock(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishClock"):

@@ -8,11 +8,11 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.context import Clock, Context, Subscription
-from graphengine.node import ExecOut, Fire, In, Out, State
-from graphengine.ros import messages
-from graphengine.types import Doubles, String, Token, Tokens, Vector3d
-from nodes.ros2.publisher import TopicNode
+from graphengine.messages import messages
+from graphengine.messages.endpoints import Subscription
+from graphengine.node import Clock, Context, ExecOut, Fire, In, Out, State
+from graphengine.node.types import Doubles, String, Token, Tokens, Vector3d
+from graphengine.nodes.ros2.publisher import TopicNode
 
 _STILL = (0.0, 0.0, 0.0)
 _ROUNDING = 1e-9  # s; 9 / 60 - 3 / 60 is a little less than 0.1

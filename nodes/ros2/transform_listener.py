@@ -6,13 +6,15 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
-from graphengine.context import Context, Frame, Placement, Quaternion, Subscription, Vector3
-from graphengine.diagnostics import ContextError
-from graphengine.node import ExecOut, Fire, In, State
-from graphengine.rotation import compose
-from graphengine.types import String, Tokens
-from nodes.ros2.publisher import TopicNode
-from nodes.touched import writing_poses
+from graphengine.devices.motion import Frame, Placement
+from graphengine.devices.rotation import compose
+from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.format.errors import ContextError
+from graphengine.messages.endpoints import Subscription
+from graphengine.node import Context, ExecOut, Fire, In, State
+from graphengine.node.types import String, Tokens
+from graphengine.nodes.ros2.publisher import TopicNode
+from graphengine.nodes.touched import writing_poses
 
 _FARTHEST = 1e9
 """Coordinates that are taken for a place, m; the physics counts up to 1e10."""

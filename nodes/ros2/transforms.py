@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any, ClassVar
 
-from graphengine.context import Context, FrameLink, Publisher, Quaternion, RobotDescription, Vector3
-from graphengine.diagnostics import ContextError
-from graphengine.node import ExecIn, In, Node, State
-from graphengine.ros import messages
-from graphengine.types import Double3s, Double4s, Quaterniond, String, Target, Tokens, UInt64, Vector3d
-from nodes.checked import same_length
-from nodes.core.transforms import pose_of
-from nodes.ros2.publisher import PublisherNode, header, send, stamp
-from nodes.touched import reading_poses
+from graphengine.devices.motion import FrameLink
+from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.format.errors import ContextError
+from graphengine.messages import messages
+from graphengine.messages.endpoints import Publisher
+from graphengine.node import Context, ExecIn, In, Node, RobotDescription, State
+from graphengine.node.types import Double3s, Double4s, Quaterniond, String, Target, Tokens, UInt64, Vector3d
+from graphengine.nodes.checked import same_length
+from graphengine.nodes.core.transforms import pose_of
+from graphengine.nodes.ros2.publisher import PublisherNode, header, send, stamp
+from graphengine.nodes.touched import reading_poses
 
 
 def transform(

@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from graphengine.diagnostics import BadValueError
+from graphengine.format.errors import BadValueError
 from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
-from graphengine.types import Doubles
-from nodes.checked import check_outcome
-from nodes.wheeled_robots.limits import limited, ramped
+from graphengine.node.types import Doubles
+from graphengine.nodes.checked import check_outcome
+from graphengine.nodes.wheeled_robots.limits import limited, ramped
 
 
 class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannController"):

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from graphengine.diagnostics import BadValueError
+from graphengine.format.errors import BadValueError
 from graphengine.node import In, Out
-from graphengine.types import Bools, Double2, Double3
-from nodes.wheeled_robots.planar import PlanarNode, wrapped
+from graphengine.node.types import Bools, Double2, Double3
+from graphengine.nodes.wheeled_robots.planar import PlanarNode, wrapped
 
 
 class CheckGoal2D(PlanarNode, type="isaacsim.robot.wheeled_robots.CheckGoal2D"):

@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from graphengine.diagnostics import BadValueError, PrimError
+from graphengine.compiler.lint_registry import lint
+from graphengine.format.errors import BadValueError, PrimError
 from graphengine.node import ExecIn, In, Node, Out, State
-from graphengine.registry import lint
-from graphengine.types import Doubles
-from nodes.checked import check_outcome
-from nodes.core.articulation import IsaacArticulationController
-from nodes.wheeled_robots.limits import limited, ramped
+from graphengine.node.types import Doubles
+from graphengine.nodes.checked import check_outcome
+from graphengine.nodes.core.articulation import IsaacArticulationController
+from graphengine.nodes.wheeled_robots.limits import limited, ramped
 
 if TYPE_CHECKING:
-    from graphengine.check import LintContext
-    from graphengine.engine.graph import Instance
-    from graphengine.stage import Prim
+    from graphengine.compiler.graph import Instance
+    from graphengine.compiler.lint_registry import LintContext
+    from graphengine.devices.stage import Prim
 
 
 class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.DifferentialController"):

@@ -8,13 +8,13 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine import rotation
-from graphengine.context import Vector3
-from graphengine.diagnostics import BadValueError
+from graphengine.devices import rotation
+from graphengine.devices.sensor import Vector3
+from graphengine.format.errors import BadValueError
 from graphengine.node import ExecIn, In, Node, Out, State
-from graphengine.types import Double3, Double3s, Double4s, Doubles
-from nodes.checked import check_outcome
-from nodes.wheeled_robots.limits import limited
+from graphengine.node.types import Double3, Double3s, Double4s, Doubles
+from graphengine.nodes.checked import check_outcome
+from graphengine.nodes.wheeled_robots.limits import limited
 
 Floats = NDArray[np.float64]
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from graphengine.context import Quaternion, Vector3
-from graphengine.diagnostics import BadValueError
+from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.format.errors import BadValueError
 from graphengine.node import ExecIn, ExecOut, In, Node
-from graphengine.types import Quaterniond, Vector3d
+from graphengine.node.types import Quaterniond, Vector3d
 
 Heading = tuple[float, float, float]
 """x and y (m) and the yaw (rad) of something on the floor."""

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
-from graphengine.context import Context, Frame
-from graphengine.diagnostics import BadValueError
-from graphengine.node import In, Out, State
-from graphengine.types import Double3, Doubles, Quaterniond, Target, Vector3d
-from nodes.checked import finite
-from nodes.touched import reading_poses
-from nodes.wheeled_robots.planar import Heading, PlanarNode, heading_of, wrapped
+from graphengine.devices.motion import Frame
+from graphengine.format.errors import BadValueError
+from graphengine.node import Context, In, Out, State
+from graphengine.node.types import Double3, Doubles, Quaterniond, Target, Vector3d
+from graphengine.nodes.checked import finite
+from graphengine.nodes.touched import reading_poses
+from graphengine.nodes.wheeled_robots.planar import Heading, PlanarNode, heading_of, wrapped
 
 Floats = NDArray[np.float64]
 

@@ -8,12 +8,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.diagnostics import BadValueError
+from graphengine.format.errors import BadValueError
 from graphengine.node import In, Out, State
-from graphengine.types import Bools, Double2, Double3, Doubles, Vector3d
-from nodes.checked import check_outcome, finite
-from nodes.wheeled_robots.limits import limited
-from nodes.wheeled_robots.planar import Heading, PlanarNode, wrapped
+from graphengine.node.types import Bools, Double2, Double3, Doubles, Vector3d
+from graphengine.nodes.checked import check_outcome, finite
+from graphengine.nodes.wheeled_robots.limits import limited
+from graphengine.nodes.wheeled_robots.planar import Heading, PlanarNode, wrapped
 
 Floats = NDArray[np.float64]
 Speeds = tuple[float, float]

@@ -17,15 +17,15 @@ from pathlib import Path
 
 import numpy as np
 
-from graphengine import build
 from graphengine.cli import main as graphrun
-from graphengine.context import QoS
-from graphengine.diagnostics import GraphError
+from graphengine.format.errors import GraphError
+from graphengine.messages import messages
+from graphengine.messages.endpoints import QoS
 from graphengine.recording.recorder import Recorder
-from graphengine.ros import messages
-from graphengine.ros.dds import DdsTransport
 from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
+from graphengine.ros.transports.dds.dds import DdsTransport
+from graphengine.scene import build
 from tests.jobs.bad_messages import TOPICS, bad_messages, write_scene
 
 PER_TICK = 2

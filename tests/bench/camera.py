@@ -12,13 +12,13 @@ import sys
 import time
 from pathlib import Path
 
-from graphengine.diagnostics import Findings
-from graphengine.files import Files, find_given
-from graphengine.spec import SceneSpec
-from graphengine.spec_reader import read
-from graphengine.world.loading import load_world
-from graphengine.world.sensors.camera import PinholeCamera
-from graphengine.world.simulation import Simulation
+from graphengine.format.diagnostics import Findings
+from graphengine.format.files import Files, find_given
+from graphengine.format.spec import SceneSpec
+from graphengine.format.spec_reader import read
+from graphengine.physics.loading import load_world
+from graphengine.physics.sensors.camera import PinholeCamera
+from graphengine.physics.simulation import Simulation
 
 PRIM = "/dd100/base_link/chassis_link/sim_camera/RSD455/Camera_OmniVision_OV9782_Color"
 SIZES = ((640, 480), (1280, 720))

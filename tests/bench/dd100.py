@@ -17,16 +17,16 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from graphengine import build
-from graphengine.context import QoS
-from graphengine.files import find_given
-from graphengine.ros import messages
-from graphengine.ros.dds import DdsTransport
+from graphengine.format.files import find_given
+from graphengine.messages import messages
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.qos import LATCHED
 from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
-from graphengine.ros.qos import LATCHED
 from graphengine.ros.topic_endpoints import LivePublisher
-from graphengine.session import Session
+from graphengine.ros.transports.dds.dds import DdsTransport
+from graphengine.runtime.session import Session
+from graphengine.scene import build
 
 DOMAIN = Domain(87, "LOCALHOST")
 ROUNDS = 7

@@ -13,22 +13,22 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from graphengine.diagnostics import Findings
-from graphengine.dry.network import DryNetwork
-from graphengine.dry.world import DryWorld
-from graphengine.engine.executor import Executor
-from graphengine.engine.library import GraphLibrary
-from graphengine.engine.planning import make_plan
-from graphengine.engine.resolve import resolve
-from graphengine.engine.template import load_graph
-from graphengine.files import Files
+from graphengine.compiler.library import GraphLibrary
+from graphengine.compiler.planning import make_plan
+from graphengine.compiler.registry import Registry, default_registry
+from graphengine.compiler.resolve import resolve
+from graphengine.compiler.template import load_graph
+from graphengine.devices.dry_world import DryWorld
+from graphengine.devices.stage import Stage
+from graphengine.format.diagnostics import Findings
+from graphengine.format.files import Files
+from graphengine.messages.dry_network import DryNetwork
 from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out
-from graphengine.registry import Registry, default_registry
-from graphengine.running.graph_run import make_graph_run
-from graphengine.running.node_context.context import NodeContext
-from graphengine.running.node_context.services import Services
-from graphengine.running.simulation_clock import SimulationClock
-from graphengine.stage import Stage
+from graphengine.runtime.executor import Executor
+from graphengine.runtime.graph_run import make_graph_run
+from graphengine.runtime.node_context.context import NodeContext
+from graphengine.runtime.node_context.services import Services
+from graphengine.runtime.simulation_clock import SimulationClock
 
 
 class Tick(Node, type="bench.Tick"):

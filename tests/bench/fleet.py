@@ -13,12 +13,13 @@ import tempfile
 import time
 from pathlib import Path
 
-from graphengine import build
-from graphengine.context import QoS
-from graphengine.ros import messages
-from graphengine.ros.memory import MemoryTransport
+from graphengine.messages import messages
+from graphengine.messages.endpoints import QoS
+from graphengine.physics.sensors.rays import RaysChoice
 from graphengine.ros.network import LiveNetwork
-from graphengine.world.sensors.rays import RaysChoice
+from graphengine.ros.transports.memory.memory import MemoryTransport
+from graphengine.scene import build
+from graphengine.scene.assembly import Options
 
 NUMBERS = (1, 5, 10, 20, 50)
 SCENE = """scene: fleet
@@ -43,7 +44,7 @@ def run(folder: Path, count: int, rays: RaysChoice, seconds: float) -> tuple[flo
     path.write_text(SCENE.format(count=count), encoding="utf-8")
     transport = MemoryTransport()
     overrides = {"SubscribeTwist.timeout": 0.0}
-    assembly = build.assemble(path, build.Options(overrides, rays=rays))
+    assembly = build.assemble(path, Options(overrides, rays=rays))
     network = LiveNetwork(lambda _: transport, 0, print)
     with build.start(assembly, network) as session:
         for claim in assembly.claims:

@@ -23,19 +23,20 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.backend import EndpointClaim
-from graphengine.context import QoS
-from graphengine.ros import messages, rcl
-from graphengine.ros.dds import DdsTransport
+from graphengine.devices.sensor import Scan
+from graphengine.messages import messages
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.endpoints import EndpointClaim, QoS
+from graphengine.nodes.ros2.image import ROS2PublishImage
+from graphengine.nodes.ros2.lidar import ROS2RtxLidarHelper
+from graphengine.nodes.ros2.state import ROS2PublishClock, ROS2PublishJointState, ROS2PublishOdometry
+from graphengine.nodes.ros2.transforms import ROS2PublishRawTransformTree
 from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
-from graphengine.ros.rcl import RclTransport
 from graphengine.ros.transport import Transport
-from graphengine.sensor import Scan
-from nodes.ros2.image import ROS2PublishImage
-from nodes.ros2.lidar import ROS2RtxLidarHelper
-from nodes.ros2.state import ROS2PublishClock, ROS2PublishJointState, ROS2PublishOdometry
-from nodes.ros2.transforms import ROS2PublishRawTransformTree
+from graphengine.ros.transports.dds.dds import DdsTransport
+from graphengine.ros.transports.rcl import rcl
+from graphengine.ros.transports.rcl.rcl import RclTransport
 
 DOMAIN = Domain(86, "LOCALHOST")
 BEAMS = 2751
@@ -232,7 +233,7 @@ def ways(
     ours()
     network.sinks.clear()
     data = recorder.last[claim.topic]
-    message, store = messages.decode(data, kind), messages.DEFINITIONS.store
+    message, store = messages.decode(data, kind), DEFINITIONS.store
     publisher = network.publisher(replace(claim, topic=f"/message/{name}"))
     writer = transport.writer(f"/rosbags/{name}", kind, QoS())
     sides: dict[str, Send] = {

@@ -18,11 +18,11 @@ from pathlib import Path
 
 import numpy as np
 
-from graphengine.sensor import beam_directions
-from graphengine.world.sensors.rays import Caster, RaysChoice
-from graphengine.world.sensors.select import select_rays
-from graphengine.world.simulation import Simulation
-from tests.world.harness import SHIPPED, load
+from graphengine.devices.sensor import beam_directions
+from graphengine.physics.sensors.rays import Caster, RaysChoice
+from graphengine.physics.sensors.select import select_rays
+from graphengine.physics.simulation import Simulation
+from tests.physics.harness import SHIPPED, load
 
 FAR = 64.0
 FLEET = """scene: fleet

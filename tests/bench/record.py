@@ -15,12 +15,12 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import NamedTuple
 
-from graphengine import build
-from graphengine.files import find_given
+from graphengine.format.files import find_given
+from graphengine.messages import messages
 from graphengine.recording.recorder import Recorder
-from graphengine.ros import messages
-from graphengine.ros.memory import MemoryTransport
 from graphengine.ros.network import LiveNetwork
+from graphengine.ros.transports.memory.memory import MemoryTransport
+from graphengine.scene import build
 
 ROUNDS = 7
 CIRCLE = messages.encode(messages.Twist(messages.Vector3(0.5, 0.0, 0.0), messages.Vector3(0.0, 0.0, 0.4)))

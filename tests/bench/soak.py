@@ -25,17 +25,17 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from graphengine import build
-from graphengine.backend import EndpointClaim
-from graphengine.context import QoS
-from graphengine.ros import messages
-from graphengine.ros.dds import DdsTransport
+from graphengine.messages import messages
+from graphengine.messages.endpoints import EndpointClaim, QoS
+from graphengine.messages.qos import LATCHED
 from graphengine.ros.domain import Domain
-from graphengine.ros.memory import MemoryTransport
 from graphengine.ros.network import LiveNetwork
-from graphengine.ros.qos import LATCHED
 from graphengine.ros.transport import Transport
-from graphengine.session import Session
+from graphengine.ros.transports.dds.dds import DdsTransport
+from graphengine.ros.transports.memory.memory import MemoryTransport
+from graphengine.runtime.session import Session
+from graphengine.scene import build
+from graphengine.scene.assembly import Options
 
 DOMAIN = 88
 TWIST = "geometry_msgs/msg/Twist"
@@ -172,7 +172,7 @@ def main(arguments: argparse.Namespace) -> int:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "soak.yaml"
         path.write_text(SCENE.format(robots=arguments.robots), encoding="utf-8")
-        assembly = build.assemble(path, build.Options({"SubscribeTwist.timeout": 0.0}))
+        assembly = build.assemble(path, Options({"SubscribeTwist.timeout": 0.0}))
     topics = sorted({f"{claim.topic}={claim.message_type}" for claim in assembly.claims})
     remote = arguments.transport == "dds"
     hurried, domain = arguments.rate == "max", Domain(arguments.domain, "LOCALHOST")

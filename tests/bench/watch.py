@@ -18,15 +18,15 @@ from dataclasses import replace
 from pathlib import Path
 from statistics import fmean, median
 
-from graphengine import build
-from graphengine.backend import EndpointClaim
-from graphengine.context import QoS
-from graphengine.ros.dds import DdsTransport
+from graphengine.messages.endpoints import EndpointClaim, QoS
 from graphengine.ros.domain import Domain
 from graphengine.ros.graph import Endpoint, Graph
-from graphengine.ros.memory import MemoryTransport
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transport import Transport
+from graphengine.ros.transports.dds.dds import DdsTransport
+from graphengine.ros.transports.memory.memory import MemoryTransport
+from graphengine.scene import build
+from graphengine.scene.assembly import Options
 
 ROBOTS = 100
 PUBLISHED = ("odom", "scan", "joint_states", "imu", "rgb", "depth", "info", "pose", "state", "battery", "points")
@@ -133,7 +133,7 @@ def run(name: str, folder: Path, transport: Transport, seconds: float, peers: bo
     """Run robots for a time, and print what part of a tick goes to looking at peers."""
     path = folder / "fleet.yaml"
     path.write_text(SCENE, encoding="utf-8")
-    assembly = build.assemble(path, build.Options({"SubscribeTwist.timeout": 0.0}))
+    assembly = build.assemble(path, Options({"SubscribeTwist.timeout": 0.0}))
     network = LiveNetwork(lambda _: transport, 0, lambda text: None)
     follow, look = Timed(network._follow), Timed(network.look)
     network._follow, network.look = follow, look  # type: ignore[method-assign]

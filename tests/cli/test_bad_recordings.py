@@ -9,9 +9,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.writer import CompressionType, Writer
 
-from graphengine.build import Options
 from graphengine.cli import main
-from graphengine.ros import messages
+from graphengine.messages import messages
+from graphengine.scene.assembly import Options
 from tests.cli.harness import Graphrun
 from tests.recording.harness import CLOCK, NOISY_ROBOT, NOISY_SCENE, put, record, rewritten
 

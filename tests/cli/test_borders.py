@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.files import shipped
-from graphengine.world.files.borders import missing
-from tests.world.files import kernels
-from tests.world.files.test_meshes import collada, instance
-from tests.world.harness import Project
+from graphengine.format.files import shipped
+from graphengine.sandbox.borders import missing
+from tests.physics.files.test_meshes import collada, instance
+from tests.physics.harness import Project
+from tests.sandbox import kernels
 
 pytest.importorskip("pxr")
 pytestmark = pytest.mark.skipif(bool(missing()), reason="this machine lacks a border itself")

@@ -13,7 +13,7 @@ import pytest
 
 from graphengine.cli import held_keys
 from graphengine.cli.held_keys import RELEASE_AFTER, HeldTerminalKeys
-from graphengine.diagnostics import UsageError
+from graphengine.format.errors import UsageError
 
 
 class Told:

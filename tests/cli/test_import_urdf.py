@@ -8,11 +8,12 @@ from pathlib import Path
 import pytest
 import yaml
 
-from graphengine.context import QoS
-from graphengine.ros import messages
+from graphengine.messages import messages
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.qos import LATCHED
 from graphengine.ros.domain import Domain
-from graphengine.ros.qos import LATCHED
-from graphengine.ros.select import open_transport
+from graphengine.ros.transports.select import open_transport
 from tests.cli.harness import ROOT, Graphrun, Result
 from tests.jobs.harness import Job
 
@@ -446,7 +447,7 @@ def test_the_parameter_of_a_node_is_read_without_ros(graphrun: Graphrun, cart: P
     transport = open_transport("dds", domain, "robot_state_publisher")
 
     def answer(request_id: bytes, data: bytes) -> None:
-        known = messages.DEFINITIONS
+        known = DEFINITIONS
         assert messages.decode(data, f"{PARAMETERS}_Request").names == ["robot_description"]
         response, value = known.initial(f"{PARAMETERS}_Response"), known.initial("rcl_interfaces/msg/ParameterValue")
         value.type, value.string_value = 4, URDF.replace("../meshes", "package://cart/meshes")

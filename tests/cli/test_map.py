@@ -11,13 +11,13 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from graphengine.diagnostics import Findings
-from graphengine.files import Files, find_given
-from graphengine.spec import SceneSpec
-from graphengine.spec_reader import read
-from graphengine.world.loading import LoadedWorld, load_world
+from graphengine.format.diagnostics import Findings
+from graphengine.format.files import Files, find_given
+from graphengine.format.spec import SceneSpec
+from graphengine.format.spec_reader import read
+from graphengine.physics.loading import LoadedWorld, load_world
 from tests.cli.harness import Graphrun
-from tests.world.occupancy.map_server import ReadMap, read_map
+from tests.physics.occupancy.map_server import ReadMap, read_map
 
 ROOM = """<mujoco><worldbody>
   <geom type="plane" size="0 0 1"/>

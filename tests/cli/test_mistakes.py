@@ -250,7 +250,7 @@ nodes:
 connections: [Tick.tick -> Tf.execIn]
 """
 
-STEERING_NODES = f'''from graphengine.context import Context
+STEERING_NODES = f'''from graphengine.node import Context
 from graphengine.node import ExecIn, Node
 
 

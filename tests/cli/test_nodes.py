@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.registry import default_registry
+from graphengine.compiler.registry import default_registry
 from tests.cli.harness import ROOT, Graphrun, process
 
 TUTORIAL = {
@@ -126,7 +126,7 @@ def test_types_of_a_module_in_the_working_directory_are_listed_too(graphrun: Gra
 def test_a_file_of_the_working_directory_hides_no_installed_module(graphrun: Graphrun, project: Path) -> None:
     """The working directory may be a stranger's."""
     (project / "antigravity.py").touch()
-    assert graphrun("nodes", "--import", "nodes.core").code == 0
+    assert graphrun("nodes", "--import", "graphengine.nodes.core").code == 0
     found = importlib.util.find_spec("antigravity")
     assert found is not None
     assert found.origin == str(Path(os.__file__).with_name("antigravity.py"))
@@ -344,13 +344,10 @@ def test_a_few_types_of_a_port_are_all_named(graphrun: Graphrun) -> None:
     assert "all types" not in result.out
 
 
-@pytest.mark.parametrize("hiding", ["nodes/__init__.py", "nodes.py"])
-def test_what_hides_the_node_library_is_told(tmp_path: Path, hiding: str) -> None:
+def test_a_project_may_have_a_folder_called_nodes(tmp_path: Path) -> None:
     (tmp_path / "nodes").mkdir()
-    (tmp_path / hiding).touch()
-    result = process("nodes", cwd=tmp_path)
-    assert (result.code, result.out) == (1, "")
-    assert result.err.startswith(f"error: {tmp_path / hiding} hides graphengine's own package `nodes`\n")
+    (tmp_path / "nodes/__init__.py").write_text("raise SystemExit('imported')")
+    assert process("nodes", "Add", cwd=tmp_path).code == 0
 
 
 @pytest.mark.parametrize("form", [(), ("--format", "json"), ("--markdown",)])

@@ -7,12 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.context import QoS
-from graphengine.ros import messages, names
-from graphengine.ros.dds import DdsTransport
+from graphengine.messages import messages, names
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.endpoints import QoS
 from graphengine.ros.domain import Domain
 from graphengine.ros.graph import MAX_NAME, Endpoint, Graph
 from graphengine.ros.tf_tree import FrameTree
+from graphengine.ros.transports.dds.dds import DdsTransport
 from tests.cli.harness import Graphrun
 
 STRING = "std_msgs/msg/String"
@@ -26,7 +27,7 @@ def evil(domain_id: int, monkeypatch: pytest.MonkeyPatch) -> Iterator[DdsTranspo
     with monkeypatch.context() as patch:
         patch.setattr(names, "check_node_name", lambda *_: None)
         transport = DdsTransport(Domain(domain_id, "OFF"), EVIL)
-        patch.setattr(type(messages.DEFINITIONS), "type_hash", lambda self, name: "RIHS01_" + 64 * "0")
+        patch.setattr(type(DEFINITIONS), "type_hash", lambda self, name: "RIHS01_" + 64 * "0")
         transport.writer("/chatter", STRING, QoS(durability="transientLocal")).write(
             messages.encode(messages.String("a\x1b[31m"))
         )

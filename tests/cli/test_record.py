@@ -12,11 +12,11 @@ import pytest
 from mcap.exceptions import EndOfFile
 from mcap.reader import NonSeekingReader
 
-from graphengine.context import QoS
-from graphengine.files import shipped
-from graphengine.ros import messages
-from graphengine.ros.dds import DdsTransport
+from graphengine.format.files import shipped
+from graphengine.messages import messages
+from graphengine.messages.endpoints import QoS
 from graphengine.ros.domain import Domain
+from graphengine.ros.transports.dds.dds import DdsTransport
 from tests.cli.harness import Graphrun, live, process
 from tests.jobs.harness import twist
 from tests.recording.harness import CLOCK, CMD_VEL, put

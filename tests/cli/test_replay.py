@@ -10,26 +10,16 @@ import pytest
 import trimesh
 from rosbags.rosbag2 import Reader
 
-from graphengine.build import Options
-from graphengine.context import QoS
-from graphengine.control.desk import CommandDesk
-from graphengine.files import shipped
-from graphengine.ros import messages
-from graphengine.spec import RobotUse
+from graphengine.format.files import shipped
+from graphengine.format.spec import RobotUse
+from graphengine.messages import messages
+from graphengine.messages.endpoints import QoS
+from graphengine.runtime.desk import CommandDesk
+from graphengine.scene.assembly import Options
 from tests.cli.harness import Graphrun
 from tests.jobs.harness import twist
-from tests.recording.harness import (
-    CLOCK,
-    CMD_VEL,
-    GOODBYE,
-    NOISY_ROBOT,
-    NOISY_SCENE,
-    Run,
-    put,
-    record,
-    rewritten,
-)
-from tests.world.pictures.harness import needs_opengl
+from tests.physics.pictures.harness import needs_opengl
+from tests.recording.harness import CLOCK, CMD_VEL, GOODBYE, NOISY_ROBOT, NOISY_SCENE, Run, put, record, rewritten
 
 MEMORY = ("--transport", "memory")
 SEEING_ROBOT = """robot: seeing

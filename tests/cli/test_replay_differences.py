@@ -6,19 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.build import Options
+from graphengine.scene.assembly import Options
 from tests.cli.harness import Graphrun
-from tests.recording.harness import (
-    CLOCK,
-    CMD_VEL,
-    DRIVE,
-    GOODBYE,
-    NOISY_ROBOT,
-    NOISY_SCENE,
-    put,
-    record,
-    rewritten,
-)
+from tests.recording.harness import CLOCK, CMD_VEL, DRIVE, GOODBYE, NOISY_ROBOT, NOISY_SCENE, put, record, rewritten
 
 FIXED = "{type: ReadSimulationTime, inputs: {referenceTimeNumerator: 5, referenceTimeDenominator: 2}}"
 

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from rosbags.rosbag2 import Reader
 
-from graphengine.context import QoS
-from graphengine.ros import messages
-from graphengine.ros.memory_services import MemoryClient, MemoryServer
+from graphengine.messages import messages
+from graphengine.messages.endpoints import QoS
+from graphengine.ros.transports.memory.memory_services import MemoryClient, MemoryServer
 from tests.cli.harness import Graphrun
 from tests.nodes.test_service_prim import FILES, Asking
 from tests.recording.harness import Run, put, record

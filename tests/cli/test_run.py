@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 
 from graphengine.cli.run import _Signals
-from graphengine.context import QoS
-from graphengine.dry.world import DryWorld
-from graphengine.ros.dds import DdsTransport
+from graphengine.devices.dry_world import DryWorld
+from graphengine.messages.endpoints import QoS
 from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
+from graphengine.ros.transports.dds.dds import DdsTransport
 from tests.cli.harness import ROOT, Graphrun, live, process
 from tests.waiting import PATIENCE, eventually
 

@@ -10,9 +10,9 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from graphengine.world.pictures import opengl
+from graphengine.physics.pictures import opengl
 from tests.cli.harness import Graphrun
-from tests.world.pictures.harness import needs_opengl, take_opengl_away
+from tests.physics.pictures.harness import needs_opengl, take_opengl_away
 
 COLOUR, DEPTH = "Camera_OmniVision_OV9782_Color", "Camera_Pseudo_Depth"
 SCENE = "dd100_flat"

@@ -16,12 +16,12 @@ from typing import Any
 import pytest
 
 from graphengine.cli.teleop import Stick, only_topic, type_of
-from graphengine.context import QoS
-from graphengine.diagnostics import UsageError
-from graphengine.ros import messages
-from graphengine.ros.dds import DdsTransport
+from graphengine.format.errors import UsageError
+from graphengine.messages import messages
+from graphengine.messages.endpoints import QoS
 from graphengine.ros.domain import Domain
 from graphengine.ros.graph import Endpoint, Graph
+from graphengine.ros.transports.dds.dds import DdsTransport
 from tests.cli.harness import ROOT, Graphrun, command, environment
 from tests.waiting import PATIENCE
 

@@ -21,11 +21,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graphengine.context import QoS
-from graphengine.ros import messages
-from graphengine.ros.dds import DdsTransport
+from graphengine.messages import messages
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.qos import LATCHED
 from graphengine.ros.domain import Domain
-from graphengine.ros.qos import LATCHED
+from graphengine.ros.transports.dds.dds import DdsTransport
 from tests.cli.harness import Graphrun, command, environment, live
 from tests.waiting import PATIENCE, eventually
 
@@ -165,7 +166,7 @@ def test_echo_prints_yaml_and_a_line_of_dashes(topic: Graphrun, peer: DdsTranspo
 def test_echo_leaves_out_what_it_is_told_to(
     topic: Graphrun, peer: DdsTransport, options: list[str], expected: str
 ) -> None:
-    scan = messages.DEFINITIONS.initial(SCAN)
+    scan = DEFINITIONS.initial(SCAN)
     scan.header.frame_id, scan.ranges = "laser", np.arange(200, dtype=np.float32) / 2
     latch(peer, "/scan", scan)
     assert expected in topic("echo", "--once", "/scan", *options).out
@@ -220,7 +221,7 @@ def test_echo_drops_what_a_peer_with_another_definition_sends_and_warns(
 ) -> None:
     other = "RIHS01_" + 64 * "0"
     with monkeypatch.context() as patch:
-        patch.setattr(type(messages.DEFINITIONS), "type_hash", lambda self, name: other)
+        patch.setattr(type(DEFINITIONS), "type_hash", lambda self, name: other)
         latch(peer, "/chatter", messages.String("hello"))
     result = topic("echo", "--once", "--timeout", "1", "/chatter")
     assert (result.code, result.out) == (1, "")
@@ -408,7 +409,7 @@ def ticking(domain_id: int) -> Iterator[None]:
 
     def tick() -> None:
         while not stop.wait(0.02):
-            pose = messages.DEFINITIONS.initial("geometry_msgs/msg/PoseStamped")
+            pose = DEFINITIONS.initial("geometry_msgs/msg/PoseStamped")
             pose.header.stamp = messages.Time(*divmod(time.time_ns(), 10**9))
             writer.write(messages.encode(pose))
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.engine.harness import Play, write
+from tests.compiler.harness import Play, write
 
 MakeTicking = Callable[..., Play]
 SHOWS_TIME = """

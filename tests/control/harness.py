@@ -7,8 +7,8 @@ import threading
 from collections.abc import Iterator
 from typing import Any
 
-from graphengine.control.desk import CommandDesk
-from graphengine.session import Session
+from graphengine.runtime.desk import CommandDesk
+from graphengine.runtime.session import Session
 from tests.waiting import PATIENCE
 
 

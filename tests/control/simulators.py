@@ -8,16 +8,17 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from graphengine import build
 from graphengine.control.offers import SERVICES
 from graphengine.control.simulation_interfaces.server import SimulationInterfaces
-from graphengine.ros import messages
-from graphengine.ros.memory import MemoryTransport
+from graphengine.messages import messages
+from graphengine.messages.definitions import DEFINITIONS
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transport import ServiceClient, Transport
+from graphengine.ros.transports.memory.memory import MemoryTransport
+from graphengine.scene import build
 from tests.control.harness import Controlled, controlled
+from tests.physics.harness import Project
 from tests.waiting import PATIENCE, eventually
-from tests.world.harness import Project
 
 BODIES = """<body name="ball" pos="5 0 3"><freejoint/><geom size=".1" mass="2"/></body>
 <body name="shelf" pos="1 2 3"><geom type="box" size=".1 .2 .3"/></body>"""
@@ -42,7 +43,7 @@ class Client:
 
     def ask(self, service: str, kind: str, /, **fields: Any) -> Any:
         """The same for a service of any type."""
-        request = messages.DEFINITIONS.initial(f"{kind}_Request")
+        request = DEFINITIONS.initial(f"{kind}_Request")
         for name, value in fields.items():
             *way, last = name.split("__")
             place = request

@@ -18,7 +18,7 @@ from graphengine.control import channel as channels
 from graphengine.control import lines, runs
 from graphengine.control.channel import Channel
 from graphengine.control.client import Client, find
-from graphengine.diagnostics import ControlError, UsageError
+from graphengine.format.errors import ControlError, UsageError
 from tests.control.conftest import MakeTicking
 from tests.control.harness import Controlled, controlled
 from tests.waiting import PATIENCE

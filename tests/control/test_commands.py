@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from graphengine.control.commands import COMMANDS, RECORDED, parse
-from graphengine.diagnostics import StateError, UsageError
-from graphengine.spec import RobotUse
+from graphengine.format.errors import StateError, UsageError
+from graphengine.format.spec import RobotUse
+from graphengine.runtime.commands import COMMANDS, RECORDED, parse
 from tests.control.conftest import MakeTicking
 
 DEEP: list[Any] = [[]]

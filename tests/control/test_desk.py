@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from graphengine.control.desk import MAX_WAITING, SHARE, CommandDesk
-from graphengine.diagnostics import NodeError, StateError, UsageError
-from graphengine.session import Session
+from graphengine.format.errors import NodeError, StateError, UsageError
+from graphengine.runtime.desk import MAX_WAITING, SHARE, CommandDesk
+from graphengine.runtime.session import Session
 from tests.control.conftest import MakeTicking
 from tests.control.harness import controlled
 from tests.waiting import PATIENCE

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from graphengine.control.parameters import Parameters
-from graphengine.ros import messages
+from graphengine.messages.definitions import DEFINITIONS
 from tests.control.simulators import Simulator, simulator
 
 NAME = "real_time_factor"
@@ -31,7 +31,7 @@ def ask(sim: Simulator, service: str, **fields: Any) -> Any:
 
 
 def parameter(value: float, name: str = NAME, kind: int | None = None) -> Any:
-    found = messages.DEFINITIONS.initial("rcl_interfaces/msg/Parameter")
+    found = DEFINITIONS.initial("rcl_interfaces/msg/Parameter")
     found.name, found.value.type = name, kind if kind is not None else INTEGER if isinstance(value, int) else DOUBLE
     if isinstance(value, int):
         found.value.integer_value = value

@@ -10,8 +10,9 @@ from typing import Any
 
 import pytest
 
-from graphengine.context import QoS
-from graphengine.ros import messages
+from graphengine.messages import messages
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.endpoints import QoS
 from tests.control.simulators import Simulator, simulator
 from tests.waiting import PATIENCE, eventually
 
@@ -30,7 +31,7 @@ def sim(tmp_path: Path) -> Iterator[Simulator]:
 
 
 def identity(goal: uuid.UUID) -> Any:
-    found = messages.DEFINITIONS.initial("unique_identifier_msgs/msg/UUID")
+    found = DEFINITIONS.initial("unique_identifier_msgs/msg/UUID")
     found.uuid[:] = list(goal.bytes)
     return found
 

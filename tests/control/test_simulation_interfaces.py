@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graphengine import build
 from graphengine.control.simulation_interfaces.features import OF_SERVICES
 from graphengine.control.simulation_interfaces.server import SimulationInterfaces
-from graphengine.files import Files
-from graphengine.ros import messages
-from graphengine.ros.memory import MemoryTransport
+from graphengine.format.files import Files
+from graphengine.messages import messages
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.ros.transports.memory.memory import MemoryTransport
+from graphengine.scene.assembly import Assembly, Options
 from tests.control.conftest import MakeTicking
 from tests.control.harness import controlled
 from tests.control.simulators import CRATE, Client, Simulator, simulator
@@ -64,7 +65,7 @@ def names(sim: Simulator, **filters: Any) -> list[str]:
 
 
 def bounds(kind: int, *points: tuple[float, float, float]) -> Any:
-    found = messages.DEFINITIONS.initial("simulation_interfaces/msg/Bounds")
+    found = DEFINITIONS.initial("simulation_interfaces/msg/Bounds")
     found.type, found.points = kind, [messages.Vector3(*map(float, point)) for point in points]
     return found
 
@@ -84,7 +85,7 @@ def test_features_are_those_of_services_that_answer(sim: Simulator) -> None:
     assert not {2, 3, 7, 40, 41, 42, 43, 45} & set(told)  # named poses, hulls, and what needs several worlds
     offered = {service.removeprefix("/") for service, _ in sim.transport.graph().services}
     assert OF_SERVICES.keys() - {"simulate_steps"} <= offered
-    names = messages.DEFINITIONS.names()
+    names = DEFINITIONS.names()
     whole = {name for name in names if name.startswith("simulation_interfaces/srv/") and "_" not in name[25:]}
     assert whole <= {kind for _, kind in sim.transport.graph().services}
     assert list(features.spawn_formats) == ["urdf", "xacro", "mjcf", "graphengine"]
@@ -134,7 +135,7 @@ def test_steps_that_cannot_be_are_refused(sim: Simulator, target: int, steps: in
 
 def test_steps_that_a_stop_cuts_short_say_so(sim: Simulator) -> None:
     kind = "simulation_interfaces/srv/StepSimulation"
-    request = messages.DEFINITIONS.initial(f"{kind}_Request")
+    request = DEFINITIONS.initial(f"{kind}_Request")
     request.steps = 1_000_000
     with pytest.raises(queue.Empty):
         sim.send("step_simulation", kind, messages.encode(request), 0.05)
@@ -288,11 +289,11 @@ def test_a_state_that_cannot_be_is_refused(sim: Simulator, entity: str, field: s
 def test_what_entities_are_is_told_and_can_be_written(sim: Simulator) -> None:
     found = {name: sim.call("get_entity_info", entity=name).info.category.category for name in names(sim)}
     assert found == {"bot": 1, "ball": 0, "shelf": 5}
-    info = messages.DEFINITIONS.initial("simulation_interfaces/msg/EntityInfo")
+    info = DEFINITIONS.initial("simulation_interfaces/msg/EntityInfo")
     info.description, info.tags, info.category.category = "a ball", ["toy", "round"], 4
     assert sim.call("set_entity_info", entity="ball", info=info).result.result == OK
     assert sim.call("get_entity_info", entity="ball").info == info
-    category = messages.DEFINITIONS.initial("simulation_interfaces/msg/EntityCategory")
+    category = DEFINITIONS.initial("simulation_interfaces/msg/EntityCategory")
     category.category = 4
     assert names(sim, categories=[category]) == ["ball"]
     assert names(sim, tags__tags=["round", "square"]) == ["ball"]
@@ -398,7 +399,7 @@ def test_a_file_that_may_not_be_read_is_not(sim: Simulator, tmp_path: Path) -> N
 def test_many_come_at_once_and_those_that_do_not_keep_no_other_back(sim: Simulator) -> None:
     wanted: list[Any] = []
     for name in ("one", "ball", "two"):
-        one = messages.DEFINITIONS.initial("simulation_interfaces/msg/SpawnEntity")
+        one = DEFINITIONS.initial("simulation_interfaces/msg/SpawnEntity")
         one.name, one.entity_resource.resource_string = name, CRATE
         one.initial_pose.pose = pose(0, 5 + len(wanted), 1)
         wanted.append(one)
@@ -444,7 +445,7 @@ def test_what_is_no_feature_says_so_at_once(sim: Simulator, service: str) -> Non
 def test_a_session_without_a_scene_steps_and_has_no_entities(ticking: MakeTicking, tmp_path: Path) -> None:
     transport, session = MemoryTransport(), ticking().session
     path = tmp_path / "graph.yaml"
-    assembly = build.Assembly(path, build.Options(), Files.of(path))
+    assembly = Assembly(path, Options(), Files.of(path))
     with controlled(session, paused=True) as run:
         SimulationInterfaces(run.desk, assembly, transport, print)
         client = Client(transport)

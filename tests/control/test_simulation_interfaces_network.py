@@ -13,14 +13,14 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.ros.dds import DdsTransport
 from graphengine.ros.domain import Domain
-from graphengine.ros.rcl import RclTransport
+from graphengine.ros.transports.dds.dds import DdsTransport
+from graphengine.ros.transports.rcl.rcl import RclTransport
 from tests.control.simulators import CRATE, WORLD, Client
 from tests.control.test_simulate_steps import ACTION, HIDDEN, identity
 from tests.jobs.harness import ROOT
+from tests.physics.harness import Project
 from tests.waiting import PATIENCE
-from tests.world.harness import Project
 
 OK, QUITTING = 1, 3
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from graphengine import build
 from graphengine.drawing import page, svg
 from graphengine.drawing.scheme import make_scheme
+from graphengine.scene import build
 
 Draw = Callable[..., str]
 

@@ -10,9 +10,9 @@ import yaml
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from graphengine import build
 from graphengine.drawing import svg
 from graphengine.drawing.scheme import make_scheme
+from graphengine.scene import build
 from tests.cli.harness import GRAPHS, ROOT
 from tests.drawing.reading import mistakes, read
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.files import find_given
-from tests.ros.test_messages import random_message
+from graphengine.format.files import find_given
+from tests.messages.test_messages import random_message
 
 TOPICS = {
     "/dd100_0000/cmd_vel": "geometry_msgs/msg/Twist",

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from graphengine.spec import RobotUse
-from graphengine.world.simulation import Simulation
+from graphengine.format.spec import RobotUse
+from graphengine.physics.simulation import Simulation
 from tests.jobs.harness import Job
 
 ROBOT = """robot: noisy

@@ -8,17 +8,17 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from graphengine import build
-from graphengine.backend import EndpointClaim
-from graphengine.build import Assembly, Options
-from graphengine.diagnostics import NodeError
-from graphengine.files import find_given
-from graphengine.registry import Registry
-from graphengine.ros import messages
-from graphengine.ros.memory import MemoryTransport
+from graphengine.compiler.registry import Registry
+from graphengine.format.errors import NodeError
+from graphengine.format.files import find_given
+from graphengine.messages import messages
+from graphengine.messages.endpoints import EndpointClaim
+from graphengine.physics.sensors.rays import RaysChoice
 from graphengine.ros.network import LiveNetwork
-from graphengine.running.dropped_values import BadValues
-from graphengine.world.sensors.rays import RaysChoice
+from graphengine.ros.transports.memory.memory import MemoryTransport
+from graphengine.runtime.dropped_values import BadValues
+from graphengine.scene import build
+from graphengine.scene.assembly import Assembly, Options
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -7,9 +7,9 @@ import sys
 import time
 from functools import partial
 
-from graphengine.context import QoS
-from graphengine.ros.dds import DdsTransport
+from graphengine.messages.endpoints import QoS
 from graphengine.ros.domain import Domain
+from graphengine.ros.transports.dds.dds import DdsTransport
 
 TWIST, ODOMETRY = "geometry_msgs/msg/Twist", "nav_msgs/msg/Odometry"
 

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from graphengine.cli import main
-from graphengine.diagnostics import NodeError
-from graphengine.ros import messages
+from graphengine.format.errors import NodeError
+from graphengine.messages.definitions import DEFINITIONS
 from tests.jobs.bad_messages import NAMES, TOPICS, bad_messages, write_scene
 from tests.jobs.harness import Job, twist
 from tests.recording.harness import Run, record
@@ -23,7 +23,7 @@ CMD_VEL, ODOM = "/dd100_0000/cmd_vel", "/dd100_0000/odom"
 
 
 def joint_state(names: list[str], **values: list[float]) -> Any:
-    message = messages.DEFINITIONS.initial("sensor_msgs/msg/JointState")
+    message = DEFINITIONS.initial("sensor_msgs/msg/JointState")
     message.name = names
     for name, numbers in values.items():
         setattr(message, name, np.array(numbers))
@@ -31,7 +31,7 @@ def joint_state(names: list[str], **values: list[float]) -> Any:
 
 
 def number(value: int) -> Any:
-    message = messages.DEFINITIONS.initial("std_msgs/msg/Int32")
+    message = DEFINITIONS.initial("std_msgs/msg/Int32")
     message.data = value
     return message
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from graphengine.control.commands import parse
-from graphengine.diagnostics import UnknownEntityError, UsageError
+from graphengine.format.errors import UnknownEntityError, UsageError
+from graphengine.runtime.commands import parse
 from tests.jobs.crowd import FIRST, LATE, physics, scene
 from tests.jobs.harness import Job, nanoseconds, yaw
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.context import QoS
+from graphengine.messages.endpoints import QoS
 from tests.jobs import stream
 from tests.jobs.harness import ROOT, Job, Recorder
 

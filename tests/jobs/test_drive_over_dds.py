@@ -12,11 +12,11 @@ from typing import Any
 
 import pytest
 
-from graphengine.context import QoS
-from graphengine.ros import messages
-from graphengine.ros.dds import DdsTransport
+from graphengine.messages import messages
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.qos import LATCHED
 from graphengine.ros.domain import Domain
-from graphengine.ros.qos import LATCHED
+from graphengine.ros.transports.dds.dds import DdsTransport
 from tests.waiting import PATIENCE, eventually
 
 TOPICS = {

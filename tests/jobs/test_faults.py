@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from graphengine.cli.common import make_registry
-from graphengine.diagnostics import NodeError
+from graphengine.format.errors import NodeError
 from tests.cli.harness import Result, process
 from tests.jobs.harness import Job
 
 NODES = '''"""Nodes of a user."""
 
-from graphengine.context import Context
+from graphengine.node import Context
 from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from graphengine.context import QoS
+from graphengine.messages.endpoints import QoS
 from tests.jobs.crowd import FIRST, OTHERS, scene
 from tests.jobs.harness import Job
 

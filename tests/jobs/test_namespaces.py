@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from graphengine import build
-from graphengine.build import Assembly
-from graphengine.diagnostics import CheckError
-from graphengine.spec import RobotUse
+from graphengine.format.errors import CheckError
+from graphengine.format.spec import RobotUse
+from graphengine.scene import build
+from graphengine.scene.assembly import Assembly
 from tests.jobs.crowd import physics
 from tests.jobs.harness import Job
 

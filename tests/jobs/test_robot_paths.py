@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from graphengine import build
-from graphengine.diagnostics import CheckError
-from graphengine.engine.plan import Plan
+from graphengine.compiler.plan import Plan
+from graphengine.format.errors import CheckError
+from graphengine.scene import build
 from tests.jobs.crowd import FIRST, LATE, physics, scene
 from tests.jobs.harness import Job
 

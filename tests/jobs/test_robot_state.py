@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.context import QoS
+from graphengine.messages.endpoints import QoS
 from tests.jobs.harness import ROOT, Job, assemble
 
 SCENES = ["dd100_warehouse", "dd100_flat", "tutorial/flat_grid", "tutorial/simple_warehouse", "tutorial/navigation"]

@@ -13,21 +13,21 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from graphengine import build
-from graphengine.context import Context, QoS
-from graphengine.diagnostics import CheckError, NodeError, PhysicsError, UsageError
-from graphengine.node import ExecIn, Node
-from graphengine.registry import Registry, default_registry
-from graphengine.ros.dds import DdsTransport
+from graphengine.compiler.registry import Registry, default_registry
+from graphengine.format.errors import CheckError, NodeError, PhysicsError, UsageError
+from graphengine.format.spec import Orientation, RobotUse
+from graphengine.messages.endpoints import QoS
+from graphengine.node import Context, ExecIn, Node
 from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
-from graphengine.session import Session
-from graphengine.spec import Orientation, RobotUse
+from graphengine.ros.transports.dds.dds import DdsTransport
+from graphengine.runtime.session import Session
+from graphengine.scene import build
 from tests.jobs.crowd import FIRST, LATE, ROBOT, physics, scene
 from tests.jobs.harness import ROOT, Job, assemble, nanoseconds
+from tests.physics.harness import CART
+from tests.physics.pictures.harness import needs_opengl
 from tests.waiting import eventually
-from tests.world.harness import CART
-from tests.world.pictures.harness import needs_opengl
 
 LIMITED = "".join(
     f"  front_{side}_wheel_joint: {{drive: {{damping: 50, max_force: 0.3}}}}\n" for side in ("left", "right")
@@ -293,7 +293,7 @@ def test_a_place_that_physics_cannot_count_is_refused_and_the_others_go_on(tmp_p
 def test_a_robot_that_the_rays_asked_for_cannot_meet_is_refused_and_the_others_go_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    fast = pytest.importorskip("graphengine.world.sensors.fast.rays", reason="numba is not installed")
+    fast = pytest.importorskip("graphengine.physics.sensors.fast.rays", reason="numba is not installed")
     with Job(scene(tmp_path, FIRST), rays="fast") as job:
         job.run(0.1)
         with monkeypatch.context() as patch:

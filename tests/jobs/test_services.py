@@ -12,10 +12,11 @@ from typing import Any
 
 import pytest
 
-from graphengine.context import QoS
-from graphengine.ros import messages, rcl
-from graphengine.ros.dds import DdsTransport
+from graphengine.messages import messages
+from graphengine.messages.endpoints import QoS
 from graphengine.ros.domain import Domain
+from graphengine.ros.transports.dds.dds import DdsTransport
+from graphengine.ros.transports.rcl import rcl
 from tests.cli.harness import live
 from tests.waiting import PATIENCE, eventually
 

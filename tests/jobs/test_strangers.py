@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 import pytest
 
-from graphengine.context import QoS
-from graphengine.ros.dds import DdsTransport
+from graphengine.messages.endpoints import QoS
 from graphengine.ros.domain import Domain
+from graphengine.ros.transports.dds.dds import DdsTransport
 from tests.cli.harness import live
 
 

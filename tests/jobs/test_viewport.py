@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from tests.isaac.harness import imported
 from tests.jobs.harness import Job
-from tests.omnigraph.harness import imported
-from tests.world.pictures.harness import needs_opengl
+from tests.physics.pictures.harness import needs_opengl
 
 CAMERA = "/dd100/Geometry/base_link/chassis_link/sim_camera/RSD455/Camera_OmniVision_OV9782_Color"
 SCRIPT = f"""

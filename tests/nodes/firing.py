@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from graphengine.node import Node, grown
-from graphengine.ros.definitions import DEFINITIONS
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.node import Node
+from graphengine.node.node_class import grown
 
 
 def fired(node: Any, pin: str = "exec_in") -> str:

@@ -12,15 +12,15 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine import build
-from graphengine.backend import World
-from graphengine.build import Options
-from graphengine.context import Quaternion, Vector3
-from graphengine.files import shipped
+from graphengine.devices.backend import World
+from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.format.files import shipped
+from graphengine.messages import messages
 from graphengine.node import Node
-from graphengine.ros import messages
-from graphengine.ros.memory import MemoryTransport
 from graphengine.ros.network import LiveNetwork
+from graphengine.ros.transports.memory.memory import MemoryTransport
+from graphengine.scene import build
+from graphengine.scene.assembly import Assembly, Options
 from graphengine.testing import RecordingContext, RecordingWorld
 
 HERE = Path(__file__).parent
@@ -43,9 +43,7 @@ def ready(cls: type[N], context: RecordingContext, /, **inputs: Any) -> N:
 class Playing:
     """A session, its nodes by `graph/id` or `id`, and its topics."""
 
-    def __init__(
-        self, assembly: build.Assembly, *, wanted: bool = True, domain_from_environment: int | None = None
-    ) -> None:
+    def __init__(self, assembly: Assembly, *, wanted: bool = True, domain_from_environment: int | None = None) -> None:
         self.definitions = assembly.definitions
         self.transport = MemoryTransport(wants_all=wanted, definitions=self.definitions)
         self.complaints: list[str] = []

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.diagnostics import CheckError
+from graphengine.format.errors import CheckError
+from graphengine.nodes.wheeled_robots.ackermann import AckermannController
 from graphengine.testing import RecordingContext
-from nodes.wheeled_robots.ackermann import AckermannController
 from tests.nodes.harness import Player
 
 GEOMETRY: dict[str, Any] = {"wheel_base": 1.6, "track_width": 1.2, "front_wheel_radius": 0.3, "back_wheel_radius": 0.4}

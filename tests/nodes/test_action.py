@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.diagnostics import CheckError
-from graphengine.running.simulation_clock import SimulationClock
+from graphengine.format.errors import CheckError
+from graphengine.nodes.action.events import OnPlaybackTick, OnTick
+from graphengine.runtime.simulation_clock import SimulationClock
 from graphengine.testing import RecordingContext, RecordingWorld
-from nodes.action.events import OnPlaybackTick, OnTick
 from tests.nodes.harness import Player, ready
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from graphengine.diagnostics import JointError, PrimError
-from graphengine.dry.world import DryArticulation
+from graphengine.devices.dry_world import DryArticulation
+from graphengine.format.errors import JointError, PrimError
+from graphengine.nodes.core.articulation import IsaacArticulationState, IsaacJointNameResolver
+from graphengine.nodes.physics_sensors import IsaacReadJointState
 from graphengine.testing import RecordingArticulation, RecordingContext, RecordingWorld
-from nodes.core.articulation import IsaacArticulationState, IsaacJointNameResolver
-from nodes.physics_sensors import IsaacReadJointState
 from tests.nodes import scenes
 from tests.nodes.harness import Player, ready
 

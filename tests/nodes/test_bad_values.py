@@ -6,9 +6,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from graphengine.diagnostics import BadValueError
+from graphengine.format.errors import BadValueError
 from graphengine.node import Node
-from graphengine.types import PortType
+from graphengine.node.types import PortType
 from tests.nodes.harness import Player
 from tests.nodes.test_ports import TYPES
 from tests.nodes.trial import ROUNDS, Trial, inputs_of, play_wired, spoiled, trials

@@ -13,10 +13,17 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from numpy.typing import NDArray
 
-from graphengine.context import BOX_3D
-from graphengine.ros import messages
+from graphengine.devices.sensor import BOX_3D
+from graphengine.messages import messages
+from graphengine.nodes.ros2.boxes import (
+    BOX,
+    BoxPublisher,
+    ROS2PublishBbox2D,
+    ROS2PublishBbox3D,
+    loose_boxes,
+    tight_boxes,
+)
 from graphengine.testing import RecordingContext
-from nodes.ros2.boxes import BOX, BoxPublisher, ROS2PublishBbox2D, ROS2PublishBbox3D, loose_boxes, tight_boxes
 from tests.nodes.harness import matrix, quaternion, ready, vector
 
 pictures = arrays.arrays(np.int32, st.tuples(st.integers(0, 6), st.integers(0, 6)), elements=st.integers(0, 4))

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from graphengine.nodes.action.branching import Branch, Multisequence, Sequence, SwitchToken
 from graphengine.testing import RecordingContext
-from nodes.action.branching import Branch, Multisequence, Sequence, SwitchToken
 from tests.nodes.firing import fired, of
 from tests.nodes.harness import Player
 

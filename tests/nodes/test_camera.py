@@ -13,11 +13,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_typestore
 
-from graphengine.context import BOX_3D, QoS
-from graphengine.diagnostics import ContextError, PrimError
-from graphengine.ros import messages
+from graphengine.devices.sensor import BOX_3D
+from graphengine.format.errors import ContextError, PrimError
+from graphengine.messages import messages
+from graphengine.messages.endpoints import QoS
+from graphengine.nodes.ros2.camera import ROS2CameraHelper, points_of
 from graphengine.testing import RecordingContext
-from nodes.ros2.camera import ROS2CameraHelper, points_of
 from tests.nodes.harness import Player, dd100, read_points, ready, vector
 
 CAMERA = "/robot/Geometry/base_link/Camera"

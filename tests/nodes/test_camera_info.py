@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 from numpy.typing import ArrayLike, NDArray
 from rosbags.typesys import Stores, get_typestore
 
-from graphengine import rotation
-from graphengine.context import Quaternion, Vector3
-from graphengine.diagnostics import ContextError, PrimError
-from graphengine.ros import messages
+from graphengine.devices import rotation
+from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.format.errors import ContextError, PrimError
+from graphengine.messages import messages
+from graphengine.nodes.ros2.camera import ROS2CameraHelper
+from graphengine.nodes.ros2.camera_info import ROS2CameraInfoHelper, ROS2PublishCameraInfo
 from graphengine.testing import RecordingContext
-from nodes.ros2.camera import ROS2CameraHelper
-from nodes.ros2.camera_info import ROS2CameraInfoHelper, ROS2PublishCameraInfo
 from tests.nodes.harness import matrix, ready
 
 LEFT, RIGHT = "/robot/Geometry/base_link/Left", "/robot/Geometry/base_link/Right"

@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from graphengine.context import Context
-from graphengine.node import ExecIn, ExecOut, Fire, In, Node, NodeClassError, NodeMeta, Out, Pushes, State
+from graphengine.node import Context, ExecIn, ExecOut, Fire, In, Node, Out, Pushes, State
+from graphengine.node.node_class import NodeClassError, NodeMeta
+from graphengine.node.types import Doubles, Target, Tokens
 from graphengine.testing import RecordingContext, check_node
-from graphengine.types import Doubles, Target, Tokens
 
 
 def complaint(cls: Any, **inputs: Any) -> str:
@@ -82,7 +82,8 @@ def test_a_name_belongs_to_one_class() -> None:
         """Takes a name that is taken."""
 
     assert (
-        complaint(Clock) == "'isaacsim.ros2.bridge.ROS2PublishClock' is the name of nodes.ros2.state.ROS2PublishClock"
+        complaint(Clock)
+        == "'isaacsim.ros2.bridge.ROS2PublishClock' is the name of graphengine.nodes.ros2.state.ROS2PublishClock"
     )
 
 

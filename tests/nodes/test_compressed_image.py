@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from graphengine.nodes.ros2.compressed_image import ROS2PublishCompressedImage
 from graphengine.testing import RecordingContext
-from nodes.ros2.compressed_image import ROS2PublishCompressedImage
 from tests.nodes.harness import ready
 
 TOPIC = "/image_raw/compressed"

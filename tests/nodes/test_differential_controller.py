@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.diagnostics import CheckError, NodeError
-from graphengine.port import camel_case
+from graphengine.format.errors import CheckError, NodeError
+from graphengine.node.port import camel_case
+from graphengine.nodes.wheeled_robots.differential import DifferentialController
 from graphengine.testing import RecordingContext
-from nodes.wheeled_robots.differential import DifferentialController
 from tests.nodes.harness import Player, dd100, twist
 
 GEOMETRY: dict[str, Any] = {"wheel_radius": 0.1, "wheel_distance": 0.5}

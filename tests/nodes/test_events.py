@@ -7,14 +7,14 @@ from typing import Any
 
 import pytest
 
-from graphengine import build
-from graphengine.control import commands
-from graphengine.diagnostics import UsageError
-from graphengine.running.keys import KEYS, keys_of
+from graphengine.format.errors import UsageError
+from graphengine.node.keys import KEYS, keys_of
+from graphengine.nodes.action.keyboard import OnKeyboardInput, ReadKeyboardState
+from graphengine.nodes.action.logging import LogMessage, PrintText
+from graphengine.nodes.action.stage_events import OnClosing, OnImpulseEvent, OnLoaded, OnStageEvent
+from graphengine.runtime import commands
+from graphengine.scene import build
 from graphengine.testing import RecordingContext
-from nodes.action.keyboard import OnKeyboardInput, ReadKeyboardState
-from nodes.action.logging import LogMessage, PrintText
-from nodes.action.stage_events import OnClosing, OnImpulseEvent, OnLoaded, OnStageEvent
 from tests.nodes.harness import Player, ready
 
 # OnImpulseEvent

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from graphengine.diagnostics import CheckError
+from graphengine.format.errors import CheckError
+from graphengine.nodes.core.flow import IsaacSimulationGate, OgnIsaacRunOneSimulationFrame, OnPhysicsStep
 from graphengine.testing import RecordingContext, RecordingWorld
-from nodes.core.flow import IsaacSimulationGate, OgnIsaacRunOneSimulationFrame, OnPhysicsStep
 from tests.nodes.harness import Player, ready
 
 # OnPhysicsStep

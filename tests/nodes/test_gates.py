@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from graphengine.nodes.action.gates import Counter, FlipFlop, Gate, Multigate, Once, RationalTimeSyncGate, SyncGate
 from graphengine.testing import RecordingContext
-from nodes.action.gates import Counter, FlipFlop, Gate, Multigate, Once, RationalTimeSyncGate, SyncGate
 from tests.nodes.firing import fired, of
 from tests.nodes.harness import Player
 

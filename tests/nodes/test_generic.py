@@ -12,19 +12,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from graphengine import build
-from graphengine.build import Options
-from graphengine.context import QoS
-from graphengine.diagnostics import BadValueError, ContextError
-from graphengine.node import Node, grown
-from graphengine.ros import messages
-from graphengine.ros.definitions import DEFINITIONS
-from graphengine.ros.interfaces import MessageTypeError
+from graphengine.format.errors import BadValueError, ContextError
+from graphengine.messages import messages
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.interfaces import MessageTypeError
+from graphengine.node import Node
+from graphengine.node.node_class import grown
+from graphengine.nodes.ros2.fields import MAX_PORTS
+from graphengine.nodes.ros2.generic import ROS2Publisher, ROS2Subscriber
+from graphengine.scene import build
+from graphengine.scene.assembly import Options
 from graphengine.testing import RecordingContext
-from nodes.ros2.fields import MAX_PORTS
-from nodes.ros2.generic import ROS2Publisher, ROS2Subscriber
+from tests.messages.test_messages import TYPES, random_message
 from tests.nodes.harness import Player, ready, twist
-from tests.ros.test_messages import TYPES, random_message
 
 RANGE, TWIST, TF = "sensor_msgs/msg/Range", "geometry_msgs/msg/Twist", "tf2_msgs/msg/TFMessage"
 

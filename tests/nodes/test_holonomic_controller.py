@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from graphengine.nodes.wheeled_robots.holonomic import HolonomicController
 from graphengine.testing import RecordingContext
-from nodes.wheeled_robots.holonomic import HolonomicController
 from tests.nodes.harness import matrix
 
 Floats = NDArray[np.float64]

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graphengine.build import Options
-from graphengine.diagnostics import NodeError
+from graphengine.compiler.registry import Registry, default_registry
+from graphengine.format.errors import NodeError
+from graphengine.messages import messages
 from graphengine.node import Node, Out
-from graphengine.registry import Registry, default_registry
-from graphengine.ros import messages
-from graphengine.types import Buffer
-from nodes.ros2.image import ROS2PublishImage
+from graphengine.node.types import Buffer
+from graphengine.nodes.ros2.image import ROS2PublishImage
+from graphengine.scene.assembly import Options
 from tests.nodes.harness import Player
 
 ENCODINGS = {"rgb8": 3, "rgba8": 4, "32FC1": 4, "32SC1": 4}

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from graphengine.context import ImuSample
-from graphengine.ros import messages
-from nodes.ros2.imu import ROS2PublishImu
+from graphengine.devices.sensor import ImuSample
+from graphengine.messages import messages
+from graphengine.nodes.ros2.imu import ROS2PublishImu
 from tests.nodes.harness import Player, dd100, quaternion, vector
 
 TURN, ACCELERATION, RATE = (0.5, -0.5, 0.5, 0.5), (1.0, 2.0, 9.81), (0.1, 0.2, 0.3)

@@ -12,10 +12,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.diagnostics import CheckError, JointError, NodeError, PrimError
+from graphengine.format.errors import CheckError, JointError, NodeError, PrimError
+from graphengine.nodes.core.articulation import IsaacArticulationController
+from graphengine.nodes.ros2.state import ROS2PublishJointState
 from graphengine.testing import RecordingArticulation, RecordingContext, RecordingWorld
-from nodes.core.articulation import IsaacArticulationController
-from nodes.ros2.state import ROS2PublishJointState
 from tests.nodes.harness import Player, dd100, ready
 
 NAN = math.nan

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from graphengine.nodes.action.keyboard import OnKeyboardInput
 from graphengine.testing import RecordingContext
-from nodes.action.keyboard import OnKeyboardInput
 from tests.nodes.harness import ready
 from tests.nodes.test_events import typed
 

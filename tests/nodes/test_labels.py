@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from graphengine.nodes.ros2.labels import LabelPublisher, ROS2PublishObjectIdMap, ROS2PublishSemanticLabels
 from graphengine.testing import RecordingContext
-from nodes.ros2.labels import LabelPublisher, ROS2PublishObjectIdMap, ROS2PublishSemanticLabels
 from tests.nodes.harness import ready
 
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graphengine.ros import messages
-from nodes.ros2.laser_scan import ROS2PublishLaserScan
+from graphengine.messages import messages
+from graphengine.nodes.ros2.laser_scan import ROS2PublishLaserScan
 
 INF = math.inf
 

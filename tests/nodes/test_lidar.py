@@ -11,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_typestore
 
-from graphengine.context import QoS
-from graphengine.diagnostics import ContextError, PrimError
-from graphengine.ros import messages
+from graphengine.format.errors import ContextError, PrimError
+from graphengine.messages import messages
+from graphengine.messages.endpoints import QoS
+from graphengine.nodes.ros2.lidar import ROS2RtxLidarHelper, ROS2RtxLidarPointCloudConfig
 from graphengine.testing import RecordingContext, RecordingLidar
-from nodes.ros2.lidar import ROS2RtxLidarHelper, ROS2RtxLidarPointCloudConfig
 from tests.nodes.harness import Player, dd100, read_points, ready
 
 LIDAR = "/robot/Geometry/base_link/Lidar"

@@ -8,9 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graphengine.diagnostics import ContextError, PrimError
+from graphengine.format.errors import ContextError, PrimError
+from graphengine.nodes.lidar import (
+    IsaacComputeRTXLidarFlatScan,
+    IsaacReadLidarBeams,
+    IsaacReadLidarPointCloud,
+    LidarNode,
+)
 from graphengine.testing import RecordingContext, RecordingLidar
-from nodes.lidar import IsaacComputeRTXLidarFlatScan, IsaacReadLidarBeams, IsaacReadLidarPointCloud, LidarNode
 from tests.nodes.harness import Player, dd100, read_points, ready
 
 LIDAR = "/robot/Geometry/base_link/Lidar"

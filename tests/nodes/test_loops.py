@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graphengine.diagnostics import NodeError
-from nodes.action.loops import ForEach, ForEachTarget, ForLoop, WhileLoop
+from graphengine.format.errors import NodeError
+from graphengine.nodes.action.loops import ForEach, ForEachTarget, ForLoop, WhileLoop
 from tests.nodes.harness import Player
 
 # Loops

@@ -11,12 +11,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from graphengine.port import camel_case
+from graphengine.node.port import camel_case
+from graphengine.nodes.wheeled_robots.check_goal import CheckGoal2D
+from graphengine.nodes.wheeled_robots.planar import yaw_of
+from graphengine.nodes.wheeled_robots.quintic import DURATIONS, QuinticPathPlanner, derivative, quintic
+from graphengine.nodes.wheeled_robots.stanley import StanleyControlPID
 from graphengine.testing import RecordingContext
-from nodes.wheeled_robots.check_goal import CheckGoal2D
-from nodes.wheeled_robots.planar import yaw_of
-from nodes.wheeled_robots.quintic import DURATIONS, QuinticPathPlanner, derivative, quintic
-from nodes.wheeled_robots.stanley import StanleyControlPID
 from tests.nodes.harness import Player, matrix, ready, yaw
 
 Floats = NDArray[np.float64]

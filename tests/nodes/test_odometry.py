@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.context import Quaternion, Vector3
-from graphengine.diagnostics import PrimError
+from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.format.errors import PrimError
+from graphengine.nodes.core.odometry import IsaacComputeOdometry
+from graphengine.nodes.ros2.state import ROS2PublishOdometry
 from graphengine.testing import RecordingBody, RecordingContext
-from nodes.core.odometry import IsaacComputeOdometry
-from nodes.ros2.state import ROS2PublishOdometry
 from tests.nodes.harness import Player, dd100, matrix, quaternion, ready, vector, yaw
 
 numbers = st.floats(-100.0, 100.0)

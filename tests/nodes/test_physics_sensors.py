@@ -6,10 +6,10 @@ import math
 
 import pytest
 
-from graphengine.context import ContactReading, ImuSample
-from graphengine.diagnostics import PrimError
+from graphengine.devices.sensor import ContactReading, ImuSample
+from graphengine.format.errors import PrimError
+from graphengine.nodes.physics_sensors import IsaacReadContactSensor, IsaacReadIMU
 from graphengine.testing import RecordingContext, RecordingImu
-from nodes.physics_sensors import IsaacReadContactSensor, IsaacReadIMU
 from tests.nodes.harness import Player, ready
 from tests.nodes.scenes import CUBE, FLOOR, ROBOT, SCENE, body
 

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_typestore
 
-from graphengine.ros import messages
-from nodes.ros2.point_cloud import ROS2PublishPointCloud
+from graphengine.messages import messages
+from graphengine.nodes.ros2.point_cloud import ROS2PublishPointCloud
 from tests.nodes.harness import read_points
 
 POINTS = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]], np.float32)

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 import yaml
 
-from graphengine.files import Files
-from graphengine.node import Node, Port
-from graphengine.permissions import Permissions
-from graphengine.registry import default_registry, short_names
-from graphengine.running.graph_variable import GraphVariable
+from graphengine.compiler.registry import default_registry, short_names
+from graphengine.format.files import Files
+from graphengine.format.permissions import Permissions
+from graphengine.node import Node
+from graphengine.node.port import Port
+from graphengine.node.types import UnionType, coerce, equal, parse
+from graphengine.runtime.graph_variable import GraphVariable
 from graphengine.testing import RecordingContext, check_node
-from graphengine.types import UnionType, coerce, equal, parse
 from tests.nodes.data import needed as data
 from tests.nodes.harness import HERE, facts
 

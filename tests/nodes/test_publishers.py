@@ -9,24 +9,25 @@ import numpy as np
 import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from graphengine.context import QoS
-from graphengine.diagnostics import GraphError, TopicError
-from graphengine.registry import default_registry
-from graphengine.ros import messages
+from graphengine.compiler.registry import default_registry
+from graphengine.format.errors import GraphError, TopicError
+from graphengine.messages import messages
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.endpoints import QoS
+from graphengine.nodes.ros2.ackermann import ROS2PublishAckermannDrive
+from graphengine.nodes.ros2.boxes import ROS2PublishBbox2D, ROS2PublishBbox3D
+from graphengine.nodes.ros2.camera_info import ROS2PublishCameraInfo
+from graphengine.nodes.ros2.compressed_image import ROS2PublishCompressedImage
+from graphengine.nodes.ros2.context import ROS2Context
+from graphengine.nodes.ros2.image import ROS2PublishImage
+from graphengine.nodes.ros2.imu import ROS2PublishImu
+from graphengine.nodes.ros2.labels import ROS2PublishObjectIdMap, ROS2PublishSemanticLabels
+from graphengine.nodes.ros2.laser_scan import ROS2PublishLaserScan
+from graphengine.nodes.ros2.point_cloud import ROS2PublishPointCloud
+from graphengine.nodes.ros2.publisher import PublisherNode, SensorPublisher
+from graphengine.nodes.ros2.state import ROS2PublishClock, ROS2PublishJointState, ROS2PublishOdometry
+from graphengine.nodes.ros2.transforms import ROS2PublishRawTransformTree, ROS2PublishTransformTree, TransformPublisher
 from graphengine.testing import RecordingContext
-from nodes.ros2.ackermann import ROS2PublishAckermannDrive
-from nodes.ros2.boxes import ROS2PublishBbox2D, ROS2PublishBbox3D
-from nodes.ros2.camera_info import ROS2PublishCameraInfo
-from nodes.ros2.compressed_image import ROS2PublishCompressedImage
-from nodes.ros2.context import ROS2Context
-from nodes.ros2.image import ROS2PublishImage
-from nodes.ros2.imu import ROS2PublishImu
-from nodes.ros2.labels import ROS2PublishObjectIdMap, ROS2PublishSemanticLabels
-from nodes.ros2.laser_scan import ROS2PublishLaserScan
-from nodes.ros2.point_cloud import ROS2PublishPointCloud
-from nodes.ros2.publisher import PublisherNode, SensorPublisher
-from nodes.ros2.state import ROS2PublishClock, ROS2PublishJointState, ROS2PublishOdometry
-from nodes.ros2.transforms import ROS2PublishRawTransformTree, ROS2PublishTransformTree, TransformPublisher
 from tests.nodes.harness import Player, dd100, ready
 
 PUBLISHERS: dict[type[PublisherNode], tuple[str, dict[str, Any]]] = {
@@ -164,7 +165,7 @@ def test_the_encoders_bytes_are_read_back_by_rosbags_as_what_was_sent(cls: type[
         node.compute()
     sent = context.transport.raw(f"/{PUBLISHERS[cls][0]}")
     store = get_typestore(Stores.ROS2_JAZZY)
-    store.register(get_types_from_msg(messages.DEFINITIONS.text(cls.message_type), cls.message_type))
+    store.register(get_types_from_msg(DEFINITIONS.text(cls.message_type), cls.message_type))
     read = [store.deserialize_cdr(data, cls.message_type) for data in sent]
     assert [stamp(message) for message in read] == [(1, 250_000_000)] * 3
     assert len(set(sent)) == 1

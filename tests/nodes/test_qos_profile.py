@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from graphengine.context import QoS
-from graphengine.ros.qos import parse_qos
-from nodes.ros2.qos_profile import ROS2QoSProfile
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.qos import parse_qos
+from graphengine.nodes.ros2.qos_profile import ROS2QoSProfile
 from tests.nodes.harness import Player
 
 

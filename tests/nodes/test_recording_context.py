@@ -9,9 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.context import Articulation, Body, Context, Frame, JointSelection, Lidar, Vector3
-from graphengine.diagnostics import ContextError, PrimError, TransportError
-from graphengine.running.graph_variable import GraphVariable
+from graphengine.devices.motion import Articulation, Body, Frame, JointSelection
+from graphengine.devices.sensor import Lidar, Vector3
+from graphengine.format.errors import ContextError, PrimError, TransportError
+from graphengine.node import Context
+from graphengine.runtime.graph_variable import GraphVariable
 from graphengine.testing import RecordingBody, RecordingContext, RecordingWorld
 from tests.nodes.harness import matrix, twist, yaw
 

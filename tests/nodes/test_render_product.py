@@ -8,10 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graphengine.diagnostics import CheckError, ContextError, PrimError
-from graphengine.running.node_context.context import NodeContext
+from graphengine.format.errors import CheckError, ContextError, PrimError
+from graphengine.nodes.core.render_product import (
+    IsaacCreateRenderProduct,
+    IsaacReadCameraInfo,
+    IsaacSetCameraOnRenderProduct,
+)
+from graphengine.runtime.node_context.context import NodeContext
 from graphengine.testing import RecordingContext, RecordingWorld
-from nodes.core.render_product import IsaacCreateRenderProduct, IsaacReadCameraInfo, IsaacSetCameraOnRenderProduct
 from tests.nodes.harness import Player, dd100, ready
 
 LIDAR = "/robot/Geometry/base_link/Lidar"

@@ -9,15 +9,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graphengine.build import Options
-from graphengine.diagnostics import CheckError, ContextError, NodeError
-from graphengine.files import Files
-from graphengine.node import Node, grown
-from graphengine.permissions import LARGEST_FILE, Permissions
-from graphengine.ros.definitions import DEFINITIONS
+from graphengine.format.errors import CheckError, ContextError, NodeError
+from graphengine.format.files import Files
+from graphengine.format.permissions import LARGEST_FILE, Permissions
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.node import Node
+from graphengine.node.node_class import grown
+from graphengine.nodes.core.outside import IsaacReadEnvVar, IsaacReadFilePath
+from graphengine.nodes.script import ScriptNode
+from graphengine.scene.assembly import Options
 from graphengine.testing import RecordingContext
-from nodes.core.outside import IsaacReadEnvVar, IsaacReadFilePath
-from nodes.script import ScriptNode
 from tests.nodes.harness import Player, Playing, ready
 
 

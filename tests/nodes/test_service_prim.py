@@ -8,12 +8,12 @@ from typing import Any
 
 import pytest
 
-from graphengine.context import QoS
-from graphengine.ros import messages
-from graphengine.ros.memory import MemoryTransport
-from graphengine.spec import RobotUse
+from graphengine.format.spec import RobotUse
+from graphengine.messages import messages
+from graphengine.messages.endpoints import QoS
+from graphengine.nodes.ros2.service_prim import ROS2ServicePrim
+from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.testing import RecordingContext, RecordingWorld
-from nodes.ros2.service_prim import ROS2ServicePrim
 from tests.nodes.harness import Player, ready, yaw
 
 PACKAGE = "isaac_ros2_messages/srv"

@@ -6,18 +6,19 @@ from typing import Any
 
 import pytest
 
-from graphengine.build import Options
-from graphengine.context import QoS
-from graphengine.diagnostics import CheckError, ContextError
-from graphengine.node import Node, grown
-from graphengine.ros import messages
-from graphengine.ros.definitions import DEFINITIONS
-from graphengine.ros.memory import MemoryTransport
+from graphengine.format.errors import CheckError, ContextError
+from graphengine.messages import messages
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.endpoints import QoS
+from graphengine.node import Node
+from graphengine.node.node_class import grown
+from graphengine.nodes.ros2.services import OgnROS2ServiceClient as Client
+from graphengine.nodes.ros2.services import OgnROS2ServiceServerRequest as Request
+from graphengine.nodes.ros2.services import OgnROS2ServiceServerResponse as Response
 from graphengine.ros.service_endpoints import MAX_OPEN
+from graphengine.ros.transports.memory.memory import MemoryTransport
+from graphengine.scene.assembly import Options
 from graphengine.testing import RecordingContext, check_node
-from nodes.ros2.services import OgnROS2ServiceClient as Client
-from nodes.ros2.services import OgnROS2ServiceServerRequest as Request
-from nodes.ros2.services import OgnROS2ServiceServerResponse as Response
 from tests.nodes.harness import Player, ready
 
 SET_BOOL = "std_srvs/srv/SetBool"

@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.context import QoS
-from graphengine.diagnostics import TopicError
-from graphengine.ros import messages
+from graphengine.format.errors import TopicError
+from graphengine.messages import messages
+from graphengine.messages.endpoints import QoS
+from graphengine.nodes.ros2.subscribers import ROS2SubscribeTwist
 from graphengine.ros.network import LOOK_EVERY
 from graphengine.testing import RecordingContext
-from nodes.ros2.subscribers import ROS2SubscribeTwist
 from tests.nodes.harness import Player, ready, twist
 
 STILL = (0.0, 0.0, 0.0)

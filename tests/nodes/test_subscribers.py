@@ -8,18 +8,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graphengine.context import QoS
-from graphengine.diagnostics import TopicError
-from graphengine.registry import default_registry
-from graphengine.ros import messages
-from graphengine.testing import RecordingContext
-from nodes.ros2.subscribers import (
+from graphengine.compiler.registry import default_registry
+from graphengine.format.errors import TopicError
+from graphengine.messages import messages
+from graphengine.messages.endpoints import QoS
+from graphengine.nodes.ros2.subscribers import (
     ROS2SubscribeAckermannDrive,
     ROS2SubscribeClock,
     ROS2SubscribeJointState,
     ROS2SubscribeTwist,
     SubscriberNode,
 )
+from graphengine.testing import RecordingContext
 from tests.nodes.harness import Player, ready, twist
 
 HEAD = messages.header(1.25, "base")

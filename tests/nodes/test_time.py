@@ -8,9 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.ros import messages
-from graphengine.testing import RecordingContext, RecordingWorld
-from nodes.core.time import (
+from graphengine.messages import messages
+from graphengine.nodes.core.time import (
     IsaacReadSimulationTime,
     IsaacReadSimulationTimeAnnotator,
     IsaacReadSystemTime,
@@ -18,6 +17,7 @@ from nodes.core.time import (
     IsaacRealTimeFactor,
     IsaacTimeSplitter,
 )
+from graphengine.testing import RecordingContext, RecordingWorld
 from tests.nodes.harness import Player, ready
 
 

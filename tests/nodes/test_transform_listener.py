@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graphengine.context import Quaternion, Vector3
-from graphengine.diagnostics import ContextError, PrimError
-from graphengine.ros import messages
-from graphengine.rotation import compose
+from graphengine.devices.rotation import compose
+from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.format.errors import ContextError, PrimError
+from graphengine.messages import messages
+from graphengine.nodes.core.transforms import IsaacReadWorldPose
+from graphengine.nodes.ros2.service_prim import ROS2ServicePrim
+from graphengine.nodes.ros2.transform_listener import ROS2SubscribeTransformTree
+from graphengine.nodes.ros2.transforms import ROS2PublishTransformTree
 from graphengine.testing import RecordingBody, RecordingContext
-from nodes.core.transforms import IsaacReadWorldPose
-from nodes.ros2.service_prim import ROS2ServicePrim
-from nodes.ros2.transform_listener import ROS2SubscribeTransformTree
-from nodes.ros2.transforms import ROS2PublishTransformTree
 from tests.nodes import scenes
 from tests.nodes.harness import Player, ready, yaw
 

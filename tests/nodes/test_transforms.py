@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.context import Quaternion, Vector3
-from graphengine.diagnostics import ContextError, PrimError
+from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.format.errors import ContextError, PrimError
+from graphengine.nodes.core.transforms import IsaacComputeTransformTree, IsaacReadWorldPose
+from graphengine.nodes.ros2.transforms import RobotStatePublisher, ROS2PublishRawTransformTree, ROS2PublishTransformTree
 from graphengine.testing import RecordingContext
-from nodes.core.transforms import IsaacComputeTransformTree, IsaacReadWorldPose
-from nodes.ros2.transforms import RobotStatePublisher, ROS2PublishRawTransformTree, ROS2PublishTransformTree
 from tests.nodes.harness import Player, dd100, matrix, quaternion, ready, vector, yaw
 
 numbers = st.floats(-10.0, 10.0)

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from graphengine.diagnostics import CheckError
-from nodes.core.units import OgnIsaacScaleToFromStageUnit
+from graphengine.format.errors import CheckError
+from graphengine.nodes.core.units import OgnIsaacScaleToFromStageUnit
 from tests.nodes.data.harness import computed, shown
 from tests.nodes.harness import Player
 

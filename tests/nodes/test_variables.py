@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from graphengine.diagnostics import CheckError
-from graphengine.running.graph_variable import GraphVariable
+from graphengine.format.errors import CheckError
+from graphengine.nodes.action.events import OnVariableChange
+from graphengine.nodes.variables import ReadVariable, WriteVariable
+from graphengine.runtime.graph_variable import GraphVariable
 from graphengine.testing import RecordingContext
-from nodes.action.events import OnVariableChange
-from nodes.variables import ReadVariable, WriteVariable
 from tests.nodes.harness import Player, ready
 
 

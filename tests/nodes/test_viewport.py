@@ -6,10 +6,14 @@ from typing import Any
 
 import pytest
 
-from graphengine.diagnostics import ContextError
+from graphengine.format.errors import ContextError
+from graphengine.nodes.core.render_product import IsaacSetCameraOnRenderProduct
+from graphengine.nodes.core.viewport import (
+    IsaacCreateViewport,
+    IsaacGetViewportRenderProduct,
+    IsaacSetViewportResolution,
+)
 from graphengine.testing import RecordingContext
-from nodes.core.render_product import IsaacSetCameraOnRenderProduct
-from nodes.core.viewport import IsaacCreateViewport, IsaacGetViewportRenderProduct, IsaacSetViewportResolution
 from tests.nodes.harness import ready
 
 WIDE, NARROW = "/robot/wide", "/robot/narrow"

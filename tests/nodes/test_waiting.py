@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
+from graphengine.nodes.action.custom import OnCustomEvent, SendCustomEvent
+from graphengine.nodes.action.waiting import Countdown, Delay, Timer
 from graphengine.testing import RecordingContext
-from nodes.action.custom import OnCustomEvent, SendCustomEvent
-from nodes.action.waiting import Countdown, Delay, Timer
 from tests.nodes.harness import Player, Playing, ready
 
 # Later

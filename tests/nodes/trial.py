@@ -11,13 +11,14 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from graphengine.build import Options
-from graphengine.diagnostics import BadValueError
-from graphengine.node import ExecIn, ExecOut, In, Node, NodeMeta, Out, Port, grown
-from graphengine.port import camel_case
-from graphengine.registry import Registry, default_registry
-from graphengine.ros.definitions import DEFINITIONS
-from graphengine.types import PortType, UnionType, coerce, first_that_takes
+from graphengine.compiler.registry import Registry, default_registry
+from graphengine.format.errors import BadValueError
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.node import ExecIn, ExecOut, In, Node, Out
+from graphengine.node.node_class import NodeMeta, grown
+from graphengine.node.port import Port, camel_case
+from graphengine.node.types import PortType, UnionType, coerce, first_that_takes
+from graphengine.scene.assembly import Options
 from tests.nodes.harness import Player, Playing
 from tests.nodes.test_ports import NEEDED, TYPES, surroundings
 

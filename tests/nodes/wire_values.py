@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
-from graphengine.port import Port
-from graphengine.types import PortType, coerce
+from graphengine.node.port import Port
+from graphengine.node.types import PortType, coerce
 from tests.nodes.test_ports import TYPES
 from tests.nodes.trial import Trial
 

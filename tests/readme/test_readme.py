@@ -15,7 +15,7 @@ import pytest
 from PIL import Image
 
 from graphengine.cli import VERBS, make_parser
-from graphengine.registry import default_registry
+from graphengine.compiler.registry import default_registry
 from tests.cli.harness import ROOT, live, process
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")

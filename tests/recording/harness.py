@@ -11,15 +11,15 @@ from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
 
-from graphengine import build
-from graphengine.build import Options
-from graphengine.files import find_given
+from graphengine.format.files import find_given
+from graphengine.messages import messages
 from graphengine.recording.recorder import Recorder
-from graphengine.ros import messages
-from graphengine.ros.memory import MemoryTransport
 from graphengine.ros.network import LiveNetwork
-from graphengine.running.dropped_values import BadValues
-from graphengine.session import Session
+from graphengine.ros.transports.memory.memory import MemoryTransport
+from graphengine.runtime.dropped_values import BadValues
+from graphengine.runtime.session import Session
+from graphengine.scene import build
+from graphengine.scene.assembly import Options
 from tests.jobs.harness import Recorder as Listener
 from tests.jobs.harness import twist
 

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from graphengine.messages import messages
+from graphengine.messages.definitions import DEFINITIONS
 from graphengine.recording.difference import differences
-from graphengine.ros import messages
 
 
 def scan(*ranges: float, frame: str = "lidar") -> Any:
-    found = messages.DEFINITIONS.initial("sensor_msgs/msg/LaserScan")
+    found = DEFINITIONS.initial("sensor_msgs/msg/LaserScan")
     found.header = messages.header(1.0, frame)
     found.ranges = np.array(ranges, np.float32)
     return found

@@ -9,9 +9,9 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.context import QoS
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.qos import LATCHED
 from graphengine.recording.layout import DEFAULT_QOS, Stream, TickTimes, failure_of, offered_qos
-from graphengine.ros.qos import LATCHED
 
 INFINITE = {"sec": 9223372036, "nsec": 854775807}
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.backend import EndpointClaim
-from graphengine.context import QoS
+from graphengine.messages.endpoints import EndpointClaim, QoS
 from graphengine.recording.recorder import merged
 
 

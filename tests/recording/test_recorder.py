@@ -16,15 +16,16 @@ from mcap.stream_reader import StreamReader
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from graphengine import build
-from graphengine.diagnostics import RecordingError, UsageError
-from graphengine.files import shipped
+from graphengine.format.errors import RecordingError, UsageError
+from graphengine.format.files import shipped
+from graphengine.messages import messages
+from graphengine.messages.definitions import DEFINITIONS
 from graphengine.recording.recorder import Recorder
 from graphengine.recording.writer import RecordingWriter
-from graphengine.ros import messages
-from graphengine.ros.memory import MemoryTransport
 from graphengine.ros.network import LiveNetwork
-from graphengine.running.inbox import LiveInbox
+from graphengine.ros.transports.memory.memory import MemoryTransport
+from graphengine.runtime.inbox import LiveInbox
+from graphengine.scene import build
 from tests.jobs.harness import nanoseconds, twist
 from tests.recording.harness import CMD_VEL, DRIVE, Run, record
 
@@ -341,11 +342,11 @@ def test_a_file_that_another_run_is_recorded_to_is_left_to_it(tmp_path: Path) ->
     def interfere(tick: int, run: Run) -> None:
         if tick == 70:
             with pytest.raises(RecordingError, match="another run is being recorded there"):
-                RecordingWriter(path, messages.DEFINITIONS, force=True)
+                RecordingWriter(path, DEFINITIONS, force=True)
 
     record(path, 130, small(tmp_path), before=interfere)
     assert len(read(path)) == 130
-    RecordingWriter(path, messages.DEFINITIONS, force=True).close()
+    RecordingWriter(path, DEFINITIONS, force=True).close()
     assert read(path) == []
 
 

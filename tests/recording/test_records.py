@@ -14,7 +14,7 @@ from mcap.data_stream import RecordBuilder
 from mcap.records import Chunk, Header, Message
 from mcap.writer import MCAP0_MAGIC
 
-from graphengine.diagnostics import RecordingError
+from graphengine.format.errors import RecordingError
 from graphengine.recording import records
 from graphengine.recording.records import read_records
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.diagnostics import RecordingError
-from graphengine.files import Files, shipped
+from graphengine.format.errors import RecordingError
+from graphengine.format.files import Files, shipped
 from graphengine.recording import sources
 from graphengine.recording.sources import SourceNames, Workspace, media_type
 

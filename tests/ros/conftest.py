@@ -14,10 +14,10 @@ import pytest
 from hypothesis import settings
 
 import graphengine
-from graphengine.ros.dds import DdsTransport
 from graphengine.ros.domain import Domain
-from graphengine.ros.memory import MemoryTransport
-from graphengine.ros.rcl import RclTransport
+from graphengine.ros.transports.dds.dds import DdsTransport
+from graphengine.ros.transports.memory.memory import MemoryTransport
+from graphengine.ros.transports.rcl.rcl import RclTransport
 from tests import waiting
 from tests.ros.contract import AnyTransport
 

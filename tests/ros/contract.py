@@ -7,12 +7,12 @@ from typing import TypeAlias
 
 import pytest
 
-from graphengine.ros import rcl
-from graphengine.ros.dds import DdsTransport
-from graphengine.ros.memory import MemoryTransport
-from graphengine.ros.messages import String, decode, encode
-from graphengine.ros.rcl import RclTransport
+from graphengine.messages.messages import String, decode, encode
 from graphengine.ros.transport import Writer
+from graphengine.ros.transports.dds.dds import DdsTransport
+from graphengine.ros.transports.memory.memory import MemoryTransport
+from graphengine.ros.transports.rcl import rcl
+from graphengine.ros.transports.rcl.rcl import RclTransport
 
 AnyTransport: TypeAlias = MemoryTransport | DdsTransport | RclTransport
 Join: TypeAlias = Callable[[int, str], AnyTransport]

@@ -7,10 +7,11 @@ import sys
 import threading
 import time
 
-from graphengine.context import QoS
-from graphengine.ros.dds import DdsTransport
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.messages import String, encode
 from graphengine.ros.domain import Domain
-from graphengine.ros.messages import DEFINITIONS, String, encode
+from graphengine.ros.transports.dds.dds import DdsTransport
 
 STRING = "std_msgs/msg/String"
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from graphengine.context import QoS
-from graphengine.ros.messages import DEFINITIONS, decode, encode
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.messages import decode, encode
 from graphengine.ros.transport import ServiceClient, ServiceServer
 from tests.ros.contract import AnyTransport
 

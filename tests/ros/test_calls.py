@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.ros.calls import MAX_OPEN, Calls
+from graphengine.ros.transports.calls import MAX_OPEN, Calls
 
 
 @given(st.lists(st.integers(-1, 8)))

@@ -8,14 +8,14 @@ from dataclasses import replace
 
 import pytest
 
-from graphengine.context import QoS
-from graphengine.diagnostics import TransportError
-from graphengine.ros.dds import DdsTransport
+from graphengine.format.errors import TransportError
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.messages import decode
+from graphengine.messages.qos import LATCHED
 from graphengine.ros.graph import discover
-from graphengine.ros.memory import MemoryTransport
-from graphengine.ros.messages import decode
-from graphengine.ros.qos import LATCHED
 from graphengine.ros.transport import Writer
+from graphengine.ros.transports.dds.dds import DdsTransport
+from graphengine.ros.transports.memory.memory import MemoryTransport
 from tests.ros.contract import ALL, FAITHFUL, NETWORKED, RCLPY, STRING, Eventually, Inbox, Join, connect, text
 
 

@@ -6,14 +6,14 @@ from collections.abc import Iterator
 
 import pytest
 
-from graphengine.context import QoS
-from graphengine.diagnostics import TopicError, TransportError
-from graphengine.ros.dds import DdsTransport
+from graphengine.format.errors import TopicError, TransportError
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.interfaces import MessageTypeError
+from graphengine.messages.qos import LATCHED
 from graphengine.ros.domain import MAX_DOMAIN_ID, Domain
-from graphengine.ros.interfaces import MessageTypeError
-from graphengine.ros.qos import LATCHED
-from graphengine.ros.rcl import RclTransport
 from graphengine.ros.transport import Transport
+from graphengine.ros.transports.dds.dds import DdsTransport
+from graphengine.ros.transports.rcl.rcl import RclTransport
 from tests.ros.contract import ALL, FAITHFUL, RCLPY, STRING, Eventually, Inbox, Join, connect, text
 from tests.waiting import reserved_domain
 

@@ -7,11 +7,11 @@ from functools import partial
 
 import pytest
 
-from graphengine.context import QoS
-from graphengine.diagnostics import TransportError
+from graphengine.format.errors import TransportError
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.messages import type_hash
+from graphengine.messages.qos import LATCHED
 from graphengine.ros.graph import discover
-from graphengine.ros.messages import type_hash
-from graphengine.ros.qos import LATCHED
 from graphengine.ros.transport import Transport
 from tests.ros.conftest import StartPeer
 from tests.ros.contract import ALL, FAITHFUL, NETWORKED, RCLPY, STRING, Eventually, Inbox, Join, connect, text

@@ -16,12 +16,12 @@ from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
-from graphengine.context import QoS
-from graphengine.diagnostics import TransportError
-from graphengine.ros import cyclone
+from graphengine.format.errors import TransportError
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.messages import String, encode
 from graphengine.ros.domain import Domain
-from graphengine.ros.idl import idl_type
-from graphengine.ros.messages import String, encode
+from graphengine.ros.transports.dds import cyclone
+from graphengine.ros.transports.dds.idl import idl_type
 
 STRING = "std_msgs/msg/String"
 

@@ -16,14 +16,15 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
 import graphengine
-from graphengine.context import QoS
-from graphengine.diagnostics import TransportError
-from graphengine.ros import cyclone, discovery
-from graphengine.ros.dds import DdsTransport
+from graphengine.format.errors import TransportError
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.messages import String, decode, encode, type_hash
+from graphengine.messages.qos import LATCHED
 from graphengine.ros.domain import Domain
-from graphengine.ros.idl import dds_name, idl_type
-from graphengine.ros.messages import DEFINITIONS, String, decode, encode, type_hash
-from graphengine.ros.qos import LATCHED
+from graphengine.ros.transports.dds import cyclone, discovery
+from graphengine.ros.transports.dds.dds import DdsTransport
+from graphengine.ros.transports.dds.idl import dds_name, idl_type
 from tests.cli.harness import process
 from tests.ros.conftest import StartPeer, end_peer
 from tests.waiting import PATIENCE
@@ -248,7 +249,7 @@ def test_close_leaves_no_thread_and_no_socket(domain: Domain, eventually: Eventu
 
 def test_a_process_that_ends_without_closing_leaves_the_graph(graph: Graph, eventually: Eventually) -> None:
     program = f"""
-from graphengine.ros.dds import DdsTransport
+from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.domain import Domain
 DdsTransport(Domain({graph.domain.id}, "LOCALHOST"), "careless")
 input()

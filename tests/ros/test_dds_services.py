@@ -15,14 +15,15 @@ from cyclonedds.topic import Topic
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.context import QoS
-from graphengine.diagnostics import TransportError
-from graphengine.ros import cyclone
-from graphengine.ros.dds import DdsTransport
-from graphengine.ros.dds_services import identity, with_header, without_header
+from graphengine.format.errors import TransportError
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.messages import String, encode, type_hash
 from graphengine.ros.domain import Domain
-from graphengine.ros.idl import idl_type
-from graphengine.ros.messages import DEFINITIONS, String, encode, type_hash
+from graphengine.ros.transports.dds import cyclone
+from graphengine.ros.transports.dds.dds import DdsTransport
+from graphengine.ros.transports.dds.dds_services import identity, with_header, without_header
+from graphengine.ros.transports.dds.idl import idl_type
 from tests.ros.conftest import StartPeer
 from tests.ros.contract import STRING, Eventually
 from tests.ros.test_malformed import send_forged

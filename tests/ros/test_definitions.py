@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from rosbags.typesys.msg import get_types_from_msg
 
-from graphengine.diagnostics import GraphError
-from graphengine.ros import messages
-from graphengine.ros.definitions import DEFINITIONS, MAX_NESTING, MAX_VALUES, Definitions
-from graphengine.ros.idl import idl_type
-from graphengine.ros.interfaces import MAX_BYTES, MessageTypeError
+from graphengine.format.errors import GraphError
+from graphengine.messages import messages
+from graphengine.messages.definitions import DEFINITIONS, MAX_NESTING, MAX_VALUES, Definitions
+from graphengine.messages.interfaces import MAX_BYTES, MessageTypeError
+from graphengine.ros.transports.dds.idl import idl_type
 
 # From the files that rosidl of ROS 2 Jazzy generates, <package>/<kind>/<name>.json; those of simulation_interfaces 1.5.1,
 # vision_msgs 4.1.1 and of TAG and its like were generated for this test.

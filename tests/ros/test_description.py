@@ -7,16 +7,17 @@ import threading
 
 import pytest
 
-from graphengine.context import QoS
-from graphengine.diagnostics import TopicError, TransportError
-from graphengine.ros import messages, rcl
-from graphengine.ros.dds import DdsTransport
-from graphengine.ros.definitions import DEFINITIONS
+from graphengine.format.errors import TopicError, TransportError
+from graphengine.messages import messages
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.qos import LATCHED
 from graphengine.ros.description import from_node, from_topic
 from graphengine.ros.domain import Domain
-from graphengine.ros.memory import MemoryTransport
-from graphengine.ros.qos import LATCHED
-from graphengine.ros.rcl import RclTransport
+from graphengine.ros.transports.dds.dds import DdsTransport
+from graphengine.ros.transports.memory.memory import MemoryTransport
+from graphengine.ros.transports.rcl import rcl
+from graphengine.ros.transports.rcl.rcl import RclTransport
 from tests.ros.service_contract import rmw
 
 PARAMETERS = "rcl_interfaces/srv/GetParameters"

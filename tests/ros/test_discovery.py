@@ -12,15 +12,15 @@ from cyclonedds.topic import Topic
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.context import QoS
-from graphengine.ros import cyclone, discovery
-from graphengine.ros.dds import DdsTransport
-from graphengine.ros.discovery import ros_type
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.messages import Gid, NodeEntitiesInfo, ParticipantEntitiesInfo, String, encode
+from graphengine.messages.qos import LATCHED
 from graphengine.ros.domain import Domain
 from graphengine.ros.graph import discover
-from graphengine.ros.idl import idl_type
-from graphengine.ros.messages import Gid, NodeEntitiesInfo, ParticipantEntitiesInfo, String, encode
-from graphengine.ros.qos import LATCHED
+from graphengine.ros.transports.dds import cyclone, discovery
+from graphengine.ros.transports.dds.dds import DdsTransport
+from graphengine.ros.transports.dds.discovery import ros_type
+from graphengine.ros.transports.dds.idl import idl_type
 
 Eventually: TypeAlias = Callable[[Callable[[], object]], bool]
 Join: TypeAlias = "Callable[[str], Stranger]"

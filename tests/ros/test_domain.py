@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from graphengine.diagnostics import TransportError
+from graphengine.format.errors import TransportError
 from graphengine.ros.domain import Domain
 
 

@@ -6,10 +6,11 @@ from collections.abc import Iterator
 
 import pytest
 
-from graphengine.context import QoS
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.messages import decode, encode
 from graphengine.ros.domain import Domain
-from graphengine.ros.messages import DEFINITIONS, decode, encode
-from graphengine.ros.rcl import RclTransport
+from graphengine.ros.transports.rcl.rcl import RclTransport
 from tests.ros.contract import Eventually, Join, needs_rclpy
 from tests.ros.service_contract import NAME, Client, Server, foreign, rmw
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import threading
 
-from graphengine.context import QoS
-from graphengine.ros import messages
+from graphengine.messages import messages
+from graphengine.messages.endpoints import QoS
 from graphengine.ros.listening import CLOCK, Inbox, SimulationClock
-from graphengine.ros.memory import MemoryTransport
+from graphengine.ros.transports.memory.memory import MemoryTransport
 
 
 def test_messages_are_taken_oldest_first_with_the_time_of_their_arrival() -> None:

@@ -15,17 +15,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.backend import EndpointClaim
-from graphengine.context import QoS
-from graphengine.diagnostics import TransportError
-from graphengine.ros import cyclone_log, messages
-from graphengine.ros.cyclone_log import CycloneLog
-from graphengine.ros.memory import MemoryTransport
+from graphengine.format.errors import TransportError
+from graphengine.messages import messages
+from graphengine.messages.endpoints import EndpointClaim, QoS
 from graphengine.ros.network import LiveNetwork
+from graphengine.ros.transports.dds import cyclone_log
+from graphengine.ros.transports.dds.cyclone_log import CycloneLog
+from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.ros.watch import Watch
+from tests.messages.test_messages import random_message
 from tests.ros.conftest import StartPeer
 from tests.ros.contract import STRING, Eventually, Inbox, Join, needs_rclpy, text
-from tests.ros.test_messages import random_message
 
 TYPES = [
     STRING,
@@ -223,7 +223,7 @@ def test_forged_packets_are_logged_by_kind_and_then_counted_once_a_minute(
     log: CycloneLog, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     now = 0.0
-    monkeypatch.setattr("graphengine.ros.cyclone_log.time.monotonic", lambda: now)
+    monkeypatch.setattr("graphengine.ros.transports.dds.cyclone_log.time.monotonic", lambda: now)
     packets = [
         f"malformed packet received from vendor {n} state parse:{c}a{c} <{c * n} {c}>" for n in range(40) for c in "abf"
     ]

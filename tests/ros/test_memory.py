@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from graphengine.context import QoS
-from graphengine.diagnostics import TransportError
-from graphengine.ros.memory import MemoryTransport
-from graphengine.ros.messages import MessageError, String, Twist, Vector3, decode, encode
+from graphengine.format.errors import TransportError
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.messages import MessageError, String, Twist, Vector3, decode, encode
+from graphengine.ros.transports.memory.memory import MemoryTransport
 
 STRING = "std_msgs/msg/String"
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.diagnostics import TopicError
-from graphengine.ros import names
+from graphengine.format.errors import TopicError
+from graphengine.messages import names
 
 ROBOT = {"/dd100/Geometry/base_link": "dd100_0000", "/dd100/Geometry/base_link/chassis_link/sim_lidar": "sim_lidar"}
 
@@ -185,6 +185,6 @@ def test_what_is_no_topic_of_ros_keeps_its_name(topic: str) -> None:
 
 def test_names_are_checked_without_loading_a_middleware() -> None:
     heavy = {"cyclonedds", "rosbags", "rclpy"}
-    modules = "graphengine.ros.names, graphengine.ros.domain, graphengine.ros.select"
+    modules = "graphengine.messages.names, graphengine.ros.domain, graphengine.ros.transports.select"
     code = f"import sys, {modules}; assert not {heavy!r} & set(sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)

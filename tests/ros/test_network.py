@@ -9,13 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-from graphengine import build
-from graphengine.backend import EndpointClaim
-from graphengine.context import QoS
-from graphengine.ros import messages
-from graphengine.ros.memory import MemoryTransport
+from graphengine.messages import messages
+from graphengine.messages.endpoints import EndpointClaim, QoS
 from graphengine.ros.network import LOOK_EVERY, LiveNetwork
-from graphengine.session import Session
+from graphengine.ros.transports.memory.memory import MemoryTransport
+from graphengine.runtime.session import Session
+from graphengine.scene import build
 
 IMAGE = "sensor_msgs/msg/Image"
 TWIST, STAMPED, CLOCK = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped", "rosgraph_msgs/msg/Clock"

@@ -11,15 +11,14 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys.store import Typestore
 from rosbags.typesys.stores import ros2_kilted, ros2_lyrical
 
-from graphengine.backend import EndpointClaim
-from graphengine.context import QoS
-from graphengine.ros.dds import DdsTransport
-from graphengine.ros.definitions import DEFINITIONS, Definitions
+from graphengine.messages.definitions import DEFINITIONS, Definitions
+from graphengine.messages.endpoints import EndpointClaim, QoS
+from graphengine.messages.interfaces import element_of
+from graphengine.messages.messages import decode, encode
 from graphengine.ros.domain import Domain
-from graphengine.ros.interfaces import element_of
-from graphengine.ros.messages import decode, encode
 from graphengine.ros.network import LiveNetwork
-from graphengine.ros.rcl import RclTransport
+from graphengine.ros.transports.dds.dds import DdsTransport
+from graphengine.ros.transports.rcl.rcl import RclTransport
 from tests.ros.contract import RCLPY_MISSING, Eventually, Inbox, text
 
 PAIR, ASK, STRING = "my_msgs/msg/Pair", "my_msgs/srv/Ask", "std_msgs/msg/String"

@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 import graphengine
-from graphengine.context import QoS
-from graphengine.ros.dds import DdsTransport
+from graphengine.messages.endpoints import QoS
 from graphengine.ros.domain import DiscoveryRange, Domain
+from graphengine.ros.transports.dds.dds import DdsTransport
 from tests.ros.conftest import StartPeer
 from tests.ros.contract import STRING, Eventually, Inbox, text
 from tests.waiting import PATIENCE
@@ -24,10 +24,10 @@ ISOLATED = ["unshare", "--map-root-user", "--net", "sh", "-c"]
 
 CALL = """
 import os, subprocess, sys, time
-from graphengine.context import QoS
-from graphengine.ros.dds import DdsTransport
+from graphengine.messages.endpoints import QoS
+from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.domain import Domain
-from graphengine.ros.messages import String, encode
+from graphengine.messages.messages import String, encode
 
 peer = subprocess.Popen([sys.executable, sys.argv[1], "echo"], stdin=subprocess.PIPE)
 heard = []
@@ -43,8 +43,8 @@ peer.communicate()
 sys.exit(0 if heard else "nobody answered")
 """
 JOIN = """
-from graphengine.diagnostics import TransportError
-from graphengine.ros.dds import DdsTransport
+from graphengine.format.errors import TransportError
+from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.domain import Domain
 
 try:

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.diagnostics import TransportError
-from graphengine.ros import rcl
+from graphengine.format.errors import TransportError
 from graphengine.ros.domain import Domain
-from graphengine.ros.select import open_transport
+from graphengine.ros.transports.rcl import rcl
+from graphengine.ros.transports.select import open_transport
 
 
 @pytest.fixture

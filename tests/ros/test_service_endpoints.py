@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.backend import EndpointClaim
-from graphengine.context import QoS
-from graphengine.ros import messages
-from graphengine.ros.memory import MemoryTransport
-from graphengine.ros.messages import MessageError
+from graphengine.messages import messages
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.endpoints import EndpointClaim, QoS
+from graphengine.messages.messages import MessageError
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.service_endpoints import MAX_OPEN
+from graphengine.ros.transports.memory.memory import MemoryTransport
 
 SET_BOOL = "std_srvs/srv/SetBool"
 EVENT = f"{SET_BOOL}_Event"
@@ -226,7 +226,7 @@ def test_a_client_is_known_in_events_by_its_node_and_the_number_of_its_call() ->
 
 @given(st.binary(min_size=1, max_size=40), st.booleans())
 def test_a_request_is_brought_again_by_its_event(request_id: bytes, wanted: bool) -> None:
-    taken, events = [], [messages.encode(messages.DEFINITIONS.initial(EVENT))]
+    taken, events = [], [messages.encode(DEFINITIONS.initial(EVENT))]
     for again in (False, True):
         net, taker = network(MemoryTransport()), Taker()
         net.sinks.append(taker)

@@ -7,9 +7,9 @@ from functools import partial
 
 import pytest
 
-from graphengine.context import QoS
-from graphengine.diagnostics import TransportError
-from graphengine.ros.interfaces import MessageTypeError
+from graphengine.format.errors import TransportError
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.interfaces import MessageTypeError
 from graphengine.ros.transport import ServiceServer
 from tests.ros.contract import ALL, NETWORKED, RCLPY, AnyTransport, Eventually, Join
 from tests.ros.service_contract import NAME, TYPE, Client, Server, foreign, question, reply, rmw

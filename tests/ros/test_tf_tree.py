@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from graphengine.ros import messages
+from graphengine.messages import messages
 from graphengine.ros.tf_tree import MAX_EDGES, FrameTree, to_dot
 
 A, B = b"a" * 16, b"b" * 16

@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from graphengine import build
-from graphengine.context import QoS
-from graphengine.ros import messages
-from graphengine.ros.memory import MemoryTransport
+from graphengine.messages import messages
+from graphengine.messages.endpoints import QoS
 from graphengine.ros.network import LiveNetwork
+from graphengine.ros.transports.memory.memory import MemoryTransport
+from graphengine.scene import build
 from tests.ros.contract import FAITHFUL, AnyTransport
 
 GRAPH = """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from graphengine.ros.vendors import warning
+from graphengine.ros.transports.vendors import warning
 
 # GIDs as they were seen on a network; the first two bytes are the vendor's.
 CYCLONE = bytes.fromhex("01105c5cf8578dcfc02b1d8b00001603")

@@ -8,12 +8,11 @@ from typing import cast
 
 import pytest
 
-from graphengine.backend import EndpointClaim
-from graphengine.context import QoS
+from graphengine.messages.endpoints import EndpointClaim, QoS
 from graphengine.ros.graph import PATIENCE, Direction, Endpoint, Graph
-from graphengine.ros.memory import MemoryTransport
 from graphengine.ros.misfits import MOST
 from graphengine.ros.network import LiveNetwork
+from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.ros.watch import LONGEST_PERIOD, PERIOD, RECEIVE_BUFFER, REPORTED_A_TICK, SHARE, Watch
 from tests.ros.contract import Eventually
 

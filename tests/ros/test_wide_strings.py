@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.context import QoS
-from graphengine.ros.dds import DdsTransport
-from graphengine.ros.definitions import DEFINITIONS, Definitions
+from graphengine.messages.definitions import DEFINITIONS, Definitions
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.interfaces import MessageTypeError
+from graphengine.messages.messages import MessageError, decode, encode
 from graphengine.ros.domain import Domain
-from graphengine.ros.interfaces import MessageTypeError
-from graphengine.ros.messages import MessageError, decode, encode
-from graphengine.ros.rcl import RclTransport, discovery
+from graphengine.ros.transports.dds.dds import DdsTransport
+from graphengine.ros.transports.rcl.rcl import RclTransport, discovery
 from tests.ros.contract import RCLPY_MISSING, Eventually
 
 WIDE, MANY = "example_interfaces/msg/WString", "my_msgs/msg/Many"

@@ -12,11 +12,12 @@ from types import ModuleType
 
 import pytest
 
-from graphengine import build, testing
-from graphengine.node import NodeClassError
-from graphengine.registry import default_registry
-from graphengine.ros.memory import MemoryTransport
+from graphengine import testing
+from graphengine.compiler.registry import default_registry
+from graphengine.node.node_class import NodeClassError
 from graphengine.ros.network import LiveNetwork
+from graphengine.ros.transports.memory.memory import MemoryTransport
+from graphengine.scene import build
 
 ACME = Path(__file__).parent / "acme"
 GRAPH = """

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import math
 
-from graphengine.context import Clock, Context
-from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out, State, node
-from graphengine.types import Doubles, Token, Vector3d
+from graphengine.node import Clock, Context, ExecIn, ExecOut, Fire, In, Node, Out, State, node
+from graphengine.node.types import Doubles, Token, Vector3d
 
 
 class Gain(Node, type="typing.Gain", gated=True):

@@ -18,9 +18,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when Ctrl-C ended it."""
-    from graphengine.diagnostics import TransportError
-    from graphengine.ros import messages
-    from graphengine.ros.qos import PRESETS
+    from graphengine.format.errors import TransportError
+    from graphengine.messages import messages
+    from graphengine.messages.qos import PRESETS
     from graphengine.ros.rates import SECOND, Window
 
     topic = absolute(arguments.topic)

@@ -13,7 +13,7 @@ from graphengine.cli.topic.expression import Filter, make_filter
 from graphengine.cli.topic.quality import add_quality_arguments, quality_for
 
 if TYPE_CHECKING:
-    from graphengine.ros.definitions import Definitions
+    from graphengine.messages.definitions import Definitions
     from graphengine.ros.graph import Endpoint
     from graphengine.ros.listening import Inbox
 
@@ -43,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when something was printed, or when Ctrl-C ended it; 1 when `--timeout` passed before anything came."""
-    from graphengine.ros.message_input import full_type
+    from graphengine.messages.message_input import full_type
 
     topic, wanted = absolute(arguments.topic), make_filter(arguments.filter)
     with Live(arguments) as live:
@@ -88,9 +88,9 @@ def _text(
     data: bytes, message_type: str, definitions: Definitions, wanted: Filter, arguments: argparse.Namespace
 ) -> str | None:
     """How a message is shown; None for one that is not wanted, or that its type does not describe."""
-    from graphengine.diagnostics import printable
-    from graphengine.ros import messages
-    from graphengine.ros.message_text import Part, Style, to_csv, to_plain_text, to_yaml
+    from graphengine.format.wording import printable
+    from graphengine.messages import messages
+    from graphengine.messages.message_text import Part, Style, to_csv, to_plain_text, to_yaml
 
     if arguments.raw:
         return f"{data!r}\n---"

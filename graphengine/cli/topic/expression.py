@@ -14,7 +14,7 @@ def make_filter(text: str | None) -> Filter:
     Raises:
         UsageError: it is no expression. The filter itself raises it when the expression fails.
     """
-    from graphengine.diagnostics import UsageError
+    from graphengine.format.errors import UsageError
 
     if text is None:
         return lambda message: True

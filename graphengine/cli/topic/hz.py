@@ -23,8 +23,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when Ctrl-C ended it."""
-    from graphengine.ros import messages
-    from graphengine.ros.qos import PRESETS
+    from graphengine.messages import messages
+    from graphengine.messages.qos import PRESETS
     from graphengine.ros.rates import Intervals
 
     topic, wanted = absolute(arguments.topic), make_filter(arguments.filter)

@@ -49,11 +49,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when all was published, or when Ctrl-C ended it."""
-    from graphengine.diagnostics import UsageError
+    from graphengine.format.errors import UsageError
+    from graphengine.messages.message_input import full_type, parse
+    from graphengine.messages.message_text import Part, to_expression
+    from graphengine.messages.messages import encode
     from graphengine.ros.graph import Endpoint
-    from graphengine.ros.message_input import full_type, parse
-    from graphengine.ros.message_text import Part, to_expression
-    from graphengine.ros.messages import encode
 
     topic, message_type, qos = absolute(arguments.topic), full_type(arguments.type), quality(arguments)
     times = 1 if arguments.once else arguments.times
@@ -91,7 +91,7 @@ def _wait_for_readers(live: Live, offer: Endpoint, wanted: int, limit: float | N
     Raises:
         TransportError: they do not within so many seconds.
     """
-    from graphengine.diagnostics import TransportError
+    from graphengine.format.errors import TransportError
 
     def found(graph: Graph) -> int:
         return sum(map(offer.serves, graph.subscribers(offer.topic)))
@@ -117,7 +117,7 @@ def _wait_for_readers(live: Live, offer: Endpoint, wanted: int, limit: float | N
 
 def _mismatches(graph: Graph, offer: Endpoint) -> str:
     """Why readers of the topic do not match, a line for each; or which topic may be meant."""
-    from graphengine.ros.qos import mismatch
+    from graphengine.messages.qos import mismatch
 
     lines = []
     for end in graph.subscribers(offer.topic):

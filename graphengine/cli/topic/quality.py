@@ -12,7 +12,7 @@ from graphengine.cli.live import count, seconds
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from graphengine.context import QoS
+    from graphengine.messages.endpoints import QoS
     from graphengine.ros.graph import Endpoint
 
 _PROFILES: dict[str, dict[str, Any]] = {
@@ -49,7 +49,7 @@ def add_quality_arguments(parser: argparse.ArgumentParser, default: str) -> None
 
 def quality(arguments: argparse.Namespace) -> QoS:
     """The quality of service that the command line asks for."""
-    from graphengine.context import QoS
+    from graphengine.messages.endpoints import QoS
 
     changes: dict[str, Any] = {
         policy: kinds.get(getattr(arguments, f"qos_{policy}")) for policy, kinds in _KINDS.items()
@@ -79,7 +79,7 @@ def quality_for(arguments: argparse.Namespace, publishers: Sequence[Endpoint]) -
 
 
 def _warn_of_mismatches(publishers: Sequence[Endpoint], asked: QoS) -> None:
-    from graphengine.ros.qos import mismatch
+    from graphengine.messages.qos import mismatch
 
     for end in publishers:
         if why := mismatch(end.qos, asked, end.full_node or "a publisher", "this subscription"):

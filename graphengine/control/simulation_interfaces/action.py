@@ -11,14 +11,15 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from typing import Any
 
-from graphengine.context import QoS
-from graphengine.control.commands import MAX_TICKS
-from graphengine.control.desk import CommandDesk
 from graphengine.control.offers import SERVICES, Offers
 from graphengine.control.simulation_interfaces import states
 from graphengine.control.simulation_interfaces.results import FAILED, OK, text_of
-from graphengine.ros import messages
+from graphengine.messages import messages
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.endpoints import QoS
 from graphengine.ros.transport import Transport
+from graphengine.runtime.commands import MAX_TICKS
+from graphengine.runtime.desk import CommandDesk
 
 TYPE = "simulation_interfaces/action/SimulateSteps"
 _STATUS = QoS(history="keepLast", depth=1, reliability="reliable", durability="transientLocal")
@@ -165,24 +166,24 @@ class SimulateSteps:
             if not meant:
                 response.return_code = _TERMINATED if known else _UNKNOWN_GOAL if any(identity) else _REJECTED
         for goal in meant:
-            info = messages.DEFINITIONS.initial("action_msgs/msg/GoalInfo")
+            info = DEFINITIONS.initial("action_msgs/msg/GoalInfo")
             _write_info(info, goal)
             response.goals_canceling.append(info)
 
     def _tell_feedback(self, goal: _Goal) -> None:
         if not self._feedback.matched:
             return
-        message = messages.DEFINITIONS.initial(f"{TYPE}_FeedbackMessage")
+        message = DEFINITIONS.initial(f"{TYPE}_FeedbackMessage")
         message.goal_id.uuid[:] = list(goal.identity)
         message.feedback.completed_steps = goal.done
         message.feedback.remaining_steps = goal.steps - goal.done
         self._feedback.write(messages.encode(message))
 
     def _tell_status(self, *_: object) -> None:
-        message = messages.DEFINITIONS.initial("action_msgs/msg/GoalStatusArray")
+        message = DEFINITIONS.initial("action_msgs/msg/GoalStatusArray")
         with self._lock:
             for goal in self._goals.values():
-                status = messages.DEFINITIONS.initial("action_msgs/msg/GoalStatus")
+                status = DEFINITIONS.initial("action_msgs/msg/GoalStatus")
                 _write_info(status.goal_info, goal)
                 status.status = goal.status
                 message.status_list.append(status)

@@ -6,14 +6,15 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from graphengine.context import Quaternion, Vector3
 from graphengine.control.simulation_interfaces import filters
 from graphengine.control.simulation_interfaces.results import FAILED, RefusedError
-from graphengine.diagnostics import UnknownEntityError
-from graphengine.entity import Entity, EntityKind, EntityState
-from graphengine.ros import messages
-from graphengine.rotation import Pose, compose
-from graphengine.session import Session
+from graphengine.devices.entity import Entity, EntityKind, EntityState
+from graphengine.devices.rotation import Pose, compose
+from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.format.errors import UnknownEntityError
+from graphengine.messages import messages
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.runtime.session import Session
 
 WORLD = "world"
 INVALID_POSE_OF_STATE = 101
@@ -34,7 +35,7 @@ def get_entities_states(session: Session, request: Any, response: Any) -> None:
     """Answer GetEntitiesStates."""
     get_entities(session, request, response)
     for name in response.entities:
-        state = messages.DEFINITIONS.initial("simulation_interfaces/msg/EntityState")
+        state = DEFINITIONS.initial("simulation_interfaces/msg/EntityState")
         _write_state(session, name, state)
         response.states.append(state)
 
@@ -157,7 +158,7 @@ def _info(session: Session, entity: Entity) -> Any:
     given = session.services.stage.find(entity.prim_path).facts.get("entity_info")
     if given is not None:
         return given
-    info = messages.DEFINITIONS.initial("simulation_interfaces/msg/EntityInfo")
+    info = DEFINITIONS.initial("simulation_interfaces/msg/EntityInfo")
     info.category.category = _CATEGORIES[entity.kind]
     return info
 

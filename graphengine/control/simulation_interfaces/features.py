@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from graphengine import __version__
-from graphengine.build import Assembly
 from graphengine.control.simulation_interfaces.resources import FORMATS
-from graphengine.session import Session
+from graphengine.format.version import __version__
+from graphengine.runtime.session import Session
+from graphengine.scene.assembly import Assembly
 
 OF_SERVICES: Mapping[str, tuple[int, ...]] = {
     "spawn_entity": (0, 9),  # SPAWNING, SPAWNING_RESOURCE_STRING

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from graphengine.control.simulation_interfaces.results import FAILED, UNSUPPORTED, RefusedError
-from graphengine.entity import Box
+from graphengine.devices.entity import Box
 
 MAX_PATTERN = 1000
 MAX_UNROLLED = 100_000

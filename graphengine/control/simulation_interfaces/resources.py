@@ -8,12 +8,12 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from urllib.parse import unquote
 
-from graphengine import document
-from graphengine.build import Assembly
 from graphengine.control.simulation_interfaces.results import NOT_FOUND, RefusedError
-from graphengine.diagnostics import Findings
-from graphengine.files import Files, NotFoundError
-from graphengine.spec_reader import kind_of
+from graphengine.format import document
+from graphengine.format.diagnostics import Findings
+from graphengine.format.files import Files, NotFoundError
+from graphengine.format.spec_reader import kind_of
+from graphengine.scene.assembly import Assembly
 
 FORMATS = ("urdf", "xacro", "mjcf", "graphengine")
 """As SimulatorFeatures lists them; the last are robot files."""

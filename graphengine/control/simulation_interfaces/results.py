@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from graphengine.diagnostics import GraphError, StateError, UnknownEntityError, UsageError
+from graphengine.format.errors import GraphError, StateError, UnknownEntityError, UsageError
 
 MAX_TEXT = 10_000
 UNSUPPORTED, OK, NOT_FOUND, INCORRECT_STATE, FAILED = range(5)

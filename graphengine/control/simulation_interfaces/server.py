@@ -7,8 +7,6 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any
 
-from graphengine.build import Assembly
-from graphengine.control.desk import CommandDesk, Doable
 from graphengine.control.offers import Offers
 from graphengine.control.parameters import Parameters
 from graphengine.control.simulation_interfaces import entities, states, worlds
@@ -16,10 +14,12 @@ from graphengine.control.simulation_interfaces.action import SimulateSteps
 from graphengine.control.simulation_interfaces.features import features
 from graphengine.control.simulation_interfaces.results import OK, code_of, text_of
 from graphengine.control.simulation_interfaces.spawning import Spawning
-from graphengine.diagnostics import GraphError
-from graphengine.ros.interfaces import MessageTypeError
+from graphengine.format.errors import GraphError
+from graphengine.messages.interfaces import MessageTypeError
 from graphengine.ros.transport import Transport
-from graphengine.session import Session
+from graphengine.runtime.desk import CommandDesk, Doable
+from graphengine.runtime.session import Session
+from graphengine.scene.assembly import Assembly
 
 PACKAGE = "simulation_interfaces"
 

@@ -8,14 +8,14 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from graphengine.build import Assembly
 from graphengine.control.simulation_interfaces.entities import pose_in_world
 from graphengine.control.simulation_interfaces.resources import name_of, spawnables, use_of
 from graphengine.control.simulation_interfaces.results import OK, RefusedError, code_of, text_of
-from graphengine.diagnostics import CheckError, GraphError, PhysicsError, RecordingError
-from graphengine.ros import messages
-from graphengine.session import Session
-from graphengine.spec import Orientation, RobotUse
+from graphengine.format.errors import CheckError, GraphError, PhysicsError, RecordingError
+from graphengine.format.spec import Orientation, RobotUse
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.runtime.session import Session
+from graphengine.scene.assembly import Assembly
 
 _NAME_NOT_UNIQUE, _NAME_INVALID = 101, 102
 _NAMESPACE_INVALID, _PARSE_ERROR, _MISSING_ASSETS, _INVALID_POSE = 105, 106, 107, 109
@@ -41,7 +41,7 @@ class Spawning:
             raise RefusedError(_SOME_FAILED, f"more than {MAX_AT_ONCE} entities at once")
         failed = 0
         for one in request.spawn_requests:
-            result = messages.DEFINITIONS.initial("simulation_interfaces/msg/SpawnResult")
+            result = DEFINITIONS.initial("simulation_interfaces/msg/SpawnResult")
             response.results.append(result)
             result.result.result = OK
             try:
@@ -60,7 +60,7 @@ class Spawning:
         """Answer GetSpawnables."""
         found, unknown = spawnables(self._assembly, request.sources)
         for uri, description in found:
-            spawnable = messages.DEFINITIONS.initial("simulation_interfaces/msg/Spawnable")
+            spawnable = DEFINITIONS.initial("simulation_interfaces/msg/Spawnable")
             spawnable.uri, spawnable.description = uri, description
             response.spawnables.append(spawnable)
         if unknown:

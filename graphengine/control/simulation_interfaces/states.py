@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from graphengine.control.commands import MAX_TICKS, Step
 from graphengine.control.simulation_interfaces.results import FAILED, RefusedError
-from graphengine.diagnostics import GraphError, RecordingError
-from graphengine.session import ResetScope, Session
+from graphengine.format.errors import GraphError, RecordingError
+from graphengine.runtime.commands import MAX_TICKS, Step
+from graphengine.runtime.session import Session
+from graphengine.runtime.ticker import ResetScope
 
 STOPPED, PLAYING, PAUSED, QUITTING = range(4)
 _STATES = {"stopped": STOPPED, "playing": PLAYING, "paused": PAUSED}

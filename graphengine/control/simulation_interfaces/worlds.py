@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from graphengine.build import Assembly
 from graphengine.control.simulation_interfaces.results import UNSUPPORTED, RefusedError
-from graphengine.session import Session
+from graphengine.runtime.session import Session
+from graphengine.scene.assembly import Assembly
 
 
 def unsupported(session: Session, request: Any, response: Any) -> None:

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 from typing import Any, TypeVar
 
 from graphengine.node import Node
+from graphengine.node.types import PortType, parse
 from graphengine.testing import RecordingContext
-from graphengine.types import PortType, parse
 from tests.nodes.harness import Player, ready
 
 N = TypeVar("N", bound=Node)

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.diagnostics import BadValueError, CheckError
-from nodes.data.arithmetic import Add, Divide, Increment, Modulo, Multiply, Negate, Subtract
+from graphengine.format.errors import BadValueError, CheckError
+from graphengine.nodes.data.arithmetic import Add, Divide, Increment, Modulo, Multiply, Negate, Subtract
 from tests.nodes.data.harness import computed, shown, typed
 from tests.nodes.harness import Player
 

@@ -9,12 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.diagnostics import CheckError
-from graphengine.node import Node, grown
-from graphengine.ros.definitions import DEFINITIONS
-from nodes.data import arrays
-from nodes.data.construction import ConstructArray, MakeArray
-from nodes.data.sequences import MAX_LENGTH
+from graphengine.format.errors import CheckError
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.node import Node
+from graphengine.node.node_class import grown
+from graphengine.nodes.data import arrays
+from graphengine.nodes.data.construction import ConstructArray, MakeArray
+from graphengine.nodes.data.sequences import MAX_LENGTH
 from tests.nodes.harness import Player
 
 NUMBERS = np.array([4.0, 5.0, 6.0])

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nodes.data.broadcast import common, lift, type_of
+from graphengine.nodes.data.broadcast import common, lift, type_of
 from tests.nodes.data.harness import concrete
 
 WIDENED = [

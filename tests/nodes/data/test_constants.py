@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from graphengine.registry import default_registry
-from nodes.data.constants import ConstantDouble3, ConstantE, ConstantPi
+from graphengine.compiler.registry import default_registry
+from graphengine.nodes.data.constants import ConstantDouble3, ConstantE, ConstantPi
 from tests.nodes.data.harness import computed, shown
 from tests.nodes.harness import Player, facts
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 import yaml
 
+from graphengine.compiler.registry import default_registry
 from graphengine.node import Node
-from graphengine.registry import default_registry
-from graphengine.types import PortType, UnionType
-from nodes.data.broadcast import type_of
-from nodes.data.conversion import text_of
+from graphengine.node.types import PortType, UnionType
+from graphengine.nodes.data.broadcast import type_of
+from graphengine.nodes.data.conversion import text_of
 from tests.nodes.data.harness import computed
 from tests.nodes.harness import Player
 from tests.nodes.test_ports import NEEDED
@@ -22,7 +22,7 @@ OF_THE_SURROUNDINGS = {"GetGraphTargetPrim", "GraphTarget", "ReadTime"}
 COMPUTING = {
     cls.__name__: cls
     for name, cls in default_registry().types.items()
-    if name == cls.type_name and cls.__module__.startswith("nodes.data.") and cls.kind() == "data"
+    if name == cls.type_name and cls.__module__.startswith("graphengine.nodes.data.") and cls.kind() == "data"
     if cls.__name__ not in OF_THE_SURROUNDINGS and any(port.side == "outputs" for port in cls.fields.values())
 }
 

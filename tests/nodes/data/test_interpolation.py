@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from graphengine.nodes.data.interpolation import Ease, InterpolateTo, Interpolator
 from graphengine.testing import RecordingContext
-from nodes.data.interpolation import Ease, InterpolateTo, Interpolator
 from tests.nodes.data.harness import computed, shown, typed
 from tests.nodes.harness import Player, ready, yaw
 

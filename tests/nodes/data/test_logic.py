@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.diagnostics import CheckError
+from graphengine.format.errors import CheckError
 from graphengine.node import Node
-from nodes.data.logic import BooleanAnd, BooleanExpr, BooleanNand, BooleanNor, BooleanNot, BooleanOr
+from graphengine.nodes.data.logic import BooleanAnd, BooleanExpr, BooleanNand, BooleanNor, BooleanNot, BooleanOr
 from tests.nodes.data.harness import computed, shown
 from tests.nodes.harness import Player
 

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.diagnostics import CheckError
-from nodes.data import matrices
-from nodes.data.matrices import InvertMatrix, MakeMatrix4, MatrixMultiply, TransformVector, Transpose
+from graphengine.format.errors import CheckError
+from graphengine.nodes.data import matrices
+from graphengine.nodes.data.matrices import InvertMatrix, MakeMatrix4, MatrixMultiply, TransformVector, Transpose
 from tests.nodes.data.harness import computed, shown, typed
 from tests.nodes.harness import Player
 

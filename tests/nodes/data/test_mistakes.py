@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from graphengine import build
-from graphengine.diagnostics import Finding
+from graphengine.format.diagnostics import Finding
+from graphengine.scene import build
 
 
 def the_mistake(folder: Path, nodes: str, wires: str = "") -> Finding:

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nodes.data.orientation import (
+from graphengine.nodes.data.orientation import (
     ORDERS,
     angles_of,
     matrix_about,

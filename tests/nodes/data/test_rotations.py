@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.diagnostics import CheckError
-from nodes.data.orientation import ORDERS
-from nodes.data.rotations import (
+from graphengine.format.errors import CheckError
+from graphengine.nodes.data.orientation import ORDERS
+from graphengine.nodes.data.rotations import (
     GetMatrix4Quaternion,
     GetMatrix4Rotation,
     GetMatrix4RotationMatrix,

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nodes.data import sequences
-from nodes.data.strings import CapitalizeString, SplitString
-from nodes.data.substrings import FindString, GetString, InsertString, RemoveString, ReplaceString
+from graphengine.nodes.data import sequences
+from graphengine.nodes.data.strings import CapitalizeString, SplitString
+from graphengine.nodes.data.substrings import FindString, GetString, InsertString, RemoveString, ReplaceString
 from tests.nodes.data.harness import computed, shown
 from tests.nodes.harness import Player
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nodes.data.paths import AppendPath, GetParentPath
-from nodes.data.targets import AppendTargets, CompareTargets, FindTarget, GetParentPrims, GetTargets
+from graphengine.nodes.data.paths import AppendPath, GetParentPath
+from graphengine.nodes.data.targets import AppendTargets, CompareTargets, FindTarget, GetParentPrims, GetTargets
 from tests.nodes.data.harness import computed, shown
 from tests.nodes.harness import Player
 

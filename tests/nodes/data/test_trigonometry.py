@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nodes.data import trigonometry
-from nodes.data.trigonometry import ATan2, ToDeg, ToRad
+from graphengine.nodes.data import trigonometry
+from graphengine.nodes.data.trigonometry import ATan2, ToDeg, ToRad
 from tests.nodes.data.harness import computed, shown, typed
 from tests.nodes.harness import Player
 

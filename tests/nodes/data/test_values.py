@@ -8,14 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graphengine.build import Options
-from graphengine.diagnostics import CheckError
-from graphengine.node import grown
-from graphengine.ros.definitions import DEFINITIONS
-from graphengine.testing import RecordingContext
-from nodes.data import conversion
-from nodes.data.paths import GetGraphTargetPrim, GetPrimPath, GetPrimPaths, GraphTarget
-from nodes.data.random import (
+from graphengine.format.errors import CheckError
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.node.node_class import grown
+from graphengine.nodes.data import conversion
+from graphengine.nodes.data.paths import GetGraphTargetPrim, GetPrimPath, GetPrimPaths, GraphTarget
+from graphengine.nodes.data.random import (
     RandomBoolean,
     RandomGaussian,
     RandomNode,
@@ -23,10 +21,12 @@ from nodes.data.random import (
     RandomUnitQuaternion,
     RandomUnitVector,
 )
-from nodes.data.selection import IsEmpty, SelectIf, SelectTargetIf
-from nodes.data.sequences import MAX_LENGTH
-from nodes.data.strings import AppendString, BuildString, EndsWith, StartsWith
-from nodes.data.time import ReadTime
+from graphengine.nodes.data.selection import IsEmpty, SelectIf, SelectTargetIf
+from graphengine.nodes.data.sequences import MAX_LENGTH
+from graphengine.nodes.data.strings import AppendString, BuildString, EndsWith, StartsWith
+from graphengine.nodes.data.time import ReadTime
+from graphengine.scene.assembly import Options
+from graphengine.testing import RecordingContext
 from tests.nodes.harness import Player, ready
 
 

@@ -10,9 +10,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.diagnostics import CheckError
-from nodes.data import vectors
-from nodes.data.vectors import BreakVector3, CrossProduct, Distance3D, DotProduct, Magnitude, MakeVector3, Normalize
+from graphengine.format.errors import CheckError
+from graphengine.nodes.data import vectors
+from graphengine.nodes.data.vectors import (
+    BreakVector3,
+    CrossProduct,
+    Distance3D,
+    DotProduct,
+    Magnitude,
+    MakeVector3,
+    Normalize,
+)
 from tests.nodes.data.harness import computed, shown, typed
 from tests.nodes.harness import Player
 

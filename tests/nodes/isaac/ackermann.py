@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nodes.wheeled_robots.ackermann import AckermannController
+from graphengine.nodes.wheeled_robots.ackermann import AckermannController
 from tests.nodes import scenes
 from tests.nodes.harness import Player
 from tests.nodes.isaac.book import Case, runs

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from graphengine.nodes.wheeled_robots.holonomic import HolonomicController
 from graphengine.testing import RecordingContext
-from nodes.wheeled_robots.holonomic import HolonomicController
 from tests.nodes.harness import Player, matrix
 from tests.nodes.isaac.book import Case, differs, runs
 

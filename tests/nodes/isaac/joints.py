@@ -6,9 +6,9 @@ import math
 
 import pytest
 
+from graphengine.nodes.core.articulation import IsaacArticulationController
+from graphengine.nodes.ros2.state import ROS2PublishJointState
 from graphengine.testing import RecordingContext
-from nodes.core.articulation import IsaacArticulationController
-from nodes.ros2.state import ROS2PublishJointState
 from tests.nodes import scenes
 from tests.nodes.harness import Player, ready
 from tests.nodes.isaac.book import CASES, Case, runs

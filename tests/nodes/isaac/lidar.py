@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from graphengine.nodes.ros2.laser_scan import ROS2PublishLaserScan
+from graphengine.nodes.ros2.lidar import ROS2RtxLidarHelper
 from graphengine.testing import RecordingContext
-from nodes.ros2.laser_scan import ROS2PublishLaserScan
-from nodes.ros2.lidar import ROS2RtxLidarHelper
 from tests.nodes.harness import Player, ready
 from tests.nodes.isaac.book import Case, differs, runs
 

@@ -8,14 +8,14 @@ from typing import Any
 
 import pytest
 
-from graphengine.diagnostics import TopicError
-from graphengine.ros import names
-from graphengine.ros.qos import parse_qos
+from graphengine.format.errors import TopicError
+from graphengine.messages import names
+from graphengine.messages.qos import parse_qos
+from graphengine.nodes.ros2.lidar import ROS2RtxLidarHelper
+from graphengine.nodes.ros2.qos_profile import ROS2QoSProfile
+from graphengine.nodes.ros2.state import ROS2PublishClock
+from graphengine.nodes.ros2.transforms import ROS2PublishRawTransformTree
 from graphengine.testing import RecordingContext
-from nodes.ros2.lidar import ROS2RtxLidarHelper
-from nodes.ros2.qos_profile import ROS2QoSProfile
-from nodes.ros2.state import ROS2PublishClock
-from nodes.ros2.transforms import ROS2PublishRawTransformTree
 from tests.nodes.harness import Player, ready
 from tests.nodes.isaac.book import Case, runs
 

@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
+from graphengine.nodes.wheeled_robots.check_goal import CheckGoal2D
+from graphengine.nodes.wheeled_robots.planar import wrapped
+from graphengine.nodes.wheeled_robots.quintic import QuinticPathPlanner
+from graphengine.nodes.wheeled_robots.stanley import StanleyControlPID
 from graphengine.testing import RecordingContext
-from nodes.wheeled_robots.check_goal import CheckGoal2D
-from nodes.wheeled_robots.planar import wrapped
-from nodes.wheeled_robots.quintic import QuinticPathPlanner
-from nodes.wheeled_robots.stanley import StanleyControlPID
 from tests.nodes.harness import Player, ready
 from tests.nodes.isaac.book import Case, runs
 

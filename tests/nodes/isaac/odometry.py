@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from graphengine.nodes.core.odometry import IsaacComputeOdometry
+from graphengine.nodes.ros2.state import ROS2PublishOdometry
 from graphengine.testing import RecordingContext, RecordingWorld
-from nodes.core.odometry import IsaacComputeOdometry
-from nodes.ros2.state import ROS2PublishOdometry
 from tests.nodes import scenes
 from tests.nodes.harness import Player, quaternion, ready, twist, vector, yaw
 from tests.nodes.isaac.book import Case, at, runs

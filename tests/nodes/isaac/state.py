@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from graphengine.nodes.core.articulation import IsaacJointNameResolver
+from graphengine.nodes.core.transforms import IsaacReadWorldPose
 from graphengine.testing import RecordingContext
-from nodes.core.articulation import IsaacJointNameResolver
-from nodes.core.transforms import IsaacReadWorldPose
 from tests.nodes import scenes
 from tests.nodes.harness import Player, ready
 from tests.nodes.isaac.book import Case, at, runs

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from graphengine.ros import messages
+from graphengine.messages import messages
+from graphengine.nodes.ros2.subscribers import ROS2SubscribeJointState
 from graphengine.testing import RecordingContext
-from nodes.ros2.subscribers import ROS2SubscribeJointState
 from tests.nodes import scenes
 from tests.nodes.harness import Player, ready
 from tests.nodes.isaac.book import Case, runs

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.ros import messages
+from graphengine.messages import messages
+from graphengine.nodes.core.time import IsaacReadSimulationTime, IsaacTimeSplitter
+from graphengine.nodes.ros2.state import ROS2PublishClock
+from graphengine.nodes.ros2.subscribers import ROS2SubscribeTwist
 from graphengine.testing import RecordingContext, RecordingWorld
-from nodes.core.time import IsaacReadSimulationTime, IsaacTimeSplitter
-from nodes.ros2.state import ROS2PublishClock
-from nodes.ros2.subscribers import ROS2SubscribeTwist
 from tests.nodes.harness import Player, ready, twist
 from tests.nodes.isaac.book import Case, differs, runs
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
+from graphengine.nodes.core.transforms import IsaacComputeTransformTree
+from graphengine.nodes.ros2.transforms import ROS2PublishTransformTree
 from graphengine.testing import RecordingContext, RecordingWorld
-from nodes.core.transforms import IsaacComputeTransformTree
-from nodes.ros2.transforms import ROS2PublishTransformTree
 from tests.nodes.harness import Player, ready, yaw
 from tests.nodes.isaac.book import Case, at, differs, runs
 

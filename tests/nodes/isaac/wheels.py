@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
+from graphengine.nodes.wheeled_robots.differential import DifferentialController
 from graphengine.testing import RecordingWorld
-from nodes.wheeled_robots.differential import DifferentialController
 from tests.nodes.harness import Player
 from tests.nodes.isaac.book import Case, differs, runs
 

@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graphengine.diagnostics import BadValueError, CheckError, ContextError, NodeError
-from graphengine.running.prims.stage_prims import StagePrims
-from graphengine.running.prims.usd_types import PORT_TYPES, type_of_attribute
-from nodes.prims import (
+from graphengine.format.errors import BadValueError, CheckError, ContextError, NodeError
+from graphengine.node.usd_types import PORT_TYPES, type_of_attribute
+from graphengine.nodes.prims import (
     GetPrimDirectionVector,
     GetPrimLocalToWorldTransform,
     ReadPrimAttribute,
     ReadPrimLocalTransform,
     WritePrimAttribute,
 )
+from graphengine.runtime.prims.stage_prims import StagePrims
 from tests.nodes.harness import Player, matrix, ready, yaw
 from tests.nodes.prims.harness import BOX, READING, READING_WIRES, arm, box
 

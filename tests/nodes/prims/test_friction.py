@@ -8,12 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graphengine.diagnostics import BadValueError, CheckError
-from graphengine.spec import RobotUse
+from graphengine.format.errors import BadValueError, CheckError
+from graphengine.format.spec import RobotUse
+from graphengine.nodes.prims import WritePrimAttribute
 from graphengine.testing import RecordingContext
-from nodes.prims import (
-    WritePrimAttribute,
-)
 from tests.nodes.harness import Player, Playing, ready
 
 SLOPE = """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from graphengine import build
+from graphengine.scene import build
 from tests.nodes.harness import Player
 from tests.nodes.prims.harness import READING, READING_WIRES, arm
 

@@ -7,11 +7,9 @@ from typing import Any
 
 import pytest
 
-from graphengine.diagnostics import BadValueError
+from graphengine.format.errors import BadValueError
+from graphengine.nodes.prims import WritePrimAttribute
 from graphengine.testing import RecordingContext
-from nodes.prims import (
-    WritePrimAttribute,
-)
 from tests.nodes.harness import Player, ready
 from tests.nodes.prims.harness import arm
 

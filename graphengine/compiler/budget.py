@@ -1,0 +1,64 @@
+"""How much one graph may hold once all of its subgraphs stand in place."""
+
+from __future__ import annotations
+
+from graphengine.format.diagnostics import Finding, Span
+from graphengine.format.document import MAX_VALUES
+from graphengine.format.spec import GraphSpec
+
+MAX_PARTS = 20_000
+"""Uses of subgraphs, nodes, wires and variables, together."""
+
+Via = tuple[tuple[Span, str], ...]
+
+
+class OverBudgetError(Exception):
+    """A graph that holds too much; the argument is the finding."""
+
+    def __init__(self, finding: Finding) -> None:
+        super().__init__(finding)
+        self.finding = finding
+
+
+class Budget:
+    """Counts what a graph holds while its subgraphs are expanded."""
+
+    def __init__(self, span: Span) -> None:
+        self.parts = dict.fromkeys(("uses of subgraphs", "nodes", "wires", "variables"), 0)
+        self.values = 0
+        """In the files, each counted as often as it is used."""
+        self.text = 0
+        """Bytes that were filled in for parameters."""
+        self.at(span, ())
+
+    def at(self, span: Span, via: Via) -> None:
+        """Set the place that findings name: a use of a subgraph, and the uses around it."""
+        self.span, self.via = span, via
+
+    def take_values(self, count: int) -> None:
+        """Count the values of a file.
+
+        Raises:
+            OverBudgetError: there are too many.
+        """
+        self.values += count
+        if self.values > MAX_VALUES:
+            self._refuse(f"more than {MAX_VALUES} values in one graph, those of each subgraph counted at every use")
+
+    def take_parts(self, spec: GraphSpec) -> None:
+        """Count what a file adds to the graph.
+
+        Raises:
+            OverBudgetError: there is too much.
+        """
+        uses = sum(1 for node in spec.nodes.values() if node.subgraph)
+        more = (uses, len(spec.nodes) - uses, len(spec.connections), len(spec.variables))
+        for kind, count in zip(self.parts, more, strict=True):
+            self.parts[kind] += count
+        if sum(self.parts.values()) > MAX_PARTS:
+            counted = ", ".join(f"{count} {kind}" for kind, count in self.parts.items() if count)
+            self._refuse(f"more than {MAX_PARTS} parts in one graph: {counted} up to here")
+
+    def _refuse(self, message: str) -> None:
+        advice = "split it into several graphs, or use fewer subgraphs"
+        raise OverBudgetError(Finding("G105", message, self.span, (advice,), self.via))

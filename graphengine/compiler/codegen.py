@@ -1,0 +1,274 @@
+"""Plan to Python source: one function a region, copies as attribute stores, flags as integers, nothing nested.
+
+The generated text is registered with `linecache`, so a traceback shows its lines. Each line knows its node, so that an exception
+names it. Each call of a node stands in a `try`, which costs nothing until the node raises. What is `caught` there (BadValueError,
+every Exception, or nothing) ends the node's branch only; any other exception ends the pass.
+"""
+
+from __future__ import annotations
+
+import itertools
+import linecache
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from graphengine.compiler.plan import Branch, Call, Copy, Fire, Plan, Refresh, Region
+from graphengine.node import types
+from graphengine.node.node_class import Node
+
+_serial = itertools.count()
+
+
+@dataclass(slots=True)
+class Source:
+    """Generated text, and for each of its lines the node that it runs."""
+
+    name: str
+    lines: list[str] = field(default_factory=list)
+    nodes: list[int | None] = field(default_factory=list)
+
+    def add(self, lines: Iterable[str], node: int | None = None, indent: int = 0) -> None:
+        """Append lines that run a node."""
+        for line in lines:
+            self.lines.append("    " * indent + line)
+            self.nodes.append(node)
+
+    @property
+    def text(self) -> str:
+        """All of it."""
+        return "\n".join(self.lines) + "\n"
+
+    def node_at(self, line: int) -> int | None:
+        """The node that a line, counted from 1, runs."""
+        return self.nodes[line - 1] if 1 <= line <= len(self.nodes) else None
+
+
+def write_source(plan: Plan) -> Source:
+    """The text of a plan's functions: `constants`, `pass_` for ticks, `ENDINGS` for between, and one a pusher's region."""
+    graph = plan.graph
+    source = Source(f"<graph: {graph.flat.loaded.document.source.path} as {graph.name} #{next(_serial)}>")
+    source.add([f"s{data} = 1" for data in plan.flagged])
+    source.add([f"l{index} = 0" for index, _ in plan.root.pending])
+    _write_constants(plan, source)
+    for region in reversed(plan.regions):  # children first reads like definitions before use
+        _write_region(plan, region, source)
+    return source
+
+
+def _name(plan: Plan, index: int) -> str:
+    return plan.graph.instances[index].id
+
+
+def _write_constants(plan: Plan, source: Source) -> None:
+    source.add(["", "def constants():"])
+    body = 0
+    for refresh in plan.constants:
+        source.add([*_copies(refresh.copies), f"c{refresh.node}()"], refresh.node, 1)
+        body += 1
+    for copy in plan.constant_copies:
+        source.add(_copy(copy), copy.target, 1)
+        body += 1
+    if not body:
+        source.add(["pass"], None, 1)
+
+
+def _write_region(plan: Plan, region: Region, source: Source) -> None:
+    name = "pass_" if region.index == 0 else region.ending or f"r{region.index}"
+    used = sorted({index for call in region.calls for index in _nodes_of(call)})
+    ended = {call.node for call in region.calls if region.ending and call.kind == "event"}  # who have such a method
+    bound = "".join(f", n{i}=n{i}, c{i}={f'n{i}.{region.ending}' if i in ended else f'c{i}'}" for i in used)
+    stale = sorted({s for call in region.calls for s in _stale_of(call)} | set(region.stale))
+    latent = [index for index, _ in region.pending]
+    source.add(["", f"def {name}({bound.removeprefix(', ')}):  # {region.title}"])
+    if stale or latent:
+        source.add([f"global {', '.join([*(f's{s}' for s in stale), *(f'l{i}' for i in latent)])}"], None, 1)
+    if region.flags:
+        source.add([f"{' = '.join(region.flags)} = 0"], None, 1)
+    source.add([f"s{data} = 1" for data in region.stale], None, 1)
+    for index, branches in region.pending:
+        lines = [line for branch in branches for line in _branch(branch, many=True)]
+        source.add([f"if l{index}:", f"    p = l{index}", f"    l{index} = 0", *_indented(lines)], index, 1)
+    source.add([line for fire in region.entries for line in _fire(fire)], None, 1)
+    for guard, calls in itertools.groupby(region.calls, key=lambda call: call.guard):
+        if guard:
+            source.add([f"if {guard}:"], None, 1)
+        for call in calls:
+            indent = 2 if guard else 1
+            source.add([f"# {_name(plan, call.node)}"], None, indent)
+            _write_call(call, source, indent)
+    if not region.calls:
+        source.add(["pass"], None, 1)
+
+
+def _write_call(call: Call, source: Source, indent: int) -> None:
+    """Bring up to date what the node reads, then compute it: once, or for each of its activations."""
+    for refresh in call.refreshes:
+        if not refresh.repeated:
+            source.add(_refresh(refresh), refresh.node, indent)
+    if not call.activations:
+        source.add(_compute(call, {pin.field: pin.counter for pin in call.pins}), call.node, indent)
+    for activation in call.activations:
+        source.add([f"for _ in range({activation.counter}):"], call.node, indent)
+        for refresh in call.refreshes:
+            if refresh.repeated:
+                source.add(_refresh(refresh), refresh.node, indent + 1)
+        source.add(_compute(call, {activation.pin: "1"}), call.node, indent + 1)
+
+
+def _nodes_of(call: Call) -> Iterator[int]:
+    """Nodes whose names a call's text uses."""
+    yield call.node
+    for refresh in (*call.refreshes, *(call.rereads or ())):
+        yield refresh.node
+        yield from (copy.source for copy in refresh.copies)
+    yield from (copy.source for copy in call.copies)
+    yield from (fire.target for branch in call.branches for fire in branch.fires if fire.pending_pin)
+
+
+def _stale_of(call: Call) -> Iterator[int]:
+    yield from call.marks
+    yield from (refresh.node for refresh in (*call.refreshes, *(call.rereads or ())) if refresh.flagged)
+
+
+# One function a step kind
+
+
+def _copy(copy: Copy) -> list[str]:
+    value = f"n{copy.source}.{copy.source_field}"
+    if copy.converter:
+        value = f"{copy.converter}({value})"
+    place = f"n{copy.target}.{copy.target_field}"
+    if not copy.setup:
+        return [f"{place} = {value}"]
+    return [f"v = {value}", f"if not equal(v, {place}):", f"    {place} = v", "    changed = 1"]
+
+
+def _copies(copies: Iterable[Copy]) -> list[str]:
+    """Copies into a node, which is set up again when one of them changed what it reads in setup, or when that failed before."""
+    copies = list(copies)
+    lines = [line for copy in copies for line in _copy(copy)]
+    if not any(copy.setup for copy in copies):
+        return lines
+    return [f"changed = {copies[0].target} in failed", *lines, "if changed:", f"    setup_again({copies[0].target})"]
+
+
+def _refresh(refresh: Refresh) -> list[str]:
+    """A data node; one that raises keeps its last output."""
+    lines = _attempt([*_copies(refresh.copies), f"c{refresh.node}()"], refresh.node)
+    if refresh.flagged:
+        lines.append(f"s{refresh.node} = 0")
+    return [f"if s{refresh.node}:", *_indented(lines)] if refresh.if_stale else lines
+
+
+def _fire(fire: Fire) -> list[str]:
+    if fire.pending_pin:
+        return [f"n{fire.target}.{fire.pending_pin} += 1"]
+    lines = [f"{fire.guard} = 1"] if fire.guard else []
+    return [*lines, f"{fire.counter} += 1"] if fire.counter else lines
+
+
+def _branch(branch: Branch, *, many: bool) -> list[str]:
+    """What follows an execution output of a node that says in `p` what to fire."""
+    lines = [line for fire in branch.fires for line in _fire(fire)]
+    if branch.region >= 0:
+        lines.append(f"r{branch.region}()")
+    return [f"if p & {branch.mask}:" if many else "if p:", *_indented(lines)] if lines else []
+
+
+def _compute(call: Call, fired: dict[str, str]) -> list[str]:
+    """The call itself and what its result leads to.
+
+    Args:
+        call: what to do.
+        fired: how often each execution input fired, as an expression.
+    """
+    node = call.node
+    before = [*_copies(call.copies), *_tell_pins(call, fired)]
+    marks = [f"s{data} = 1" for data in call.marks]
+    after = [*marks, *(f"n{node}.{pin.field} = 0" for pin in call.pins if pin.pending)]
+    if call.kind == "pusher":
+        body = [*marks, *(line for branch in call.branches for line in _branch(branch, many=True))]
+        if call.rereads is not None:
+            body += [line for refresh in call.rereads for line in _refresh(refresh)] + _copies(call.copies)
+        loop = [f"for p in c{node}():", *_indented(body or ["pass"])]
+        return [*_attempt([*before, *loop], node), *after]
+    if call.kind == "latent":
+        start = [f"if n{node}.active:", f"    activate({node})"]
+        return [*_attempt([*before, f"c{node}()"], node), *after, *start]
+    if not call.gated:
+        fires = [line for branch in call.branches for fire in branch.fires for line in _fire(fire)]
+        return _attempt([*before, f"c{node}()"], node, [*after, *fires], after)
+    many = len(call.branches) > 1
+    follow = [line for branch in call.branches for line in _branch(branch, many=many)]
+    if many and follow:
+        follow = ["if p:", *_indented(follow)]
+    compute = f"p = c{node}()" if follow else f"c{node}()"
+    return _attempt([*before, compute], node, [*after, *follow], after)
+
+
+def _tell_pins(call: Call, fired: dict[str, str]) -> list[str]:
+    """Which execution inputs fired; a pin that may have waited adds what it is told."""
+    lines = []
+    for pin in call.pins:
+        count = fired.get(pin.field, "")
+        if count or not pin.pending:
+            lines.append(f"n{call.node}.{pin.field} {'+=' if pin.pending else '='} {count or 0}")
+    return lines
+
+
+def _attempt(lines: list[str], node: int, follow: Sequence[str] = (), otherwise: Sequence[str] = ()) -> list[str]:
+    """Lines, what follows them, and what follows instead where they raise something that ends the node's branch only."""
+    caught = ["except caught as error:", f"    fault({node}, error)", *_indented(otherwise)]
+    return ["try:", *_indented(lines), *caught, *(["else:", *_indented(follow)] if follow else [])]
+
+
+def _indented(lines: Iterable[str]) -> list[str]:
+    return [f"    {line}" for line in lines]
+
+
+def _bounded(node: Node) -> Callable[[], Iterator[int]]:
+    """A pusher's compute that ends with an error after `max_pushes` yields."""
+    compute, limit = node.compute, type(node).max_pushes
+
+    def pushes() -> Iterator[int]:
+        for count, port in enumerate(compute()):
+            if count >= limit:
+                raise RuntimeError(
+                    f"it ran on after {limit} iterations; a loop that needs more sets max_pushes of its class"
+                )
+            yield port
+
+    return pushes
+
+
+def compile_source(
+    source: Source,
+    nodes: list[Node],
+    setup_again: Callable[[int], None],
+    activate: Callable[[int], None],
+    fault: Callable[[int, Exception], None],
+    caught: tuple[type[Exception], ...],
+    failed: Container[int],
+) -> dict[str, Any]:
+    """Bind the functions of a generated text to their nodes.
+
+    Args:
+        source: the text.
+        nodes: by their indices.
+        setup_again: called when an input that a node reads in setup changed.
+        activate: called when a latent node has started.
+        fault: called with a node and the exception of one of the `caught` types that it raised.
+        caught: exceptions that end a node's branch only.
+        failed: nodes whose last setup failed; they are set up again before they compute.
+    """
+    namespace: dict[str, Any] = {"setup_again": setup_again, "activate": activate, "fault": fault, "equal": types.equal}
+    namespace |= {"caught": caught, "failed": failed}
+    namespace |= types.CONVERTERS
+    namespace |= {f"n{i}": node for i, node in enumerate(nodes)}
+    namespace |= {f"c{i}": _bounded(node) if node.kind() == "pusher" else node.compute for i, node in enumerate(nodes)}
+    linecache.cache[source.name] = (len(source.text), None, source.text.splitlines(keepends=True), source.name)
+    exec(
+        compile(source.text, source.name, "exec"), namespace
+    )  # our own text: names in it are indices and fields of classes
+    return namespace

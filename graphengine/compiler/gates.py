@@ -1,0 +1,184 @@
+"""`every:` of a node: a gate before its execution inputs, or behind the execution outputs of an event.
+
+A gate is an ordinary node that stands in no file, so order, counts and stop are those of all nodes. Each pin has a gate of its
+own; control pins have none.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+
+from graphengine.compiler.graph import Graph, Instance, Wire
+from graphengine.compiler.template import WireEnd, WireEntry
+from graphengine.format.diagnostics import Findings
+from graphengine.format.spec import MAX_HZ, NodeSpec
+from graphengine.node.context import Clock, Context
+from graphengine.node.node_class import Fire, Node
+from graphengine.node.port import ExecIn, ExecOut, In, State
+from graphengine.node.types import UInt
+
+
+class Gate(Node):
+    """Lets some of the executions through."""
+
+    exec_in = ExecIn()
+    exec_out = ExecOut()
+
+    def rate(self, executions: float) -> float | None:
+        """How often it fires in a second when it is executed so often; None for an event now and then."""
+        return None
+
+    def __str__(self) -> str:
+        return "once"
+
+
+class EveryTicks(Gate, type="graphengine.EveryTicks", gated=True, counts=True):
+    """Fires at every n-th execution since play, as IsaacSimulationGate does."""
+
+    ticks: UInt = In(default=1, ge=1)
+
+    executions: int = State(default=0)
+
+    def compute(self) -> Fire:
+        """Count."""
+        self.executions += 1
+        return self.exec_out if self.executions % self.ticks == 0 else None
+
+    def rate(self, executions: float) -> float | None:
+        """A part of them."""
+        return executions / self.ticks
+
+    def __str__(self) -> str:
+        return f"every {self.ticks} ticks"
+
+
+class EveryHz(Gate, type="graphengine.EveryHz", gated=True, counts=True):
+    """Fires at the first execution at or after k / hz seconds of simulation time, for k = 0, 1, 2 and so on.
+
+    Found in integers, as the samples of sensors are: 10 Hz at 60 ticks a second is ticks 1, 6, 12, 18.
+    """
+
+    hz: float = In(default=1.0, gt=0, le=MAX_HZ, setup=True)
+
+    clock: Clock = State()
+    numerator: int = State()
+    denominator: int = State()
+    due: int = State(default=0)
+
+    def setup(self, context: Context) -> None:
+        """Bind the clock; where the rate has changed, wait for no more than the next of its periods."""
+        self.clock = context.clock
+        periods = Fraction(*context.clock.period) * Fraction(repr(self.hz))
+        self.numerator, self.denominator = periods.numerator, periods.denominator
+        self.due = min(self.due, self._begun() + 1)
+
+    def _begun(self) -> int:
+        """The number of the last period that has begun."""
+        return self.clock.frame * self.numerator // self.denominator
+
+    def compute(self) -> Fire:
+        """Compare the periods that have begun with those that were fired for."""
+        begun = self._begun()
+        if begun < self.due:
+            return None
+        self.due = begun + 1
+        return self.exec_out
+
+    def rate(self, executions: float) -> float | None:
+        """Its own, where it is executed that often."""
+        return min(self.hz, executions)
+
+    def __str__(self) -> str:
+        return f"every {self.hz:g} Hz"
+
+
+class EveryOnce(Gate, type="graphengine.EveryOnce", gated=True, counts=True):
+    """Fires at its first execution since play, as OgnIsaacRunOneSimulationFrame does."""
+
+    done: bool = State(default=False)
+
+    def compute(self) -> Fire:
+        """Fire once."""
+        if self.done:
+            return None
+        self.done = True
+        return self.exec_out
+
+
+def add_gates(graph: Graph, findings: Findings) -> list[Instance]:
+    """Put the gates that `every:` asks for into a wired graph; wires are numbered anew, in the order they had."""
+    pins = {pin: name for instance in graph.instances for pin, name in _gated_pins(graph, instance, findings).items()}
+    if not pins:
+        return []
+    gates: dict[tuple[int, str], Instance] = {}
+    wires: list[Wire] = []
+    for wire in sorted([*graph.exec_wires, *graph.data_wires], key=lambda wire: wire.order):
+        source, target = (wire.source, wire.source_field), (wire.target, wire.target_field)
+        if source in pins:
+            if source not in gates:
+                gate = gates[source] = _make_gate(graph, source, pins[source])
+                wires.append(_link(graph, source, (gate.index, "exec_in")))
+            wire = replace(wire, source=gates[source].index, source_field="exec_out")
+        first = target in pins and target not in gates
+        if target in pins:
+            gate = gates.get(target) or _make_gate(graph, target, pins[target])
+            gates[target] = gate
+            wire = replace(wire, target=gate.index, target_field="exec_in")
+        wires.append(wire)
+        if first:
+            wires.append(_link(graph, (gates[target].index, "exec_out"), target))
+    numbered = [replace(wire, order=order) for order, wire in enumerate(wires)]
+    carries = [graph.instances[wire.source].cls.fields[wire.source_field].is_exec for wire in numbered]
+    graph.exec_wires = [wire for wire, execution in zip(numbered, carries, strict=True) if execution]
+    graph.data_wires = [wire for wire, execution in zip(numbered, carries, strict=True) if not execution]
+    return list(gates.values())
+
+
+def _gated_pins(graph: Graph, instance: Instance, findings: Findings) -> dict[tuple[int, str], str]:
+    """The pins of a node that have gates, and what these are called; none after a mistake."""
+    entry = instance.entry
+    if entry.spec.every is None:
+        return {}
+    execution = [port for port in instance.cls.fields.values() if port.is_exec]
+    if not execution or graph.flat.spec.evaluator == "push":
+        what, remedy = (
+            f"{instance.cls.__name__} is a data node, computed when something reads it",
+            "put it on the reader",
+        )
+        if execution:
+            what, remedy = "in a push graph every node is computed in every tick", "use `evaluator: execution`"
+        span = entry.key_span("every")
+        findings.add("G109", f"{instance.id}: `every` is for what is executed; {what}", span, remedy, related=entry.via)
+        return {}
+    inputs = [port for port in execution if port.side == "inputs" and not port.control]
+    gated = inputs or [port for port in execution if port.side == "outputs"]
+    return {
+        (instance.index, port.field): f"{instance.id}.every" if len(gated) == 1 else f"{instance.id}.every_{port.name}"
+        for port in gated
+    }
+
+
+def _make_gate(graph: Graph, pin: tuple[int, str], name: str) -> Instance:
+    owner = graph.instances[pin[0]]
+    every = owner.entry.spec.every
+    assert every is not None
+    node: Gate = EveryOnce()
+    if every.ticks is not None:
+        node = EveryTicks(ticks=every.ticks)
+    elif every.hz is not None:
+        node = EveryHz(hz=every.hz)
+    entry = replace(owner.entry, id=name, spec=NodeSpec(type=node.type_name), location=(*owner.entry.location, "every"))
+    gate = Instance(len(graph.instances), name, node, entry, part_of=owner.id)
+    graph.instances.append(gate)
+    return gate
+
+
+def _link(graph: Graph, source: tuple[int, str], target: tuple[int, str]) -> Wire:
+    """A wire that stands in no file: between a gate and the pin that it is for."""
+    one, other = graph.instances[source[0]], graph.instances[target[0]]
+    gate = one.entry if one.part_of else other.entry
+    span = gate.key_span()
+    begins = WireEnd(one.id, one.cls.fields[source[1]].name, "", span)
+    ends = WireEnd(other.id, other.cls.fields[target[1]].name, "", span)
+    return Wire(*source, *target, "", WireEntry(begins, ends, span, gate.via), -1)

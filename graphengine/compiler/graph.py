@@ -1,0 +1,188 @@
+"""Typed instances and wires of one graph: what resolve yields and everything after it works on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal, TypeVar
+
+import numpy as np
+
+from graphengine.compiler.template import FlatGraph, NodeEntry, WireEntry
+from graphengine.format.diagnostics import Finding, Span
+from graphengine.format.errors import ContextError
+from graphengine.node.node_class import Node
+from graphengine.node.port import Port
+from graphengine.node.types import PortType, UnionType, brief
+
+T = TypeVar("T")
+
+
+@dataclass(slots=True, eq=False)
+class Instance:
+    """A node of a resolved graph."""
+
+    index: int
+    id: str
+    node: Node
+    entry: NodeEntry
+    literals: set[str] = field(default_factory=set)
+    """Fields of inputs that the file or an override set."""
+    refused: set[str] = field(default_factory=set)
+    """Fields of inputs whose value was told to be wrong: they are not missing as well."""
+    settled: dict[str, PortType] = field(default_factory=dict)
+    """Types that ports of several types were resolved to, by field."""
+    part_of: str = ""
+    """Of a gate, which stands in no file: the node that it was made for."""
+
+    @property
+    def cls(self) -> type[Node]:
+        """Its type."""
+        return type(self.node)
+
+    @property
+    def span(self) -> Span:
+        """Where its name stands in the file."""
+        return self.entry.key_span()
+
+
+@dataclass(frozen=True, slots=True)
+class Wire:
+    """A wire between two instances; `converter` names how a value changes type on the way."""
+
+    source: int
+    source_field: str
+    target: int
+    target_field: str
+    converter: str
+    entry: WireEntry
+    order: int
+
+    @property
+    def span(self) -> Span:
+        """Where it stands in the file."""
+        return self.entry.span
+
+    def __str__(self) -> str:
+        return f"{self.entry.source} -> {self.entry.target}"
+
+
+@dataclass(slots=True)
+class Graph:
+    """Typed instances and wires of one graph, put at a prim."""
+
+    name: str
+    prim_path: str
+    flat: FlatGraph
+    instances: list[Instance] = field(default_factory=list)
+    data_wires: list[Wire] = field(default_factory=list)
+    exec_wires: list[Wire] = field(default_factory=list)
+    variables: dict[str, Any] = field(default_factory=dict)
+    """Defaults of its variables."""
+    variable_types: dict[str, PortType] = field(default_factory=dict)
+    left_open: dict[str, None] = field(default_factory=dict)
+    """Ports, in order, that need a value and are given none but by a graph around this one."""
+
+    @property
+    def runs(self) -> Literal["tick", "physics_step"]:
+        """`tick` or `physics_step`."""
+        return self.flat.spec.runs
+
+    def reads(self, index: int) -> Iterator[str]:
+        """Keys of what a node reads beside its inputs; a variable's goes by its name in the flat graph."""
+        return self._keys(index, self.instances[index].node.reads())
+
+    def writes(self, index: int) -> Iterator[str]:
+        """Keys of what a node changes beside its outputs."""
+        return self._keys(index, self.instances[index].node.writes())
+
+    def _keys(self, index: int, keys: Iterable[str]) -> Iterator[str]:
+        for key in keys:
+            kind, _, name = key.partition(":")
+            if kind == "variable":
+                key = f"variable:{visible(self.instances[index].id, {n: n for n in self.variables}).get(name, name)}"
+            yield key
+
+    def by_id(self, node_id: str) -> Instance:
+        """The instance of a node's name."""
+        return next(instance for instance in self.instances if instance.id == node_id)
+
+
+def refusal(instance: Instance, error: ContextError) -> Finding:
+    """What a node refuses, at the place of the input that asked for it."""
+    _, place = asking(instance, error.value)
+    return Finding(error.code, f"{instance.id}: {error.message}", place, error.help, instance.entry.via)
+
+
+def literal_key(instance: Instance, port: Port) -> str:
+    """How the file writes the name of an input, with or without its side."""
+    sided = f"inputs:{port.name}"
+    return sided if sided in instance.entry.spec.inputs else port.name
+
+
+def asking(instance: Instance, value: object) -> tuple[str, Span]:
+    """Field and place of the input whose value is, or holds, the offending one; else the node's place alone."""
+    given = instance.entry.spec.inputs
+    for port in instance.cls.fields.values():
+        key = literal_key(instance, port)
+        if port.side != "inputs" or key not in given:
+            continue
+        held, literal = getattr(instance.node, port.field), given[key]
+        alike = not isinstance(value, np.ndarray) and (
+            literal == value or (isinstance(held, str | tuple) and held == value)
+        )
+        if held is value or alike:
+            return port.field, instance.entry.span("inputs", key)
+        if isinstance(literal, list) and isinstance(value, str | int) and value in literal:
+            return port.field, instance.entry.span("inputs", key, literal.index(value))
+    return "", instance.span
+
+
+def visible(node_id: str, variables: Mapping[str, T]) -> Mapping[str, T]:
+    """Variables by the names that a node knows them by: those of its subgraph hide those of the graph around it."""
+    seen: dict[str, T] = {}
+    parts = node_id.split("/")
+    for depth in range(len(parts)):
+        prefix = "".join(f"{part}/" for part in parts[:depth])
+        inner = {name.removeprefix(prefix): it for name, it in variables.items() if name.startswith(prefix)}
+        seen |= {name: it for name, it in inner.items() if "/" not in name}
+    return seen
+
+
+def find_port(cls: type[Node], name: str, sides: Iterable[str]) -> Port | None:
+    """A node type's port by OmniGraph name, on the first of the sides that has it."""
+    return next((cls.ports[f"{side}:{name}"] for side in sides if f"{side}:{name}" in cls.ports), None)
+
+
+def port_names(cls: type[Node], side: str) -> list[str]:
+    """OmniGraph names of a node type's ports on one side."""
+    return [port.name for port in cls.fields.values() if port.side == side]
+
+
+def known_type(instance: Instance, port: Port) -> PortType | None:
+    """A port's type as far as it is settled."""
+    settled = instance.settled.get(port.field)
+    if settled is not None:
+        return settled
+    return port.type if isinstance(port.type, PortType) else None
+
+
+def settled_type(instance: Instance, port: Port) -> PortType | UnionType:
+    """A port's type after resolution."""
+    return known_type(instance, port) or port.type
+
+
+def declared_inputs(graph: Graph) -> set[tuple[str, str]]:
+    """Node and name of the ports that a graph around this one may wire."""
+    return {(end.node, end.port) for side, end in graph.flat.declared if side == "inputs"}
+
+
+def wired_ports(graph: Graph) -> set[tuple[str, str]]:
+    """Node and name of the ports that the file wires at all, rightly or not."""
+    return {(wire.target.node, wire.target.port) for wire in graph.flat.wires}
+
+
+def with_article(port_type: PortType | UnionType) -> str:
+    """`a double`, `an int`."""
+    name = brief(port_type)
+    return f"{'an' if name[0] in 'aeio' else 'a'} {name}"

@@ -1,0 +1,85 @@
+"""The graph files of one expansion or scene: each is found and read once, and filled in once for equal parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from graphengine.compiler.budget import Budget
+from graphengine.compiler.parameters import Use, fill
+from graphengine.format import document as documents
+from graphengine.format.diagnostics import Findings
+from graphengine.format.document import Document
+from graphengine.format.files import Files, NotFoundError
+from graphengine.format.spec import GraphSpec
+from graphengine.format.spec_reader import Loaded
+
+
+@dataclass(slots=True)
+class GraphLibrary:
+    """Graph files by path. Specs are immutable, so all uses of a file with equal parameters share one."""
+
+    files: Files
+    _found: dict[tuple[str, Path], tuple[Path, Path] | NotFoundError] = field(default_factory=dict)
+    _documents: dict[Path, Document | None] = field(default_factory=dict)
+    _filled: dict[object, Loaded[GraphSpec] | None] = field(default_factory=dict)
+
+    def find(self, reference: str, folder: Path) -> tuple[Path, Path]:
+        """The file that a reference means: the path that messages show, and the one with links followed.
+
+        Raises:
+            NotFoundError: it is nowhere, or outside of what may be read.
+        """
+        key = (reference, folder)
+        if key not in self._found:
+            try:
+                path = self.files.find(reference, folder)
+                self._found[key] = (path, path.resolve())
+            except NotFoundError as error:
+                self._found[key] = error
+        found = self._found[key]
+        if isinstance(found, NotFoundError):
+            raise found
+        return found
+
+    def read(self, path: Path, findings: Findings) -> Document | None:
+        """A file's document; None after a mistake, which is reported by the first call."""
+        if path not in self._documents:
+            self._documents[path] = documents.load(path, findings)
+        return self._documents[path]
+
+    def load(
+        self, path: Path, bindings: Mapping[str, Any], findings: Findings, use: Use | None, budget: Budget
+    ) -> Loaded[GraphSpec] | None:
+        """A file with these values for its parameters; None after a mistake.
+
+        Raises:
+            OverBudgetError: the graph that uses it holds too much.
+        """
+        document = self.read(path, findings)
+        if document is None:
+            return None
+        budget.take_values(document.size)
+        key = (path, _hashable(bindings))
+        if key not in self._filled:
+            before = len(findings.items)
+            filled = fill(document, bindings, findings, use, budget)
+            if len(findings.items) > before:  # mistakes are reported at the place of each use
+                return filled
+            self._filled[key] = filled
+        return self._filled[key]
+
+
+def _hashable(value: Any) -> object:
+    """A key that differs where values differ, in type too."""
+    if isinstance(value, np.ndarray):
+        return value.dtype.str, value.shape, value.tobytes()
+    if isinstance(value, Mapping):
+        return tuple((key, _hashable(item)) for key, item in value.items())
+    if isinstance(value, list | tuple):
+        return type(value), tuple(map(_hashable, value))
+    return type(value), value

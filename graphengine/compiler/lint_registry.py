@@ -1,0 +1,58 @@
+"""Checks that know node types: registered here by code, run on every scene after the dry setup."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+from graphengine.compiler.graph import Instance
+from graphengine.compiler.plan import Plan
+from graphengine.devices.stage import Stage
+from graphengine.format.diagnostics import Findings, Span
+from graphengine.messages.endpoints import EndpointClaim
+
+
+@dataclass(slots=True)
+class LintContext:
+    """What a lint may look at, and where it tells."""
+
+    graphs: Sequence[Plan]
+    stage: Stage
+    claims: Sequence[EndpointClaim]
+    findings: Findings
+
+    def disagree(self, code: str, message: str, claim: EndpointClaim, other: EndpointClaim, remedy: str) -> None:
+        """Tell of a claim that cannot live together with another one."""
+        span = self.span(other)
+        self.findings.add(code, message, self.span(claim), remedy, related=[(span, "the other one")] if span else [])
+
+    def span(self, claim: EndpointClaim) -> Span | None:
+        """The node that claims."""
+        instance = self.instance(claim.node)
+        return instance.span if instance else None
+
+    def instance(self, prim_path: str) -> Instance | None:
+        """The node at a prim path."""
+        for plan in self.graphs:
+            for instance in plan.graph.instances:
+                if f"{plan.graph.prim_path}/{instance.id}" == prim_path:
+                    return instance
+        return None
+
+
+LintFunction = Callable[["LintContext"], None]
+
+L = TypeVar("L", bound=LintFunction)
+
+LINTS: dict[str, list[LintFunction]] = {}
+
+
+def lint(code: str) -> Callable[[L], L]:
+    """Register a check that knows node types; it runs on every scene after the dry setup."""
+
+    def register(function: L) -> L:
+        LINTS.setdefault(code, []).append(function)
+        return function
+
+    return register

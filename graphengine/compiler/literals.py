@@ -1,0 +1,273 @@
+"""Values of inputs: those of the file, those of the command line, those that are missing."""
+
+from __future__ import annotations
+
+import fnmatch
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+from graphengine.compiler.graph import Graph, Instance, declared_inputs, find_port, wired_ports, with_article
+from graphengine.compiler.parameters import UNKNOWN
+from graphengine.format.diagnostics import Findings, Span
+from graphengine.format.wording import did_you_mean, listing, shown
+from graphengine.node import types
+from graphengine.node.port import Port
+from graphengine.node.types import PortType, UnionType, brief
+
+
+@dataclass(slots=True)
+class Override:
+    """A value given on the command line: `[robot/][graph/]Node.port=value`, globs allowed."""
+
+    text: str
+    target: str
+    port: str
+    value: Any
+    used: bool = False
+
+    @staticmethod
+    def parse(text: str, value: Any) -> Override:
+        """Of `Node.port`, with as many outer names in front as wanted."""
+        target, _, port = text.rpartition(".")
+        return Override(text, target, port.removeprefix("inputs:"), value)
+
+    @staticmethod
+    def parse_all(values: Mapping[str, Any]) -> list[Override]:
+        """Of values by what they are for."""
+        return [Override.parse(text, value) for text, value in values.items()]
+
+    def matches(self, path: str) -> bool:
+        """Whether it means the node at `robot/graph/Node`."""
+        wanted, parts = self.target.split("/"), path.split("/")
+        tail = parts[-len(wanted) :]
+        return len(tail) == len(wanted) and all(fnmatch.fnmatchcase(p, w) for p, w in zip(tail, wanted, strict=True))
+
+
+def set_literals(graph: Graph, known: dict[str, Instance | None], findings: Findings) -> None:
+    """Put the file's values into inputs."""
+    for instance in graph.instances:
+        entry, cls = instance.entry, instance.cls
+        for name, value in entry.spec.inputs.items():
+            port = find_port(cls, name.removeprefix("inputs:"), ["inputs"])
+            if port is None:
+                outputs = find_port(cls, name.removeprefix("outputs:"), ["outputs"])
+                inputs = [p.name for p in cls.fields.values() if p.side == "inputs" and not p.is_exec]
+                code, message = "G204", f"{cls.__name__} has no input {name!r}"
+                if outputs:
+                    code, message = "G205", f"{name!r} is an output of {cls.__name__}"
+                hint = findings.guess(name, inputs) or listing(inputs, "inputs")
+                findings.add(code, message, entry.key_span("inputs", name), hint, related=entry.via)
+                meant = [p for p in cls.fields.values() if p.name in inputs and did_you_mean(name, [p.name])]
+                instance.refused.update(p.field for p in meant)
+            elif port.is_exec:
+                message = f"{name!r} carries execution and has no value"
+                findings.add("G211", message, entry.key_span("inputs", name), "wire it", related=entry.via)
+            else:
+                _set_literal(instance, port, value, partial(entry.span, "inputs", name), findings)
+
+
+def _set_literal(
+    instance: Instance, port: Port, value: Any, at: Callable[..., Span], findings: Findings, given_by: str = ""
+) -> None:
+    """Put a value from the file, or from what the last argument says, into an input.
+
+    Args:
+        instance: the node.
+        port: its input.
+        value: what was given, perhaps with its type.
+        at: the place of the value, or of what stands below a key of it.
+        findings: where mistakes go.
+        given_by: who gave the value, if not the file.
+    """
+    instance.refused.add(port.field)
+    if value is UNKNOWN:
+        return
+    wanted = port.type
+    if _is_open(port.type) and isinstance(value, dict) and set(value) == {"type", "value"}:
+        try:
+            wanted = _alternative(types.parse(str(value["type"])), port.type)
+        except ValueError as error:
+            near = findings.guess(str(value["type"]), map(str, _alternatives(port.type) or _PLAIN_TYPES))
+            message = f"{instance.id}.{port.name}: {error}"
+            findings.add("G212", message, at("type"), near, given_by, related=instance.entry.via)
+            return
+        value, at = value["value"], partial(at, "value")
+    try:
+        if _is_open(port.type):
+            instance.settled[port.field], value = _typed(value, wanted)
+        setattr(instance.node, port.field, port.check(value))
+    except TypeError as error:
+        wrong, _, remedy = str(error).partition("; ")
+        if isinstance(wanted, PortType) and wanted.array and isinstance(value, str | int | float):
+            remedy = f"write [{value}]"
+        number = _wrong_element(wanted, value)
+        if number is None:
+            message = f"{instance.id}.{port.name} is {with_article(wanted)}: {wrong}, got {shown(value)}"
+            place = at()
+        else:
+            message = (
+                f"{instance.id}.{port.name}[{number}] of {with_article(wanted)}: {wrong}, got {shown(value[number])}"
+            )
+            place = at(number)
+        findings.add("G211", message, place, remedy, given_by, related=instance.entry.via)
+    except ValueError as error:
+        unit = f" (unit: {port.unit})" if port.unit else ""
+        message = f"{instance.id}.{port.name}: {error}{_got(error, value)}{unit}"
+        near = findings.guess(str(value), port.tokens) if port.tokens else ""
+        findings.add("G212", message, at(), near, given_by, related=instance.entry.via)
+    else:
+        instance.literals.add(port.field)
+        instance.refused.discard(port.field)
+
+
+def _wrong_element(port_type: PortType | UnionType, value: Any) -> int | None:
+    """Which element of a list is the first that an array does not take; None where it is not about one."""
+    if not (isinstance(port_type, PortType) and port_type.array and isinstance(value, list)):
+        return None
+    return next((number for number, element in enumerate(value) if not _takes(port_type, [element])), None)
+
+
+def _got(error: Exception, value: Any) -> str:
+    """What was given, where the mistake does not say it itself."""
+    return "" if ", got " in str(error) else f", got {shown(value)}"
+
+
+def _is_open(port_type: PortType | UnionType) -> bool:
+    return isinstance(port_type, UnionType) or port_type == types.ANY
+
+
+def _alternatives(port_type: PortType | UnionType) -> Sequence[PortType]:
+    return port_type.alternatives if isinstance(port_type, UnionType) else ()
+
+
+_TUPLES = tuple(PortType(base, count) for base in ("int", "double") for count in (2, 3, 4))
+_PLAIN_TYPES = tuple(PortType(name) for name in ("bool", "int", "int64", "double", "token"))
+_PLAIN_TYPES += (*_TUPLES, *(PortType(name, array=True) for name in ("int", "int64", "double", "token", "bool")))
+"""What a value is on a port that takes everything, where the file does not say it."""
+
+
+def _typed(value: Any, wanted: PortType | UnionType) -> tuple[PortType, Any]:
+    """The type and value of a literal: the type that the file names, or the first that takes it of those that a port takes."""
+    if isinstance(wanted, PortType) and wanted != types.ANY:
+        return wanted, types.coerce(value, wanted)
+    alternatives = _alternatives(wanted)
+    try:
+        return types.first_that_takes(value, alternatives or _PLAIN_TYPES)
+    except TypeError:
+        raise TypeError(_refusal(value, alternatives)) from None
+
+
+def _refusal(value: Any, alternatives: Sequence[PortType]) -> str:
+    """Why none of several types takes a value, and what to write."""
+    how = "write {type: …, value: …}"
+    if not alternatives:
+        return f"its type is not clear; {how}"
+    if isinstance(value, list | dict) or value is None:
+        return f"none of these takes it; {how}"
+    if any(_takes(alternative, [value]) for alternative in alternatives):
+        return f"expected a list; write [{value}]"
+    single = [alternative for alternative in alternatives if not alternative.array and alternative.count == 1]
+    try:
+        types.coerce(value, (single or alternatives)[-1])  # groups go from whole numbers to real ones to texts
+    except (TypeError, ValueError) as error:
+        return str(error)
+    return how
+
+
+def _takes(port_type: PortType, value: Any) -> bool:
+    try:
+        types.coerce(value, port_type)
+    except (TypeError, ValueError):
+        return False
+    return True
+
+
+def _alternative(named: PortType | UnionType, port_type: PortType | UnionType) -> PortType:
+    """What a port takes for a type that the file names; roles do not matter.
+
+    Raises:
+        ValueError: the port takes nothing of the kind.
+    """
+    named = _one_type(named, "value")
+    if isinstance(port_type, PortType) or named in port_type.alternatives:
+        return named
+    for alternative in port_type.alternatives:
+        if replace(alternative, role=named.role) == named:
+            return alternative
+    raise ValueError(f"expected one of {brief(port_type)}")
+
+
+def _one_type(named: PortType | UnionType, what: str) -> PortType:
+    """A type that something can be of.
+
+    Raises:
+        ValueError: it is several, or that of no value.
+    """
+    if not isinstance(named, PortType) or named.base in ("any", "bundle", "execution"):
+        raise ValueError(f"a {what} is of one type, such as double or token, and not {with_article(named)}")
+    return named
+
+
+def set_overrides(name: str, instances: Sequence[Instance], overrides: Sequence[Override], findings: Findings) -> None:
+    """Put the command line's values into inputs of a graph's instances; those that match are marked as used."""
+    for override in overrides:
+        for instance in instances:
+            if not override.matches(f"{name}/{instance.id}"):
+                continue
+            port = find_port(instance.cls, override.port, ["inputs"])
+            if port is not None and not port.is_exec:
+                override.used = True
+                given_by = f"given by --set {override.text}"
+                _set_literal(instance, port, override.value, partial(_only, instance.span), findings, given_by)
+
+
+def _only(span: Span, *_: str) -> Span:
+    """The one place that there is of a value that stands in no file."""
+    return span
+
+
+def check_required(graph: Graph, findings: Findings) -> None:
+    """Tell of inputs that must have a value or a wire and have neither."""
+    wired, declared = wired_ports(graph), declared_inputs(graph)
+    for instance in graph.instances:
+        groups: dict[str, list[Port]] = {}
+        for port in instance.cls.fields.values():
+            if port.side == "inputs" and port.required:
+                groups.setdefault(port.field if port.required is True else str(port.required), []).append(port)
+        for ports in groups.values():
+            empty = [types.equal(getattr(instance.node, port.field), port.default) for port in ports]
+            told = any(port.field in instance.refused for port in ports)
+            if told or not all(empty) or any((instance.id, port.name) in wired for port in ports):
+                continue
+            if any((instance.id, port.name) in declared for port in ports):
+                graph.left_open |= dict.fromkeys(f"{instance.id}.{port.name}" for port in ports)
+                continue
+            names = " or ".join(repr(port.name) for port in ports)
+            docs = "; ".join(f"{port.name}: {port.doc}" for port in ports if port.doc)
+            message = f"{instance.id} needs its input {names}"
+            remedy = "set it below `inputs:`, or wire it"
+            findings.add("G208", message, instance.span, remedy, docs, related=instance.entry.via)
+
+
+def set_variables(graph: Graph, findings: Findings) -> None:
+    """Give the graph's variables their types and defaults; of one with a mistake nothing more is told."""
+    for name, entry in graph.flat.variables.items():
+        spec, at = entry.spec, partial(entry.document.span, "variables", entry.name)
+        graph.variable_types[name], graph.variables[name] = types.ANY, None
+        try:
+            port_type = _one_type(types.parse(spec.type), "variable")
+        except ValueError as error:
+            hint = "types are double, int, string, vectord[3], …"
+            findings.add("G211", f"variable {name!r}: {error}", at("type"), hint)
+            continue
+        graph.variable_types[name], graph.variables[name] = port_type, port_type.zero
+        if spec.default is None:
+            continue
+        try:
+            graph.variables[name] = types.coerce(spec.default, port_type)
+        except (TypeError, ValueError) as error:
+            wrong, _, remedy = str(error).partition("; ")
+            message = f"variable {name!r} is {with_article(port_type)}: {wrong}{_got(error, spec.default)}"
+            findings.add("G211" if isinstance(error, TypeError) else "G212", message, at("default"), remedy)

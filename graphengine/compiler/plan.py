@@ -1,0 +1,151 @@
+"""What the generated functions do, as plain data: regions, calls in order, guards, copies, refreshes of data nodes.
+
+A **region** is what is reached from the events of a pass, or from one port of a pusher, without crossing another pusher's
+port; or from the events that a play, or the graph, ends with. `planning` makes a plan of a resolved graph, `graphrun show`
+prints it, `codegen` turns it into source.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from graphengine.compiler.gates import Gate
+from graphengine.compiler.graph import Graph
+from graphengine.node.node_class import Ending
+
+
+@dataclass(frozen=True, slots=True)
+class Copy:
+    """A value goes from one node's field to another's."""
+
+    source: int
+    source_field: str
+    target: int
+    target_field: str
+    converter: str = ""
+    setup: bool = False
+    """The target is read in `setup`: when the value changes, the node is set up again."""
+
+
+@dataclass(frozen=True, slots=True)
+class Refresh:
+    """A data node is computed before its consumer: always, or when something it depends on changed."""
+
+    node: int
+    copies: tuple[Copy, ...]
+    if_stale: bool = False
+    flagged: bool = False
+    repeated: bool = False
+    """It shows what its consumer puts out, and so belongs to each activation of a consumer that counts them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fire:
+    """What follows when a port fires: local flags and counters of the region, or a pin that waits on the node itself."""
+
+    target: int
+    guard: str = ""
+    counter: str = ""
+    pending_pin: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """One execution output: its bit in what `compute` returns, and what it leads to."""
+
+    mask: int
+    fires: tuple[Fire, ...] = ()
+    region: int = -1
+    """Of a pusher: the region that runs for each yield of the port."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pin:
+    """An execution input that a node is told about."""
+
+    field: str
+    counter: str = ""
+    """Local counter of how often it fired in this run of the region; empty when nothing in the region fires it."""
+    pending: bool = False
+    """A control pin that may have fired for this activation in an earlier one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Activation:
+    """Of a node that counts: how often one of its wires fired, and the pin it leads to."""
+
+    counter: str
+    pin: str
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """One node in its place in a region."""
+
+    node: int
+    kind: str
+    guard: str
+    """Local flag that must be set; empty when the node always runs."""
+    refreshes: tuple[Refresh, ...]
+    copies: tuple[Copy, ...]
+    gated: bool
+    branches: tuple[Branch, ...]
+    marks: tuple[int, ...]
+    """Data nodes that become stale when this node has computed."""
+    pins: tuple[Pin, ...]
+    """Empty for a node with one incoming wire: there is nothing to tell."""
+    activations: tuple[Activation, ...] = ()
+    rereads: tuple[Refresh, ...] | None = None
+    """Of a pusher that reads its inputs again after each yield: the data nodes among what it reads."""
+
+
+@dataclass(frozen=True, slots=True)
+class Region:
+    """Calls in order; `flags` are the local integers that start at 0."""
+
+    index: int
+    title: str
+    flags: tuple[str, ...]
+    entries: tuple[Fire, ...]
+    """What the wires set that start the region."""
+    calls: tuple[Call, ...]
+    stale: tuple[int, ...] = ()
+    """Of a root region: data nodes that each pass makes stale."""
+    pending: tuple[tuple[int, tuple[Branch, ...]], ...] = ()
+    """Of a root region: latent nodes that may have fired since the last pass."""
+    ending: Ending | None = None
+    """Of a region that starts outside of ticks: the method of its events."""
+
+
+@dataclass(slots=True)
+class Plan:
+    """Everything that the generated functions do."""
+
+    graph: Graph
+    regions: list[Region] = field(default_factory=list)
+    constants: list[Refresh] = field(default_factory=list)
+    """Data nodes that cannot change while the graph runs, computed once."""
+    constant_copies: list[Copy] = field(default_factory=list)
+    flagged: tuple[int, ...] = ()
+    """Data nodes with a run-time flag that says whether they are stale."""
+    latent_marks: dict[int, tuple[int, ...]] = field(default_factory=dict)
+    """Data nodes that become stale when a latent node was updated."""
+    order: list[int] = field(default_factory=list)
+    """Every node that can run, in schedule order, each data node before its first consumer; setup follows it."""
+    early: set[int] = field(default_factory=set)
+    """Data nodes that change while the graph runs, but whose values inputs that are read in `setup` need before."""
+    gates: dict[int, tuple[int, ...]] = field(default_factory=dict)
+    """Of nodes that run in every pass while no node raises, except for gates above them: these gates."""
+
+    @property
+    def root(self) -> Region:
+        """The region that starts from the events of a pass."""
+        return self.regions[0]
+
+    def rate(self, index: int, passes: float) -> float | None:
+        """How often a node runs in a second of so many passes; None where that cannot be told beforehand."""
+        rate: float | None = passes if index in self.gates else None
+        for gate in self.gates.get(index, ()):
+            node = self.graph.instances[gate].node
+            rate = node.rate(rate) if rate is not None and isinstance(node, Gate) else None
+        return rate

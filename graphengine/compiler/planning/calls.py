@@ -1,0 +1,164 @@
+"""The calls of a region: what guards each node, what it fires, and which data nodes are brought up to date before it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from graphengine.compiler.graph import Wire
+from graphengine.compiler.plan import Activation, Branch, Call, Fire, Pin, Refresh, Region
+from graphengine.compiler.planning.regions import RegionGraph
+
+
+class RegionWriter:
+    """Writes one region's calls, keeping book of which data nodes are up to date where."""
+
+    def __init__(self, graph: RegionGraph, region: int) -> None:
+        self.graph = graph
+        self.region = region
+        self.inside = set(graph.members[region])
+        self.entered = {wire.order for wire in graph.entries[region]}
+        """Orders of the wires that start the region for certain."""
+        self.flags: dict[str, None] = {}
+        self.guards: dict[int, str] = {}
+        self.state: dict[int, str] = {}
+        """Of each data node: `stale`, `clean`, `maybe`, or `clean under <guard>`."""
+
+    def write(self) -> Region:
+        """The region with all its calls."""
+        graph, root = self.graph, self.region == 0
+        pass_ = root or self.region in graph.endings
+        for data in graph.data_rank:
+            if data in graph.constant:
+                self.state[data] = "clean"
+            else:
+                self.state[data] = "stale" if pass_ and data in graph.volatile else "maybe"
+        for index in graph.members[self.region]:
+            self.guards[index] = self._guard(index)
+        calls = tuple(self._call(index) for index in graph.members[self.region])
+        stale = tuple(d for d in sorted(graph.flagged) if d in graph.volatile) if pass_ else ()
+        entries = tuple(self._fires(graph.entries[self.region]))
+        pending = self._pending() if root else ()
+        title, ending = graph.titles[self.region], graph.endings.get(self.region)
+        return Region(self.region, title, tuple(self.flags), entries, calls, stale, pending, ending)
+
+    def _in_wires(self, index: int) -> list[Wire]:
+        """Wires that can start a node in this region."""
+        graph, root = self.graph, self.region == 0
+        return [
+            w
+            for w in graph.exec_in.get(index, [])
+            if w.order in self.entered
+            or (root and w.source in graph.latents)
+            or (w.source in self.inside and graph.kinds[w.source] in ("event", "action") and graph.forward(w))
+        ]
+
+    def _guard(self, index: int) -> str:
+        graph, wires = self.graph, self._in_wires(index)
+        if index in graph.events or any(wire.order in self.entered for wire in wires):
+            return ""
+        if len(wires) == 1:  # all nodes that only this port fires share its flag
+            return self._flag(f"f{wires[0].source}_{wires[0].source_field}")
+        return self._flag(f"f{index}")
+
+    def _flag(self, name: str) -> str:
+        """A local integer that starts at 0."""
+        self.flags[name] = None
+        return name
+
+    def _tells_pins(self, index: int) -> bool:
+        """Whether a node's execution inputs say different things from one run to the next."""
+        wires = self.graph.exec_in.get(index, [])
+        return self.graph.fired_often(index) or any(wire.order in self.graph.pending_control for wire in wires)
+
+    def _pins(self, index: int) -> tuple[Pin, ...]:
+        if not self._tells_pins(index):
+            return ()
+        waiting = {w.target_field for w in self.graph.exec_in[index] if w.order in self.graph.pending_control}
+        fired = set() if index in self.graph.counting else {wire.target_field for wire in self._in_wires(index)}
+        pins = self.graph.exec_in_ports(index)
+        return tuple(Pin(p, self._flag(f"x{index}_{p}") if p in fired else "", p in waiting) for p in pins)
+
+    def _fires(self, wires: Iterable[Wire]) -> Iterator[Fire]:
+        """What wires set when they fire; nothing where a node runs anyway and need not be told."""
+        set_already = {""}
+        for wire in sorted(wires, key=lambda w: w.order):
+            target = wire.target
+            if wire.order in self.graph.pending_control:
+                yield Fire(target, pending_pin=wire.target_field)
+                continue
+            guard = "" if self.guards[target] in set_already else self.guards[target]
+            set_already.add(guard)
+            counter = ""
+            if target in self.graph.counting:
+                counter = self._flag(f"w{wire.order}")
+            elif self._tells_pins(target):
+                counter = self._flag(f"x{target}_{wire.target_field}")
+            if guard or counter:
+                yield Fire(target, guard, counter)
+
+    def _branches(self, index: int) -> tuple[Branch, ...]:
+        """One for each execution output; a pusher's ports fire by themselves only pins that wait."""
+        graph = self.graph
+        branches = []
+        for port in graph.node(index).cls.fields.values():
+            if not port.is_exec or port.side != "outputs":
+                continue
+            wires = [w for w in graph.exec_out.get(index, []) if w.source_field == port.field]
+            region = graph.pin_region.get((index, port.field), -1)
+            if graph.kinds[index] == "pusher":
+                wires = [w for w in wires if w.order in graph.pending_control]
+            branches.append(Branch(port.mask, tuple(self._fires(wires)), region))
+        return tuple(branches)
+
+    def _pending(self) -> tuple[tuple[int, tuple[Branch, ...]], ...]:
+        latent = [index for index in sorted(self.graph.latents) if self.graph.exec_out.get(index)]
+        return tuple((index, self._branches(index)) for index in latent)
+
+    def _call(self, index: int) -> Call:
+        graph = self.graph
+        kind, guard = graph.kinds[index], self.guards[index]
+        refreshes = tuple(r for data in graph.data_needs(index) for r in self._refresh(data, index))
+        branches = () if kind == "latent" else self._branches(index)
+        self._invalidate(index, guard)
+        activations: tuple[Activation, ...] = ()
+        if index in graph.counting:
+            wires = sorted(self._in_wires(index), key=lambda w: (not self._is_control(w), w.order))
+            activations = tuple(Activation(self._flag(f"w{w.order}"), w.target_field) for w in wires)
+        gated = graph.node(index).cls.gated
+        copies, marks, rereads = graph.changing_copies(index), graph.marks(index), None
+        if kind == "pusher" and graph.node(index).cls.rereads:
+            needs = graph.data_needs(index)
+            graph.flagged.update(needs)
+            rereads = tuple(Refresh(data, graph.changing_copies(data), if_stale=True, flagged=True) for data in needs)
+        return Call(
+            index, kind, guard, refreshes, copies, gated, branches, marks, self._pins(index), activations, rereads
+        )
+
+    def _is_control(self, wire: Wire) -> bool:
+        return self.graph.node(wire.target).cls.fields[wire.target_field].control
+
+    def _refresh(self, data: int, consumer: int) -> list[Refresh]:
+        """How a data node is brought up to date before a consumer."""
+        graph, state, guard = self.graph, self.state[data], self.guards[consumer]
+        repeated = consumer in graph.counting and consumer in graph.depends[data]
+        if not repeated and (state == "clean" or (guard and state == f"clean under {guard}")):
+            return []
+        sure = state == "stale" and not repeated
+        if not sure:
+            graph.flagged.add(data)
+        self.state[data] = f"clean under {guard}" if guard else "clean"
+        return [Refresh(data, graph.changing_copies(data), not sure, data in graph.flagged, repeated)]
+
+    def _invalidate(self, index: int, guard: str) -> None:
+        """Note which data nodes are stale, or may be, after a node has run."""
+        graph = self.graph
+        pusher = graph.kinds[index] == "pusher"
+        for data in graph.dependents.get(index, ()):
+            if not guard and not pusher:
+                self.state[data] = "stale"
+            elif self.state[data] != "stale":
+                self.state[data] = "maybe"
+        for data in {d for covered in graph.covers.get(index, ()) for d in graph.dependents.get(covered, ())}:
+            self.state[data] = "maybe"
+        if pusher:  # a region below may have brought up to date what was stale before
+            self.state |= dict.fromkeys((data for data, state in self.state.items() if state == "stale"), "maybe")

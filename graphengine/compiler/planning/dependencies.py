@@ -1,0 +1,106 @@
+"""What each data node depends on, and with that when it must be computed again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from graphengine.compiler.graph import Graph, Wire
+from graphengine.compiler.plan import Copy
+from graphengine.compiler.planning.wiring import WiredGraph
+from graphengine.format.diagnostics import Findings
+
+
+class DependencyGraph(WiredGraph):
+    """A wired graph that knows what its data nodes show.
+
+    Attributes:
+        flagged: data nodes with a run-time flag that says whether they are stale; grows while calls are written.
+    """
+
+    def __init__(self, graph: Graph, findings: Findings) -> None:
+        super().__init__(graph, findings)
+        self.flagged: set[int] = set()
+        self._upstream: dict[int, list[int]] = {}
+        self._find_dependencies()
+
+    def _find_dependencies(self) -> None:
+        self.shows: dict[int, set[int]] = {}
+        """For each data node: the executed nodes whose outputs it shows."""
+        self.depends: dict[int, set[int]] = {}
+        """The same, and the executed nodes that write what it reads."""
+        self.dependents: dict[int, list[int]] = {}
+        """For each executed node: the data nodes that depend on it."""
+        self.volatile: set[int] = set()
+        writers: dict[str, set[int]] = {}
+        for instance in self.graph.instances:
+            for key in self.graph.writes(instance.index):
+                writers.setdefault(key, set()).add(instance.index)
+        for index in self.data_rank:
+            instance = self.node(index)
+            shows: set[int] = set()
+            written: set[int] = set()
+            if instance.cls.volatile:
+                self.volatile.add(index)
+                written.update(*(writers.get(key, ()) for key in self.graph.reads(index)))
+            for source in self._sources_of_value(index):
+                if self.kinds[source] != "data":
+                    shows.add(source)
+                    continue
+                shows |= self.shows[source]
+                written |= self.depends[source]
+                if source in self.volatile:
+                    self.volatile.add(index)
+            self.shows[index], self.depends[index] = shows, shows | written
+            for source in sorted(self.depends[index]):
+                self.dependents.setdefault(source, []).append(index)
+        self.constant = {d for d in self.data_rank if not self.depends[d] and d not in self.volatile}
+
+    def _sources_of_value(self, index: int) -> Iterator[int]:
+        """Nodes whose outputs a node reads."""
+        return (wire.source for wire in self.data_in.get(index, []) if not self.reads_input(wire))
+
+    def upstream(self, index: int) -> list[int]:
+        """Data nodes that a node reads, directly or through others, in the order to compute them."""
+        if index not in self._upstream:
+            self._upstream[index] = self._find_upstream(index)
+        return self._upstream[index]
+
+    def _find_upstream(self, index: int) -> list[int]:
+        found: set[int] = set()
+        pending = list(self._sources_of_value(index))
+        while pending:
+            source = pending.pop()
+            if source in self.data_rank and source not in found:
+                found.add(source)
+                pending += self._sources_of_value(source)
+        return sorted(found, key=lambda data: self.data_rank[data])
+
+    def data_needs(self, index: int) -> list[int]:
+        """The same without constants."""
+        return [data for data in self.upstream(index) if data not in self.constant]
+
+    def marks(self, index: int) -> tuple[int, ...]:
+        """Data nodes with a run-time flag that become stale when a node has computed."""
+        return tuple(data for data in self.dependents.get(index, ()) if data in self.flagged)
+
+    def copies(self, index: int, *, constant: bool | None) -> tuple[Copy, ...]:
+        """Copies into a node: from constants only, from what changes only, or all."""
+        copies = []
+        for wire in self.data_in.get(index, []):
+            fixed = self.reads_input(wire) or wire.source in self.constant
+            if constant is None or fixed == constant:
+                setup = self.node(index).cls.fields[wire.target_field].setup
+                copies.append(
+                    Copy(wire.source, wire.source_field, index, wire.target_field, wire.converter, setup and not fixed)
+                )
+        return tuple(copies)
+
+    def report_previous(self, wire: Wire, source: int, why: str, remedy: str) -> None:
+        """Tell of a wire that hands on what its source put out in the pass before."""
+        message = f"{wire.entry.target} reads the value that {self.node(source).id} had before this pass: {why}"
+        either = f"if that is meant, leave it; else {remedy}"
+        self.findings.add("W104", message, wire.span, either, related=wire.entry.via)
+
+    def changing_copies(self, index: int) -> tuple[Copy, ...]:
+        """Copies that are made whenever the node runs."""
+        return self.copies(index, constant=False)

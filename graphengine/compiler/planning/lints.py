@@ -1,0 +1,46 @@
+"""Where only the tie rule decides whether a reader sees a write of the same pass."""
+
+from __future__ import annotations
+
+import itertools
+
+import networkx as nx
+
+from graphengine.compiler.planning.regions import RegionGraph
+
+
+def lint_reads_and_writes(regions: RegionGraph) -> None:
+    """Tell where only the tie rule decides whether a reader sees a write of the same pass."""
+    running = set[int]().union(*regions.members)
+    writers: dict[str, list[int]] = {}
+    for index in sorted(running):
+        for name in regions.graph.writes(index):
+            writers.setdefault(name, []).append(index)
+    if not writers:
+        return
+    for instance in regions.graph.instances:
+        for name in regions.graph.reads(instance.index):
+            readers = (
+                [instance.index] if regions.kinds[instance.index] != "data" else _consumers(regions, instance.index)
+            )
+            for reader in (reader for reader in readers if reader in running):
+                for writer in writers.get(name, []):
+                    if _in_stated_order(regions, reader, writer):
+                        continue
+                    one, other, what = regions.node(reader), regions.node(writer), name.replace(":", " ")
+                    message = f"{one.id} reads and {other.id} writes {what}, in no stated order"
+                    related = [(other.span, "written here"), *one.entry.via]
+                    regions.findings.add("W105", message, one.span, "order them with a Multisequence", related=related)
+
+
+def _in_stated_order(regions: RegionGraph, one: int, other: int) -> bool:
+    """Whether execution, or the order of a pusher's ports, says which of two nodes comes first."""
+    if nx.has_path(regions.execution, one, other) or nx.has_path(regions.execution, other, one):
+        return True
+    pairs = (pair for ports in regions.port_covers.values() for pair in itertools.permutations(ports, 2))
+    return any(one in first and other in second for first, second in pairs)
+
+
+def _consumers(regions: RegionGraph, data: int) -> list[int]:
+    """Executed nodes that read a data node, through others too."""
+    return [i for i, kind in enumerate(regions.kinds) if kind != "data" and data in regions.data_needs(i)]

@@ -1,0 +1,63 @@
+"""The plan of a push graph: every node in every pass, in the order of all wires, which only order and carry values.
+
+What nodes fire leads to nothing, and what latent nodes fire does not order either. Execution inputs say that they were fired, but
+for control pins (toggle, reset, break), which would act in every pass. A pusher runs through all that it yields, a latent node
+starts anew in every pass.
+"""
+
+from __future__ import annotations
+
+import networkx as nx
+
+from graphengine.compiler.graph import Graph, Wire
+from graphengine.compiler.plan import Call, Plan, Region
+from graphengine.compiler.planning.dependencies import DependencyGraph
+from graphengine.format.diagnostics import Findings
+
+
+class PushGraph(DependencyGraph):
+    """A graph of which every node runs.
+
+    Attributes:
+        order: all nodes, each after those that it reads and those that would start it.
+    """
+
+    def __init__(self, graph: Graph, findings: Findings) -> None:
+        super().__init__(graph, findings)
+        self.order: list[int] = []
+        if self.acyclic:
+            self._order_nodes()
+
+    def _order_nodes(self) -> None:
+        """Where a value would have to come from a later node, the node reads the one of the pass before."""
+        order: nx.DiGraph[int] = nx.DiGraph(self.execution.edges)
+        order.add_nodes_from(range(len(self.kinds)))
+        wires = [wire for into in self.data_in.values() for wire in into if not self.reads_input(wire)]
+        pure = self.data_rank.keys()
+        order.add_edges_from((wire.source, wire.target) for wire in wires if {wire.source, wire.target} <= pure)
+        others = [wire for wire in sorted(wires, key=lambda wire: wire.order) if not {wire.source, wire.target} <= pure]
+        tentative = order.copy()
+        tentative.add_edges_from((wire.source, wire.target) for wire in others)
+        knot = {n: number for number, part in enumerate(nx.strongly_connected_components(tentative)) for n in part}
+        for wire in others:
+            if knot[wire.source] == knot[wire.target] and nx.has_path(order, wire.target, wire.source):
+                if wire.source != wire.target:
+                    self._report_previous(wire)
+            else:
+                order.add_edge(wire.source, wire.target)
+        self.order = list(nx.lexicographical_topological_sort(order))
+
+    def _report_previous(self, wire: Wire) -> None:
+        why = f"other wires order {self.node(wire.target).id} before it"
+        self.report_previous(wire, wire.source, why, "take out one of the wires")
+
+    def plan(self) -> Plan:
+        """One region with a call of each node that can change."""
+        changing = [index for index in self.order if index not in self.constant]
+        plan = Plan(self.graph, [Region(0, "pass", (), (), tuple(map(self._call, changing)))])
+        plan.gates = dict.fromkeys(self.order, ())
+        return plan
+
+    def _call(self, index: int) -> Call:
+        gated = self.node(index).cls.gated
+        return Call(index, self.kinds[index], "", (), self.changing_copies(index), gated, (), (), ())

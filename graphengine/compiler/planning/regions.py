@@ -1,0 +1,226 @@
+"""Regions: what is reached without crossing a pusher's port, and in which order its nodes run.
+
+Within a region nodes are ordered topologically over execution and data wires; a pusher with everything below it is one unit.
+Ties go by the line of the first incoming execution wire, else by the node's position.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import networkx as nx
+
+from graphengine.compiler.gates import Gate
+from graphengine.compiler.graph import Graph, Wire
+from graphengine.compiler.planning.dependencies import DependencyGraph
+from graphengine.format.diagnostics import Findings
+from graphengine.node.node_class import ENDINGS, Ending
+
+MAX_PUSHERS = 500
+"""One below the other: the function of each one's region calls that of the next, and Python allows some 1000 calls."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """A node reads from one that is executed: through a wire, and perhaps data nodes."""
+
+    reader: int
+    source: int
+    wire: Wire
+    shown: bool
+    """Whether an output of the source is read, and not only what it writes elsewhere."""
+
+
+class RegionGraph(DependencyGraph):
+    """A graph cut into regions.
+
+    Attributes:
+        members: nodes of each region, in the order they run.
+        entries: wires that start each region; of several ports that open one region alike, those of the first.
+        titles: of the regions, for people.
+        endings: regions that start outside of ticks, with the method of the events that they start from.
+        pin_region: the region that a pusher's port opens, -1 for one without nodes.
+        covers: for each pusher every node in the regions below it.
+        port_covers: the same for each of its ports, in order.
+        gates: of nodes that run in every pass but for gates that they are behind, these gates.
+    """
+
+    def __init__(self, graph: Graph, findings: Findings) -> None:
+        super().__init__(graph, findings)
+        self.members: list[list[int]] = []
+        self.entries: list[list[Wire]] = []
+        self.titles: list[str] = []
+        self.endings: dict[int, Ending] = {}
+        self.pin_region: dict[tuple[int, str], int] = {}
+        self.covers = {i: nx.descendants(self.execution, i) for i, kind in enumerate(self.kinds) if kind == "pusher"}
+        self.port_covers = {pusher: self._cover_ports(pusher) for pusher in self.covers}
+        self.gates: dict[int, tuple[int, ...]] = {}
+        self.acyclic = self.acyclic and self._check_depth()
+        if self.acyclic:
+            self._open_regions()
+            self._order_regions()
+            self._find_gates()
+
+    def _check_depth(self) -> bool:
+        """Whether no more pushers lie one below the other than can run."""
+        depth = dict[int, int]()
+        for index in nx.topological_sort(self.execution):
+            above = max((depth[source] for source in self.execution.predecessors(index)), default=0)
+            depth[index] = above + (self.kinds[index] == "pusher")
+            if depth[index] > MAX_PUSHERS:
+                node = self.node(index)
+                what = f"{node.id} lies below more than {MAX_PUSHERS} loops and sequences, one below the other"
+                self.findings.add("G105", what, node.span, "wire them one after the other", related=node.entry.via)
+                return False
+        return True
+
+    def _open_regions(self) -> None:
+        starts = [i for i, kind in enumerate(self.kinds) if kind in ("event", "pusher") and not self.exec_in_ports(i)]
+        self.events = set(starts)
+        reached, count = set(starts), -1
+        while count != len(reached):  # what starts a latent node starts, in a later pass, what follows it
+            count = len(reached)
+            starts += [w.target for i in sorted(reached) if self.kinds[i] == "latent" for w in self.exec_out.get(i, [])]
+            reached = set(starts).union(*(nx.descendants(self.execution, start) for start in set(starts)))
+        self.latents = {i for i in reached if self.kinds[i] == "latent"}
+        self._open_region("pass", [], starts)
+        for ending in ENDINGS:
+            ended = [i for i in starts if self.kinds[i] == "event" and hasattr(self.node(i).cls, ending)]
+            if ended:
+                self.endings[self._open_region(ending, [], ended)] = ending
+        known: dict[tuple[tuple[int, str], ...], int] = {}
+        opened = 0
+        while opened < len(self.members):  # regions open further regions
+            for index in [i for i in self.members[opened] if self.kinds[i] == "pusher"]:
+                for port in self.exec_outputs(index):
+                    if (index, port) not in self.pin_region:
+                        self.pin_region[index, port] = self._region_below(index, port, known)
+            opened += 1
+
+    def _open_region(self, title: str, entries: list[Wire], starts: Iterable[int]) -> int:
+        self.titles.append(title)
+        self.entries.append(entries)
+        self.members.append(self._reach(starts))
+        return len(self.members) - 1
+
+    def _region_below(self, pusher: int, port: str, known: dict[tuple[tuple[int, str], ...], int]) -> int:
+        """The region that a port opens; ports that start the same pins share one, -1 is one without nodes."""
+        wires = [w for w in self.exec_out.get(pusher, []) if w.source_field == port and self.forward(w)]
+        title = f"{self.node(pusher).id}.{self.node(pusher).cls.fields[port].name}"
+        pins = tuple(sorted((wire.target, wire.target_field) for wire in wires))
+        if not pins:
+            return -1
+        if pins in known:
+            self.titles[known[pins]] += f" or {title}"
+        else:
+            known[pins] = self._open_region(title, wires, [wire.target for wire in wires])
+        return known[pins]
+
+    def _reach(self, starts: Iterable[int]) -> list[int]:
+        """Nodes reached by execution without crossing a pusher's port."""
+        found: dict[int, None] = {}
+        pending = list(dict.fromkeys(starts))[::-1]
+        while pending:
+            index = pending.pop()
+            if index in found:
+                continue
+            found[index] = None
+            if self.kinds[index] not in ("pusher", "latent"):
+                pending += [w.target for w in reversed(self.exec_out.get(index, [])) if self.forward(w)]
+        return list(found)
+
+    def readings(self, reader: int) -> Iterator[Reading]:
+        """What a node reads from executed nodes."""
+        for wire in self.data_in.get(reader, []):
+            if self.reads_input(wire):
+                continue
+            if self.kinds[wire.source] != "data":
+                yield Reading(reader, wire.source, wire, shown=True)
+                continue
+            for source in sorted(self.depends[wire.source]):
+                yield Reading(reader, source, wire, shown=source in self.shows[wire.source])
+
+    def _order_regions(self) -> None:
+        first_wire = {i: min((w.order for w in wires), default=-1) for i, wires in self.exec_in.items()}
+        for region, members in enumerate(self.members):
+            inside = set(members)
+            owners: dict[int, list[int]] = {}
+            for unit in members:
+                for covered in {unit} | self.covers.get(unit, set()):
+                    owners.setdefault(covered, []).append(unit)
+            order: nx.DiGraph[int] = nx.DiGraph()
+            order.add_nodes_from(members)
+            for unit in members:
+                if self.kinds[unit] not in ("pusher", "latent"):
+                    targets = [w.target for w in self.exec_out.get(unit, []) if self.forward(w) and w.target in inside]
+                    order.add_edges_from((unit, target) for target in targets)
+            self._add_data_edges(order, owners)
+
+            def key(index: int) -> tuple[int, int, int]:
+                return (0 if index in self.events else 1, first_wire.get(index, -1), index)
+
+            self.members[region] = list(nx.lexicographical_topological_sort(order, key=key))
+        for pusher in self.covers:
+            self._lint_later_ports(pusher)
+
+    def _cover_ports(self, pusher: int) -> list[set[int]]:
+        wires = [w for w in self.exec_out.get(pusher, []) if self.forward(w)]
+        below = {w.target: {w.target} | nx.descendants(self.execution, w.target) for w in wires}
+        ports = [[w.target for w in wires if w.source_field == port] for port in self.exec_outputs(pusher)]
+        return [set[int]().union(*(below[target] for target in targets)) for targets in ports]
+
+    def _lint_later_ports(self, pusher: int) -> None:
+        """Tell of a node below one port that reads what only a later port's nodes compute."""
+        reached = self.port_covers[pusher]
+        before: set[int] = set()
+        for position, nodes in enumerate(reached):
+            later = set().union(*reached[position + 1 :]) - nodes - before
+            for reader in sorted(nodes):
+                for reading in self.readings(reader):
+                    if reading.source in later:
+                        self._report_previous(reading)
+            before |= nodes
+
+    def _add_data_edges(self, order: nx.DiGraph[int], owners: dict[int, list[int]]) -> None:
+        """Order readers after what they read; a wire that would close a cycle reads the previous value."""
+        edges: list[tuple[int, int, Reading]] = []
+        for reader, units in owners.items():
+            for reading in self.readings(reader):
+                if self.kinds[reading.source] != "latent":
+                    befores = owners.get(reading.source, [])
+                    edges += [(before, unit, reading) for unit in units for before in befores if before != unit]
+        edges.sort(key=lambda edge: (edge[2].wire.order, edge[0], edge[1]))
+        tentative = order.copy()
+        tentative.add_edges_from((before, unit) for before, unit, _ in edges)
+        component = {n: i for i, part in enumerate(nx.strongly_connected_components(tentative)) for n in part}
+        for before, unit, reading in edges:
+            if order.has_edge(before, unit):
+                continue
+            if component[before] == component[unit] and nx.has_path(order, unit, before):
+                self._report_previous(reading)
+            else:
+                order.add_edge(before, unit)
+
+    def _report_previous(self, reading: Reading) -> None:
+        if not reading.shown:
+            return  # that a variable is read before it is written needs no remark
+        why = f"execution orders {self.node(reading.reader).id} before it"
+        self.report_previous(reading.wire, reading.source, why, "change the order of execution")
+
+    def _find_gates(self) -> None:
+        """Find the nodes of the root region that run in every pass, except for gates above them, while no node raises."""
+        for index in self.members[0]:
+            wires = [wire for wire in self.exec_in.get(index, []) if self.forward(wire)]
+            if index in self.events or any(self._fired_behind(wire) == () for wire in wires):
+                self.gates[index] = ()
+            elif len(wires) == 1 and (behind := self._fired_behind(wires[0])) is not None:
+                self.gates[index] = behind
+
+    def _fired_behind(self, wire: Wire) -> tuple[int, ...] | None:
+        """The gates through which a wire fires in every pass; None where something else decides as well."""
+        behind = self.gates.get(wire.source)
+        if behind is not None and isinstance(self.node(wire.source).node, Gate):
+            return None if self.fired_often(wire.source) else (*behind, wire.source)
+        plain = self.kinds[wire.source] in ("event", "action") and not self.node(wire.source).cls.gated
+        return behind if plain else None

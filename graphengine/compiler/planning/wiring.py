@@ -1,0 +1,146 @@
+"""A resolved graph with its wires indexed: what starts what, what reads what, and that nothing runs in a circle."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import networkx as nx
+
+from graphengine.compiler.graph import Graph, Instance, Wire
+from graphengine.format.diagnostics import Findings
+
+
+class WiredGraph:
+    """A graph's wires by node.
+
+    Attributes:
+        graph: instances and wires.
+        findings: where mistakes go.
+        kinds: of each node.
+        acyclic: whether it can be planned at all.
+    """
+
+    def __init__(self, graph: Graph, findings: Findings) -> None:
+        self.graph = graph
+        self.findings = findings
+        self.kinds = [instance.cls.kind() for instance in graph.instances]
+        self.data_in: dict[int, list[Wire]] = {}
+        """Wires into each node; one that began at a wired input begins where that input's value comes from."""
+        self.exec_out: dict[int, list[Wire]] = {}
+        self.exec_in: dict[int, list[Wire]] = {}
+        self.execution: nx.DiGraph[int] = nx.DiGraph()
+        """What starts what in the same pass."""
+        self.pending_control: set[int] = set()
+        """Orders of control wires that close a cycle."""
+        self.data_rank: dict[int, int] = {}
+        """Data nodes in an order in which each comes after those it reads."""
+        self.counting: set[int] = set()
+        """Nodes that count activations, and may see several in one run of a region."""
+        self._index_wires()
+        self.acyclic = all([self._check_data_cycles(), self._check_exec_cycles()])  # both tell what they find
+        if self.acyclic:
+            self._find_counting()
+
+    def node(self, index: int) -> Instance:
+        """A node by its index."""
+        return self.graph.instances[index]
+
+    def _index_wires(self) -> None:
+        wire_into = {(wire.target, wire.target_field): wire for wire in self.graph.data_wires}
+        for wire in self.graph.data_wires:
+            origin, converter, seen = wire, wire.converter, {wire.order}
+            while self.reads_input(origin):
+                upstream = wire_into.get((origin.source, origin.source_field))
+                if upstream is None or upstream.order in seen:
+                    break
+                seen.add(upstream.order)
+                origin, converter = upstream, converter or upstream.converter
+            effective = replace(wire, source=origin.source, source_field=origin.source_field, converter=converter)
+            self.data_in.setdefault(wire.target, []).append(effective)
+        for wire in self.graph.exec_wires:
+            self.exec_out.setdefault(wire.source, []).append(wire)
+            self.exec_in.setdefault(wire.target, []).append(wire)
+
+    def reads_input(self, wire: Wire) -> bool:
+        """Whether a wire starts at an input; of those in `data_in`, at one that nothing is wired to: a constant."""
+        return self.node(wire.source).cls.fields[wire.source_field].side == "inputs"
+
+    def _check_data_cycles(self) -> bool:
+        graph: nx.DiGraph[int] = nx.DiGraph()
+        graph.add_nodes_from(i for i, kind in enumerate(self.kinds) if kind == "data")
+        wires = [w for i in graph for w in self.data_in.get(i, []) if w.source in graph and not self.reads_input(w)]
+        graph.add_edges_from((wire.source, wire.target) for wire in wires)
+        if self._report_cycles("G209", "data nodes wait for each other", graph, wires):
+            return False
+        self.data_rank = _ranks(graph)
+        return True
+
+    def _check_exec_cycles(self) -> bool:
+        """Control wires that close a cycle act for the next activation; any other cycle is an error."""
+        graph = self.execution
+        wires: list[Wire] = []
+        control: list[Wire] = []
+        graph.add_nodes_from(range(len(self.kinds)))
+        for wire in self.graph.exec_wires:
+            if self.kinds[wire.source] == "latent":
+                continue
+            is_control = self.node(wire.target).cls.fields[wire.target_field].control
+            (control if is_control else wires).append(wire)
+        graph.add_edges_from((wire.source, wire.target) for wire in wires)
+        if self._report_cycles("G210", "execution runs in a circle", graph, wires):
+            return False
+        rank = _ranks(graph)
+        for wire in control:
+            backward = rank[wire.source] >= rank[wire.target]
+            if backward and nx.has_path(graph, wire.target, wire.source):
+                self.pending_control.add(wire.order)
+                continue
+            graph.add_edge(wire.source, wire.target)
+            if backward:
+                rank = _ranks(graph)
+        return True
+
+    def _report_cycles(self, code: str, what: str, graph: nx.DiGraph[int], wires: list[Wire]) -> bool:
+        """Tell of one cycle in each knot of nodes that wait for each other; whether there is any."""
+        between = {(wire.source, wire.target): wire for wire in reversed(wires)}
+        found = False
+        for component in sorted(nx.strongly_connected_components(graph), key=min):
+            first = min(component)
+            if len(component) > 1 or graph.has_edge(first, first):
+                loop = nx.find_cycle(graph.subgraph(component), first)
+                self._report_cycle(code, what, [between[edge[0], edge[1]] for edge in loop])
+                found = True
+        return found
+
+    def _report_cycle(self, code: str, what: str, loop: list[Wire]) -> None:
+        path = " -> ".join([self.node(wire.source).id for wire in loop] + [self.node(loop[0].source).id])
+        by = "a node that has an execution input" if code == "G209" else "a Delay, or a control pin"
+        related = [*((wire.span, str(wire)) for wire in loop), *loop[0].entry.via]
+        self.findings.add(code, f"{what}: {path}", loop[0].span, f"break it with {by}", related=related)
+
+    def forward(self, wire: Wire) -> bool:
+        """Whether a wire starts something in the same pass."""
+        return wire.order not in self.pending_control and self.kinds[wire.source] != "latent"
+
+    def _find_counting(self) -> None:
+        for index in nx.topological_sort(self.execution):
+            if self.node(index).cls.counts and self.fired_often(index):
+                self.counting.add(index)
+
+    def fired_often(self, index: int) -> bool:
+        """Whether a node may be fired more than once in one run of a region."""
+        wires = self.exec_in.get(index, [])
+        return len(wires) > 1 or any(wire.source in self.counting for wire in wires)
+
+    def exec_in_ports(self, index: int) -> list[str]:
+        """Fields of a node's execution inputs."""
+        return [p.field for p in self.node(index).cls.fields.values() if p.is_exec and p.side == "inputs"]
+
+    def exec_outputs(self, index: int) -> list[str]:
+        """Fields of a node's execution outputs."""
+        return [p.field for p in self.node(index).cls.fields.values() if p.is_exec and p.side == "outputs"]
+
+
+def _ranks(graph: nx.DiGraph[int]) -> dict[int, int]:
+    """Position of each node in an order in which every edge leads forward."""
+    return {index: rank for rank, index in enumerate(nx.topological_sort(graph))}

@@ -1,0 +1,296 @@
+"""Types of ports that take several, settled along the wires; and whether every wire's two ends fit."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Mapping
+from dataclasses import replace
+
+import networkx as nx
+
+from graphengine.compiler.graph import (
+    Graph,
+    Instance,
+    Wire,
+    asking,
+    declared_inputs,
+    known_type,
+    refusal,
+    visible,
+    wired_ports,
+    with_article,
+)
+from graphengine.format.diagnostics import Findings
+from graphengine.format.errors import ContextError
+from graphengine.node import types
+from graphengine.node.node_class import Node
+from graphengine.node.port import Port
+from graphengine.node.types import PortType, UnionType
+
+_BETWEEN = {("token", "string"): "ToString", ("string", "token"): "ToToken"}
+"""Nodes that make one type of text of another."""
+
+
+def settle_types(graph: Graph, findings: Findings) -> None:
+    """Resolve ports of several types along the wires until nothing changes, then check every wire."""
+    refused = _settle(graph)
+    for index, error in refused.items():
+        if not graph.instances[index].refused:  # else what it says may follow from what was told of it
+            _tell_refusal(graph.instances[index], error, findings)
+    unknown = _tell_unsettled(graph, findings, set(refused))
+    checked: list[Wire] = []
+    untold: list[Wire] = []
+    for wire in graph.data_wires:
+        source, target = graph.instances[wire.source], graph.instances[wire.target]
+        gives = known_type(source, source.cls.fields[wire.source_field])
+        takes = known_type(target, target.cls.fields[wire.target_field])
+        converter = types.conversion(gives, takes) if gives and takes else None
+        told = wire.source in unknown or source.settled.get(wire.source_field) == types.ANY
+        if told and (gives is None or gives == types.ANY != takes):
+            continue
+        if gives is None:
+            untold.append(wire)
+        elif gives == types.ANY != takes and source.cls.resolve_types is not Node.resolve_types:
+            message = f"the type of {wire.entry.source} cannot be told, as what decides it comes by a wire"
+            remedy = f"give {source.id} values instead, below `inputs:`"
+            findings.add("G213", message, wire.entry.source.span, remedy, related=wire.entry.via)
+        elif takes is None or converter is None:
+            legal = takes or target.cls.fields[wire.target_field].type
+            hint = "put a converter node between them" if gives.is_number else ""
+            if isinstance(legal, PortType) and (gives.base, legal.base) in _BETWEEN and not gives.array:
+                hint = f"put {_BETWEEN[gives.base, legal.base]} between them"
+            if gives.count == 3 and not gives.array and isinstance(legal, PortType) and legal.count == 1:
+                hint = "take it apart with BreakVector3"
+            if legal == types.POINTER:
+                hint = "a pointer takes a buffer, from a pointer of another node; arrays have inputs of their own"
+            message = f"{wire.entry.source} is {with_article(gives)}, {wire.entry.target} takes {with_article(legal)}"
+            findings.add("G206", message, wire.span, hint, related=wire.entry.via)
+        else:
+            checked.append(
+                Wire(wire.source, wire.source_field, wire.target, wire.target_field, converter, wire.entry, wire.order)
+            )
+    graph.data_wires = checked + _tell_untold(graph, untold, findings)
+    for instance in graph.instances:
+        instance.node.settled = instance.settled
+        instance.node.clear()
+
+
+def _tell_untold(graph: Graph, untold: list[Wire], findings: Findings) -> list[Wire]:
+    """Tell of wires that carry nobody knows what; those that a circle keeps from it remain, for the plan tells of the circle."""
+    circular = _circular(graph) if untold else set()
+    for wire in (wire for wire in untold if wire.source not in circular):
+        what = f"the type of {wire.entry.source} cannot be told from its wires ({wire})"
+        findings.add("G213", what, wire.entry.source.span, "set a value with its type", related=wire.entry.via)
+    return [wire for wire in untold if wire.source in circular]
+
+
+def _circular(graph: Graph) -> set[int]:
+    """Data nodes that wait for each other, and those that wait for them: no type comes out of a circle."""
+    waiting: nx.DiGraph[int] = nx.DiGraph()
+    for wire in graph.data_wires:
+        source, target = graph.instances[wire.source].cls, graph.instances[wire.target].cls
+        if source.kind() == target.kind() == "data" and source.fields[wire.source_field].side == "outputs":
+            waiting.add_edge(wire.source, wire.target)
+    circles = [part for part in nx.strongly_connected_components(waiting) if waiting.subgraph(part).number_of_edges()]
+    return set[int]().union(*({first} | nx.descendants(waiting, first) for first in map(min, circles)))
+
+
+def _tell_refusal(instance: Instance, error: ValueError | ContextError, findings: Findings) -> None:
+    """Tell what a node says of types that contradict each other, or of a value that decides them and does not make sense."""
+    if isinstance(error, ValueError):
+        findings.add("G206", f"{instance.id}: {error}", instance.span, related=instance.entry.via)
+        return
+    findings.put(refusal(instance, error))
+    instance.refused.add(asking(instance, error.value)[0])
+
+
+def _settle(graph: Graph) -> dict[int, ValueError | ContextError]:
+    """Carry types through nodes and along wires; what nodes say to which the types make no sense.
+
+    It goes in rounds, of which each looks at nodes that the one before changed. Where nothing else tells what a port gives, it
+    is what the other end of its wire takes: the first such wire of the file, and on it goes.
+    """
+    refused: dict[int, ValueError | ContextError] = {}
+    instances, wires = graph.instances, graph.data_wires
+    _settle_defaults(graph)
+    out_of, into = dict[int, list[int]](), dict[int, list[int]]()
+    for number, wire in enumerate(wires):
+        out_of.setdefault(wire.source, []).append(number)
+        into.setdefault(wire.target, []).append(number)
+    changed, backwards = set(range(len(instances))), list[int]()
+    while changed or backwards:
+        if not changed:
+            wire = wires[heapq.heappop(backwards)]
+            if _settle_source(graph, wire):
+                changed = {wire.source}
+            continue
+        for index in changed:
+            for number in into.get(index, ()):
+                heapq.heappush(backwards, number)
+        looked_at, changed = sorted(changed), set()
+        changed.update(index for index in looked_at if _settle_node(graph, instances[index], refused))
+        onwards = sorted(number for index in looked_at for number in out_of.get(index, ()))
+        changed.update(wires[number].target for number in onwards if _settle_target(graph, wires[number]))
+    return refused
+
+
+def _settle_defaults(graph: Graph) -> None:
+    """Settle inputs that keep a default of theirs to the first type that takes it."""
+    given = wired_ports(graph) | declared_inputs(graph)
+    for instance in graph.instances:
+        for port in instance.cls.fields.values():
+            if not isinstance(port.type, UnionType) or port.side != "inputs" or port.default is None:
+                continue
+            if port.field not in instance.literals and (instance.id, port.name) not in given:
+                instance.settled[port.field], _ = types.first_that_takes(port.default, port.type.alternatives)
+
+
+def _settle_node(graph: Graph, instance: Instance, refused: dict[int, ValueError | ContextError]) -> bool:
+    """Settle what follows within a node; whether that was anything."""
+    changed = _settle_couples(instance)
+    if instance.index in refused or instance.cls.resolve_types is Node.resolve_types:
+        return changed
+    try:
+        return _settle_what_follows(instance, visible(instance.id, graph.variable_types)) or changed
+    except (ValueError, ContextError) as error:
+        refused[instance.index] = error
+        return changed
+
+
+def _settle_target(graph: Graph, wire: Wire) -> bool:
+    source, target = graph.instances[wire.source], graph.instances[wire.target]
+    out, into = source.cls.fields[wire.source_field], target.cls.fields[wire.target_field]
+    return _choose(target, into, known_type(source, out), widening=True)
+
+
+def _settle_source(graph: Graph, wire: Wire) -> bool:
+    source, target = graph.instances[wire.source], graph.instances[wire.target]
+    out, into = source.cls.fields[wire.source_field], target.cls.fields[wire.target_field]
+    takes = known_type(target, into)
+    if takes == types.ANY and isinstance(out.type, UnionType) and not _depends_on_inputs(source):
+        takes = out.type.alternatives[0]
+    return _choose(source, out, takes, widening=False)
+
+
+def _depends_on_inputs(instance: Instance) -> bool:
+    """Whether types of a node's inputs are open too, so that those of its outputs may follow from them."""
+    return any(port.side == "inputs" and isinstance(port.type, UnionType) for port in instance.cls.fields.values())
+
+
+def _tell_unsettled(graph: Graph, findings: Findings, refusing: set[int]) -> set[int]:
+    """Tell of inputs that nothing gives a type; the instances that lack one for a reason told elsewhere, and those behind."""
+    wired, declared, behind = wired_ports(graph), declared_inputs(graph), dict[int, list[int]]()
+    wires = {(wire.target, wire.target_field): wire for wire in graph.data_wires}
+    unknown = set(refusing)
+    for instance in graph.instances:
+        for port in instance.cls.fields.values():
+            if port.side == "inputs" and _misses(instance, port, wired):
+                unknown.add(instance.index)
+            if not isinstance(port.type, UnionType) or port.side != "inputs" or port.field in instance.settled:
+                continue
+            wire = wires.get((instance.index, port.field))
+            if wire is not None:
+                behind.setdefault(wire.source, []).append(instance.index)
+                source = graph.instances[wire.source]
+                if known_type(source, source.cls.fields[wire.source_field]) is not None:  # of a type that does not fit
+                    unknown.add(instance.index)
+                continue
+            if (instance.id, port.name) in declared:
+                graph.left_open[f"{instance.id}.{port.name}"] = None
+                unknown.add(instance.index)
+                continue
+            if instance.index in unknown or (instance.id, port.name) in wired:
+                unknown.add(instance.index)
+                continue
+            message = f"the type of {instance.id}.{port.name} cannot be told: it has neither a wire nor a value"
+            remedy = f"wire it, or write {{type: {str(port.type).partition(' ')[0]}, value: …}}"
+            findings.add("G213", message, instance.span, remedy, related=instance.entry.via)
+    pending = list(unknown)
+    while pending:
+        for index in behind.pop(pending.pop(), ()):
+            if index not in unknown:
+                unknown.add(index)
+                pending.append(index)
+    return unknown
+
+
+def _misses(instance: Instance, port: Port, wired: set[tuple[str, str]]) -> bool:
+    """Whether an input has no value because of a mistake that is told elsewhere."""
+    if port.field in instance.refused:
+        return True
+    return port.required is True and port.field not in instance.literals and (instance.id, port.name) not in wired
+
+
+def _choose(instance: Instance, port: Port, other: PortType | None, *, widening: bool) -> bool:
+    """Choose a union port's alternative by the type at the other end of a wire."""
+    if other is None or other == types.ANY or not isinstance(port.type, UnionType) or port.field in instance.settled:
+        return False
+    form = (other.base, other.count, other.array)
+    chosen = next((a for a in port.type.alternatives if (a.base, a.count, a.array) == form), None)
+    if chosen is None and widening:
+        chosen = next((a for a in port.type.alternatives if types.conversion(other, a) is not None), None)
+    if chosen is None:
+        return False
+    instance.settled[port.field] = chosen
+    return True
+
+
+def _settle_what_follows(instance: Instance, variables: Mapping[str, PortType]) -> bool:
+    """Settle what the node itself concludes from the types that are known.
+
+    Raises:
+        ValueError: they do not go together.
+    """
+    fields, changed = instance.cls.fields, False
+    known = {
+        name: found for name, port in fields.items() if (found := known_type(instance, port)) not in (None, types.ANY)
+    }
+    for name, wanted in instance.node.resolve_types(known, variables).items():
+        port = fields[name]
+        if known.get(name) == wanted or instance.settled.get(name) == wanted:
+            continue
+        open_type = port.type == types.ANY or (isinstance(port.type, UnionType) and wanted in port.type.alternatives)
+        if not open_type or (name in known and not _restate(instance, port, wanted)):
+            is_one = known.get(name, port.type)
+            raise ValueError(f"{port.name} would be {with_article(wanted)}, and is {with_article(is_one)}")
+        instance.settled[name] = wanted
+        changed = True
+    return changed
+
+
+def _restate(instance: Instance, port: Port, wanted: PortType) -> bool:
+    """Take a literal whose type was a guess for one of another type; whether that can be."""
+    if port.field not in instance.literals:
+        return False
+    try:
+        setattr(instance.node, port.field, types.coerce(getattr(instance.node, port.field), wanted))
+    except (TypeError, ValueError):
+        return False
+    return True
+
+
+def _counterpart(settled: PortType, port: Port, other: Port) -> PortType | None:
+    """The alternative of a port that belongs to what another one of its couple was settled to."""
+    assert isinstance(other.type, UnionType)
+    if port.component != other.component:
+        form = (settled.base, settled.array)
+        return next((a for a in other.type.alternatives if (a.base, a.array) == form), None)
+    if port.element != other.element:
+        settled = replace(settled, array=port.element)
+    return settled if settled in other.type.alternatives else None
+
+
+def _settle_couples(instance: Instance) -> bool:
+    """Carry a settled type over to the ports that are coupled with it."""
+    ports, changed = instance.cls.fields.values(), False
+    for port in ports:
+        if not port.couple or (settled := instance.settled.get(port.field)) is None:
+            continue
+        for other in ports:
+            if other.couple != port.couple or other.field in instance.settled or not isinstance(other.type, UnionType):
+                continue
+            match = _counterpart(settled, port, other)
+            if match is not None:
+                instance.settled[other.field] = match
+                changed = True
+    return changed

@@ -1,0 +1,195 @@
+"""From a flat graph to typed instances and wires; every mistake becomes a finding, none stops the search for the next."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from graphengine.compiler.gates import add_gates
+from graphengine.compiler.graph import Graph, Instance, Wire, find_port, literal_key, port_names
+from graphengine.compiler.literals import Override, check_required, set_literals, set_overrides, set_variables
+from graphengine.compiler.parameters import UNKNOWN
+from graphengine.compiler.port_types import settle_types
+from graphengine.compiler.registry import Registry
+from graphengine.compiler.template import FlatGraph, WireEnd, WireEntry
+from graphengine.format.diagnostics import Findings
+from graphengine.format.errors import ContextError
+from graphengine.format.wording import listing
+from graphengine.node.node_class import grown
+from graphengine.node.port import Port
+from graphengine.node.types import UnionType, brief
+
+_BEGINS = ("outputs", "state", "inputs")
+"""Sides of the ports at which a wire begins, and at which it ends."""
+_ENDS = ("inputs", "state")
+
+
+def resolve(
+    flat: FlatGraph,
+    name: str,
+    prim_path: str,
+    registry: Registry,
+    findings: Findings,
+    overrides: Sequence[Override] = (),
+) -> Graph:
+    """Instances, literals, wires and types of one graph.
+
+    Args:
+        flat: the graph file.
+        name: `robot/graph`, or `graph` for one that belongs to no robot.
+        prim_path: the graph's own prim.
+        registry: node types.
+        findings: where mistakes go.
+        overrides: values from the command line; those that match are marked as used.
+    """
+    graph = Graph(name, prim_path, flat)
+    known = _instantiate(graph, registry, findings)
+    set_literals(graph, known, findings)
+    set_overrides(name, graph.instances, overrides, findings)
+    _connect(graph, known, findings)
+    set_overrides(name, add_gates(graph, findings), overrides, findings)
+    set_variables(graph, findings)
+    settle_types(graph, findings)
+    check_required(graph, findings)
+    return graph
+
+
+def _instantiate(graph: Graph, registry: Registry, findings: Findings) -> dict[str, Instance | None]:
+    """An instance for each entry; None for one of which a mistake was told, so that its wires raise no second finding."""
+    known: dict[str, Instance | None] = dict.fromkeys(graph.flat.unopened)
+    wired: dict[str, list[str]] = {}
+    ends = [end for wire in graph.flat.wires for end in (wire.source, wire.target)]
+    for end in (*ends, *(end for _, end in graph.flat.declared)):
+        wired.setdefault(end.node, []).append(end.port)
+    for entry in graph.flat.nodes:
+        if findings.full:
+            break
+        found = registry.find(entry.spec.type)
+        known[entry.id] = None
+        span = entry.span("type")
+        if found is None:
+            message = f"unknown node type {entry.spec.type!r}"
+            findings.add("G201", message, span, registry.suggest(entry.spec.type, findings), related=entry.via)
+            continue
+        if found.old_name:
+            message = f"{entry.spec.type!r} is a name from before Isaac Sim 4.5"
+            findings.add("N101", message, span, f"its name now is {found.cls.type_name!r}")
+        if found.cls.grows() and UNKNOWN in entry.spec.inputs.values():
+            continue  # its ports depend on a literal that is reported already
+        try:
+            cls = grown(found.cls, entry.spec.inputs, registry.definitions, wired.get(entry.id, ()))
+        except ContextError as error:
+            culprit = next((key for key, value in entry.spec.inputs.items() if value == error.value), None)
+            place = entry.span("inputs", culprit) if culprit is not None else entry.span("inputs")
+            findings.add(error.code, f"{entry.id}: {error.message}", place, *error.help, related=entry.via)
+            continue
+        except (TypeError, ValueError) as error:
+            findings.add("G211", f"{entry.id}: {error}", entry.span("inputs"), related=entry.via)
+            continue
+        known[entry.id] = instance = Instance(len(graph.instances), entry.id, cls(), entry)
+        graph.instances.append(instance)
+    return known
+
+
+def _connect(graph: Graph, known: dict[str, Instance | None], findings: Findings) -> None:
+    """Wires between ports that exist, in the right direction, of types that match."""
+    taken: dict[tuple[int, str], Wire] = {}
+    written: dict[tuple[int, str, int, str], Wire] = {}
+    repeated: dict[int, tuple[Wire, list[WireEntry]]] = {}
+    siblings: dict[str, list[str]] = {}
+    for node in known:
+        siblings.setdefault(node.rpartition("/")[0], []).append(node.rpartition("/")[2])
+    for side, end in graph.flat.declared:
+        _end(end, _BEGINS if side == "outputs" else _ENDS, known, siblings, WireEntry(end, end, end.span), findings)
+    for order, entry in enumerate(graph.flat.wires):
+        source = _end(entry.source, _BEGINS, known, siblings, entry, findings)
+        target = _end(entry.target, _ENDS, known, siblings, entry, findings)
+        if source is None or target is None:
+            if findings.full:
+                return
+            continue
+        (one, out), (other, into) = source, target
+        wire = Wire(one.index, out.field, other.index, into.field, "", entry, order)
+        first = written.setdefault((one.index, out.field, other.index, into.field), wire)
+        if first is not wire:
+            repeated.setdefault(first.order, (first, []))[1].append(entry)
+            continue
+        if out.is_exec != into.is_exec:
+            what = "execution" if out.is_exec else f"a value ({brief(out.type)})"
+            wants = "execution" if into.is_exec else f"a value ({brief(into.type)})"
+            findings.add(
+                "G206", f"{entry.source} carries {what}, {entry.target} takes {wants}", entry.span, related=entry.via
+            )
+        elif out.is_exec and out.side == "inputs":
+            message = f"{entry.source} is an execution input; a wire begins at an output"
+            findings.add("G205", message, entry.source.span, related=entry.via)
+        elif out.is_exec:
+            graph.exec_wires.append(wire)
+        elif (other.index, into.field) in taken:
+            first = taken[other.index, into.field]
+            message = f"two wires into {entry.target}; a data input takes one"
+            remedy = "remove one, or choose between them with a node"
+            findings.add("G207", message, entry.span, remedy, related=[(first.span, "the other one"), *entry.via])
+        else:
+            taken[other.index, into.field] = wire
+            graph.data_wires.append(wire)
+            if into.field in other.literals and not isinstance(into.type, UnionType):
+                message = f"{entry.target} has a value and a wire; the wire wins"
+                remedy = f"wired from {entry.source}; remove the value, or the wire"
+                place = other.entry.key_span("inputs", literal_key(other, into))
+                findings.add("W103", message, place, remedy, related=entry.via)
+    _drop_repeated(graph, list(repeated.values()), findings)
+
+
+def _drop_repeated(graph: Graph, repeated: Sequence[tuple[Wire, Sequence[WireEntry]]], findings: Findings) -> None:
+    """Leave wires out that are written before; as in OmniGraph, two ports are connected or not."""
+    for wire, again in repeated:
+        times = f"{len(again) + 1} times" if len(again) > 1 else "twice"
+        related = [(wire.span, "first here"), *again[0].via]
+        findings.add("W108", f"{wire} is written {times}", again[0].span, "remove all but one", related=related)
+    dropped = {id(entry) for _, again in repeated for entry in again}
+    graph.flat.wires = [entry for entry in graph.flat.wires if id(entry) not in dropped]
+
+
+def _end(
+    end: WireEnd,
+    sides: tuple[str, ...],
+    known: dict[str, Instance | None],
+    siblings: dict[str, list[str]],
+    wire: WireEntry,
+    findings: Findings,
+) -> tuple[Instance, Port] | None:
+    """The instance and port that one end of a wire means."""
+    via = (*wire.via, *end.via)
+    if end.node not in known:
+        inner, _, name = end.node.rpartition("/")
+        near = siblings.get(inner, [])
+        hint = findings.guess(name, near) or listing(near, "nodes")
+        findings.add("G203", f"no node {name!r}", end.span, hint, related=via)
+        return None
+    instance = known[end.node]
+    if instance is None:
+        return None
+    port = find_port(instance.cls, end.port, [end.side] if end.side else sides)
+    begins = sides[0] == "outputs"
+    if port is not None and (not end.side or end.side in sides):
+        return instance, port
+    wrong = find_port(instance.cls, end.port, ["inputs", "outputs"])
+    names = port_names(instance.cls, sides[0])
+    if wrong is not None:
+        said = f"not an {end.side[:-1]}" if end.side and end.side != wrong.side else ""
+        rule = said or f"a wire {'begins at an output' if begins else 'ends at an input'}"
+        other = known.get(wire.source.node)
+        turned = not begins and other is not None and find_port(other.cls, wire.source.port, ["inputs"]) is not None
+        findings.add(
+            "G205",
+            f"{end} is an {wrong.side[:-1]}{', ' if said else '; '}{rule}",
+            end.span,
+            f"write {wire.target} -> {wire.source}" if turned else "",
+            f"leave out `{end.side}:`" if said else listing(names, f"{sides[0]} of {instance.cls.__name__}"),
+            related=via,
+        )
+    else:
+        message = f"{instance.cls.__name__} has no {sides[0][:-1]} {end.port!r}"
+        hint = findings.guess(end.port, names) or listing(names, sides[0])
+        findings.add("G204", message, end.span, hint, related=via)
+    return None

@@ -1,0 +1,97 @@
+"""JSON Schema of graph, scene and robot files: what editors complete and underline.
+
+Made from the spec models and from the registered node classes, so there is no second description of either.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+from typing import Any
+
+from graphengine.compiler.registry import Registry, short_names
+from graphengine.format.spec import KINDS
+from graphengine.node.node_class import Node
+from graphengine.node.port import Port
+from graphengine.node.types import PortType, brief
+
+_PARAMETER = {"type": "string", "pattern": r"\$\([A-Za-z_][A-Za-z0-9_]*\)"}
+"""What may stand in place of any value of a graph file, also within a list."""
+
+
+def make_schema(kind: str, registry: Registry) -> dict[str, Any]:
+    """The schema of one kind of file."""
+    schema = KINDS[kind].model_json_schema()
+    schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
+    if kind == "graph":
+        node = schema["$defs"]["NodeSpec"]
+        types = {name: cls for name, cls in registry.types.items() if cls.type_name == name}
+        node["properties"]["type"]["examples"] = sorted(types)
+        every = {"description": node["properties"]["every"]["description"]}
+        node["properties"]["every"] = {"anyOf": [{"$ref": "#/$defs/EverySpec"}, {"const": "once"}, _PARAMETER], **every}
+        paces = schema["$defs"]["EverySpec"]["properties"]
+        paces |= {name: _or_parameter(paces[name]) for name in ("ticks", "hz")}
+        node["allOf"] = [_inputs_of(cls) for _, cls in sorted(types.items())]
+        names = sorted({*registry.types, *registry.short_names})
+        schema["properties"]["nodes"]["additionalProperties"] = {
+            "anyOf": [{"$ref": "#/$defs/NodeSpec"}, {"type": "string", "examples": names}]
+        }
+    return schema
+
+
+def _inputs_of(cls: type[Node]) -> dict[str, Any]:
+    """If a node is of a type, its inputs are those of the type."""
+    names = [cls.type_name, *cls.aliases, *short_names(cls.type_name)]
+    ports = [port for port in cls.fields.values() if port.side == "inputs" and not port.is_exec]
+    return {
+        "if": {"properties": {"type": {"enum": names}}, "required": ["type"]},
+        "then": {
+            "properties": {
+                "inputs": {
+                    "description": (inspect.getdoc(cls) or "").partition("\n")[0],
+                    "properties": {port.name: _port(port) for port in ports},
+                    "patternProperties": {f"^inputs:({'|'.join(re.escape(port.name) for port in ports)})$": {}},
+                    "additionalProperties": cls.grows(),
+                }
+            }
+        },
+    }
+
+
+def _port(port: Port) -> dict[str, Any]:
+    facts = [
+        f"{port.doc}." if port.doc else "",
+        f"Unit: {port.unit}." if port.unit else "",
+        f"Type: {brief(port.type)}.",
+    ]
+    value = _value(port.type) if isinstance(port.type, PortType) else {}
+    bounds = {"minimum": port.ge, "exclusiveMinimum": port.gt, "maximum": port.le, "exclusiveMaximum": port.lt}
+    value |= {key: bound for key, bound in bounds.items() if bound is not None}
+    if port.tokens:
+        value = {"enum": list(port.tokens)}
+    return {"description": " ".join(fact for fact in facts if fact), **_or_parameter(value)}
+
+
+def _or_parameter(value: dict[str, Any]) -> dict[str, Any]:
+    takes_text = not value or "string" in value.get("type", ())
+    return value if takes_text else {"anyOf": [value, _PARAMETER]}
+
+
+def _value(port_type: PortType) -> dict[str, Any]:
+    if port_type.base == "target":
+        return {"type": ["string", "array"], "items": {"type": "string"}}
+    if port_type.array:
+        inner = PortType(port_type.base, port_type.count, False, port_type.role)
+        return {"type": "array", "items": _or_parameter(_value(inner))}
+    if port_type.count > 1:
+        return {
+            "type": "array",
+            "items": _or_parameter(_value(PortType(port_type.base))),
+            "minItems": port_type.count,
+            "maxItems": port_type.count,
+        }
+    if port_type.base == "bool":
+        return {"type": "boolean"}
+    if not port_type.is_number:
+        return {"type": "string"} if port_type.base not in ("any", "bundle") else {}
+    return {"type": "integer" if port_type.base in ("int", "uint", "int64", "uint64", "uchar") else "number"}

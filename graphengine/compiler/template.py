@@ -1,0 +1,342 @@
+"""Graph files with their subgraphs put in place: one flat list of nodes and wires."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Literal
+
+from graphengine.compiler.budget import Budget, OverBudgetError, Via
+from graphengine.compiler.library import GraphLibrary
+from graphengine.compiler.parameters import Use
+from graphengine.format.diagnostics import Findings, Span
+from graphengine.format.document import Document, Location
+from graphengine.format.files import NotFoundError
+from graphengine.format.spec import GraphSpec, NodeSpec, VariableSpec
+from graphengine.format.spec_reader import Loaded
+from graphengine.format.wording import listing
+
+MAX_SUBGRAPH_DEPTH = 16
+
+_END = re.compile(
+    r"(?P<node>[A-Za-z_][A-Za-z0-9_]*)\.(?:(?P<side>inputs|outputs|state):)?(?P<port>[A-Za-z_][A-Za-z0-9_:]*)\Z"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """A value that a subgraph was given for one of its inputs, and where."""
+
+    value: Any
+    span: Span
+    key_span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class NodeEntry:
+    """A node of the flat graph; inside a subgraph its id is `Instance/Node`."""
+
+    id: str
+    spec: NodeSpec
+    document: Document
+    location: Location
+    via: Via = ()
+    """Where the subgraphs it came through were used."""
+    given: Mapping[str, Given] = field(default_factory=dict)
+    """Values of inputs that were set on a subgraph around it."""
+
+    def span(self, *location: str | int) -> Span:
+        """Place of something below the node: in its own file, or where a value was given from outside."""
+        given = self._given(location)
+        return given.span if given else self.document.span(*self.location, *location)
+
+    def key_span(self, *location: str | int) -> Span:
+        """Place of a key below the node."""
+        given = self._given(location)
+        return given.key_span if given else self.document.key_span(*self.location, *location)
+
+    def _given(self, location: tuple[str | int, ...]) -> Given | None:
+        return self.given.get(str(location[1])) if location[:1] == ("inputs",) and len(location) > 1 else None
+
+
+@dataclass(frozen=True, slots=True)
+class WireEnd:
+    """One end of a wire: a node's id and a port, with the side if the file gave it."""
+
+    node: str
+    port: str
+    side: str
+    span: Span
+    via: Via = ()
+    """Where a port that a subgraph declares was wired."""
+
+    def __str__(self) -> str:
+        return f"{self.node}.{self.port}"
+
+
+@dataclass(frozen=True, slots=True)
+class WireEntry:
+    """A wire of the flat graph."""
+
+    source: WireEnd
+    target: WireEnd
+    span: Span
+    via: Via = ()
+
+
+@dataclass(frozen=True, slots=True)
+class VariableEntry:
+    """A variable of the flat graph; each use of a subgraph has its own, called `Instance/variable`."""
+
+    spec: VariableSpec
+    document: Document
+    name: str
+    """In its own file."""
+
+
+@dataclass(slots=True)
+class FlatGraph:
+    """A graph file after parameters and subgraphs: what resolve works on."""
+
+    loaded: Loaded[GraphSpec]
+    nodes: list[NodeEntry] = field(default_factory=list)
+    wires: list[WireEntry] = field(default_factory=list)
+    variables: dict[str, VariableEntry] = field(default_factory=dict)
+    unopened: list[str] = field(default_factory=list)
+    """Ids of subgraphs that could not be opened; wires to them are no second mistake."""
+    unread: int = 0
+    """Connections that could not be read, or that lead to no port of a subgraph."""
+    declared: list[tuple[Literal["inputs", "outputs"], WireEnd]] = field(default_factory=list)
+    """Of a file that is looked at alone: what the ports mean that it declares for a graph around it."""
+
+    @property
+    def spec(self) -> GraphSpec:
+        """The outermost file."""
+        return self.loaded.spec
+
+
+def load_graph(
+    path: Path,
+    bindings: Mapping[str, Any],
+    library: GraphLibrary,
+    findings: Findings,
+    use: Use | None = None,
+) -> FlatGraph | None:
+    """Read a graph file, fill in its parameters and expand its subgraphs.
+
+    Args:
+        path: the file.
+        bindings: values for its parameters.
+        library: the graph files that this one, and others beside it, are read from.
+        findings: where mistakes go.
+        use: what put the graph where it is; mistakes in `bindings` are told there.
+
+    Returns:
+        None after a mistake in the file itself, or if the graph holds more than a graph may.
+    """
+    document = library.read(path, findings)
+    if document is None:
+        return None
+    budget = Budget(document.key_span("graph"))
+    try:
+        loaded = library.load(path, bindings, findings, use, budget)
+        if loaded is None:
+            return None
+        flat = FlatGraph(loaded)
+        subgraphs = _Expansion(flat, library, budget, findings).add(loaded, "", (), (path.resolve(),), {})
+    except OverBudgetError as error:
+        findings.put(error.finding)
+        return None
+    if use is None:
+        flat.declared = list(_find_declared(loaded, subgraphs, findings))
+    return flat
+
+
+@dataclass(frozen=True, slots=True)
+class _Subgraph:
+    """A subgraph that was put in place, and those in it."""
+
+    loaded: Loaded[GraphSpec]
+    inner: dict[str, _Subgraph]
+
+
+def _find_declared(
+    loaded: Loaded[GraphSpec], subgraphs: Mapping[str, _Subgraph], findings: Findings
+) -> Iterator[tuple[Literal["inputs", "outputs"], WireEnd]]:
+    """What a file's declared ports mean, by their sides."""
+    declared: dict[Literal["inputs", "outputs"], Mapping[str, str]]
+    declared = {"inputs": loaded.spec.inputs, "outputs": loaded.spec.outputs}
+    for side, ports in declared.items():
+        for port in ports:
+            end = _declared(loaded, side, port, "", loaded.document.span(side, port), findings)
+            inside = _lead_through(end, subgraphs, side, findings) if end is not None else None
+            if inside is not None:
+                yield side, inside
+
+
+_GivenByNode = Mapping[str, Mapping[str, Given]]
+
+
+@dataclass(slots=True)
+class _Expansion:
+    """Puts the nodes and wires of a file, and of the subgraphs in it, into a flat graph."""
+
+    flat: FlatGraph
+    library: GraphLibrary
+    budget: Budget
+    findings: Findings
+
+    def add(
+        self, loaded: Loaded[GraphSpec], prefix: str, via: Via, stack: tuple[Path, ...], given: _GivenByNode
+    ) -> dict[str, _Subgraph]:
+        """Append a file's nodes and wires; subgraphs first become nodes, then the wires to them are led through.
+
+        Raises:
+            OverBudgetError: the graph holds too much.
+        """
+        self.budget.take_parts(loaded.spec)
+        subgraphs: dict[str, _Subgraph] = {}
+        for name, variable in loaded.spec.variables.items():
+            self.flat.variables[prefix + name] = VariableEntry(variable, loaded.document, name)
+        for name, spec in loaded.spec.nodes.items():
+            entry = _entry(prefix, name, spec, loaded.document, via, given.get(name, {}))
+            if not spec.subgraph:
+                self.flat.nodes.append(entry)
+                continue
+            self.budget.at(entry.key_span(), via)
+            subgraph = self._add_subgraph(entry, loaded.folder, stack)
+            if subgraph is None:
+                self.flat.unopened.append(entry.id)
+            else:
+                subgraphs[name] = subgraph
+        for number, text in enumerate(loaded.spec.connections):
+            wire = _parse_wire(loaded.document, ("connections", number), text, self.findings)
+            if wire is None:
+                self.flat.unread += 1
+                continue
+            source, target, span = wire
+            outer = _lead_through(source, subgraphs, "outputs", self.findings)
+            inner = _lead_through(target, subgraphs, "inputs", self.findings)
+            if outer is None or inner is None:
+                self.flat.unread += 1
+                continue
+            self.flat.wires.append(WireEntry(_prefixed(prefix, outer), _prefixed(prefix, inner), span, via))
+        return subgraphs
+
+    def _add_subgraph(self, entry: NodeEntry, folder: Path, stack: tuple[Path, ...]) -> _Subgraph | None:
+        """Expand the file that stands in place of a node; None after a mistake."""
+        span = entry.span("subgraph")
+        try:
+            path, resolved = self.library.find(entry.spec.subgraph, folder)
+        except NotFoundError as error:
+            self.findings.add("G214", f"subgraph: {error.message}", span, *error.help)
+            return None
+        if resolved in stack:
+            loop = " -> ".join(p.name for p in (*stack[stack.index(resolved) :], path))
+            self.findings.add("G214", f"a subgraph that contains itself: {loop}", span)
+            return None
+        if len(stack) > MAX_SUBGRAPH_DEPTH:
+            self.findings.add("G214", f"subgraphs nested more than {MAX_SUBGRAPH_DEPTH} deep", span)
+            return None
+        given = entry.spec.parameters
+        keys = {name: entry.key_span("parameters", name) for name in given}
+        use = Use(span, keys, {name: entry.span("parameters", name) for name in given})
+        inner = self.library.load(path, given, self.findings, use, self.budget)
+        if inner is None:
+            return None
+        via = (*entry.via, (entry.key_span(), f"in subgraph {entry.id}"))
+        handed_on = _hand_on(entry, inner, self.findings)
+        return _Subgraph(inner, self.add(inner, f"{entry.id}/", via, (*stack, resolved), handed_on))
+
+
+def _entry(
+    prefix: str,
+    name: str,
+    spec: NodeSpec,
+    document: Document,
+    via: Via,
+    given: Mapping[str, Given],
+) -> NodeEntry:
+    """A node with its own values, but for those that it is given from outside."""
+    if given:
+        own = {port: value for port, value in spec.inputs.items() if port.removeprefix("inputs:") not in given}
+        spec = spec.model_copy(update={"inputs": own | {port: one.value for port, one in given.items()}})
+    return NodeEntry(prefix + name, spec, document, ("nodes", name), via, given)
+
+
+def _hand_on(entry: NodeEntry, inner: Loaded[GraphSpec], findings: Findings) -> _GivenByNode:
+    """The values of a subgraph's inputs, by the nodes inside that its declared ports mean."""
+    handed_on: dict[str, dict[str, Given]] = {}
+    for name, value in entry.spec.inputs.items():
+        end = _declared(
+            inner, "inputs", name.removeprefix("inputs:"), entry.id, entry.key_span("inputs", name), findings
+        )
+        if end is not None:
+            given = Given(value, entry.span("inputs", name), entry.key_span("inputs", name))
+            handed_on.setdefault(end.node, {})[end.port] = given
+    return handed_on
+
+
+def _prefixed(prefix: str, end: WireEnd) -> WireEnd:
+    return replace(end, node=prefix + end.node)
+
+
+def _parse_wire(
+    document: Document, location: Location, text: str, findings: Findings
+) -> tuple[WireEnd, WireEnd, Span] | None:
+    value = document.find(*location)
+    assert value is not None
+    parts = re.split(r"\s*->\s*", text)
+    ends: list[WireEnd] = []
+    offset = 0
+    for part in parts:
+        offset = text.index(part, offset) if part else offset
+        span = value.span.part(offset, len(part)) if value.plain and value.span.length == len(text) else value.span
+        offset += len(part)
+        match = _END.match(part)
+        if match is None or len(parts) != 2:
+            legal = "write `Node.port -> Other.port`, as in `OnPlaybackTick.tick -> SubscribeTwist.execIn`"
+            arrows = f"a connection has one arrow, this one {len(parts) - 1 or 'none'}"
+            what = f"{part!r} is not `Node.port`" if len(parts) == 2 else arrows
+            findings.add("G202", what, span if len(parts) == 2 else value.span, legal)
+            return None
+        ends.append(WireEnd(match["node"], match["port"], match["side"] or "", span))
+    return ends[0], ends[1], value.span
+
+
+def _declared(
+    inner: Loaded[GraphSpec],
+    side: Literal["inputs", "outputs"],
+    port: str,
+    subgraph: str,
+    span: Span,
+    findings: Findings,
+) -> WireEnd | None:
+    """What a port that a subgraph declares means inside of it; None after a mistake."""
+    declared = inner.spec.outputs if side == "outputs" else inner.spec.inputs
+    if port not in declared:
+        near = findings.guess(port, declared) or listing(declared, side)
+        findings.add("G204", f"subgraph {subgraph!r} has no {side[:-1]} {port!r}", span, near)
+        return None
+    place = inner.document.span(side, port)
+    match = _END.match(declared[port])
+    if match is None:
+        findings.add("G202", f"{declared[port]!r} is not `Node.port`", place)
+        return None
+    return WireEnd(match["node"], match["port"], match["side"] or "", place)
+
+
+def _lead_through(
+    end: WireEnd, subgraphs: Mapping[str, _Subgraph], side: Literal["inputs", "outputs"], findings: Findings
+) -> WireEnd | None:
+    """The end inside of a subgraph, or of one in that, that a wire to one of its declared ports means."""
+    subgraph = subgraphs.get(end.node)
+    if subgraph is None:
+        return end
+    declared = _declared(subgraph.loaded, side, end.port, end.node, end.span, findings)
+    inside = _lead_through(declared, subgraph.inner, side, findings) if declared is not None else None
+    if inside is None:
+        return None
+    return replace(inside, node=f"{end.node}/{inside.node}", via=((end.span, f"in subgraph {end.node}"), *inside.via))

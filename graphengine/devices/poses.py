@@ -1,0 +1,48 @@
+"""Poses that files and the stage give; arithmetic on them is in `graphengine.devices.rotation`."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.devices.rotation import Pose, compose, from_rpy
+from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.stage import IDENTITY, ORIGIN, Prim
+from graphengine.format.spec import Orientation
+
+NOWHERE: Pose = (ORIGIN, IDENTITY)
+"""The pose that changes nothing."""
+
+
+def from_orientation(orientation: Orientation) -> Quaternion:
+    """Unit quaternion of an orientation in a file."""
+    if orientation.quaternion_xyzw is None:
+        roll, pitch, yaw = orientation.rpy_deg or ORIGIN
+        return from_rpy(math.radians(roll), math.radians(pitch), math.radians(yaw))
+    x, y, z, w = orientation.quaternion_xyzw
+    length = math.hypot(x, y, z, w)
+    return x / length, y / length, z / length, w / length
+
+
+def vector(values: NDArray[np.float64]) -> Vector3:
+    """Three numbers of MuJoCo's."""
+    x, y, z = values.tolist()
+    return x, y, z
+
+
+def pose_of(position: NDArray[np.float64], quaternion: NDArray[np.float64]) -> Pose:
+    """A pose of MuJoCo's, whose quaternions have the real part first."""
+    w, x, y, z = quaternion.tolist()
+    return vector(position), (x, y, z, w)
+
+
+def carrier(prim: Prim) -> tuple[str | None, Pose]:
+    """Name of the physics body that moves a prim, None for the world, and the prim's pose in that body's frame."""
+    pose = NOWHERE
+    for ancestor in prim.ancestors():
+        if ancestor.body is not None:
+            return ancestor.body, pose
+        pose = compose((ancestor.position, ancestor.orientation), pose)
+    return None, pose

@@ -1,0 +1,293 @@
+"""The prim tree as plain data: what graphs address, without physics.
+
+A robot's links are nested by kinematics below `Geometry`, its sensors, cameras, frames and graphs hang below links, its joints
+lie in `Physics` and its materials in `Materials`:
+
+    /dd100                                          robot
+    /dd100/Geometry/base_link                       link
+    /dd100/Geometry/base_link/chassis_link          link, articulation root
+    /dd100/Geometry/base_link/chassis_link/sim_lidar/Lidar
+    /dd100/Physics/front_left_wheel_joint           joint
+
+`Geometry` may be left out of a path, and a link may be addressed directly below its robot if its name is unique there:
+importers that do not nest links write `/dd100/chassis_link`. A robot's prim, its base link and its articulation root all stand
+for the robot.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.format.errors import AmbiguousPrimError, PrimError
+from graphengine.format.wording import did_you_mean, listing
+
+PrimKind = Literal[
+    "scope",
+    "robot",
+    "link",
+    "joint",
+    "frame",
+    "lidar",
+    "camera",
+    "imu",
+    "contact",
+    "material",
+    "graph",
+    "body",
+    "light",
+    "sensor",
+]
+
+PHYSICS_SCENE = "/physicsScene"
+"""Where Isaac Sim has the prim with the settings of the physics, and scenes here have gravity."""
+IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
+ORIGIN: Vector3 = (0.0, 0.0, 0.0)
+
+
+@dataclass(slots=True, eq=False)
+class Prim:
+    """One prim. Its pose is relative to its parent prim; `body` names what physics moves it with."""
+
+    path: str
+    kind: PrimKind
+    parent: Prim | None = field(repr=False)
+    position: Vector3 = ORIGIN
+    orientation: Quaternion = IDENTITY
+    body: str | None = None
+    """Name in the physics model, for links and bodies that have one of their own."""
+    namespace: str = ""
+    """`isaac:namespace`."""
+    name_override: str = ""
+    """`isaac:nameOverride`."""
+    facts: dict[str, Any] = field(default_factory=dict)
+    """What its kind adds: a lidar's profile, a camera's size, a robot's joints."""
+    children: dict[str, Prim] = field(default_factory=dict, repr=False)
+
+    @property
+    def name(self) -> str:
+        """Last element of the path."""
+        return self.path.rpartition("/")[2]
+
+    @property
+    def entity_name(self) -> str:
+        """Name of a robot in its scene, which is also the prefix of its names in the physics model."""
+        return str(self.facts.get("name", self.name))
+
+    @property
+    def frame_name(self) -> str:
+        """Name in TF: the override, else the last element of the path."""
+        return self.name_override or self.name
+
+    def ancestors(self) -> Iterator[Prim]:
+        """The prim itself, then its parents up to the root."""
+        prim: Prim | None = self
+        while prim is not None:
+            yield prim
+            prim = prim.parent
+
+    def descendants(self) -> Iterator[Prim]:
+        """The prim itself, then everything below it, depth first in order of definition."""
+        pending = [self]
+        while pending:
+            prim = pending.pop()
+            yield prim
+            pending.extend(reversed(prim.children.values()))
+
+
+class Stage:
+    """The tree of all prims of a scene."""
+
+    def __init__(self) -> None:
+        self.root = Prim("/", "scope", None)
+        self._by_path: dict[str, Prim] = {"/": self.root}
+        self._by_short_path: dict[str, list[Prim]] = {}
+
+    def add(self, path: str, kind: PrimKind, **facts: Any) -> Prim:
+        """Define a prim; missing ancestors become scopes, a scope that was there takes the new kind.
+
+        Raises:
+            PrimError: the path is taken, or not absolute.
+        """
+        path = normalize(path)
+        if path == "/":
+            raise PrimError("the root prim cannot be defined", path)
+        existing = self._by_path.get(path)
+        if existing is not None:
+            if existing.kind != "scope" or kind == "scope":
+                raise PrimError(f"two prims at {path}", path, "give one of them another name")
+            existing.kind = kind
+            for name, value in facts.items():
+                setattr(existing, name, value)
+            return existing
+        parent_path, _, name = path.rpartition("/")
+        parent = self._by_path.get(parent_path or "/") or self.add(parent_path, "scope")
+        prim = Prim(path, kind, parent, **facts)
+        parent.children[name] = prim
+        self._by_path[path] = prim
+        self._by_short_path.setdefault(_without_geometry(path), []).append(prim)
+        return prim
+
+    def remove(self, path: str) -> None:
+        """Delete a prim and everything below it."""
+        prim = self.find(path)
+        for gone in list(prim.descendants()):
+            del self._by_path[gone.path]
+            short = _without_geometry(gone.path)
+            self._by_short_path[short].remove(gone)
+            if not self._by_short_path[short]:
+                del self._by_short_path[short]
+        assert prim.parent is not None
+        del prim.parent.children[prim.name]
+
+    def find(self, path: str) -> Prim:
+        """The prim that a path means; `Geometry` may be left out, and the links above a link.
+
+        Raises:
+            PrimError: there is none; the message names the nearest.
+            AmbiguousPrimError: there are two.
+        """
+        wanted = normalize(path)
+        if wanted in self._by_path:
+            return self._by_path[wanted]
+        found = self._meant(wanted) or self._laid_flat(wanted)
+        if len(found) == 1:
+            return found[0]
+        if found:
+            raise AmbiguousPrimError(
+                f"{path!r} could mean {len(found)} prims", path, listing([prim.path for prim in found], "write one of")
+            )
+        raise self._missing(path, wanted)
+
+    def _meant(self, wanted: str) -> list[Prim]:
+        """Prims whose paths are a path with some `Geometry` put in."""
+        return [p for p in self._by_short_path.get(_without_geometry(wanted), []) if _is_short_for(wanted, p.path)]
+
+    def _laid_flat(self, wanted: str) -> list[Prim]:
+        """Prims whose paths are a path with the links put in between a robot and the first part below it."""
+        robot, rest = self._descend(wanted, flat=False)
+        while robot.kind != "robot" and robot.parent is not None:
+            rest, robot = [robot.name, *rest], robot.parent
+        rest = rest[1:] if rest[:1] == ["Geometry"] else rest
+        paths = ["/".join([link.path, *rest[1:]]) for link in _links(robot, rest[0])] if rest else []
+        return [
+            prim for path in paths for prim in ([self._by_path[path]] if path in self._by_path else self._meant(path))
+        ]
+
+    def is_literal(self, path: str, prim: Prim) -> bool:
+        """Whether a path that means a prim is the prim's, save for `Geometry`: no link is left out."""
+        return _is_short_for(normalize(path), prim.path)
+
+    def obstacle(self, path: str) -> Prim | None:
+        """The prim that keeps a robot from being defined at a path: what is there already, or a prim above that is no scope."""
+        prim, rest = self._descend(path)
+        return None if rest and prim.kind == "scope" else prim
+
+    def _descend(self, path: str, *, flat: bool = True) -> tuple[Prim, list[str]]:
+        """The last prim on the way to where a path leads, and the parts of the path that are left."""
+        parts, prim = normalize(path).strip("/").split("/"), self.root
+        for index, part in enumerate(parts):
+            geometry = prim.children.get("Geometry")
+            child = prim.children.get(part) or (geometry.children.get(part) if geometry else None)
+            if child is None and flat and len(links := _links(prim, part)) == 1:
+                child = links[0]
+            if child is None:
+                return prim, parts[index:]
+            prim = child
+        return prim, []
+
+    def _missing(self, path: str, wanted: str) -> PrimError:
+        parts = wanted.strip("/").split("/")
+        prim, rest = self._descend(wanted)
+        part = rest[0] if rest else parts[-1]
+        geometry = prim.children.get("Geometry")
+        near = did_you_mean(part, [*prim.children, *(geometry.children if geometry else ())])
+        same_name = [p.path for p in self.prims() if p.name == parts[-1]]
+        return PrimError(
+            f"no prim at {path!r}: {prim.path} has no child {part!r}",
+            path,
+            near or listing(prim.children, f"children of {prim.path}"),
+            listing(same_name[:3], f"{parts[-1]!r} is at") if same_name else "",
+        )
+
+    def __contains__(self, path: str) -> bool:
+        wanted = normalize(path)
+        return wanted in self._by_path or len(self._meant(wanted) or self._laid_flat(wanted)) == 1
+
+    def prims(self, kind: PrimKind | None = None) -> Iterator[Prim]:
+        """All prims, or those of a kind, depth first in order of definition."""
+        return (prim for prim in self.root.descendants() if kind is None or prim.kind == kind)
+
+    def robot_of(self, prim: Prim) -> Prim | None:
+        """The robot that a prim belongs to."""
+        return next((p for p in prim.ancestors() if p.kind == "robot"), None)
+
+    def stands_for_robot(self, prim: Prim) -> Prim | None:
+        """The robot, if the prim is the robot's own, its base link or its articulation root."""
+        robot = self.robot_of(prim)
+        if robot is None:
+            return None
+        if prim is robot or prim.path in (robot.facts.get("base_link"), robot.facts.get("articulation_root")):
+            return robot
+        return None
+
+    def namespaces(self, path: str) -> list[str]:
+        """`isaac:namespace` values from the root down to a path, which itself need not exist; empty ones left out."""
+        prim, _ = self._descend(path)
+        return [above.namespace for above in reversed([*prim.ancestors()]) if above.namespace]
+
+    def define(self, path: str) -> Prim:
+        """The prim where a path leads; what is missing on the way is added as scopes."""
+        prim, rest = self._descend(path)
+        return self.add("/".join([prim.path.rstrip("/"), *rest]), "scope") if rest else prim
+
+    def leads_by(self, path: str, other: str) -> bool:
+        """Whether the way to where a path leads goes by another, or ends there; neither need exist."""
+        (prim, rest), (passed, more) = self._descend(path), self._descend(other)
+        if more:
+            return prim is passed and rest[: len(more)] == more
+        return passed in prim.ancestors()
+
+
+def normalize(path: str) -> str:
+    """An absolute path without doubled or trailing slashes.
+
+    Raises:
+        PrimError: the path is not absolute, or holds `.` or `..`.
+    """
+    if not path.startswith("/"):
+        raise PrimError(
+            f"{path!r} is not a prim path", path, "a prim path begins with '/', as in /dd100/Geometry/base_link"
+        )
+    parts = [part for part in path.split("/") if part]
+    if any(part in (".", "..") for part in parts):
+        raise PrimError(f"{path!r} is not a plain prim path", path, "write the path without '.' and '..'")
+    return "/" + "/".join(parts)
+
+
+def at_or_below(path: str, other: str) -> bool:
+    """Whether a normal path is another one, or lies below it."""
+    return path == other or path.startswith(f"{other}/")
+
+
+def _links(robot: Prim, name: str) -> list[Prim]:
+    """The links of a robot with a name; none of any other prim."""
+    if robot.kind != "robot":
+        return []
+    return [prim for prim in robot.descendants() if prim.kind == "link" and prim.name == name]
+
+
+def _without_geometry(path: str) -> str:
+    return "/" + "/".join(part for part in path.split("/") if part and part != "Geometry")
+
+
+def _is_short_for(path: str, full: str) -> bool:
+    wanted = path.split("/")
+    for part in full.split("/"):
+        if wanted and part == wanted[0]:
+            wanted = wanted[1:]
+        elif part != "Geometry":
+            return False
+    return not wanted

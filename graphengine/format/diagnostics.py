@@ -1,0 +1,279 @@
+"""Findings with codes, places and remedies.
+
+The exceptions that carry them and the words that they share have modules of their own, and are importable from here too.
+"""
+
+from __future__ import annotations
+
+import json
+import unicodedata
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from graphengine.format.errors import (
+    CheckError,
+)
+from graphengine.format.wording import did_you_mean, printable
+
+Severity = Literal["error", "warning", "note"]
+
+CODES: dict[str, str] = {
+    "G101": "file cannot be read",
+    "G102": "YAML syntax",
+    "G103": "duplicate key",
+    "G104": "YAML feature that is not allowed",
+    "G105": "file too large or too deep",
+    "G106": "unknown key",
+    "G107": "missing key",
+    "G108": "wrong type of value",
+    "G109": "value that is not legal",
+    "G110": "unknown format version",
+    "G111": "unknown parameter",
+    "G201": "unknown node type",
+    "G202": "malformed connection",
+    "G203": "unknown node in a connection",
+    "G204": "unknown port",
+    "G205": "wrong direction of a port",
+    "G206": "types of a connection do not match",
+    "G207": "two wires into one data input",
+    "G208": "missing required input",
+    "G209": "cycle of data nodes",
+    "G210": "cycle of execution",
+    "G211": "wrong type of a port's value",
+    "G212": "port's value out of range",
+    "G213": "type of a port cannot be told",
+    "G214": "subgraph that cannot be expanded",
+    "G301": "no such prim",
+    "G302": "ambiguous prim path",
+    "G303": "no such joint",
+    "G304": "name that ROS 2 refuses",
+    "G305": "one topic with two message types",
+    "G306": "one TF frame with two parents",
+    "G307": "node cannot be set up",
+    "G308": "message type that cannot be used",
+    "G309": "service with two servers",
+    "G401": "file that cannot be imported",
+    "G402": "graph that cannot be exported",
+    "S101": "file of a scene not found",
+    "S102": "world that MuJoCo cannot load",
+    "S103": "robot description that cannot be loaded",
+    "S104": "no such link, joint or prim in the robot",
+    "S105": "name used twice",
+    "S106": "model that cannot be built",
+    "W101": "node that no event reaches",
+    "W102": "data node that nothing uses",
+    "W103": "set value on a wired input",
+    "W104": "wire that reads the previous value",
+    "W105": "reader and writer in no stated order",
+    "W106": "rate that is never reached",
+    "W107": "graph of a robot that stands outside of it",
+    "W108": "wire written twice",
+    "W201": "wheel radius differs from the robot's",
+    "W202": "wheel distance differs from the robot's",
+    "W203": "TF tree in more than one piece",
+    "W204": "timestep of the world is overruled",
+    "W205": "model that MuJoCo warns of",
+    "W206": "file that is read without a border of the kernel",
+    "W207": "joint that two graphs command",
+    "W208": "robot that nothing commands",
+    "W209": "command that a joint without a drive ignores",
+    "W210": "robot that touches something at the start",
+    "W301": "imported node of a type that is not available",
+    "W302": "part of an imported file that is left out",
+    "N101": "old name of a node type",
+    "N102": "prims were not checked",
+    "N103": "physics setting that was resolved",
+    "N104": "robot of a description without a robot file",
+    "N105": "path of a link that leaves out the links above it",
+    "N301": "part of an imported file that was changed",
+    "N302": "part of an imported file that belongs to no graph",
+}
+"""Every code there is: G for graphs, S for scenes, W for lints, N for notes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """The lines of a file, kept for carets."""
+
+    path: str
+    lines: tuple[str, ...] = field(repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """A place in a file; line and column count from 1."""
+
+    source: Source
+    line: int
+    column: int
+    length: int = 1
+
+    def __str__(self) -> str:
+        return f"{printable(self.source.path)}:{self.line}:{self.column}"
+
+    def part(self, offset: int, length: int) -> Span:
+        """The place of a part of this one, on the same line."""
+        return Span(self.source, self.line, self.column + offset, max(length, 1))
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing to tell about a file: what, where, what is legal, what to do."""
+
+    code: str
+    message: str
+    span: Span | None = None
+    help: tuple[str, ...] = ()
+    related: tuple[tuple[Span, str], ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.code not in CODES:
+            raise ValueError(self.code)
+
+    @property
+    def severity(self) -> Severity:
+        """Errors for G and S, warnings for W, notes for N."""
+        return {"W": "warning", "N": "note"}.get(self.code[0], "error")  # type: ignore[return-value]
+
+    def render(self) -> str:
+        """Text for people: place, sentence, source line, caret, help."""
+        where = f"{self.span}: " if self.span else ""
+        first, *more = self.message.split("\n")
+        parts = [f"{where}{self.severity} {self.code}: {printable(first)}"]
+        if self.span:
+            parts += _excerpt(self.span)
+        parts += [f"  {printable(line)}" for line in (*more, *self.help)]
+        for span, label in self.related:
+            parts.append(f"  {span}: {printable(label)}")
+            parts += _excerpt(span)
+        return "\n".join(parts)
+
+    def record(self) -> dict[str, Any]:
+        """The same for machines."""
+        return {
+            "code": self.code,
+            "title": CODES[self.code],
+            "severity": self.severity,
+            "message": self.message,
+            **_place(self.span),
+            "help": list(self.help),
+            "related": [{**_place(span), "message": label} for span, label in self.related],
+        }
+
+
+def _place(span: Span | None) -> dict[str, Any]:
+    if span is None:
+        return {"path": None, "line": None, "column": None, "length": None}
+    return {"path": span.source.path, "line": span.line, "column": span.column, "length": span.length}
+
+
+_WIDTH = 160
+
+
+def _excerpt(span: Span) -> list[str]:
+    """The source line and a caret below it; a window of it where the line is very long."""
+    if not 1 <= span.line <= len(span.source.lines):
+        return []
+    line = span.source.lines[span.line - 1]
+    length = len(line) - line.endswith("\r")
+    start = max(0, min(span.column - 1 - _WIDTH // 2, length - _WIDTH))
+    text = printable(line[start : min(start + _WIDTH, length)].replace("\t", " "))
+    if start > 0:
+        text = f"…{text[1:]}"
+    if start + _WIDTH < length:
+        text = f"{text[:-1]}…"
+    at = max(span.column - 1 - start, 0)
+    before, below = text[:at], text[at : at + max(span.length, 1)] or " "
+    return [f"{span.line:>6} | {text}", f"       | {' ' * _width(before)}{'^' * max(_width(below), 1)}"]
+
+
+def _width(text: str) -> int:
+    """Columns that a terminal gives a text."""
+    return sum(
+        0 if unicodedata.combining(c) else 2 if unicodedata.east_asian_width(c) in ("W", "F") else 1 for c in text
+    )
+
+
+MAX_ERRORS = 1000
+"""So many mistakes are told; what follows is dropped."""
+MAX_GUESSES = 50
+"""Number of findings that suggest what was meant."""
+
+
+@dataclass(slots=True)
+class Findings:
+    """A list that grows while a file is read, so that one run tells everything."""
+
+    items: list[Finding] = field(default_factory=list)
+    _known: set[object] = field(default_factory=set, repr=False)
+    _errors: int = 0
+    _guesses: int = 0
+
+    def add(
+        self,
+        code: str,
+        message: str,
+        span: Span | None = None,
+        *help: str,
+        related: Iterable[tuple[Span, str]] = (),
+    ) -> None:
+        """Append a finding; empty help lines are dropped."""
+        self.put(Finding(code, message, span, tuple(line for line in help if line), tuple(related)))
+
+    def put(self, finding: Finding) -> None:
+        """Append a finding; equal findings are kept once."""
+        if self.full:
+            return
+        key = (finding.code, finding.message, str(finding.span), finding.help, tuple(map(str, finding.related)))
+        if key in self._known:
+            return
+        self._known.add(key)
+        self._errors += finding.severity == "error"
+        if self._errors > MAX_ERRORS:
+            finding = Finding("G105", f"more than {MAX_ERRORS} mistakes; the others are not told")
+        self.items.append(finding)
+
+    def guess(self, name: str, legal: Iterable[str]) -> str:
+        """Suggest what was meant, for the first findings only: to compare one name with hundreds takes milliseconds."""
+        self._guesses += 1
+        return did_you_mean(name, legal) if self._guesses <= MAX_GUESSES else ""
+
+    @property
+    def full(self) -> bool:
+        """Whether errors that follow are dropped."""
+        return self._errors > MAX_ERRORS
+
+    @property
+    def errors(self) -> list[Finding]:
+        """Those that keep the graph from running."""
+        return [f for f in self.items if f.severity == "error"]
+
+    @property
+    def warnings(self) -> list[Finding]:
+        """Those that count as errors with --strict."""
+        return [f for f in self.items if f.severity == "warning"]
+
+    def sorted(self) -> list[Finding]:
+        """By file in order of appearance, then by place."""
+        files: dict[str, int] = {}
+        for item in self.items:
+            files.setdefault(item.span.source.path if item.span else "", len(files))
+
+        def key(item: Finding) -> tuple[int, int, int, str]:
+            span = item.span
+            if span is None:
+                return (files[""], 0, 0, item.code)
+            return (files[span.source.path], span.line, span.column, item.code)
+
+        return sorted(self.items, key=key)
+
+    def raise_errors(self) -> None:
+        """Raise a CheckError if there is any error."""
+        if self.errors:
+            raise CheckError(self.sorted())
+
+
+def to_json(findings: Sequence[Finding]) -> str:
+    """All findings as one JSON document."""
+    return json.dumps([finding.record() for finding in findings], indent=2)

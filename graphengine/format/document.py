@@ -1,0 +1,392 @@
+"""YAML to plain data that remembers where each value stood; everything a file may hold is bounded here.
+
+YAML 1.2 core rules decide what a plain scalar is: `no` and `12:30:00` are strings, `1e3` is a number. The parser's event stream
+is read in a loop, not by recursion, so that depth is a limit of ours and not of the C stack.
+"""
+
+from __future__ import annotations
+
+import codecs
+import math
+import os
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from graphengine.format.diagnostics import Findings, Source, Span
+from graphengine.format.reading import open_regular
+from graphengine.format.wording import did_you_mean
+
+MAX_BYTES = 8_000_000
+MAX_DEPTH = 64
+"""Levels of nesting, those that aliases repeat counted."""
+MAX_VALUES = 400_000
+"""Values in a document, counted again for each alias that repeats them."""
+
+_Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+"""Only its event parser is used: 15 times faster with libyaml."""
+
+_NULL = re.compile(r"(?:~|null|Null|NULL|)\Z")
+_BOOL = re.compile(r"(?:true|True|TRUE|false|False|FALSE)\Z")
+_INT = re.compile(r"[-+]?[0-9]+\Z")
+_OCTAL = re.compile(r"0o[0-7]+\Z")
+_HEX = re.compile(r"0x[0-9a-fA-F]+\Z")
+_FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?\Z")
+_INF = re.compile(r"([-+]?)\.(?:inf|Inf|INF)\Z")
+_NAN = re.compile(r"\.(?:nan|NaN|NAN)\Z")
+
+_LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
+"""What the parser takes for the end of a line."""
+_ILLEGAL = re.compile("[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]")
+
+_ADVICE: tuple[tuple[str, str], ...] = (
+    ("mapping values are not allowed", "quote a text that holds ': '; keys of one mapping begin in the same column"),
+    ("could not find expected ':'", "a key is followed by ':' and a blank; text of several words may need quotes"),
+    ("did not find expected key", "keys of one mapping begin in the same column"),
+    ("expected '-' indicator", "entries of one list begin with '- ' in the same column"),
+    ("expected ','", "a bracket is not closed, or a comma is missing"),
+    ("expected node content", "a bracket is not closed, or a value is missing"),
+    ("tab character", "indent with spaces, not tabs"),
+    ("cannot start any token", "quote a text that begins with this character"),
+    ("alphabetic or numeric character", "quote a text that begins with '*' or '&'"),
+    ("unexpected end of stream", "a quote is not closed"),
+    ("unknown escape character", "in single quotes a backslash is itself; in double quotes write it twice"),
+    ("incompatible YAML document", "remove the line %YAML"),
+    ("expected <document start>", "a file is one mapping of `key: value`"),
+)
+"""What to do about the parser's complaints."""
+_FROM_ITS_BEGINNING = ("while scanning a simple key", "while scanning a quoted scalar", "while scanning an a")
+"""What the parser was reading when the mistake lies where that began."""
+_OPENED = {
+    "while parsing a flow sequence": "the list that begins here",
+    "while parsing a flow mapping": "the mapping that begins here",
+    "while parsing a block mapping": "the mapping that begins here",
+    "while parsing a block collection": "the list that begins here",
+}
+
+Location = tuple[str | int, ...]
+
+
+@dataclass(slots=True)
+class Value:
+    """A scalar, mapping or sequence and its place. A mapping's keys have places of their own."""
+
+    span: Span
+    data: Any
+    """Python scalar; dict of str to Value; list of Value."""
+    keys: dict[str, Span] = field(default_factory=dict)
+    plain: bool = True
+    """False for a quoted or block scalar, whose columns do not map to its text one to one."""
+
+    def to_data(self) -> Any:
+        """Plain Python data without places."""
+        if isinstance(self.data, dict):
+            return {key: value.to_data() for key, value in self.data.items()}
+        if isinstance(self.data, list):
+            return [value.to_data() for value in self.data]
+        return self.data
+
+
+class Document:
+    """One YAML file: its data, and the place of everything in it."""
+
+    def __init__(self, source: Source, root: Value, size: int) -> None:
+        self.source = source
+        self.root = root
+        self.size = size
+        """Number of values, those that aliases repeat counted."""
+        self.data: Any = root.to_data()
+
+    @property
+    def path(self) -> Path:
+        """The file."""
+        return Path(self.source.path)
+
+    def find(self, *location: str | int) -> Value | None:
+        """The value at a location such as `("nodes", "Diff", "inputs")`."""
+        value: Value | None = self.root
+        for part in location:
+            if value is None:
+                return None
+            if isinstance(value.data, dict):
+                value = value.data.get(part)
+            elif isinstance(value.data, list) and isinstance(part, int) and 0 <= part < len(value.data):
+                value = value.data[part]
+            else:
+                return None
+        return value
+
+    def span(self, *location: str | int) -> Span:
+        """Place of the value at a location, or of its nearest enclosing value that exists."""
+        for end in range(len(location), -1, -1):
+            value = self.find(*location[:end])
+            if value is not None:
+                return value.span
+        return self.root.span
+
+    def key_span(self, *location: str | int) -> Span:
+        """Place of the key that leads to a location."""
+        parent = self.find(*location[:-1])
+        if parent is not None and location and location[-1] in parent.keys:
+            return parent.keys[str(location[-1])]
+        return self.span(*location)
+
+
+def load(path: str | os.PathLike[str], findings: Findings, shown_as: str | None = None) -> Document | None:
+    """Read a YAML file; what is wrong with it goes to `findings`, and None comes back if nothing could be read."""
+    shown = shown_as or os.fspath(path)
+    nowhere = Span(Source(shown, ()), 1, 1)
+    try:
+        with open_regular(path) as file:
+            raw = file.read(MAX_BYTES + 1)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        findings.add("G101", f"cannot read {shown!r}: {reason}", nowhere)
+        return None
+    if len(raw) > MAX_BYTES:
+        findings.add(
+            "G105", f"{shown!r} is larger than {MAX_BYTES // 1_000_000} MB", nowhere, "split it into several files"
+        )
+        return None
+    raw = raw.removeprefix(codecs.BOM_UTF8)
+    try:
+        text = raw.decode()
+    except UnicodeDecodeError as error:
+        before = _LINE_END.split(raw[: error.start].decode("utf-8", "ignore"))
+        source = Source(shown, tuple(_LINE_END.split(raw.decode("utf-8", "replace"))))
+        span = Span(source, len(before), len(before[-1]) + 1)
+        findings.add(
+            "G101", f"{shown!r} is not UTF-8 text: byte 0x{raw[error.start]:02x}", span, "save the file as UTF-8"
+        )
+        return None
+    return parse(text, shown, findings)
+
+
+def parse(text: str, shown_as: str, findings: Findings) -> Document | None:
+    """Read YAML text; `shown_as` is the path that messages name."""
+    source = Source(shown_as, tuple(_LINE_END.split(text)))
+    if illegal := _ILLEGAL.search(text):
+        before = _LINE_END.split(text[: illegal.start()])
+        span = Span(source, len(before), len(before[-1]) + 1)
+        number = f"{ord(illegal[0]):04X}"  # none is above U+FFFF
+        advice = f"remove it, or write \\u{number} in double quotes"
+        findings.add("G102", f"YAML syntax: character U+{number} is not allowed", span, advice)
+        return None
+    tags = next((number for number, line in enumerate(source.lines, 1) if line.startswith("%TAG")), None)
+    if tags is not None:  # refused here because the parser takes minutes for very many of them
+        findings.add("G104", "tags are not allowed, nor the directive %TAG", Span(source, tags, 1, 4), "remove it")
+        return None
+    builder = _Builder(source, findings)
+    try:
+        for event in _events(text):
+            if not builder.add(event):
+                return None
+    except yaml.MarkedYAMLError as error:
+        _report_syntax(error, source, findings)
+        return None
+    if builder.root is None or builder.root.data is None:
+        findings.add("G102", "the file is empty", Span(source, 1, 1))
+        return None
+    return Document(source, builder.root, builder.count)
+
+
+def _report_syntax(error: yaml.MarkedYAMLError, source: Source, findings: Findings) -> None:
+    """The parser's complaint, where it arose or else where what it was reading began, and what to do about it."""
+    problem, context = str(error.problem or "not YAML"), str(error.context or "")
+    spans = [_inside(source, mark) for mark in (error.problem_mark, error.context_mark) if mark]
+    span = spans[-1 if context.startswith(_FROM_ITS_BEGINNING) else 0] if spans else Span(source, 1, 1)
+    advice = next((text for needle, text in _ADVICE if needle in problem), "")
+    if "\t" in source.lines[span.line - 1][span.column - 1 : span.column]:
+        advice = "indent with spaces, not tabs"
+    related = [(spans[1], _OPENED[context])] if context in _OPENED and len(spans) > 1 else []
+    findings.add("G102", f"YAML syntax: {problem}", span, advice, related=related)
+
+
+def _inside(source: Source, mark: Any) -> Span:
+    """The place of a mark; what the parser places behind the last line is at its end."""
+    if mark.line < len(source.lines):
+        return Span(source, mark.line + 1, mark.column + 1)
+    return Span(source, len(source.lines), len(source.lines[-1]) + 1)
+
+
+def _events(text: str) -> Iterator[Any]:
+    loader = _Loader(text)
+    try:
+        while loader.check_event():
+            yield loader.get_event()
+    finally:
+        loader.dispose()
+
+
+@dataclass(slots=True)
+class _Open:
+    value: Value
+    key: str | None = None
+    key_span: Span | None = None
+    drop: bool = False
+    """The key was refused, so its value goes nowhere."""
+    anchor: str | None = None
+    first: int = 0
+    """Number of values before this one, to know its size when an alias repeats it."""
+    depth: int = 1
+    """Levels of nesting in it."""
+
+
+class _Builder:
+    """Turns events into values; keeps a stack in place of recursion."""
+
+    def __init__(self, source: Source, findings: Findings) -> None:
+        self.source = source
+        self.findings = findings
+        self.root: Value | None = None
+        self.stack: list[_Open] = []
+        self.anchors: dict[str, tuple[Value, int, int]] = {}
+        """Of each anchor the value, how many values it holds, and its levels of nesting."""
+        self.count = 0
+        self.documents = 0
+
+    def add(self, event: Any) -> bool:
+        """Take one event; False when reading on makes no sense."""
+        if isinstance(event, yaml.DocumentStartEvent):
+            self.documents += 1
+            if self.documents > 1:
+                self.findings.add("G104", "several documents in one file", self._span(event), "remove the line `---`")
+                return False
+        elif isinstance(event, yaml.ScalarEvent):
+            return self._scalar(event)
+        elif isinstance(event, yaml.MappingStartEvent | yaml.SequenceStartEvent):
+            return self._open(event)
+        elif isinstance(event, yaml.MappingEndEvent | yaml.SequenceEndEvent):
+            frame = self.stack.pop()
+            return self._place(frame.value, frame.anchor, self.count - frame.first, frame.depth)
+        elif isinstance(event, yaml.AliasEvent):
+            return self._alias(event)
+        return True
+
+    def _span(self, event: Any) -> Span:
+        start, end = event.start_mark, event.end_mark
+        length = end.column - start.column if end.line == start.line else 1
+        return Span(self.source, start.line + 1, start.column + 1, max(length, 1))
+
+    def _counted(self, span: Span, more: int = 1) -> bool:
+        self.count += more
+        if self.count > MAX_VALUES:
+            message = f"more than {MAX_VALUES} values in one file, aliases counted"
+            self.findings.add("G105", message, span, "split the file, or repeat less with aliases")
+            return False
+        return True
+
+    def _shallow(self, span: Span, levels: int) -> bool:
+        if len(self.stack) + levels > MAX_DEPTH:
+            self.findings.add("G105", f"nested more than {MAX_DEPTH} levels deep", span)
+            return False
+        return True
+
+    def _at_key(self) -> bool:
+        """Whether a key comes next."""
+        return bool(self.stack) and isinstance(self.stack[-1].value.data, dict) and self.stack[-1].key is None
+
+    def _tag_refused(self, event: Any, span: Span) -> None:
+        if event.tag is not None:
+            tag = str(event.tag).replace("tag:yaml.org,2002:", "!!")[:80]
+            self.findings.add("G104", f"tags are not allowed: {tag!r}", span, "remove it; quotes make a value a text")
+
+    def _open(self, event: Any) -> bool:
+        span = self._span(event)
+        if not self._shallow(span, 1):
+            return False
+        self._tag_refused(event, span)
+        if self._at_key():
+            what = "mapping" if isinstance(event, yaml.MappingStartEvent) else "list"
+            self.findings.add("G104", f"a key must be a string, not a {what}", span, "quote it if it is a text")
+            return False
+        data: Any = {} if isinstance(event, yaml.MappingStartEvent) else []
+        self.stack.append(_Open(Value(span, data), anchor=event.anchor, first=self.count))
+        return self._counted(span)
+
+    def _scalar(self, event: Any) -> bool:
+        span = self._span(event)
+        self._tag_refused(event, span)
+        plain = not event.style  # libyaml says "", the Python parser None
+        if self._at_key():
+            return self._key(event, plain, span)
+        data = self._resolve(event.value, span) if plain else event.value
+        return self._counted(span) and self._place(Value(span, data, plain=plain), event.anchor, 1, 0)
+
+    def _key(self, event: Any, plain: bool, span: Span) -> bool:
+        frame, text = self.stack[-1], event.value
+        frame.key, frame.key_span, frame.drop = text, span, False
+        if plain and text == "<<":
+            self.findings.add("G104", "merge keys are not allowed", span, "write the keys out")
+            frame.drop = True
+        elif plain and not isinstance(self._resolve(text, span), str):
+            quoted = f'"{text[:80]}"' if text else '""'
+            self.findings.add("G104", f"a key must be a string, {text[:80]!r} is not", span, f"write {quoted}")
+            frame.drop = True
+        if event.anchor is not None:
+            self.anchors[event.anchor] = (Value(span, text, plain=plain), 1, 0)
+        return True
+
+    def _alias(self, event: Any) -> bool:
+        span = self._span(event)
+        if event.anchor not in self.anchors:
+            hint = did_you_mean(event.anchor, self.anchors) or "quote a text that begins with '*'"
+            self.findings.add("G102", f"YAML syntax: no anchor {event.anchor!r} before this", span, hint)
+            return False
+        if self._at_key():
+            self.findings.add("G104", "a key must be a string, not an alias", span, "write the key out")
+            return False
+        value, size, depth = self.anchors[event.anchor]
+        return self._counted(span, size) and self._shallow(span, depth) and self._place(value, None, size, depth)
+
+    def _place(self, value: Value, anchor: str | None, size: int, depth: int) -> bool:
+        """Put a finished value where it belongs."""
+        if anchor is not None:
+            self.anchors[anchor] = (value, size, depth)
+        if not self.stack:
+            self.root = value
+            return True
+        frame = self.stack[-1]
+        frame.depth = max(frame.depth, depth + 1)
+        if isinstance(frame.value.data, list):
+            frame.value.data.append(value)
+            return True
+        assert frame.key is not None
+        assert frame.key_span is not None
+        key, span, frame.key = frame.key, frame.key_span, None
+        if key in frame.value.data:
+            first = frame.value.keys[key]
+            self.findings.add(
+                "G103", f"key {key[:80]!r} stands twice", span, "rename or remove one", related=[(first, "first here")]
+            )
+        elif not frame.drop:
+            frame.value.data[key] = value
+            frame.value.keys[key] = span
+        return True
+
+    def _resolve(self, text: str, span: Span) -> Any:
+        """Python value of a plain scalar under the YAML 1.2 core schema."""
+        if _NULL.match(text):
+            return None
+        if _BOOL.match(text):
+            return text[0] in "tT"
+        if _INT.match(text) or _OCTAL.match(text) or _HEX.match(text):
+            if len(text) > 40:
+                self.findings.add("G109", "a whole number of more than 40 characters", span)
+                return 0
+            return int(text, 0 if text[:2] in ("0o", "0x") else 10)
+        if _FLOAT.match(text):
+            number = float(text)
+            if math.isinf(number):
+                self.findings.add("G109", f"{text[:80]} is too large for a number", span, "infinity is written .inf")
+                return 0.0
+            return number
+        if match := _INF.match(text):
+            return float(match[1] + "inf")
+        if _NAN.match(text):
+            return float("nan")
+        return text

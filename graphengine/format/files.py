@@ -1,0 +1,142 @@
+"""Where files that files name are looked for, and where they may not be.
+
+A reference is looked up beside the file that names it, then among the graphs and scenes that ship with the package. What a
+file names must lie in the folder of the file the user gave, in what ships, or in a folder the user allowed: a scene from a
+stranger reads nothing else.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from graphengine.format.wording import did_you_mean
+
+
+def shipped() -> Path:
+    """The folder that holds `graphs/` and `scenes/`: in a wheel the package's data, else the checkout."""
+    package = Path(__file__).resolve().parents[1]
+    data = package / "_data"
+    return data if data.is_dir() else package.parent
+
+
+class NotFoundError(Exception):
+    """No such file, or not one that may be read; the arguments are what, and lines of help."""
+
+    def __init__(self, message: str, *help: str) -> None:
+        super().__init__(message)
+        self.message = message
+        self.help = help
+
+
+@dataclass(frozen=True, slots=True)
+class Files:
+    """The folders that references may lead into."""
+
+    roots: tuple[Path, ...]
+    near: Path | None = None
+    """The working directory, where paths below it are to be shown from there."""
+    installed: tuple[Path, ...] = ()
+    """Folders of ROS packages that the user installed, as an ament index has them; they are among the roots."""
+    base: Path = field(default_factory=shipped)
+    """The folder that holds the `graphs/` and `scenes/` which ship."""
+    used: dict[Path, None] = field(default_factory=dict, compare=False, repr=False)
+    """Absolute paths of the files that were given and that references led to, in order."""
+
+    @staticmethod
+    def of(
+        given: Path,
+        allowed: Sequence[Path] = (),
+        near: Path | None = None,
+        installed: Sequence[Path] = (),
+        base: Path | None = None,
+    ) -> Files:
+        """For a file that the user gave."""
+        base = base or shipped()
+        roots = (base / "graphs", base / "scenes", *(path.resolve() for path in (*allowed, *installed)))
+        near = near.resolve() if near else None
+        return Files(roots, near, tuple(path.absolute() for path in installed), base).beside(given)
+
+    def beside(self, given: Path) -> Files:
+        """For one more file that the user gave."""
+        self.note(given)
+        return replace(self, roots=(given.resolve().parent, *self.roots))
+
+    def note(self, path: Path) -> None:
+        """Remember that a file is read."""
+        self.used.setdefault(Path(os.path.abspath(path)))
+
+    def links(self) -> Iterator[Path]:
+        """Links in installed packages, which may be read wherever they lead."""
+        for top in self.installed:
+            for folder, folders, names in os.walk(top):
+                yield from (path for name in (*folders, *names) if (path := Path(folder, name)).is_symlink())
+
+    def find(self, reference: str, folder: Path) -> Path:
+        """The file that a reference in a file of `folder` means.
+
+        Raises:
+            NotFoundError: it is nowhere, or outside of what may be read.
+        """
+        base = self.base
+        places = [folder / reference, base / reference, base / "scenes" / reference, base / "graphs" / reference]
+        for place in places:
+            if os.path.isfile(place):  # which takes a name that no file can have for one that is not there
+                if not self.may_read(place):
+                    raise NotFoundError(
+                        f"{reference!r} lies outside the folder of the file you gave",
+                        f"allow it with --allow {place.resolve().parent}",
+                    )
+                self.note(place)
+                return self.shown(place)
+        looked = f"looked in {str(places[0].parent)!r}, and among the graphs and scenes that ship"
+        raise NotFoundError(f"no file {reference!r}", self._near(reference, places), looked)
+
+    def shown(self, path: Path) -> Path:
+        """The path as messages name it: from the working directory where it lies below it."""
+        if self.near is not None and path.resolve().is_relative_to(self.near):
+            return path.resolve().relative_to(self.near)
+        return path
+
+    def may_read(self, path: Path) -> bool:
+        """Whether a file lies below one of the roots, links followed.
+
+        Links in installed packages may lead anywhere: they are the user's own, and `colcon build --symlink-install` makes them.
+        """
+        if ".." not in path.parts and any(path.is_relative_to(folder) for folder in self.installed):
+            return True
+        try:
+            resolved = path.resolve()
+        except (OSError, RuntimeError, ValueError):  # a name that no file can have, a loop of links
+            return False
+        return any(resolved.is_relative_to(root) for root in self.roots)
+
+    def _near(self, reference: str, places: Sequence[Path]) -> str:
+        names: list[str] = []
+        for place in places:
+            if self.may_read(place.parent) and os.access(place.parent, os.R_OK) and os.path.isdir(place.parent):
+                files = [name for name in os.listdir(place.parent) if os.path.isfile(place.parent / name)]
+                names += [str(Path(reference).parent / name) for name in files]
+        return did_you_mean(reference, names)
+
+
+def find_given(name: str, folder: str) -> Path:
+    """The file that a command line means: a path, or the name of one that ships in `graphs` or `scenes`.
+
+    Raises:
+        NotFoundError: there is none.
+    """
+    base = shipped()
+    places = [Path(name), base / folder / name, base / folder / f"{name}.yaml", base / name]
+    for place in places:
+        if os.path.isfile(place):
+            return place
+    known = sorted(str(path.relative_to(base / folder).with_suffix("")) for path in (base / folder).rglob("*.yaml"))
+    known = [name for name in known if name.partition("/")[0] not in ("robots", "sensors")]  # parts, which nobody runs
+    raise NotFoundError(
+        f"no file {name!r}",
+        did_you_mean(name, known),
+        f"{folder} that ship: {', '.join(known)}" if known else "",
+    )

@@ -1,0 +1,81 @@
+"""What a user lets graph files do beyond their folder: read variables of the environment by name, and run Python.
+
+A graph from a stranger has neither: a variable may be a secret that a topic would tell to everybody, and code may do anything.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from graphengine.format.errors import ContextError
+from graphengine.format.files import Files, NotFoundError
+from graphengine.format.reading import open_regular
+from graphengine.format.wording import did_you_mean
+
+LARGEST_FILE = 10_000_000
+"""Bytes of a file that a node reads."""
+
+
+@dataclass(frozen=True, slots=True)
+class Permissions:
+    """What graphs may do.
+
+    Attributes:
+        files: where files are looked for; without it nothing is read.
+        environment: variables that may be read, with their values; those that the environment lacks are empty.
+        scripts: whether they may run Python.
+    """
+
+    files: Files | None = None
+    environment: Mapping[str, str] = field(default_factory=dict)
+    scripts: bool = False
+
+    def variable(self, name: str) -> str:
+        """A variable of the environment.
+
+        Raises:
+            ContextError: it may not be read.
+        """
+        if name not in self.environment:
+            allow = f"allow it with --env {name}" if name.isidentifier() else "write the name of one variable"
+            near = did_you_mean(name, self.environment)
+            raise ContextError(
+                f"the environment's variable {name!r} may not be read", name, *filter(None, (allow, near))
+            )
+        return self.environment[name]
+
+    def read(self, reference: str, folder: Path) -> tuple[Path, str]:
+        """A text file that a graph file in some folder names, and its text.
+
+        Raises:
+            ContextError: it is nowhere, may not be read, is too large, or no text.
+        """
+        if self.files is None:
+            raise ContextError("no files can be read here", reference)
+        try:
+            path = self.files.find(reference, folder)
+        except NotFoundError as error:
+            raise ContextError(error.message, reference, *error.help) from None
+        try:
+            with open_regular(path) as file:
+                data = file.read(LARGEST_FILE + 1)
+            if len(data) > LARGEST_FILE:
+                raise ContextError(f"{path} is larger than {LARGEST_FILE} bytes", reference)
+            return path, data.decode("utf-8")
+        except UnicodeDecodeError:
+            raise ContextError(f"{path} is no text in UTF-8", reference) from None
+        except OSError as error:
+            raise ContextError(f"{path} cannot be read: {error.strerror}", reference) from None
+
+    def require_scripts(self) -> None:
+        """Refuse Python that was not allowed.
+
+        Raises:
+            ContextError: it was not.
+        """
+        if not self.scripts:
+            raise ContextError(
+                "it runs Python code, which graph files may not", None, "read it, then allow it with --allow-scripts"
+            )

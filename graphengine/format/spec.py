@@ -1,0 +1,424 @@
+"""What the three kinds of file may hold: graph, scene, robot. Frozen, picklable, checked by pydantic once.
+
+Every model's JSON Schema is what `graphrun schema` prints, so descriptions here are what an editor shows.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+
+from graphengine.format.wording import shown
+
+FORMAT = 1
+MAX_TICKS = 2**32 - 1
+MAX_HZ = 10_000
+
+
+def _name_keys(schema: dict[str, Any]) -> None:
+    """Let the schema refuse what is no name, where pydantic's own would not look at it."""
+    for value in schema.get("properties", {}).values():
+        for pattern, item in value.pop("patternProperties", {}).items():
+            value["propertyNames"] = {**value.get("propertyNames", {}), "pattern": pattern}
+            value["additionalProperties"] = item
+
+
+class Spec(BaseModel):
+    """Base of everything that is read from YAML: no unknown keys, no conversions, no changes."""
+
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, strict=True, allow_inf_nan=False, json_schema_extra=_name_keys
+    )
+
+
+def _whole_number(value: Any) -> Any:
+    if type(value) is not int:
+        raise ValueError(f"expected 1, got {shown(value)}")
+    return value
+
+
+def _evaluator(value: Any) -> Any:
+    if value in ("dirty_push", "lazy"):
+        raise ValueError(
+            f"{value!r} graphs, of which only what changed is computed, are not supported; use push, which computes every node, "
+            "or execution, in which data nodes are computed when something reads them"
+        )
+    return value
+
+
+def _plain_path(path: str) -> str:
+    if any(part in (".", "..") for part in path.split("/")):
+        raise ValueError("a prim path is written without '.' and '..'")
+    if any(letter.isspace() for letter in path):
+        raise ValueError(f"a prim path is written without blanks, got {shown(path)}")
+    return path
+
+
+_PART = "[A-Za-z_][A-Za-z0-9_]*"
+
+
+def _robot_path(path: str) -> str:
+    if not re.fullmatch(f"(/{_PART})+", path):
+        raise ValueError(
+            f"{path!r} is not the path of a robot's prim; write it as in /World/robot: from '/' on, names of letters, "
+            "digits and '_', not beginning with a digit"
+        )
+    return path
+
+
+_NAMESPACE = re.compile(rf"[^A-Za-z0-9_]*({_PART}(/{_PART})*)?[^A-Za-z0-9_]*")
+NAMESPACE_FIELD = re.compile(r"\{(name|index)(?::0([1-9]))?\}")
+"""What stands in a namespace for each robot's own name or number."""
+
+
+def _namespace(value: str) -> str:
+    """Refuse what cannot be a part of any namespace in ROS 2. Both ends of a whole one are trimmed, so anything may be there."""
+    if not _NAMESPACE.fullmatch(value):
+        legal = "legal: letters A-Z a-z, digits and _, in parts separated by /; no part is empty or starts with a digit"
+        raise ValueError(f"{value!r} cannot be part of a ROS 2 namespace; {legal}")
+    return value
+
+
+def _namespace_pattern(value: str) -> str:
+    if re.search(r"[{}]", NAMESPACE_FIELD.sub("", value)):
+        raise ValueError(f"{value!r} is no pattern; legal: {{name}}, {{index}}, {{index:04}}")
+    _namespace(NAMESPACE_FIELD.sub(lambda field: "name" if field[1] == "name" else "0", value))
+    return value
+
+
+Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=200)]
+Pair = Annotated[tuple[float, float], Field(strict=False)]
+Vector = Annotated[tuple[float, float, float], Field(strict=False)]
+PrimPath = Annotated[str, AfterValidator(_plain_path)]
+RobotPath = Annotated[str, Field(max_length=500), AfterValidator(_robot_path)]
+Namespace = Annotated[str, AfterValidator(_namespace)]
+NamespacePattern = Annotated[str, AfterValidator(_namespace_pattern)]
+Connection = Annotated[str, Field(max_length=1000)]
+Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
+Gain = Annotated[float, Field(ge=0, le=1e12)]
+Speed = Annotated[float, Field(ge=-1e10, le=1e10)]
+Format = Annotated[
+    Literal[1], BeforeValidator(_whole_number), Field(description="Version of the file format; missing means 1.")
+]
+
+
+class ParameterSpec(Spec):
+    """A value that whoever uses the graph can give, substituted for `$(name)`."""
+
+    type: str = Field(description="A port type such as double, string or target.")
+    default: Any = None
+    doc: str = ""
+
+
+class VariableSpec(Spec):
+    """A typed variable of the graph, written and read by its nodes."""
+
+    type: str
+    default: Any = None
+    doc: str = ""
+
+
+class EverySpec(Spec):
+    """How often a node is executed, or an event fires: `once`, at every n-th time, or so often a second."""
+
+    once: bool = Field(default=False, description="The first time since play, and then no more.")
+    ticks: int | None = Field(default=None, ge=1, le=MAX_TICKS, description="Every n-th time, beginning with the n-th.")
+    hz: Positive | None = Field(
+        default=None, le=MAX_HZ, description="The first time at or after each k / hz seconds of simulation."
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _short_form(cls, data: Any) -> Any:
+        if isinstance(data, str) and data != "once":
+            raise ValueError(f"{data!r} is not `once`; else give {{ticks: 3}} or {{hz: 10}}")
+        return {"once": True} if isinstance(data, str) else data
+
+    @model_validator(mode="after")
+    def _one_form(self) -> EverySpec:
+        if self.once + (self.ticks is not None) + (self.hz is not None) != 1:
+            raise ValueError("give one of once, {ticks: 3} and {hz: 10}")
+        return self
+
+
+class NodeSpec(Spec):
+    """A node: its type, or the subgraph that stands in its place, and the values of its inputs."""
+
+    type: str = Field(default="", description="Registered OmniGraph name, or for built-ins its last part.")
+    subgraph: str = Field(default="", description="A graph file with declared inputs and outputs, in place of type.")
+    parameters: dict[Name, Any] = Field(default={}, description="Values for the parameters of the subgraph.")
+    inputs: dict[str, Any] = Field(default={}, description="Values by port name.")
+    every: EverySpec | None = Field(default=None, description="How often it is executed: once, {ticks: 3} or {hz: 10}.")
+    doc: str = ""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _short_form(cls, data: Any) -> Any:
+        return {"type": data} if isinstance(data, str) else data
+
+    @model_validator(mode="after")
+    def _type_or_subgraph(self) -> NodeSpec:
+        if not self.type and not self.subgraph:
+            raise ValueError("a node needs a type, or a subgraph in its place")
+        if self.type and self.subgraph:
+            raise ValueError("a node has a type or a subgraph, not both")
+        if self.type and self.parameters:
+            raise ValueError(
+                "a subgraph has parameters, a node of a type has none; values of its ports stand below `inputs:`"
+            )
+        if self.subgraph and self.every:
+            raise ValueError("a subgraph has no `every`; give it to nodes in the subgraph's own file")
+        return self
+
+
+class GraphSpec(Spec):
+    """A graph file: nodes, the wires between them, and where the graph stands in the prim tree."""
+
+    format: Format = 1
+    graph: Name = Field(description="Name of the graph.")
+    doc: str = ""
+    at: PrimPath = Field(default="", description="The graph's own prim; namespaces are collected from here.")
+    parameters: dict[Name, ParameterSpec] = Field(default={}, description="Name to {type: …, default: …}.")
+    runs: Literal["tick", "physics_step"] = Field(default="tick", description="How often the graph runs.")
+    evaluator: Annotated[Literal["execution", "push"], BeforeValidator(_evaluator)] = Field(
+        default="execution",
+        description="Whether nodes run that execution reaches, or every node whenever the graph runs.",
+    )
+    variables: dict[Name, VariableSpec] = Field(default={}, description="Name to {type: …, default: …}.")
+    nodes: dict[Name, NodeSpec] = Field(default={}, description="Name to a type, or to {type: …, inputs: {…}}.")
+    connections: tuple[Connection, ...] = Field(
+        default=(), description="One wire a line: Node.port -> Node.port", strict=False
+    )
+    inputs: dict[str, str] = Field(default={}, description="Ports that the graph has as a subgraph: name to Node.port.")
+    outputs: dict[str, str] = Field(
+        default={}, description="Ports that the graph has as a subgraph: name to Node.port."
+    )
+    layout: dict[Name, Pair] = Field(default={}, description="Node to [x, y], for pictures.")
+    scene: str = Field(default="", description="What `graphrun run` loads for this graph.")
+
+
+class Orientation(Spec):
+    """A rotation: about the fixed x, then y, then z axis as in URDF, or a unit quaternion with the scalar last."""
+
+    rpy_deg: Vector | None = None
+    quaternion_xyzw: Annotated[tuple[float, float, float, float], Field(strict=False)] | None = None
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Orientation:
+        if (self.rpy_deg is None) == (self.quaternion_xyzw is None):
+            raise ValueError("give one of rpy_deg: [roll, pitch, yaw] and quaternion_xyzw: [x, y, z, w]")
+        if self.quaternion_xyzw is not None and abs(math.hypot(*self.quaternion_xyzw) - 1.0) > 0.01:
+            raise ValueError("a quaternion that is a rotation has length 1")
+        return self
+
+
+UPRIGHT = Orientation(rpy_deg=(0.0, 0.0, 0.0))
+
+
+class GraphUse(Spec):
+    """A graph file put somewhere, with values for its parameters."""
+
+    use: str
+    at: PrimPath = Field(default="", description="Overrides the graph file's own `at`.")
+    parameters: dict[Name, Any] = {}
+
+
+MAX_ROBOTS = 1000
+
+
+class PhysicsSpec(Spec):
+    """How often graphs tick, and how often physics integrates inside a tick."""
+
+    tick_rate: Positive = Field(default=60.0, le=10_000, description="Graph ticks, and physics ticks, a second.")
+    substeps: int = Field(default=4, ge=1, le=1000, description="MuJoCo steps in a tick.")
+
+
+class PlaceSpec(Spec):
+    """Where one robot of several stands."""
+
+    position: Vector = (0.0, 0.0, 0.0)
+    orientation: Orientation = UPRIGHT
+
+
+class RobotUse(Spec):
+    """A robot file put into a scene, once or as a fleet: `NAME_0000`, `NAME_0001` and so on."""
+
+    use: str = Field(
+        description="Robot file, or a description alone: a file of URDF, xacro or MJCF, or the text of a URDF or MJCF."
+    )
+    at: RobotPath | None = Field(
+        default=None,
+        description="Path of the robot's prim, as in /World/robot; /NAME when not given. A fleet's number is appended.",
+    )
+    position: Vector = (0.0, 0.0, 0.0)
+    orientation: Orientation = UPRIGHT
+    count: int | None = Field(
+        default=None, ge=1, le=MAX_ROBOTS, description="How many robots, in rows along the x axis."
+    )
+    spacing: Annotated[tuple[Positive, Positive], Field(strict=False)] | None = Field(
+        default=None, description="From one to the next in a row, and from row to row along the y axis, m."
+    )
+    per_row: int | None = Field(default=None, ge=1, description="Robots in a row; all of them when not given.")
+    places: Annotated[tuple[PlaceSpec, ...], Field(strict=False, max_length=MAX_ROBOTS)] | None = Field(
+        default=None, description="In place of count: where each robot stands, relative to position and orientation."
+    )
+    namespace: NamespacePattern | None = Field(
+        default=None,
+        description="Replaces the robot file's namespace on its base link; {name} is the robot's name, {index:04} its number.",
+    )
+    robot_state: bool = Field(default=False, description="Publish what robot_state_publisher would.")
+
+    @model_validator(mode="after")
+    def _one_fleet(self) -> RobotUse:
+        if self.count is not None and self.places is not None:
+            raise ValueError("a fleet has a count or places, not both")
+        if (self.count or 1) > 1 and self.spacing is None:
+            raise ValueError("a fleet with a count needs a spacing: [x, y], in m")
+        if self.count is None and (self.spacing or self.per_row):
+            raise ValueError("spacing and per_row belong to a count")
+        return self
+
+
+class SceneSpec(Spec):
+    """A scene file: a world, the robots in it, and the graphs that belong to no robot."""
+
+    format: Format = 1
+    scene: Name
+    doc: str = ""
+    world: str = Field(description="MJCF file of everything that is not a robot.")
+    physics: PhysicsSpec = PhysicsSpec()
+    settle: bool = Field(default=False, description="Let robots come to rest before t = 0.")
+    robots: dict[Name, RobotUse] = {}
+    graphs: dict[Name, GraphUse] = {}
+    namespaces: dict[PrimPath, Namespace] = Field(
+        default={}, description="`isaac:namespace` by prim: of the world, a robot, a graph or a node."
+    )
+
+
+class DriveSpec(Spec):
+    """A joint's drive in SI units."""
+
+    damping: Gain = Field(default=0.0, description="N m s/rad, or N s/m.")
+    stiffness: Gain = Field(default=0.0, description="N m/rad, or N/m.")
+    target_velocity: Speed = Field(default=0.0, description="rad/s, or m/s, until something commands the joint.")
+    max_force: Positive | None = Field(
+        default=None, description="N m, or N: the most that the drive exerts; the description's effort when not given."
+    )
+    max_acceleration: Positive | None = Field(
+        default=None, description="Limit on the slope of the velocity set point, rad/s2, or m/s2."
+    )
+
+
+class UsdDriveSpec(Spec):
+    """A joint's drive as USD stores it: angles in degrees."""
+
+    damping: Gain = Field(default=0.0, description="N m s/deg.")
+    stiffness: Gain = Field(default=0.0, description="N m/deg.")
+    target_velocity: Speed = Field(default=0.0, description="deg/s, or m/s.")
+    max_force: Positive | None = Field(
+        default=None, description="N m, or N: the most that the drive exerts; the description's effort when not given."
+    )
+
+
+class JointSpec(Spec):
+    """What is changed about a joint of the robot description."""
+
+    enabled: bool = True
+    weld: bool = Field(default=False, description="Keep in place what would fall off once the joint is disabled.")
+    position: Vector | None = Field(default=None, description="Overrides the joint's origin in its parent link, m.")
+    drive: DriveSpec | None = None
+    usd_drive: UsdDriveSpec | None = None
+    armature: NotNegative = Field(default=0.0, description="Rotor inertia seen at the joint, kg m2, or kg.")
+
+    @model_validator(mode="after")
+    def _one_drive(self) -> JointSpec:
+        if self.drive and self.usd_drive:
+            raise ValueError("a joint has a drive or a usd_drive, not both")
+        return self
+
+
+class MaterialSpec(Spec):
+    """A physics material."""
+
+    static_friction: NotNegative = Field(
+        default=0.5, description="Left out where it differs: MuJoCo has one friction, the dynamic one is taken for it."
+    )
+    dynamic_friction: NotNegative = 0.5
+    restitution: float = Field(default=0.0, ge=0, le=1, description="Left out: MuJoCo's contacts have no such thing.")
+    combine: Literal["average", "min", "multiply", "max"] = Field(
+        default="average",
+        description="How the floor's friction is mixed in; that is done at build, and when a graph writes it.",
+    )
+    bind: tuple[str, ...] = Field(default=(), description="Links whose colliders take it.", strict=False)
+
+
+class FrameSpec(Spec):
+    """An empty Xform."""
+
+    parent: str = Field(description="Prim below which it stands, relative to the robot.")
+    position: Vector = (0.0, 0.0, 0.0)
+    orientation: Orientation = UPRIGHT
+
+
+class SensorSpec(FrameSpec):
+    """A sensor on a link."""
+
+    type: Literal["lidar", "camera", "imu", "contact", "realsense_d455", "rig"]
+    profile: str = Field(default="", description="Name of a sensor profile, such as microscan3_9m_20hz.")
+    noise_std: NotNegative | None = Field(
+        default=None, description="Standard deviation of a lidar's distances, m; the profile's when not given."
+    )
+
+
+class RobotSpec(Spec):
+    """A robot file: a description, what is changed about it, what is mounted on it, and its graphs."""
+
+    format: Format = 1
+    robot: Name
+    doc: str = ""
+    extends: str = Field(default="", description="A robot file that this one changes.")
+    urdf: str = Field(default="", description="URDF file, or a .xacro file that expands to one.")
+    xacro_arguments: dict[str, str | bool | int | float] = Field(
+        default={}, description="Values of the xacro file's arguments, as in `xacro file name:=value`."
+    )
+    package_paths: tuple[str, ...] = Field(
+        default=(),
+        description="ROS packages, or folders that contain them, for package:// and $(find …).",
+        strict=False,
+    )
+    base_link: str = Field(default="base_link", description="Root link; the free joint moves it.")
+    fixed_base: bool = Field(
+        default=False,
+        description="Bolt the root link to the world, as for an arm; a root link that is called `world` always is.",
+    )
+    articulation_root: str = Field(
+        default="", description="Link that graphs address the robot by; the one that moves freely when empty."
+    )
+    self_collision: bool = Field(
+        default=False,
+        description="Let the robot's links collide with each other, but for those that a joint connects.",
+    )
+    joints: dict[str, JointSpec] = {}
+    keep_only_joints: tuple[str, ...] = Field(
+        (), description="Disables every other joint of the description.", strict=False
+    )
+    wheel_colliders: dict[str, Literal["as_urdf", "ellipsoid"]] = Field(
+        default={}, description="Wheel link to collider shape."
+    )
+    materials: dict[Name, MaterialSpec] = {}
+    frames: dict[Name, FrameSpec] = {}
+    sensors: dict[Name, SensorSpec] = {}
+    namespaces: dict[str, Namespace] = Field(
+        default={}, description="`isaac:namespace` by prim, relative to the robot."
+    )
+    name_overrides: dict[str, str] = Field(
+        default={}, description="`isaac:nameOverride` by prim, relative to the robot."
+    )
+    graphs: dict[Name, GraphUse] = {}
+
+
+KINDS: dict[str, type[Spec]] = {"graph": GraphSpec, "scene": SceneSpec, "robot": RobotSpec}

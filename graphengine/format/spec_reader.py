@@ -1,0 +1,188 @@
+"""A file as a spec, and what is wrong with it, told at its place in the file."""
+
+from __future__ import annotations
+
+import os
+import re
+import types
+import typing
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from graphengine.format import document as documents
+from graphengine.format.diagnostics import MAX_ERRORS, Findings
+from graphengine.format.document import Document, Location
+from graphengine.format.spec import FORMAT, KINDS, NodeSpec, Spec
+from graphengine.format.wording import listing, shown
+
+S = TypeVar("S", bound=Spec)
+
+_PLAIN: Mapping[str, tuple[str, str]] = {
+    "missing": ("G107", "missing key {name!r}"),
+    "extra_forbidden": ("G106", "unknown key {name!r}"),
+    "literal_error": ("G109", "{name}: expected {expected}, got {input}"),
+    "greater_than": ("G109", "{name}: expected a value > {gt:g}, got {input}"),
+    "greater_than_equal": ("G109", "{name}: expected a value ≥ {ge:g}, got {input}"),
+    "less_than": ("G109", "{name}: expected a value < {lt:g}, got {input}"),
+    "less_than_equal": ("G109", "{name}: expected a value ≤ {le:g}, got {input}"),
+    "string_pattern_mismatch": ("G109", "{input} is not a name: letters, digits and '_', not beginning with a digit"),
+    "string_type": ("G108", "{name}: expected text, got {input}"),
+    "string_too_short": ("G109", "{name}: expected text, got {input}"),
+    "string_too_long": ("G109", "{name}: text of more than {max_length} characters"),
+    "float_type": ("G108", "{name}: expected a number, got {input}"),
+    "int_type": ("G108", "{name}: expected a whole number, got {input}"),
+    "bool_type": ("G108", "{name}: expected true or false, got {input}"),
+    "dict_type": ("G108", "{name}: expected a mapping, got {input}"),
+    "model_type": ("G108", "{name}: expected a mapping, got {input}"),
+    "model_attributes_type": ("G108", "{name}: expected a mapping, got {input}"),
+    "tuple_type": ("G108", "{name}: expected a list, got {input}"),
+    "too_long": ("G108", "{name}: expected {max_length} values, got {actual_length}"),
+    "finite_number": ("G109", "{name}: expected a finite number, got {input}"),
+    "value_error": ("G109", "{name}: {msg}"),
+}
+
+
+def validate(model: type[S], document: Document, data: Any, findings: Findings) -> S | None:
+    """Plain data as a spec; what is wrong with it goes to `findings`, each at its place in the document."""
+    if isinstance(data, dict) and type(data.get("format")) is int and data["format"] != FORMAT:
+        message = f"format {data['format']} is not one this version reads"
+        remedy = f"this version reads format {FORMAT}; a file with a higher number needs a newer graphengine"
+        findings.add("G110", message, document.span("format"), remedy)
+        return None
+    if _is_of_another_kind(model, document, data, findings):
+        return None
+    try:
+        return model.model_validate(data)
+    except ValidationError as errors:
+        for error in errors.errors(include_url=False)[:MAX_ERRORS]:
+            _report(model, document, typing.cast("dict[str, Any]", error), findings)
+        return None
+
+
+def _is_of_another_kind(model: type[Spec], document: Document, data: Any, findings: Findings) -> bool:
+    """Whether a whole file is a graph where a robot was meant, or the like, which is told instead of each of its keys."""
+    wanted = next((kind for kind, known in KINDS.items() if known is model), None)
+    other = kind_of(document)
+    if wanted is None or other is None or wanted in data or other in model.model_fields:
+        return False
+    findings.add("G107", f"missing key {wanted!r}: this is a {other} file", document.key_span(other))
+    return True
+
+
+def _report(model: type[Spec], document: Document, error: dict[str, Any], findings: Findings) -> None:
+    location, kind = tuple(error["loc"]), error["type"]
+    is_key = bool(location) and location[-1] == "[key]"
+    location = location[:-1] if is_key else location
+    name = _name(location)
+    code, template = _PLAIN.get(kind, ("G108", "{name}: {msg}"))
+    message = template.format(
+        name=name,
+        input=shown(error["input"]),
+        msg=error["msg"].removeprefix("Value error, "),
+        **{key: value for key, value in error.get("ctx", {}).items() if key != "error"},
+    )
+    if kind == "extra_forbidden":
+        models = _models_at(model, location[:-1])
+        legal = [key for found in models for key in found.model_fields]
+        hint = "values of ports stand below `inputs:`" if NodeSpec in models else ""
+        near = findings.guess(name, legal)
+        advice = (near,) if near else (listing(legal, "keys"), hint)
+        findings.add(code, message, document.key_span(*location), *advice)
+    elif kind == "missing" and isinstance(location[-1], int):
+        at = location[:-1]
+        wanted = [len(typing.get_args(found)) for found in _annotations_at(model, at)]
+        given = document.find(*at)
+        got = len(given.data) if given is not None and isinstance(given.data, list) else "fewer"
+        findings.add("G108", f"{_name(at)}: expected {max(wanted, default=0)} values, got {got}", document.span(*at))
+    elif kind == "missing":
+        parent = location[:-1]
+        span = document.key_span(*parent) if parent else document.span().part(0, 1)
+        meaning = _description(model, location)
+        findings.add(code, message, span, f"it stands for: {meaning}" if meaning else "")
+    elif is_key:
+        legal_name = re.sub(r"\A(?=[0-9])", "_", re.sub(r"[^A-Za-z0-9_]", "_", str(error["input"])))
+        fits = kind == "string_pattern_mismatch" and legal_name
+        findings.add(code, message, document.key_span(*location), f"write {legal_name}" if fits else "")
+    elif kind == "value_error":
+        value = document.find(*location)
+        whole = value is not None and isinstance(value.data, dict)
+        findings.add(code, message, document.key_span(*location) if whole else document.span(*location))
+    else:
+        legal = [key for found in _models_at(model, location) for key in found.model_fields]
+        empty = "write what belongs below it, or remove the key" if error["input"] is None else ""
+        meaning = _description(model, location) or (listing(legal, "keys") if legal else "")
+        findings.add(code, message, document.span(*location), meaning, empty)
+
+
+def _name(location: Location) -> str:
+    """A key in words: `nodes`, `position[1]`, `file` for all of it."""
+    names = [part for part in location if isinstance(part, str)]
+    numbers = location[location.index(names[-1]) + 1 :] if names else location
+    return (names[-1] if names else "file") + "".join(f"[{number}]" for number in numbers)
+
+
+def _annotations_at(annotation: Any, location: Location) -> list[Any]:
+    """What may stand at a location: spec classes, tuples, scalars."""
+    origin, arguments = typing.get_origin(annotation), typing.get_args(annotation)
+    if origin is Annotated:
+        return _annotations_at(arguments[0], location)
+    if origin in (typing.Union, types.UnionType):
+        return [found for argument in arguments for found in _annotations_at(argument, location)]
+    if not location:
+        return [annotation]
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        known = annotation.model_fields.get(str(location[0]))
+        return _annotations_at(known.annotation, location[1:]) if known else []
+    if origin in (dict, tuple):
+        return _annotations_at(arguments[1] if origin is dict else arguments[0], location[1:])
+    return []
+
+
+def _models_at(model: type[Spec], location: Location) -> list[type[BaseModel]]:
+    found = _annotations_at(model, location)
+    return [one for one in found if isinstance(one, type) and issubclass(one, BaseModel)]
+
+
+def _description(model: type[Spec], location: Location) -> str:
+    """What a key stands for; nothing for a whole file, which no key leads to."""
+    for found in _models_at(model, location[:-1]):
+        known = found.model_fields.get(str(location[-1])) if location else None
+        if known and known.description:
+            return known.description
+    return ""
+
+
+class Loaded(typing.Generic[S]):
+    """A spec with the document it came from, so that later findings know their place."""
+
+    __slots__ = ("document", "spec")
+
+    def __init__(self, spec: S, document: Document) -> None:
+        self.spec = spec
+        self.document = document
+
+    @property
+    def folder(self) -> Path:
+        """Where relative paths in the file begin."""
+        return self.document.path.parent
+
+
+def read(
+    model: type[S], path: str | os.PathLike[str], findings: Findings, shown_as: str | None = None
+) -> Loaded[S] | None:
+    """Read and check one file against one model."""
+    document = documents.load(path, findings, shown_as)
+    if document is None:
+        return None
+    spec = validate(model, document, document.data, findings)
+    return Loaded(spec, document) if spec is not None else None
+
+
+def kind_of(document: Document) -> str | None:
+    """Which of the three kinds of file a document is, by its naming key."""
+    if not isinstance(document.data, dict):
+        return None
+    return next((kind for kind in KINDS if kind in document.data), None)

@@ -1,0 +1,243 @@
+"""The script that builds a graph in Isaac Sim, by one `og.Controller.edit`.
+
+Subgraphs are expanded and parameters filled in: a script has neither. What Isaac Sim has no counterpart for is refused by name.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from graphengine.compiler.gates import EveryOnce, EveryTicks
+from graphengine.compiler.graph import Graph, Instance
+from graphengine.format.diagnostics import Findings
+from graphengine.isaac.graph_file import SCRIPT_NODE, unique
+from graphengine.node import types
+from graphengine.node.port import ExecOut, Port
+from graphengine.node.types import PortType, UnionType
+
+OWN = "graphengine."
+"""How names of node types begin that only this engine has."""
+GATES = {
+    EveryTicks.type_name: ("isaacsim.core.nodes.IsaacSimulationGate", "execOut"),
+    EveryOnce.type_name: ("isaacsim.core.nodes.OgnIsaacRunOneSimulationFrame", "step"),
+}
+"""Isaac Sim's types that do what `every` asks for, and what their execution output is called."""
+_MESSAGE = ("messagePackage", "messageSubfolder", "messageName")
+"""Inputs of generic nodes, which Isaac Sim makes their other ports from as soon as they are set."""
+TICK_RATE = 60
+"""Of a scene that says nothing else, and of Isaac Sim."""
+
+
+def write_script(graph: Graph, findings: Findings) -> str:
+    """The script; none if there is something that cannot be exported, which goes to the findings.
+
+    Args:
+        graph: resolved, without mistakes.
+        findings: takes what Isaac Sim has no counterpart for.
+    """
+    before = len(findings.errors)
+    exporter = _Exporter(graph, findings)
+    return "" if len(findings.errors) > before else "\n".join([*exporter.lines(), ""])
+
+
+class _Exporter:
+    def __init__(self, graph: Graph, findings: Findings) -> None:
+        self.graph, self.findings = graph, findings
+        self.names = _names([instance.id for instance in graph.instances])
+        for instance in graph.instances:
+            if not instance.part_of:
+                self._refuse(instance)
+
+    def _refuse(self, instance: Instance) -> None:
+        """Tell what of a node there is not in Isaac Sim."""
+        if instance.cls.type_name.startswith(OWN):
+            self._tell(instance, f"there is no {instance.cls.type_name} in Isaac Sim")
+        every = instance.entry.spec.every
+        if every is not None and every.hz is not None:
+            ticks = max(1, round(TICK_RATE / every.hz))
+            counted = f"which at {TICK_RATE} ticks a second is {TICK_RATE / ticks:g} Hz"
+            advice = f"write `every: {{ticks: {ticks}}}`, {counted}"
+            self._tell(instance, "Isaac Sim counts ticks; nothing there runs so many times a second", advice)
+        wires = [*self.graph.data_wires, *self.graph.exec_wires]
+        used = instance.literals | {wire.target_field for wire in wires if wire.target == instance.index}
+        used |= {wire.source_field for wire in wires if wire.source == instance.index}
+        for field in sorted(used):
+            port = instance.cls.fields[field]
+            if port.extension and not (instance.cls.type_name == SCRIPT_NODE and port.name == "attributes"):
+                self._tell(instance, f"{instance.cls.type_name} has no {port.side}:{port.name} in Isaac Sim")
+
+    def _tell(self, instance: Instance, what: str, *help: str) -> None:
+        self.findings.add("G402", f"{instance.id}: {what}", instance.span, *help, related=instance.entry.via)
+
+    def lines(self) -> Iterator[str]:
+        """Of the script."""
+        graph, spec = self.graph, self.graph.flat.spec
+        layout = {self.names[name]: place for name, place in spec.layout.items() if name in self.names}
+        if spec.doc:
+            yield from ('"""' + _docstring(spec.doc) + '"""', "")
+        yield "import omni.graph.core as og"
+        if layout:
+            yield "import omni.usd"
+        if self._targets():
+            yield "import usdrt.Sdf"
+        if layout:
+            yield "from pxr import Gf, Sdf"
+        yield from ("", f"GRAPH_PATH = {text(graph.prim_path)}", "", "keys = og.Controller.Keys", "og.Controller.edit(")
+        yield from ("    {", '        "graph_path": GRAPH_PATH,', f'        "evaluator_name": {text(spec.evaluator)},')
+        if graph.runs == "physics_step":
+            yield '        "pipeline_stage": og.GraphPipelineStage.GRAPH_PIPELINE_STAGE_ONDEMAND,'
+        yield from ("    },", "    {")
+        yield from _block("CREATE_VARIABLES", list(self._variables()))
+        yield from _block("CREATE_NODES", list(self._nodes()))
+        yield from _block("CREATE_ATTRIBUTES", list(self._attributes()))
+        if messages := list(self._values(of_messages=True)):
+            yield from _block("SET_VALUES", messages)
+            yield from ("    },", ")", "", "# the fields of messages are ports from here on")
+            yield from ("og.Controller.edit(", "    GRAPH_PATH,", "    {")
+        yield from _block("CONNECT", list(self._wires()))
+        yield from _block("SET_VALUES", list(self._values(of_messages=False)))
+        yield from ("    },", ")")
+        if layout:
+            yield from ("", "stage = omni.usd.get_context().get_stage()")
+        for name, (x, y) in layout.items():
+            yield f'node = stage.GetPrimAtPath(f"{{GRAPH_PATH}}/{name}")'
+            attribute = 'node.CreateAttribute("ui:nodegraph:node:pos", Sdf.ValueTypeNames.Float2)'
+            yield f"{attribute}.Set(Gf.Vec2f({number(x)}, {number(y)}))"
+
+    def _variables(self) -> Iterator[str]:
+        for name, value in self.graph.variables.items():
+            port_type = self.graph.variable_types[name]
+            yield f"({text(name)}, {text(str(port_type))}, {literal(value, port_type)})"
+
+    def _nodes(self) -> Iterator[str]:
+        for instance in self.graph.instances:
+            type_name = GATES[instance.cls.type_name][0] if instance.part_of else instance.cls.type_name
+            yield f"({text(self.names[instance.id])}, {text(type_name)})"
+
+    def _attributes(self) -> Iterator[str]:
+        """Ports that OmniGraph's node types do not have from the start."""
+        for instance in self.graph.instances:
+            fixed = _fixed_ports(instance)
+            for key, port in instance.cls.ports.items():
+                if key not in fixed:
+                    settled = instance.settled.get(port.field, port.type)
+                    name = "any" if isinstance(settled, UnionType) else str(settled)
+                    yield f"({text(self._end(instance, port))}, {text(name)})"
+            for hole in _holes(instance):
+                yield f"({text(f'{self.names[instance.id]}.outputs:{hole}')}, {text('execution')})"
+
+    def _wires(self) -> Iterator[str]:
+        wires = sorted([*self.graph.data_wires, *self.graph.exec_wires], key=lambda wire: wire.order)
+        for wire in wires:
+            source, target = self.graph.instances[wire.source], self.graph.instances[wire.target]
+            start = self._end(source, source.cls.fields[wire.source_field])
+            end = self._end(target, target.cls.fields[wire.target_field])
+            yield f"({text(start)}, {text(end)})"
+
+    def _end(self, instance: Instance, port: Port) -> str:
+        """A port as scripts name it; a bundle that a node makes is a prim below the node there."""
+        output = port.side == "outputs"
+        name = GATES[instance.cls.type_name][1] if instance.part_of and output else port.name
+        between = "_" if output and str(port.type) == "bundle" else ":"
+        return f"{self.names[instance.id]}.{port.side}{between}{name}"
+
+    def _values(self, *, of_messages: bool) -> Iterator[str]:
+        """Either those that name the messages whose fields are ports, or all others."""
+        for instance in self.graph.instances:
+            if isinstance(instance.node, EveryTicks) and not of_messages:
+                yield f"({text(f'{self.names[instance.id]}.inputs:step')}, {instance.node.ticks})"
+        for instance, port in self._literals():
+            if (port.name in _MESSAGE) != of_messages:
+                continue
+            settled = instance.settled.get(port.field, port.type)
+            value = getattr(instance.node, port.field)
+            shown = literal(value, settled) if isinstance(settled, PortType) else plain(value)
+            several = isinstance(port.type, UnionType) or port.type == types.ANY
+            typed = f", {text(str(settled))}" if several and isinstance(settled, PortType) else ""
+            yield f"({text(self._end(instance, port))}, {shown}{typed})"
+
+    def _literals(self) -> Iterator[tuple[Instance, Port]]:
+        for instance in self.graph.instances:
+            for port in instance.cls.fields.values():
+                declares = instance.cls.type_name == SCRIPT_NODE and port.name == "attributes"
+                if port.field in instance.literals and not declares:
+                    yield instance, port
+
+    def _targets(self) -> bool:
+        variables = self.graph.variable_types.values()
+        return any(port.type == types.TARGET for _, port in self._literals()) or types.TARGET in variables
+
+
+def _names(ids: Sequence[str]) -> dict[str, str]:
+    """Names in one graph: of a node inside of a subgraph, both names with a line between, and a number where that is taken.
+
+    That a gate is part of a node stands behind a dot.
+    """
+    names: dict[str, str] = {}
+    taken = {known: 2 for known in ids if known.isidentifier()}
+    for full in ids:
+        joined = full.replace("/", "_").replace(".", "_")
+        names[full] = full if full.isidentifier() else unique([joined], taken, fold=False)
+    return names
+
+
+def _fixed_ports(instance: Instance) -> set[str]:
+    """Ports that the node's type has without a graph that asks for more, or that it makes itself from its inputs."""
+    bases = [base for base in instance.cls.__mro__[1:] if getattr(base, "type_name", "") == instance.cls.type_name]
+    grows = instance.cls.type_name == SCRIPT_NODE or instance.cls.numbered
+    base: Any = bases[-1] if bases and grows else instance.cls
+    return set(base.ports)
+
+
+def _holes(instance: Instance) -> Iterator[str]:
+    """Numbered execution outputs that lead nowhere, below one that does not: OmniGraph counts up to the first missing."""
+    for stem, make in instance.cls.numbered.items():
+        numbers = {int(field.removeprefix(stem)) for field in instance.cls.series[stem]}
+        if make is ExecOut and 0 in numbers:
+            yield from (f"{stem}{number}" for number in range(max(numbers)) if number not in numbers)
+
+
+def _block(key: str, items: Sequence[str]) -> Iterator[str]:
+    if items:
+        yield f"        keys.{key}: ["
+        yield from (f"            {item}," for item in items)
+        yield "        ],"
+
+
+def literal(value: Any, port_type: PortType) -> str:
+    """A port's value in Python, as OmniGraph takes it."""
+    if port_type == types.TARGET:
+        return f"[{', '.join(f'usdrt.Sdf.Path({text(path)})' for path in value)}]"
+    return plain(value)
+
+
+def plain(value: Any) -> str:
+    """Numbers, texts and lists of them in Python."""
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(plain, value))}]"
+    if isinstance(value, str):
+        return text(value)
+    return number(value)
+
+
+def number(value: Any) -> str:
+    """A number or truth value in Python."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return f'float("{value}")'
+    return repr(value)
+
+
+def text(value: str) -> str:
+    """A text in Python, in double quotes where that needs no escape more."""
+    quoted = repr(value)
+    return f'"{quoted[1:-1]}"' if quoted[0] == "'" and '"' not in value and "\\'" not in quoted else quoted
+
+
+def _docstring(doc: str) -> str:
+    return "".join(c if c.isprintable() and c not in '"\\' else " " for c in doc)

@@ -1,0 +1,323 @@
+"""Graph files of recorded graphs, with OmniGraph's names made ours; what cannot be carried over is told."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from graphengine.compiler.graph import find_port, port_names
+from graphengine.compiler.registry import Registry
+from graphengine.format.diagnostics import Findings, Span
+from graphengine.format.errors import ContextError
+from graphengine.format.wording import listing
+from graphengine.isaac.recorded import IMPULSE, RecordedGraph, RecordedNode, RecordedValue, RecordedWire
+from graphengine.isaac.replaced import modernize, replacement
+from graphengine.isaac.yaml_text import block, comment, flow, scalar
+from graphengine.node import types
+from graphengine.node.node_class import Node, grown
+from graphengine.node.port import Port
+from graphengine.node.types import PortType
+
+WIDTH = 120
+SCRIPT_NODE = "omni.graph.scriptnode.ScriptNode"
+GONE = {
+    (
+        "isaacsim.core.nodes.IsaacReadSimulationTime",
+        "swhFrameNumber",
+    ): "referenceTimeNumerator and -Denominator follow it",
+    ("isaacsim.core.nodes.IsaacArticulationController", "usePath"): "robotPath is used where targetPrim is not given",
+    ("isaacsim.ros2.bridge.ROS2CameraHelper", "viewport"): "wire renderProductPath from IsaacCreateRenderProduct",
+    ("isaacsim.ros2.bridge.ROS2SubscribeJointState", "targetPrim"): "it had no use",
+}
+"""Ports that older versions of Isaac Sim had, and what to do without them."""
+
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
+_PORT = re.compile(r"[A-Za-z_][A-Za-z0-9_:]*\Z")
+_LONGEST_NAME = 200
+_MOST_PARTS = 20
+"""Of a path that the name of a file is made of."""
+_MOST_FOLLOWED = 100_000
+"""Wires of a graph that are followed back to what drives an input."""
+
+
+def file_names(graphs: Sequence[RecordedGraph]) -> list[str]:
+    """A name for each graph, of which no two are alike even where files do not tell capital letters: the end of its path."""
+    taken: dict[str, int] = {}
+    names = []
+    for graph in graphs:
+        parts = [_legal(part) for part in graph.path.strip("/").split("/")]
+        choices = ["_".join(parts[-count:]) for count in range(1, min(len(parts), _MOST_PARTS) + 1)]
+        names.append(unique(choices, taken))
+    return names
+
+
+def _legal(name: str) -> str:
+    legal = re.sub(r"[^A-Za-z0-9_]", "_", name)[:_LONGEST_NAME]
+    return legal if _NAME.match(legal) else f"_{legal}"
+
+
+def unique(choices: Sequence[str], taken: dict[str, int], *, fold: bool = True) -> str:
+    """The first choice that is not taken, else the last one with a number; it is taken then.
+
+    Args:
+        choices: names.
+        taken: names in use, each with the number that another one of this name tries first.
+        fold: whether names that differ in capital letters alone are the same.
+    """
+    key = str.lower if fold else str
+    name = next((choice for choice in choices if key(choice) not in taken), choices[-1])
+    if key(name) in taken:
+        number = next(n for n in itertools.count(taken[key(name)]) if key(f"{name}_{n}") not in taken)
+        taken[key(name)], name = number + 1, f"{name}_{number}"
+    taken[key(name)] = 2
+    return name
+
+
+def compose(graph: RecordedGraph, name: str, registry: Registry, findings: Findings, origin: str) -> str:
+    """The text of a graph file.
+
+    Args:
+        graph: what an importer found.
+        name: of the graph.
+        registry: node types that are available.
+        findings: where everything is told that the file lacks or has otherwise.
+        origin: where the graph comes from, for people.
+    """
+    return "\n".join([*_Composer(graph, registry, findings).lines(name, origin), ""])
+
+
+class _Composer:
+    def __init__(self, graph: RecordedGraph, registry: Registry, findings: Findings) -> None:
+        self.graph, self.registry, self.findings = graph, registry, findings
+        self.names: dict[str, str] = {}
+        """Names in the file, by names in the graph."""
+        self.classes: dict[str, type[Node] | None] = {}
+        """Node classes with the ports that are named, by names in the graph; None where the type is not available."""
+        self.wired: dict[str, set[str]] = {}
+        """Ports that wires begin or end at, by node."""
+        self.driving: dict[tuple[str, str], list[RecordedWire]] = {}
+        """Wires by their ends."""
+        self.followed = 0
+        for wire in graph.wires:
+            self.wired.setdefault(wire.source, set()).add(wire.source_port)
+            self.wired.setdefault(wire.target, set()).add(wire.target_port)
+            self.driving.setdefault(wire.ends[1], []).append(wire)
+        taken: dict[str, int] = {}
+        for node in graph.nodes.values():
+            if not node.type:
+                findings.add("W302", f"the node {graph.path}/{node.name} is left out: it has no type", node.span)
+                continue
+            modernize(node, registry, findings)
+            self.names[node.name] = legal = unique([_legal(node.name)], taken, fold=False)
+            if legal != node.name:
+                findings.add("N301", f"node {node.name!r} is called {legal!r} in the file", node.span)
+            self.classes[node.name] = self._class(node)
+
+    def _class(self, node: RecordedNode) -> type[Node] | None:
+        found = self.registry.find(node.type)
+        if found is None:
+            what = f"{node.name}: there is no node type {node.type!r} here"
+            advice = replacement(node.type) or self.registry.suggest(node.type, self.findings)
+            self.findings.add("W301", what, node.span, advice, "check tells it again")
+            return None
+        if found.old_name:
+            what = f"{node.type!r} is a name from before Isaac Sim 4.5"
+            self.findings.add("N101", what, node.span, f"its name now is {found.cls.type_name!r}")
+        named = [*self.wired.get(node.name, ()), *node.attributes]
+        if found.cls.type_name == SCRIPT_NODE and node.attributes:
+            declared = [f"{key} {kind}" for key, kind in node.attributes.items()]
+            node.values["inputs:attributes"] = RecordedValue(declared, span=node.span)
+        values = {_port_name(key): value.data for key, value in node.values.items()}
+        try:
+            return grown(found.cls, values, self.registry.definitions, [_port_name(name) for name in named])
+        except (ContextError, TypeError, ValueError):  # which check tells of the file
+            return None
+
+    def lines(self, name: str, origin: str) -> Iterator[str]:
+        """Of the file."""
+        graph = self.graph
+        yield comment(f"Imported from {origin}")
+        yield "format: 1"
+        yield f"graph: {name}"
+        yield f"at: {flow(graph.path)}"
+        yield from self._when()
+        if graph.variables:
+            yield "variables:"
+            for key, variable in graph.variables.items():
+                yield from self._variable(key, variable)
+        yield "nodes:" if self.names else "nodes: {}"
+        for name in self.names:
+            yield from self._node(graph.nodes[name])
+        driven = dict.fromkeys(wire for known in graph.wires for wire in self._driven(known))
+        wires = [line for wire in driven if (line := self._wire(wire))]
+        if wires:
+            yield "connections:"
+            yield from (f"  - {line}" for line in wires)
+        at = {key: graph.nodes[name].position for name, key in self.names.items()}
+        placed = {key: position for key, position in at.items() if position and math.isfinite(sum(position))}
+        if placed:
+            yield "layout:"
+            yield from (f"  {key}: {flow(position)}" for key, position in placed.items())
+
+    def _when(self) -> Iterator[str]:
+        """How often it runs, and by which rule."""
+        graph = self.graph
+        physics = any(node.type.rpartition(".")[2] == "OnPhysicsStep" for node in graph.nodes.values())
+        if graph.pipeline_stage == "on_demand" and physics:
+            yield "runs: physics_step"
+        elif graph.pipeline_stage == "on_demand":
+            self._leave_out("that it is evaluated only when a script asks for it; it runs every tick", graph.span)
+        elif graph.pipeline_stage != "simulation":
+            self._leave_out(f"its pipeline stage {graph.pipeline_stage}; it runs every tick", graph.span)
+        if graph.evaluator != "execution":
+            yield "evaluator: push"
+            advice = "write evaluator_name 'execution' there if its events are to decide what is computed"
+            self.findings.add("N301", f"{graph.path} is a push graph: every node is computed", graph.span, advice)
+        if graph.evaluator == "dirty_push":
+            what = "that it computes only what changed (dirty_push)"
+            self._leave_out(what, graph.span)
+
+    def _leave_out(self, what: str, span: Span | None, *help: str) -> None:
+        self.findings.add("W302", f"{self.graph.path}: left out is {what}", span, *help)
+
+    def _variable(self, name: str, variable: RecordedValue) -> Iterator[str]:
+        if not _NAME.match(name):
+            self._leave_out(f"variable {name!r}, which is no name", variable.span)
+            return
+        data: Any = variable.data
+        try:
+            port_type = types.parse(variable.type)
+            data = fit(data, port_type) if isinstance(port_type, PortType) else data
+        except ValueError:  # which check tells of the file
+            pass
+        default = {"default": data} if data is not None else {}
+        yield f"  {name}: {flow({'type': variable.type, **default})}"
+
+    def _node(self, node: RecordedNode) -> Iterator[str]:
+        cls = self.classes[node.name]
+        found = self.registry.find(node.type)
+        type_name = found.cls.type_name if found else node.type
+        inputs: dict[str, Any] = {}
+        for key, value in node.values.items():
+            name = _port_name(key)
+            if self._carried(node, cls, key, value):
+                port = find_port(cls, name, ["inputs"]) if cls else None
+                inputs[name] = _literal(value.data, value.type or node.attributes.get(key, ""), port)
+        key = self.names[node.name]
+        if not inputs:
+            yield f"  {key}: {scalar(type_name)}"
+            return
+        yield f"  {key}:"
+        yield f"    type: {scalar(type_name)}"
+        line = f"    inputs: {flow(inputs)}"
+        if len(line) <= WIDTH and not any(map(block, inputs.values())):
+            yield line
+            return
+        yield "    inputs:"
+        for name, data in inputs.items():
+            first, *lines = block(data) or [flow(data)]
+            yield f"      {scalar(name)}: {first}"
+            yield from (f"        {line}" if line else "" for line in lines)
+
+    def _carried(self, node: RecordedNode, cls: type[Node] | None, key: str, value: RecordedValue) -> bool:
+        """Whether a file holds such a value; told if not."""
+        name = _port_name(key)
+        what, advice = "", ""
+        if not key.startswith("inputs:"):
+            what = "a graph's file holds values of inputs"
+            advice = f"while it runs: graphrun ctl impulse {self.names[node.name]}" if key == IMPULSE else ""
+        elif value.data is None or not _PORT.match(name):
+            what = "it has none" if value.data is None else "it is no name of a port"
+        elif cls is not None:
+            port = find_port(cls, name, ["inputs"])
+            if port is None:
+                inputs = port_names(cls, "inputs")
+                what = f"{cls.__name__} has no such input"
+                advice = GONE.get((cls.type_name, name)) or self.findings.guess(name, inputs)
+                advice = advice or listing(inputs, "inputs")
+            elif port.is_exec:
+                return False  # scripts set what was once a state of execution pins
+        if what:
+            self._leave_out(f"the value of {node.name}.{key}: {what}", value.span or node.span, advice)
+        return not what
+
+    def _driven(self, wire: RecordedWire) -> Iterator[RecordedWire]:
+        """A wire; where it passes on the events of an input, as a compound's does, those of what drives that input."""
+        ends = [(self.classes.get(node), _port_name(key)) for node, key in wire.ends]
+        ports = [find_port(cls, name, ["inputs"]) for cls, name in ends if cls is not None]
+        if not wire.source_port.startswith("inputs:") or not any(port is not None and port.is_exec for port in ports):
+            yield wire
+            return
+        pending, reached, driven = [wire.ends[0]], {wire.ends[0]}, False
+        for known in (known for end in pending for known in self.driving.get(end, ())):
+            self.followed += 1
+            if self.followed > _MOST_FOLLOWED:
+                break
+            if not known.source_port.startswith("inputs:"):
+                driven = True
+                yield replace(wire, source=known.source, source_port=known.source_port)
+            elif known.ends[0] not in reached:
+                reached.add(known.ends[0])
+                pending.append(known.ends[0])
+        many = self.followed > _MOST_FOLLOWED
+        if many or not driven:
+            why = f"more than {_MOST_FOLLOWED} wires lead to what drives" if many else "nothing drives"
+            self._leave_out(f"the wire {wire}: {why} {wire.source}.{wire.source_port}", wire.span)
+
+    def _wire(self, wire: RecordedWire) -> str:
+        """One connection; nothing if a node or port of it is not there."""
+        ends = (wire.source, wire.source_port, ("outputs", "inputs")), (wire.target, wire.target_port, ("inputs",))
+        written = []
+        for node, key, sides in ends:
+            side, name = key.partition(":")[0], _port_name(key)
+            if node not in self.names:
+                self._leave_out(f"the wire {wire}: there is no node {node!r}", wire.span)
+                return ""
+            cls = self.classes[node]
+            if not _PORT.match(name) or (cls is not None and f"{side}:{name}" not in cls.ports):
+                legal = port_names(cls, side) if cls is not None else []
+                gone = GONE.get((cls.type_name, name), "") if cls is not None else ""
+                near = gone or self.findings.guess(name, legal) or listing(legal, side)
+                self._leave_out(f"the wire {wire}: {cls.__name__ if cls else node} has no {key}", wire.span, near)
+                return ""
+            meant = next((s for s in sides if cls is not None and f"{s}:{name}" in cls.ports), sides[0])
+            written.append(f"{self.names[node]}.{name if meant == side else f'{side}:{name}'}")
+        return " -> ".join(written)
+
+
+def _port_name(key: str) -> str:
+    """`wheelRadius` of `inputs:wheelRadius`."""
+    side, colon, name = key.partition(":")
+    return name if colon and side in ("inputs", "outputs", "state") else key
+
+
+def _literal(data: Any, type: str, port: Port | None) -> Any:
+    """A value as a graph file writes it; on a port of several types, with its type where that was given."""
+    if port is None:
+        return data
+    if isinstance(port.type, PortType) and port.type != types.ANY:
+        return fit(data, port.type)
+    try:
+        given = types.parse(type)
+    except ValueError:
+        return data
+    return {"type": type, "value": fit(data, given)} if isinstance(given, PortType) else data
+
+
+def fit(data: Any, port_type: PortType) -> Any:
+    """The same value of the port's kind, where Python's types are looser: 1.0 for a whole number, 1 for true."""
+    if isinstance(data, list):
+        element = PortType(port_type.base, port_type.count, False, port_type.role)
+        return [fit(item, element) for item in data]
+    if port_type.base == "bool" and data in (0, 1):
+        return bool(data)
+    whole = port_type.is_number and np.dtype(port_type.dtype).kind in "iu"
+    if isinstance(data, float) and data.is_integer() and whole:
+        return int(data)
+    return data

@@ -1,0 +1,143 @@
+"""The modules of Omniverse that a script imports: what builds graphs tells a recorder, everything else is a stand-in."""
+
+from __future__ import annotations
+
+from types import ModuleType
+from typing import Any
+
+from graphengine.isaac.omniverse import og, usd, usd_values
+from graphengine.isaac.omniverse.recorder import Place, Recorder
+from graphengine.isaac.omniverse.stand_in import StandIn, StandInModule
+from graphengine.isaac.omniverse.waiting import Task, finish
+
+ROOTS = frozenset(("omni", "pxr", "usdrt", "isaacsim", "carb", "isaaclab", "replicator", "warp"))
+"""Where names of modules begin that come with Isaac Sim."""
+
+_SHAPES = ("Capsule", "Cone", "Cube", "Cylinder", "Mesh", "Plane", "Points", "Sphere")
+_SCHEMAS = (*_SHAPES, "Camera", "Imageable", "Scope", "Xform", "XformCommonAPI", "Xformable")
+_ARRAYS = [f"{kind}Array" for kind in ("Bool", "Double", "Float", "Int", "Int64", "String", "Token", "UChar", "UInt")]
+_VECTORS = {
+    f"Vec{cls.size}{kind}": cls
+    for cls in (usd_values.Vector2, usd_values.Vector, usd_values.Vector4)
+    for kind in "dfhi"
+}
+
+
+class Application(StandIn):
+    """`SimulationApp`, and its instance."""
+
+    def __call__(self, *_: Any, **__: Any) -> Any:  # noqa: D102
+        return self
+
+
+def make_modules(recorder: Recorder) -> dict[str, ModuleType]:
+    """The modules that are known, by name; every other one is to be a `StandInModule` without members.
+
+    Args:
+        recorder: told of what is done to graphs.
+    """
+    stage = usd.Stage(recorder)
+
+    def prim_at(prim_path: Any = "", *_: Any, path: Any = "", **__: Any) -> usd.Prim:
+        return stage.GetPrimAtPath(prim_path or path)
+
+    def is_valid(prim_path: Any, *_: Any, **__: Any) -> bool:
+        return stage.GetPrimAtPath(prim_path).IsValid()
+
+    def define_prim(prim_path: Any, prim_type: Any = "", *_: Any, **__: Any) -> usd.Prim:
+        return stage.DefinePrim(prim_path, prim_type)
+
+    def set_attribute(prim_path: Any, attribute_name: Any, value: Any, *_: Any, **__: Any) -> None:
+        stage.GetPrimAtPath(prim_path).set_property(str(attribute_name), value)
+
+    def delete_prim(prim_path: Any, *_: Any, **__: Any) -> bool:
+        return stage.RemovePrim(prim_path)
+
+    def set_targets(prim: Any, attribute: Any, target_prim_paths: Any) -> None:
+        targets = target_prim_paths if isinstance(target_prim_paths, list | tuple) else [target_prim_paths]
+        if isinstance(prim, usd.Prim):
+            prim.set_property(str(attribute), list(targets))
+
+    def set_target_prims(primPath: Any, targetPrimPaths: Any, inputName: Any = "inputs:targetPrim") -> None:  # noqa: N803
+        graph, node = recorder.find_node(None, str(primPath))
+        recorder.set_value(recorder.inner(Place(graph, node, str(inputName))), list(targetPrimPaths))
+
+    def execute(command: Any, *_: Any, **named: Any) -> tuple[bool, Any]:
+        """One of Kit's commands: those that delete prims may delete graphs, every other one is left out."""
+        if command in ("DeletePrims", "DeletePrimsCommand"):
+            for path in named.get("paths", ()):
+                delete_prim(str(path))
+        elif isinstance(command, str):
+            recorder.pass_over(f"the command {command}")
+        parent, path = named.get("parent"), named.get("path", named.get("prim_path"))
+        if isinstance(path, str):
+            made = f"{(parent or '').rstrip('/')}/{path.strip('/')}"
+            recorder.prims.add(made)
+            return True, usd.Prim(made, recorder)
+        return True, StandIn(f"the command {command}", recorder)
+
+    def open_stage(path: Any = "", *_: Any, usd_path: Any = "", **__: Any) -> bool:
+        recorder.open_stage(str(path or usd_path))
+        return True
+
+    opens = {
+        "open_stage": open_stage,
+        "open_stage_async": lambda *given, **named: Task((open_stage(*given, **named), ""), recorder),
+    }
+    context = StandIn("omni.usd.get_context()", recorder)
+    vars(context).update(opens, get_stage=lambda: stage)
+    prims = {
+        "get_prim_at_path": prim_at,
+        "is_prim_path_valid": is_valid,
+        "create_prim": define_prim,
+        "define_prim": define_prim,
+        "set_prim_attribute_value": set_attribute,
+        "set_prim_property": set_attribute,
+        "delete_prim": delete_prim,
+        "set_targets": set_targets,
+    }
+    schemas = {name: usd.Schema(f"UsdGeom.{name}", stage) for name in _SCHEMAS}
+    stages = {**opens, "get_current_stage": lambda *_, **__: stage, "get_stage_units": lambda *_, **__: 1.0}
+    targets = {"set_target_prims": set_target_prims}
+    application = {"SimulationApp": Application("SimulationApp", recorder)}
+    vars(application["SimulationApp"])["run_coroutine"] = lambda coroutine, *_, **__: finish(coroutine, recorder)
+    sdf = {"Path": usd_values.Path}
+    gf = {
+        **_VECTORS,
+        **dict.fromkeys(("Quatd", "Quatf", "Quath"), usd_values.Quaternion),
+        "Matrix4d": usd_values.Matrix,
+        "Matrix3d": usd_values.Matrix3,
+        "Matrix2d": usd_values.Matrix2,
+    }
+    known: dict[str, dict[str, Any]] = {
+        "omni.graph.core": og.members(recorder),
+        "omni.usd": {
+            "get_context": lambda *_: context,
+            "get_prim_at_path": prim_at,
+            "get_stage_next_free_path": lambda _, path, *__: str(path),
+        },
+        "omni.kit.commands": {"execute": execute},
+        "omni.kit.async_engine": {"run_coroutine": lambda coroutine: Task(finish(coroutine, recorder), recorder)},
+        "pxr.Sdf": sdf,
+        "pxr.Gf": gf,
+        "pxr.Vt": dict.fromkeys(_ARRAYS, list),
+        "pxr.UsdGeom": {"GetStageMetersPerUnit": lambda *_: 1.0, **schemas},
+        "usdrt.Sdf": sdf,
+        "usdrt.Gf": gf,
+        "isaacsim": application,
+        "isaacsim.simulation_app": application,
+        "omni.isaac.kit": application,
+        "isaacsim.core.utils.prims": prims,
+        "omni.isaac.core.utils.prims": prims,
+        "isaacsim.core.experimental.utils.prim": {"get_prim_at_path": prim_at},
+        "isaacsim.core.experimental.utils.stage": {**stages, "define_prim": define_prim},
+        "isaacsim.core.utils.stage": stages,
+        "omni.isaac.core.utils.stage": stages,
+        "isaacsim.core.nodes.scripts.utils": targets,
+        "omni.isaac.core_nodes.scripts.utils": targets,
+    }
+    packages = {name[:end] for name in known for end, mark in enumerate(name) if mark == "."} - known.keys()
+    modules = recorder.modules
+    for name in (*packages, *known):
+        modules[name] = StandInModule(name, recorder, modules, known.get(name))
+    return modules

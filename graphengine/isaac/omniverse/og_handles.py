@@ -1,0 +1,246 @@
+"""What stands for graphs, nodes, attributes and variables in `omni.graph.core`."""
+
+from __future__ import annotations
+
+import enum
+from typing import Any
+
+from graphengine.isaac.omniverse.recorder import Place, Recorder
+from graphengine.isaac.omniverse.spellings import SIDES, OmniGraphError, stage_of
+from graphengine.isaac.omniverse.stand_in import StandIn, member
+from graphengine.isaac.recorded import RecordedGraph
+
+
+class GraphPipelineStage(enum.Enum):
+    """When a graph is evaluated."""
+
+    GRAPH_PIPELINE_STAGE_SIMULATION = 10
+    GRAPH_PIPELINE_STAGE_PRERENDER = 20
+    GRAPH_PIPELINE_STAGE_POSTRENDER = 30
+    GRAPH_PIPELINE_STAGE_ONDEMAND = 200
+    GRAPH_PIPELINE_STAGE_UNKNOWN = 100
+
+
+ExecutionAttributeState = enum.IntEnum(
+    "ExecutionAttributeState", "DISABLED ENABLED ENABLED_AND_PUSH LATENT_PUSH LATENT_FINISH", start=0
+)
+"""What was once written to execution outputs."""
+
+
+class Handle:
+    """What stands for something in a graph."""
+
+    recorder: Recorder
+
+    def is_valid(self) -> bool:
+        """Whether it is still there."""
+        return True
+
+    isValid = valid = is_valid  # noqa: N815  both are OmniGraph's
+
+    def __bool__(self) -> bool:
+        return self.is_valid()
+
+    def __getattr__(self, name: str) -> Any:
+        return member(f"og.{type(self).__name__}", name, self.recorder)
+
+
+class Graph(Handle):
+    """A graph."""
+
+    def __init__(self, recorder: Recorder, graph: RecordedGraph) -> None:
+        self.recorder, self.graph = recorder, graph
+
+    def is_valid(self) -> bool:
+        """Whether it is still there."""
+        return self.recorder.graphs.get(self.graph.path) is self.graph
+
+    def get_path_to_graph(self) -> str:
+        """Its prim."""
+        return self.graph.path
+
+    def get_nodes(self) -> list[Node]:
+        """Its nodes."""
+        return [Node(self.recorder, self.graph, name) for name in self.graph.nodes]
+
+    def get_node(self, path: str) -> Node | None:
+        """A node by its path; None where there is none."""
+        try:
+            return Node(self.recorder, *self.recorder.find_node(self.graph, path))
+        except OmniGraphError:
+            return None
+
+    def create_node(self, path: str, type: str, *_: Any) -> Node:
+        """Make a node."""
+        return Node(self.recorder, self.graph, self.recorder.create_node(self.graph, str(path), type))
+
+    def destroy_node(self, path: str, *_: Any) -> bool:
+        """Remove a node."""
+        self.recorder.delete_node(*self.recorder.find_node(self.graph, path))
+        return True
+
+    def create_variable(self, name: str, type: Any) -> Variable:
+        """Add a variable."""
+        self.recorder.create_variable(self.graph, name, type)
+        return Variable(self.recorder, self.graph, name)
+
+    def find_variable(self, name: str) -> Variable | None:
+        """A variable by its name."""
+        return Variable(self.recorder, self.graph, name) if name in self.graph.variables else None
+
+    def get_variables(self) -> list[Variable]:
+        """Its variables."""
+        return [Variable(self.recorder, self.graph, name) for name in self.graph.variables]
+
+    def change_pipeline_stage(self, stage: Any) -> None:
+        """Have it evaluated at another time."""
+        self.graph.pipeline_stage = stage_of(stage)
+
+    def get_pipeline_stage(self) -> Any:
+        """When it is evaluated."""
+        return self.graph.pipeline_stage
+
+    def evaluate(self, *_: Any) -> bool:
+        """Nothing: what a graph does is no part of it."""
+        return True
+
+    def set_disabled(self, disabled: bool) -> None:
+        """A graph's file has no such thing."""
+        if disabled:
+            self.recorder.leave_out(f"the graph {self.graph.path} is disabled; its file is not", "set_disabled")
+
+    plain_data = get_path_to_graph
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Graph) and other.graph is self.graph
+
+    def __hash__(self) -> int:
+        return hash(self.graph.path)
+
+
+class Node(Handle):
+    """A node, or a compound."""
+
+    def __init__(self, recorder: Recorder, graph: RecordedGraph, name: str) -> None:
+        self.recorder, self.graph, self.name = recorder, graph, name
+
+    def is_valid(self) -> bool:
+        """Whether it is still there."""
+        return self.name in self.graph.nodes or self.name in self.recorder.compounds[self.graph.path]
+
+    def get_prim_path(self) -> str:
+        """Its prim."""
+        return f"{self.graph.path}/{self.name}"
+
+    def get_type_name(self) -> str:
+        """Its type."""
+        known = self.graph.nodes.get(self.name)
+        return known.type if known else "omni.graph.nodes.CompoundSubgraph"
+
+    def get_graph(self) -> Graph:
+        """The graph that it is in."""
+        return Graph(self.recorder, self.graph)
+
+    def get_attribute(self, name: str) -> Attribute:
+        """One of its attributes by full name."""
+        return Attribute(self.recorder, self.recorder.inner(Place(self.graph, self.name, str(name))))
+
+    def get_attribute_exists(self, name: str) -> bool:
+        """Whether it may have such an attribute: types are not known here."""
+        return str(name).startswith(SIDES)
+
+    def create_attribute(self, name: str, type: Any, port_type: Any = None, *_: Any, **__: Any) -> bool:
+        """Add an attribute."""
+        self.recorder.create_attribute(Place(self.graph, self.name, name), type, port_type)
+        return True
+
+    plain_data = get_prim_path
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Node) and (other.graph, other.name) == (self.graph, self.name)
+
+    def __hash__(self) -> int:
+        return hash(self.get_prim_path())
+
+
+class Attribute(Handle):
+    """An attribute of a node."""
+
+    def __init__(self, recorder: Recorder, place: Place) -> None:
+        self.recorder, self.place = recorder, place
+
+    def get(self, *_: Any, **__: Any) -> Any:
+        """What it was set to; before, only Omniverse knows its value."""
+        value = self.recorder.value(self.place)
+        return StandIn(f"the default of {self.place.path}", self.recorder) if value is None else value
+
+    def set(self, value: Any, *_: Any, **__: Any) -> bool:
+        """Set it."""
+        self.recorder.set_value(self.place, value)
+        return True
+
+    def get_name(self) -> str:
+        """Its full name."""
+        return self.place.name
+
+    def get_path(self) -> str:
+        """As USD writes it."""
+        return self.place.path
+
+    def get_node(self) -> Node:
+        """The node that has it."""
+        return Node(self.recorder, self.place.graph, self.place.node)
+
+    def connect(self, other: Attribute, *_: Any) -> bool:
+        """Wire it to another one."""
+        self.recorder.connect(self.place, other.place)
+        return True
+
+    def disconnect(self, other: Attribute, *_: Any) -> bool:
+        """Remove that wire."""
+        self.recorder.disconnect(self.place, other.place)
+        return True
+
+    def get_upstream_connections(self) -> list[Attribute]:
+        """What is wired to it."""
+        return [Attribute(self.recorder, place) for place in self.recorder.upstream(self.place)]
+
+    def get_upstream_connection_count(self) -> int:
+        """To how many it is wired that way."""
+        return len(self.get_upstream_connections())
+
+    def get_downstream_connection_count(self) -> int:
+        """To how many it is wired that way."""
+        return len(self.get_downstream_connections())
+
+    def is_connected(self, other: Attribute) -> bool:
+        """Whether a wire leads from it to another one."""
+        return other.place in self.recorder.downstream(self.place)
+
+    def get_downstream_connections(self) -> list[Attribute]:
+        """What it is wired to."""
+        return [Attribute(self.recorder, place) for place in self.recorder.downstream(self.place)]
+
+    def set_resolved_type(self, *_: Any) -> None:
+        """Nothing: wires and values tell the type."""
+
+    plain_data = get_path
+
+
+class Variable(Handle):
+    """A variable of a graph."""
+
+    def __init__(self, recorder: Recorder, graph: RecordedGraph, name: str) -> None:
+        self.recorder, self.graph, self.name = recorder, graph, name
+
+    def get(self, *_: Any) -> Any:
+        """Its default."""
+        return self.graph.variables[self.name].data
+
+    def set(self, _: Any, value: Any, *__: Any) -> bool:
+        """Set its default; a context comes first."""
+        self.recorder.set_variable(self.graph, self.name, value)
+        return True
+
+    def __getattr__(self, name: str) -> Any:
+        return member("og.IVariable", name, self.recorder)

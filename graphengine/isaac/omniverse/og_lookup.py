@@ -1,0 +1,94 @@
+"""How scripts name graphs, nodes and attributes: by paths, by names, by handles, or by several of them together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from graphengine.format.wording import shown
+from graphengine.isaac.omniverse.og_handles import Attribute, Graph, GraphPipelineStage, Node
+from graphengine.isaac.omniverse.plain_data import is_unknown
+from graphengine.isaac.omniverse.recorder import Place, Recorder
+from graphengine.isaac.omniverse.spellings import OmniGraphError, split_attribute, stage_of
+from graphengine.isaac.omniverse.usd import Prim
+from graphengine.isaac.recorded import RecordedGraph
+
+
+def edited_graph(recorder: Recorder, graph_id: Any) -> RecordedGraph:
+    """The graph that an edit is for; made where there is none yet."""
+    if isinstance(graph_id, Graph):
+        return graph_id.graph
+    if isinstance(graph_id, Mapping):
+        if "graph_path" not in graph_id:
+            raise OmniGraphError("no graph_path for the graph")
+        stage = graph_id.get("pipeline_stage", GraphPipelineStage.GRAPH_PIPELINE_STAGE_SIMULATION)
+        evaluator = graph_id.get("evaluator_name", "push")
+        return recorder.create_graph(str(graph_id["graph_path"]), evaluator, stage_of(stage))
+    if isinstance(graph_id, str | Prim):
+        path = graph_id if isinstance(graph_id, str) else graph_id.path
+        found = recorder.graph_at(str(path))
+        return found if found is not None else recorder.create_graph(str(path))
+    raise OmniGraphError(f"expected the path of a graph, or {{'graph_path': …}}, got {shown(graph_id)}")
+
+
+def graph_at(recorder: Recorder, graph_id: Any) -> Graph | None:
+    """A graph by its path; None where there is none."""
+    if isinstance(graph_id, Graph):
+        return graph_id
+    found = recorder.graph_at(str(graph_id))
+    return Graph(recorder, found) if found is not None else None
+
+
+def graph_above(recorder: Recorder, path: str) -> RecordedGraph:
+    """The graph that a path leads into.
+
+    Raises:
+        OmniGraphError: there is none.
+    """
+    found = recorder.graph_of(path)
+    if found is None:
+        raise OmniGraphError(f"no graph holds {path!r}")
+    return found[0]
+
+
+def node_at(recorder: Recorder, node_id: Any, graph_id: Any, known: Mapping[str, Any]) -> Node:
+    """A node by its path, by its name in a graph or among those known, or by `(name, graph)`.
+
+    Raises:
+        OmniGraphError: there is none.
+    """
+    if isinstance(node_id, tuple | list) and len(node_id) == 2:
+        node_id, graph_id = node_id
+    if isinstance(node_id, Node):
+        return node_id
+    if isinstance(node_id, Prim):
+        node_id = str(node_id.path)
+    if not isinstance(node_id, str):
+        raise OmniGraphError(f"expected the path of a node, got {shown(node_id)}")
+    if isinstance(known.get(node_id), Node) and graph_id is None:
+        return known[node_id]  # type: ignore[no-any-return]
+    graph = graph_at(recorder, graph_id) if graph_id is not None else None
+    return Node(recorder, *recorder.find_node(graph.graph if graph else None, str(node_id)))
+
+
+def is_hidden(recorder: Recorder, spec: Any) -> bool:
+    """Whether something is named by what only Omniverse knows."""
+    return is_unknown(recorder.meant(spec) if isinstance(spec, str) else spec)
+
+
+def place_at(recorder: Recorder, spec: Any, node_id: Any, graph_id: Any, known: Mapping[str, Any]) -> Place:
+    """The attribute that a path, a handle, or a name with a node means."""
+    if isinstance(spec, Attribute):
+        return spec.place
+    if isinstance(spec, Sequence) and not isinstance(spec, str) and len(spec) in (2, 3):
+        spec, node_id, *rest = spec
+        graph_id = rest[0] if rest else graph_id
+    if not isinstance(spec, str):
+        raise OmniGraphError(f"expected an attribute such as 'Node.inputs:x', got {shown(spec)}")
+    if node_id is not None:
+        return node_at(recorder, node_id, graph_id, known).get_attribute(spec).place
+    node_name, name = split_attribute(spec)
+    if isinstance(node := known.get(node_name), Node):
+        return node.get_attribute(name).place
+    graph = graph_at(recorder, graph_id) if graph_id is not None else None
+    return recorder.attribute(graph.graph if graph else None, str(spec))

@@ -1,0 +1,41 @@
+"""How members of OmniGraph's controllers are found: on the class and on its instances, and those that are not known too."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import Any
+
+from graphengine.isaac.omniverse.og_edit import OPENED
+from graphengine.isaac.omniverse.recorder import Recorder
+from graphengine.isaac.omniverse.spellings import NotThereError
+from graphengine.isaac.omniverse.stand_in import ELSEWHERE, StandIn, member
+
+
+class either:  # noqa: N801  used as a decorator
+    """A method of the class and of its instances, as those of OmniGraph's controllers are; `self` is None for the class."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.function = function
+
+    def __get__(self, instance: Any, owner: Any) -> Callable[..., Any]:
+        return functools.partial(self.call, owner, instance)
+
+    def call(self, owner: Any, instance: Any, *arguments: Any, **named: Any) -> Any:
+        """Call it; what a USD file may hold is left out where that is assumed."""
+        try:
+            return self.function(owner, instance, *arguments, **named)
+        except NotThereError as error:
+            if not owner.recorder.assumed:
+                raise
+            owner.recorder.leave_out(str(error), "", OPENED)
+            return StandIn(ELSEWHERE, owner.recorder)
+
+
+class Open(type):
+    """A class whose other members are stand-ins."""
+
+    recorder: Recorder
+
+    def __getattr__(cls, name: str) -> Any:
+        return member("omni.graph.core.Controller", name, cls.recorder)

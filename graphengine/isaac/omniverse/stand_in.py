@@ -1,0 +1,254 @@
+"""What takes the place of everything of Omniverse that builds no graphs: it can be called, read and set, and does nothing.
+
+A stand-in is false and empty, so that loops over it and loops that wait for it end; taken apart it gives as many as are wanted.
+It is no number: `float` and `int` of it are itself, so that no value is invented.
+"""
+
+from __future__ import annotations
+
+import dis
+import functools
+import re
+import sys
+from collections.abc import Iterator, Mapping
+from types import FrameType, ModuleType
+from typing import Any
+
+from graphengine.isaac.omniverse.plain_data import UnknownError, unknown
+from graphengine.isaac.omniverse.recorder import Recorder
+
+MAX_CALLS = 20_000
+"""Calls of stand-ins after which a script is taken to go on without end, as one that steps a simulation does."""
+MAX_FRAMES = 5_000
+"""That a script may draw until then."""
+
+MAX_SAID = 200
+"""Characters of what a script logs that are told."""
+
+_ASKS = re.compile(
+    r"(get|is|has|can|enable|disable|find|new|log|update|next|close|play|step|render|reset|__)", re.IGNORECASE
+)
+"""How names of calls begin that change no stage, or nothing that a graph's file could hold."""
+
+ELSEWHERE, OWN = "what a USD file holds", "a node of Omniverse's own"
+"""Names of stand-ins for what is told already."""
+
+_DRAWS = frozenset(("update", "step", "render", "next_update_async"))
+"""Names of calls that draw a frame."""
+
+_RUNS = {"is_running": True, "is_playing": True, "is_exiting": False}
+"""What these calls return while the application runs; whether it plays is of interest in loops only."""
+
+_OF_GRAPHS = re.compile(r"(^|\.)(omni\.graph\.core\.cmds|og|Controller)\.|(^|\.)(edit|\w*[gG]raphs?)$")
+"""Names of stand-ins whose calls may well do something to graphs."""
+
+_QUESTION = re.compile(r"(is|has|enable|set|add|load|open|create)(_|[A-Z])|exists")
+"""How names of calls begin whose answer is yes where what a script asks for is taken to be there, and what it does to work."""
+
+_CALLS = re.compile(r"\(\)|\(#\d+\)|#\d+")
+"""Parts of a stand-in's name that its calls leave there."""
+
+_UNPACK = dis.opmap["UNPACK_SEQUENCE"]
+
+
+class EndlessError(BaseException):
+    """The script goes on without end; no exception that a script means to catch."""
+
+
+class StandIn:
+    """Something of Omniverse, by the name that a script reached it with."""
+
+    is_unknown = True
+
+    def __new__(cls, name: str, recorder: Recorder) -> Any:
+        """One of a class with a name that Python's messages make sense with."""
+        made = super().__new__(_named(cls, _CALLS.sub("", name)))  # type: ignore[arg-type]
+        made.__dict__.update(_name=name, _recorder=recorder)
+        return made
+
+    def __init__(self, *arguments: Any, **named: Any) -> None:
+        """Do nothing: a script may call the `__init__` of a base class that a stand-in stands for."""
+
+    def __getattr__(self, name: str) -> Any:
+        return member(self._name, name, self._recorder)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        pass
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:  # noqa: D102
+        told(self._recorder, self._name)
+        last = self._name.rpartition(".")[2]
+        if last in _RUNS and (last != "is_playing" or self._recorder.frames.loops):
+            runs = self._recorder.frames.go_on()
+            self._recorder.idle_calls *= not runs  # each frame has its own
+            return runs == _RUNS[last]
+        if self._name.startswith("carb.log_"):
+            self._recorder.said.extend(text[:MAX_SAID] for text in arguments if isinstance(text, str))
+        if len(arguments) == 1 and not named and callable(arguments[0]) and not isinstance(arguments[0], StandIn):
+            return arguments[0]  # a decorator
+        given = tuple(map(_comparable, (*arguments, *named, *named.values())))
+        name = self._name if self._name.endswith(")") else f"{self._name}()"
+        made = StandIn(self._recorder.tell_apart(name, given), self._recorder)
+        if last[:1].isupper():  # an instance of a class keeps what it was made of
+            vars(made).update({**named, **vars(made)})
+        return made
+
+    def __bool__(self) -> bool:
+        name = _CALLS.sub("", self._name)
+        asks = self._name.endswith(")") and _QUESTION.match(name.rpartition(".")[2])
+        return bool(asks and self._recorder.assumed) or self._recorder.holds(name)
+
+    def __len__(self) -> int:
+        return 0
+
+    def __iter__(self) -> Iterator[Any]:
+        wanted = _unpacked(sys._getframe(1))
+        if not wanted:
+            self._recorder.search(_CALLS.sub("", self._name))
+        return iter([self] * wanted)
+
+    def __getitem__(self, key: Any) -> Any:
+        return StandIn(self._recorder.tell_apart(f"{self._name}[…]", _comparable(key)), self._recorder)
+
+    def __setitem__(self, key: Any, value: Any) -> None:
+        pass
+
+    def __str__(self) -> str:
+        return unknown(self._name)
+
+    __repr__ = __fspath__ = __str__
+
+    def __format__(self, form: str) -> str:
+        return str(self)
+
+    def __exit__(self, *failure: Any) -> None:
+        pass
+
+    def __await__(self) -> Iterator[Any]:
+        return iter(())
+
+    def __bytes__(self) -> bytes:
+        raise TypeError(f"a bytes-like object is required, not {type(self).__name__!r}")
+
+    def __mro_entries__(self, bases: tuple[Any, ...]) -> tuple[type, ...]:
+        return (type("Base", (Base,), {"_recorder": self._recorder, "_stands_for": self._name}),)
+
+    def __add__(self, other: Any) -> Any:
+        return f"{self}{other}" if isinstance(other, str) else self
+
+    def __radd__(self, other: Any) -> Any:
+        return f"{other}{self}" if isinstance(other, str) else self
+
+    def _same(self, *_: Any) -> Any:
+        return self
+
+    __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = __neg__ = _same
+    __or__ = __ror__ = __and__ = __rand__ = __pow__ = __rpow__ = __matmul__ = __rmatmul__ = __mod__ = __rmod__ = _same
+    __floordiv__ = __rfloordiv__ = __pos__ = __abs__ = __invert__ = __round__ = __xor__ = __rxor__ = __enter__ = _same
+
+    def _never(self, _: Any) -> bool:
+        return False
+
+    __lt__ = __gt__ = __le__ = __ge__ = __contains__ = __instancecheck__ = _never
+
+    def plain_data(self) -> Any:
+        """Nobody knows."""
+        raise UnknownError(f"it comes from {self._name}")
+
+
+def to_number(kind: Any, *values: Any, **named: Any) -> Any:
+    """`float` or `int` of a value; a stand-in, and what a script computes with it, remains unknown."""
+    return values[0] if values and isinstance(values[0], StandIn) else kind(*values, **named)
+
+
+@functools.lru_cache(4096)
+def _named(cls: type[StandIn], name: str) -> type[StandIn]:
+    return type(f"unknown value of {name}", (cls,), {"__module__": cls.__module__})
+
+
+def _unpacked(frame: FrameType) -> int:
+    """How many values a frame is about to take apart, as in `a, b = …`; 0 where it does something else."""
+    code, at = frame.f_code.co_code, frame.f_lasti
+    return code[at + 1] if code[at] == _UNPACK else 0
+
+
+def _comparable(value: Any) -> Any:
+    """The key by which stand-ins of calls with different arguments get different names; None for any other argument."""
+    return value if isinstance(value, str | int | float) else str(value) if isinstance(value, StandIn) else None
+
+
+def member(owner: str, name: str, recorder: Recorder) -> Any:
+    """A stand-in for an unknown member of an owner; names such as `__len__` are Python's own and have none.
+
+    An `og` that comes from somewhere else is OmniGraph too.
+    """
+    if name.startswith("__"):
+        raise AttributeError(name)
+    if name == "og":
+        recorder.findings.add("N302", f"{owner}.og is taken to be omni.graph.core", recorder.where(""))
+        return recorder.modules["omni.graph.core"]
+    return StandIn(f"{owner}.{name}", recorder)
+
+
+class Base:
+    """Base of a class that a script derives from one of Omniverse."""
+
+    _recorder: Recorder
+
+    def __init_subclass__(cls) -> None:
+        """Give the base what methods may ask of it by `super()`, which asks no `__getattr__`."""
+        base = next(one for one in cls.__mro__ if "_recorder" in vars(one))
+        codes = (getattr(member, "__code__", None) for member in vars(cls).values())
+        names = {name for code in codes if code and "super" in code.co_names for name in code.co_names}
+        for name in names:
+            if not name.startswith("__") and not hasattr(base, name):
+                setattr(base, name, StandIn(f"{cls.__name__}.{name}", cls._recorder))
+
+    def __init__(self, *arguments: Any, **named: Any) -> None:
+        vars(self).update(named)
+
+    def __getattr__(self, name: str) -> Any:
+        return member(type(self).__name__, name, self._recorder)
+
+
+def idle(recorder: Recorder) -> None:
+    """Count a call that builds nothing, and end a script that goes on without end."""
+    recorder.idle_calls += 1
+    if recorder.idle_calls > MAX_CALLS or recorder.frames.number > MAX_FRAMES:
+        raise EndlessError
+
+
+def draw(recorder: Recorder) -> None:
+    """Draw a frame, which builds nothing."""
+    idle(recorder)
+    recorder.frames.draw()
+
+
+def told(recorder: Recorder, name: str) -> None:
+    """Note a call."""
+    idle(recorder)
+    name = _CALLS.sub("", name)
+    last = name.rpartition(".")[2]
+    if last in _DRAWS:
+        recorder.frames.draw()
+    if _ASKS.match(last) or name.startswith((ELSEWHERE, OWN)):
+        return
+    if _OF_GRAPHS.search(name):
+        recorder.leave_out(f"what {name}() does to graphs is left out")
+    elif "[…]" not in name:
+        recorder.pass_over(f"{name}()")
+
+
+class StandInModule(ModuleType):
+    """A module of stand-ins, but for what was put into it and for the modules below it that are known."""
+
+    def __init__(
+        self, name: str, recorder: Recorder, known: Mapping[str, ModuleType], members: Mapping[str, Any] | None = None
+    ) -> None:
+        super().__init__(name)
+        self.__dict__.update(members or {})
+        self.__dict__["_recorder"] = recorder
+        self.__dict__["_known"] = known
+
+    def __getattr__(self, name: str) -> Any:
+        return self._known.get(f"{self.__name__}.{name}") or member(self.__name__, name, self._recorder)

@@ -1,0 +1,223 @@
+"""Stand-ins for the stage of `pxr` and `usdrt`: of its prims those are known that are graphs and nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from graphengine.isaac.omniverse.plain_data import plain_data
+from graphengine.isaac.omniverse.recorder import Place, Recorder
+from graphengine.isaac.omniverse.spellings import SIDES, OmniGraphError, absolute, stage_of
+from graphengine.isaac.omniverse.stand_in import StandIn, member
+from graphengine.isaac.omniverse.usd_values import Path
+from graphengine.isaac.recorded import GRAPH, NAMESPACE, NODE, POSITION
+
+
+class Property:
+    """An attribute or relationship of a prim that is a graph or a node."""
+
+    def __init__(self, prim: Prim, name: str) -> None:
+        self.prim, self.name = prim, name
+
+    def Set(self, value: Any, *_: Any) -> bool:
+        """Set it."""
+        self.prim.set_property(self.name, value)
+        return True
+
+    SetTargets = Set
+
+    def AddTarget(self, path: Any, *_: Any) -> bool:
+        """Add a prim to a relationship."""
+        known = self.Get()
+        return self.Set([*known, path] if isinstance(known, list) else [path])
+
+    def ClearTargets(self, *_: Any) -> bool:
+        """Empty a relationship."""
+        return self.Set([])
+
+    def Get(self, *_: Any) -> Any:
+        """Its value."""
+        if self.name == NAMESPACE:
+            return self.prim.recorder.namespaces.get(self.prim.path)
+        place = self.prim.place(self.name)
+        return self.prim.recorder.value(place) if place else None
+
+    def GetTargets(self) -> list[Any]:
+        """Prims of a relationship."""
+        value = self.Get()
+        return [Path(path) for path in (value if isinstance(value, list) else [])]
+
+    def AddConnection(self, source: Any, *_: Any) -> bool:
+        """Wire it from another attribute."""
+        recorder, place = self.prim.recorder, self.prim.place(self.name)
+        if place is not None:
+            recorder.connect(recorder.attribute(None, str(source)), place)
+        return True
+
+    def IsValid(self) -> bool:
+        """Whether there is one."""
+        return self.prim.IsValid()
+
+    __bool__ = IsValid
+
+    def __getattr__(self, name: str) -> Any:
+        return member("UsdAttribute", name, self.prim.recorder)
+
+
+class Prim:
+    """A prim of the stage: a graph or a node that was built, or one that nothing is known of but its path.
+
+    Args:
+        path: where it is.
+        recorder: knows graphs and nodes.
+    """
+
+    def __init__(self, path: Any, recorder: Recorder) -> None:
+        self.path = Path(recorder.meant(str(path)))
+        self.recorder = recorder
+
+    def IsValid(self) -> bool:
+        """Whether there is one."""
+        return self.recorder.exists(str(self.path))
+
+    __bool__ = IsValid
+
+    def GetPath(self) -> Path:
+        """Where it is."""
+        return self.path
+
+    GetPrimPath = GetPath
+
+    def GetPrim(self) -> Prim:
+        """Itself, as schemas are asked."""
+        return self
+
+    def GetName(self) -> str:
+        """The last part of its path."""
+        return self.path.name
+
+    def GetParent(self) -> Prim:
+        """The prim above it."""
+        return Prim(self.path.GetParentPath(), self.recorder)
+
+    def GetChild(self, name: str) -> Prim:
+        """A prim below it."""
+        return Prim(self.path.AppendChild(name), self.recorder)
+
+    def GetAttribute(self, name: str, *_: Any, **__: Any) -> Property:
+        """One of its attributes; those that create it take its type and more."""
+        return Property(self, name)
+
+    GetRelationship = GetProperty = CreateAttribute = CreateRelationship = GetAttribute
+
+    def place(self, name: str) -> Place | None:
+        """An attribute of a node that was built; None for one of something else."""
+        found = self.recorder.graph_of(self.path)
+        if found is None or found[1] not in found[0].nodes:
+            return None
+        return Place(found[0], found[1], name)
+
+    def set_property(self, name: str, value: Any) -> None:
+        """Set a namespace, or an attribute of a node or of a graph; what is set of other prims belongs to no graph."""
+        place, found = self.place(name), self.recorder.graph_of(self.path)
+        if name == NAMESPACE:
+            self._set_namespace(value)
+        elif place is not None and name == "node:type":
+            self.recorder.node(place).type = str(value)
+        elif place is not None and name.startswith((POSITION, *SIDES)):
+            self.recorder.set_value(place, value)
+        elif found is not None and not found[1] and name == "pipelineStage":
+            found[0].pipeline_stage = stage_of(value)
+        elif found is not None and not found[1] and name == "evaluator:type":
+            found[0].evaluator = str(value)
+        elif found is None and not name.startswith("ui:"):
+            self.recorder.pass_over(f"setting {name} of {self.path}")
+
+    def _set_namespace(self, value: Any) -> None:
+        with self.recorder.leaving_out_unknown(f"the namespace of {self.path}", NAMESPACE):
+            path, namespace = plain_data(self.path), plain_data(value)
+            if isinstance(namespace, str):
+                self.recorder.count()
+                self.recorder.namespaces[path] = namespace
+
+    def plain_data(self) -> str:
+        """Where it is."""
+        return str(self.path)
+
+    def __getattr__(self, name: str) -> Any:
+        return member("UsdPrim", name, self.recorder)
+
+
+class Stage:
+    """The stage, of which only graphs and nodes are known."""
+
+    def __init__(self, recorder: Recorder) -> None:
+        self.recorder = recorder
+
+    def GetPrimAtPath(self, path: Any) -> Prim:
+        """A prim."""
+        return Prim(path, self.recorder)
+
+    def DefinePrim(self, path: Any, type: str = "") -> Prim:
+        """A prim: a graph, a node whose type is set later, or one that belongs to no graph."""
+        found = self.recorder.graph_of(str(path))
+        if type == GRAPH and not found:
+            self.recorder.create_graph(str(path))
+        elif type == NODE and found:
+            self.recorder.create_node(found[0], found[1], "", allow_exists=True)
+        else:
+            if not found:
+                self.recorder.pass_over(f"stage.DefinePrim({str(path)!r})")
+            self.recorder.prims.add(str(path))
+        return Prim(path, self.recorder)
+
+    OverridePrim = DefinePrim
+
+    def GetPropertyAtPath(self, path: Any) -> Property:
+        """A property of a prim."""
+        prim, _, name = str(path).partition(".")
+        return Property(Prim(prim, self.recorder), name)
+
+    GetAttributeAtPath = GetRelationshipAtPath = GetPropertyAtPath
+
+    def RemovePrim(self, path: Any) -> bool:
+        """Remove a graph or a node; other prims are not known."""
+        self.recorder.prims.discard(str(path))
+        try:
+            self.recorder.remove(absolute(str(path)))
+        except OmniGraphError:
+            return False
+        return True
+
+    def GetDefaultPrim(self) -> Prim:
+        """Isaac Sim's default prim of a new stage."""
+        self.recorder.prims.add("/World")
+        return Prim("/World", self.recorder)
+
+    def Traverse(self) -> Iterator[Prim]:
+        """Graphs and nodes that were built."""
+        self.recorder.search("the stage")
+        for graph in list(self.recorder.graphs.values()):
+            for path in (graph.path, *(f"{graph.path}/{name}" for name in graph.nodes)):
+                yield Prim(path, self.recorder)
+
+    def __getattr__(self, name: str) -> Any:
+        return member("stage", name, self.recorder)
+
+
+class Schema(StandIn):
+    """A class of `pxr.UsdGeom` such as `Xform`: what it makes or is given is a prim."""
+
+    def __init__(self, name: str, stage: Stage) -> None:
+        self.__dict__.update(_recorder=stage.recorder, _stage=stage)
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:  # noqa: D102
+        return arguments[0] if arguments and isinstance(arguments[0], Prim) else super().__call__(*arguments, **named)
+
+    def Define(self, _: Any, path: Any) -> Prim:
+        """Make a prim."""
+        return self._stage.DefinePrim(path)  # type: ignore[no-any-return]
+
+    def Get(self, _: Any, path: Any) -> Prim:
+        """A prim."""
+        return self._stage.GetPrimAtPath(path)  # type: ignore[no-any-return]

@@ -1,0 +1,60 @@
+"""Node types that are not available, and what does their work here; nodes that became another type."""
+
+from __future__ import annotations
+
+from graphengine.compiler.registry import Registry
+from graphengine.format.diagnostics import Findings
+from graphengine.isaac.recorded import RecordedNode
+
+_PICTURES = "ROS2CameraHelper publishes pictures and point clouds from a renderProductPath; leave the node out"
+_ARM = "IsaacArticulationController commands the fingers' joints, with positions from ROS2SubscribeJointState"
+_OUTSIDE = "publish to ROS 2 in its place: ROS2PublishClock, ROS2PublishImu, ROS2PublishJointState, ROS2PublishOdometry"
+_RANDOM = "RandomNumeric, or WritePrimAttribute from a node of your own"
+REPLACEMENTS = {
+    "IsaacGripperController": _ARM,
+    "SurfaceGripper": "nothing here holds things by suction; a gripper with fingers is an articulation",
+    "IsaacReadLightBeam": "IsaacReadLidarBeams, with a lidar of few beams on the robot",
+    "IsaacReadRaycastSensor": "IsaacReadLidarBeams, with a lidar of few beams on the robot",
+    "IsaacReadEffortSensor": "IsaacReadJointState has the efforts of all joints",
+    "IsaacConveyor": "WritePrimAttribute, or a joint of the world's MJCF that a velocity drives",
+    "ArticulationActuators": "drives of the robot file: joints: {NAME: {drive: {stiffness: …, damping: …}}}",
+    "IsaacConvertDepthToPointCloud": "ROS2CameraHelper with type: depth_pcl",
+    "IsaacConvertRGBAToRGB": _PICTURES,
+    "IsaacGenerateRGBA": _PICTURES,
+    "IsaacGenerate32FC1": _PICTURES,
+    "IsaacCreateRTXLidarScanBuffer": "ROS2RtxLidarHelper, or IsaacReadLidarPointCloud for the points in the graph",
+    "ROS2RtxRadarHelper": "there is no radar; ROS2RtxLidarHelper publishes the points of a lidar",
+    "RTSPCameraHelper": "ROS2CameraHelper publishes pictures as ROS 2 messages",
+    "UCXCameraHelper": "ROS2CameraHelper publishes pictures as ROS 2 messages",
+    "UCXSubscribeJointCommand": "ROS2SubscribeJointState",
+}
+"""By the last part of the type's name."""
+FAMILIES = {
+    "isaacsim.ucx.nodes.": _OUTSIDE,
+    "omni.isaac.ros_bridge.": "ROS 1 is not spoken here: use the node of the same name with ROS2 in the place of ROS1",
+    "isaacsim.replicator.": _RANDOM,
+    "omni.replicator.": _RANDOM,
+    "omni.graph.ui": "there are no windows; an OnImpulseEvent fires on `graphrun ctl impulse`, keys on `ctl press`",
+}
+"""By what the type's name begins with."""
+_CAMERA_HELPER = "isaacsim.ros2.bridge.ROS2CameraHelper"
+_INFO_HELPER = "isaacsim.ros2.bridge.ROS2CameraInfoHelper"
+
+
+def replacement(type: str) -> str:
+    """What does the work of a node type that is not available; empty where nothing is known of it."""
+    families = (advice for prefix, advice in FAMILIES.items() if type.startswith(prefix))
+    advice = REPLACEMENTS.get(type.rpartition(".")[2]) or next(families, "")
+    return f"in its place: {advice}" if advice else ""
+
+
+def modernize(node: RecordedNode, registry: Registry, findings: Findings) -> None:
+    """Turn a camera helper that publishes CameraInfo, as it did before Isaac Sim 4.5, into the helper that does so now."""
+    found, kind = registry.find(node.type), node.values.get("inputs:type")
+    if found is None or found.cls.type_name != _CAMERA_HELPER or kind is None or kind.data != "camera_info":
+        return
+    del node.values["inputs:type"]
+    node.type = _INFO_HELPER
+    what = f"{node.name}: ROS2CameraHelper of type camera_info is now ROS2CameraInfoHelper"
+    topic = "" if "inputs:topicName" in node.values else "its topic is camera_info, as topicName was not given"
+    findings.add("N301", what, kind.span or node.span, topic)

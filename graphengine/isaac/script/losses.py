@@ -1,0 +1,191 @@
+"""What the graphs of a script lack: errors, refused calls and calls that are never reached, and what to do about each."""
+
+from __future__ import annotations
+
+import ast
+import os
+import shlex
+import traceback
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from graphengine.isaac.omniverse import og
+from graphengine.isaac.omniverse.og_edit import OPENED
+from graphengine.isaac.omniverse.recorder import MAX_PARTS, Recorder
+from graphengine.isaac.omniverse.spellings import NotThereError, OmniGraphError
+from graphengine.isaac.omniverse.stand_in import EndlessError
+from graphengine.isaac.script.builders import BUILDING, builders, called, entries, handed_over
+from graphengine.isaac.script.reach import Failure, Unreached, Why, holds
+from graphengine.isaac.script.stack import Scripts
+from graphengine.sandbox.confinement import MAX_MEMORY_BYTES, RefusedError
+
+MOST_ASKED = 5
+"""Remedies and functions that are listed."""
+MOST_CALLABLE = 50
+"""Functions that are listed where a script builds nothing."""
+NESTED = 8
+"""Errors that a script handles at the same time."""
+MAX_CAUGHT = 2_000
+"""Errors that a script catches and that are looked at."""
+_LOOKS = frozenset(("get", "node", "node_type"))
+"""Methods of OmniGraph's controllers that change nothing."""
+
+
+class TimeIsUpError(BaseException):
+    """The script runs too long."""
+
+
+_LATER = "what it would have built later is not in the graphs"
+_ARGUMENTS = "give it arguments behind `--`: graphrun import FILE.py -- ARGUMENT …"
+_ENDS = {EndlessError: "stop", TimeIsUpError: "stop", SystemExit: "exit"}
+"""What an end of a script is called that is no error."""
+
+
+class Losses:
+    """Notes the errors of a run, and adds findings of what the graphs lack because of them.
+
+    Args:
+        recorder: has the graphs, and takes the findings.
+        scripts: that run.
+    """
+
+    def __init__(self, recorder: Recorder, scripts: Scripts) -> None:
+        self.recorder, self.scripts = recorder, scripts
+        self.ran: set[tuple[str, int, int]] = set()
+        """Statements that ran: file, line, column."""
+        self.may_differ = True
+        """Whether the script may do better on another stage."""
+        self.stopped = False
+        """Whether the script failed after it had built graphs."""
+        self._caught: list[tuple[BaseException, int]] = []
+        """Errors that the script caught, and the lines at which it did; 0 for the one that ended it."""
+
+    def note(self, error: BaseException | None, line: int) -> None:
+        """Keep an error that ends at a line of the script, but not the script."""
+        known = (caught for caught, _ in self._caught[-NESTED:])  # `id` is audited, and the hook may run the script
+        if error is not None and len(self._caught) < MAX_CAUGHT and not any(caught is error for caught in known):
+            self._caught.append((error, line))
+
+    def report_skipped(self, error: BaseException) -> None:
+        """Add the finding of an error in a statement that a forgiving script goes on behind."""
+        self.stopped, what = True, f"{_text(error)}; what --call calls is built without that"
+        self.recorder.findings.add("W302", what, self.scripts.place(error), *_advice(error))
+
+    def report_end(self, error: BaseException) -> None:
+        """Add the finding of what ended the script.
+
+        What it built is kept if it drew frames by then, or if it may have failed for lack of Omniverse: `keep`.
+        """
+        self._caught = [(caught, line) for caught, line in self._caught if caught is not error] + [(error, 0)]
+        findings, place = self.recorder.findings, self.scripts.place(error)
+        advice: Sequence[str] = ()
+        keep = False
+        match error:
+            case SystemExit(code=None | 0):
+                return
+            case EndlessError():
+                what = "the script goes on without end, as one that steps a simulation does; it was stopped here"
+                findings.add("N302", what, place, _LATER)
+                return
+            case SystemExit():
+                what, keep = f"the script ends itself: exit({error.code!r})", True
+                advice = _advice(error)
+            case TimeIsUpError():
+                what, self.may_differ = "the script takes too long", False
+            case MemoryError():
+                what, self.may_differ = f"the script takes more than {MAX_MEMORY_BYTES >> 20} MiB", False
+            case RecursionError():
+                what = "the script calls itself without end"
+            case RefusedError():
+                what, *advice = f"the script may not do this: {error}".splitlines()
+            case OmniGraphError():
+                self.may_differ = self.recorder.parts <= MAX_PARTS  # it makes as many on every stage
+                what, advice = f"{OmniGraphError.__name__}: {error}", [OPENED] * isinstance(error, NotThereError)
+            case _:
+                what, advice, keep = _text(error), _advice(error), True
+        if self.recorder.graphs and (self.recorder.frames.drawn or keep):
+            self.stopped = True
+            findings.add("W302", what, place, f"the script goes no further; {_LATER}", *advice)
+        else:
+            for script, (line, *_) in list(self.scripts.trace(error))[-1:]:
+                around = (node for node in ast.walk(script.tree) if isinstance(node, ast.If) and holds(node, line))
+                advice = [*advice, *(one for node in around for one in self._remedies(script.source.path, node.lineno))]
+            findings.add("G401", what, place, *advice, *self.hints())
+
+    def report_refused(self) -> None:
+        """Add findings of the calls that OmniGraph refuses too, and without which the script went on."""
+        for error, handler in self._caught:
+            if isinstance(error, OmniGraphError) and handler:
+                codes = [frame.f_code for frame, _ in traceback.walk_tb(error.__traceback__)]
+                looks = any(code.co_filename == og.__file__ and code.co_name in _LOOKS for code in codes)
+                lost = ", ".join(getattr(error, "__notes__", ["it"]))
+                what = f"{error}; the script goes on without {lost}"
+                self.recorder.findings.add("N302" if looks else "W302", what, self.scripts.place(error))
+
+    def report_unreached(self) -> None:
+        """Add findings of what would have built graphs, and was not called."""
+        scripts = list(self.scripts)
+        names = BUILDING | {builder.name for builder in builders(*(script.tree for script in scripts))}
+        failures = {failure: None for caught in self._caught for failure in self._failures(*caught)}
+        for script in scripts:
+            for call, why in Unreached(script, self.ran, names, failures).calls():
+                what = f"{called(call)}() is never reached, because of {why.text}"
+                place = script.span(call.lineno, call.end_lineno, call.col_offset)
+                remedies = *self._remedies(script.source.path, why.condition), *why.advice
+                self.recorder.findings.add("W302", what, place, *remedies)
+        main = self.scripts.main
+        reach = Unreached(main, self.ran)
+        never = [builder for builder in entries(main.tree) if not any(map(reach.ran, builder.node.body))]
+        if never and self.recorder.graphs:
+            texts = ", ".join(f"{builder.text} (line {builder.node.lineno})" for builder in never[:MOST_ASKED])
+            more = f" and {len(never) - MOST_ASKED} more" if len(never) > MOST_ASKED else ""
+            what = f"functions that build graphs are not called: {texts}{more}"
+            lost = handed_over(main.tree) & {builder.node.name for builder in never}
+            self.recorder.findings.add("W302" if lost else "N302", what, None, "--call calls one of them instead")
+
+    def hints(self) -> Iterator[str]:
+        """What the script printed last, as one does of an error that it catches; what in it builds graphs if it is called."""
+        yield from (f"it printed: {line}" for line in self.recorder.said)
+        main = self.scripts.main
+        found, reach = entries(main.tree), Unreached(main, self.ran)
+        if any(reach.ran(part) for builder in found for part in builder.node.body):
+            found = builders(main.tree)  # calling what failed fails again
+        if found:
+            yield "it defines what builds graphs; call it with --call, such as --call \"build('/World/robot', rate=2)\":"
+            yield from (f"  {builder.text}, line {builder.node.lineno}" for builder in found[:MOST_CALLABLE])
+
+    def _remedies(self, path: str, line: int) -> Iterator[str]:
+        """What the user may say to have a condition at a line hold, of what it asks."""
+        for name, said in list(self.recorder.missed.get((path, line), {}).items())[:MOST_ASKED]:
+            yield f"--assume {shlex.quote(name)} takes {said}"
+
+    def _failures(self, error: BaseException, handler: int) -> Iterator[Failure]:
+        """The expressions of the script that an error came through."""
+        found = list(self.scripts.trace(error))
+        for script, position in found:
+            inner, (line, *_) = found[-1]
+            where = f"line {line}" if inner is script else f"line {line} of {Path(inner.source.path).name}"
+            end = _ENDS.get(type(error))
+            why = Why(f"the {end} at {where}" if end else f"the error at {where}: {_text(error)}", 0, _advice(error))
+            entered = (script, position) != found[-1] or not handler or isinstance(error, OmniGraphError)
+            yield Failure(script.source.path, position, why, entered, handler)
+
+
+def _text(error: BaseException) -> str:
+    """Kind and text of an error."""
+    try:
+        text = str(error).partition("\n")[0] if isinstance(error, RefusedError) else str(error)
+    except BaseException:  # it is the script's
+        text = ""
+    return f"{type(error).__name__}: {text[:1000] or 'no more is told'}"
+
+
+def _advice(error: BaseException) -> tuple[str, ...]:
+    """What the user may do about an error."""
+    if isinstance(error, RefusedError):
+        return tuple(str(error).splitlines()[1:])
+    if isinstance(error, SystemExit):
+        return (_ARGUMENTS,) * (error.code == 2)
+    trace = list(traceback.walk_tb(error.__traceback__))
+    asked = trace and trace[-1][0].f_code is type(os.environ).__getitem__.__code__
+    return (f"give it the variable: --env {error.args[0]}=VALUE",) if asked else ()

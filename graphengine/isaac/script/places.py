@@ -1,0 +1,49 @@
+"""Places in scripts: of the call that is made, and of a text in it such as the name of a node."""
+
+from __future__ import annotations
+
+import ast
+
+from graphengine.format.diagnostics import Source, Span
+
+_COUNTING = frozenset(("range", "count", "repeat"))
+"""Functions whose numbers loops count."""
+
+
+class Script:
+    """A script that was parsed.
+
+    Raises:
+        SyntaxError: it is no Python.
+        ValueError: it holds what no Python source holds.
+        RecursionError: it is nested too deep.
+    """
+
+    def __init__(self, path: str, text: str) -> None:
+        self.source = Source(path, tuple(text.split("\n")))
+        self.tree = ast.parse(text, path)
+        self.texts: dict[str, list[ast.Constant]] = {}
+        self.loops: list[tuple[int, int]] = []
+        """First and last lines of the loops that do not go over things, as those over frames do not; outer ones first."""
+        for node in ast.walk(self.tree):
+            if isinstance(node, ast.While | ast.For) and (isinstance(node, ast.While) or _counts(node.iter)):
+                self.loops.append((node.lineno, node.end_lineno or node.lineno))
+            if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value:
+                self.texts.setdefault(node.value, []).append(node)
+
+    def span(self, line: int, end_line: int | None, column: int, text: str = "") -> Span:
+        """The place of a text in a call that reaches from line to line; the call's beginning where it does not stand there."""
+        for node in self.texts.get(text, ()):
+            if line <= node.lineno <= (end_line or line):
+                return Span(self.source, node.lineno, self._column(node.lineno, node.col_offset) + 1, len(text) + 2)
+        return Span(self.source, line, self._column(line, column) + 1)
+
+    def _column(self, line: int, offset: int) -> int:
+        """Characters before a place that Python counts in bytes."""
+        text = self.source.lines[line - 1] if line <= len(self.source.lines) else ""
+        return offset if text.isascii() else len(text[:offset].encode()[:offset].decode("utf-8", "ignore"))
+
+
+def _counts(node: ast.expr) -> bool:
+    """Whether a loop over an expression counts its turns, as one over `range(100)` does."""
+    return any(getattr(part, "id", getattr(part, "attr", "")) in _COUNTING for part in ast.walk(node))

@@ -1,0 +1,278 @@
+"""Graphs of a stage, of the prims that were read of it: compounds become flat, instances become graphs of their own."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from graphengine.compiler.registry import Registry
+from graphengine.format.diagnostics import Findings
+from graphengine.isaac.recorded import (
+    EVALUATORS,
+    GRAPH,
+    NODE,
+    POSITION,
+    VARIABLE,
+    PipelineStage,
+    RecordedGraph,
+    RecordedNode,
+    RecordedValue,
+    RecordedWire,
+)
+from graphengine.isaac.stage.instances import instances
+from graphengine.isaac.stage.places import Places
+from graphengine.isaac.stage.prims import COMPOUND, INSTANCES, StageAttribute, StageContents, StagePrim
+from graphengine.isaac.stage.versions import upgrade
+
+_STAGES: dict[str, PipelineStage] = {
+    "pipelineStagePreRender": "pre_render",
+    "pipelineStagePostRender": "post_render",
+    "pipelineStageOnDemand": "on_demand",
+}
+_GENERATED = ("/Render/", "SDGPipeline")
+"""Where graphs lie that render products and Replicator make while they run, and what they are called."""
+MAX_DEPTH = 50
+"""Of compounds in compounds."""
+MAX_LEVELS = 200
+"""Prims between a node and its graph."""
+MAX_PARTS = 500_000
+"""Values, wires and nodes of all graphs; compounds and instances multiply what a file holds."""
+_SCRIPT = "omni.graph.scriptnode.ScriptNode"
+_SCRIPT_PORTS = ("inputs:script", "inputs:scriptPath", "inputs:usePath", "inputs:execIn", "outputs:execOut")
+
+
+class TooManyError(Exception):
+    """The graphs of a stage are too large together; says what is legal."""
+
+
+def graphs_of(contents: StageContents, registry: Registry, places: Places, findings: Findings) -> list[RecordedGraph]:
+    """Every graph that would be evaluated, in order of the stage.
+
+    A graph with instances is as many graphs, one below each prim that refers to it.
+
+    Args:
+        contents: what was read.
+        registry: knows today's names of node types.
+        places: where prims stand in the file.
+        findings: takes what the graphs lack, and what was changed.
+
+    Raises:
+        TooManyError: they are too large.
+    """
+    reader = _Reader(contents, registry, places, findings)
+    users: dict[str, list[StagePrim]] = {}
+    for prim in contents.prims.values():
+        for target in dict.fromkeys(prim.targets.get(INSTANCES, ())):
+            users.setdefault(target, []).append(prim)
+            if target not in contents.prims:
+                reader.tell("W302", f"{prim.path} refers to a graph at {target}, where there is none", prim)
+    found: list[RecordedGraph] = []
+    for prim in contents.prims.values():
+        if prim.type != GRAPH or prim.path in reader.inner:
+            continue
+        if prim.path.startswith(_GENERATED[0]) or prim.name.startswith(_GENERATED[1]):
+            reader.tell("N302", f"the graph {prim.path} is made while a simulation runs, and is left out", prim)
+            continue
+        graph, instanced = reader.read(prim), users.get(prim.path, [])
+        reader.count(len(instanced) * (len(graph.wires) + sum(len(node.values) + 1 for node in graph.nodes.values())))
+        found += instances(graph, prim, instanced, findings)
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class _Source:
+    """What something is connected to: a property, or a prim where there is no port."""
+
+    path: str
+    prim: str
+    port: str
+
+    @staticmethod
+    def of(path: str) -> _Source:
+        """Of its path; a bundle's may be that of a prim below its node, `Node/outputs_bundle`."""
+        prim, _, port = path.partition(".")
+        parent, _, name = prim.rpartition("/")
+        if not port and name.startswith("outputs_"):
+            return _Source(path, parent, name.replace("_", ":", 1))
+        return _Source(path, prim, port)
+
+
+class _Reader:
+    """Reads one graph after the other.
+
+    Args:
+        contents: what was read of the stage.
+        registry: knows today's names of node types.
+        places: where prims stand in the file.
+        findings: takes what is left out or changed.
+    """
+
+    def __init__(self, contents: StageContents, registry: Registry, places: Places, findings: Findings) -> None:
+        self.prims = contents.prims
+        self.plain = contents.plain
+        self.registry = registry
+        self.places = places
+        self.findings = findings
+        self.nodes_in: dict[str, list[StagePrim]] = {}
+        """Nodes by the graph that they are in."""
+        for prim in self.prims.values():
+            if prim.type == NODE:
+                self.nodes_in.setdefault(self._graph_above(prim.path), []).append(prim)
+        compounds = [prim for prim in self.prims.values() if COMPOUND in prim.targets]
+        self.inside = {prim.path: _below(prim, prim.targets[COMPOUND]) for prim in compounds}
+        """Graphs of compounds, by the compounds' prims."""
+        self.inner = {path for paths in self.inside.values() for path in paths}
+        self.names: dict[str, str] = {}
+        """Names of the nodes of the graph that is read, by their prims; those inside of compounds included."""
+        self.opened: set[str] = set()
+        """Compounds of that graph."""
+        self.parts = 0
+
+    def count(self, parts: int) -> None:
+        """Bound what is made.
+
+        Raises:
+            TooManyError: it is too much.
+        """
+        self.parts += parts
+        if self.parts > MAX_PARTS:
+            raise TooManyError(f"its graphs have more than {MAX_PARTS} nodes, wires and values")
+
+    def tell(self, code: str, message: str, prim: StagePrim) -> None:
+        """Add a finding at a prim."""
+        self.findings.add(code, message, self.places.of(prim.path))
+
+    def read(self, prim: StagePrim) -> RecordedGraph:
+        """The graph at a prim."""
+        place = self.places.of(prim.path)
+        graph = RecordedGraph(prim.path, span=place)
+        evaluator = prim.text("evaluator:type")
+        if evaluator in EVALUATORS:
+            graph.evaluator = evaluator
+        elif evaluator:
+            self.tell("W302", f"{prim.path} has an evaluator {evaluator!r}, which is taken for push", prim)
+        graph.pipeline_stage = _STAGES.get(prim.text("pipelineStage"), "simulation")
+        for name, attribute in prim.attributes.items():
+            if name.startswith(VARIABLE):
+                variable = RecordedValue(attribute.value, attribute.type, place)
+                graph.variables[name.removeprefix(VARIABLE)] = variable
+        self.names, self.opened = {}, set()
+        self._name_nodes(prim.path, "")
+        for path, name in self.names.items():
+            graph.nodes[name] = self._node(self.prims[path], name, graph)
+        return graph
+
+    def _name_nodes(self, path: str, prefix: str) -> None:
+        """Name the nodes of the graph at a path; compounds become flat."""
+        for prim in self.nodes_in.get(path, ()):
+            name = prefix + prim.path[len(path) + 1 :]
+            if prim.path not in self.inside:
+                self.names[prim.path] = name
+            elif prefix.count("/") == MAX_DEPTH or not self.inside[prim.path]:
+                what = f"it is more than {MAX_DEPTH} deep" if prefix.count("/") == MAX_DEPTH else "no graph is below it"
+                self.tell("W302", f"the compound {prim.path} is left out: {what}", prim)
+            elif prim.path not in self.opened:
+                self.opened.add(prim.path)
+                self._open(prim, f"{name}/")
+
+    def _open(self, compound: StagePrim, prefix: str) -> None:
+        """Name the nodes in a compound."""
+        for path in self.inside[compound.path]:
+            graph = self.prims.get(path)
+            if graph is not None and any(name.startswith(VARIABLE) for name in graph.attributes):
+                self.tell("W302", f"variables of the compound {compound.path} are left out", compound)
+            self._name_nodes(path, prefix)
+
+    def _graph_above(self, path: str) -> str:
+        """The graph that a prim is in."""
+        for _ in range(MAX_LEVELS):
+            path = path.rpartition("/")[0]
+            above = self.prims.get(path)
+            if above is not None and above.type == GRAPH:
+                return path
+        return ""
+
+    def _node(self, prim: StagePrim, name: str, graph: RecordedGraph) -> RecordedNode:
+        """A node; its wires become the graph's."""
+        node = RecordedNode(name, prim.text("node:type"), span=self.places.of(prim.path))
+        for port, attribute in prim.attributes.items():
+            if port.startswith("inputs:"):
+                self._input(node, prim, port, attribute, graph)
+            if node.type == _SCRIPT and port.startswith(("inputs:", "outputs:")) and port not in _SCRIPT_PORTS:
+                node.attributes[port] = "execution" if attribute.execution else attribute.type
+        for port, targets in prim.targets.items():
+            if port.startswith("inputs:"):
+                self._target(node, port, targets, graph)
+        match prim.attributes.get(POSITION):
+            case StageAttribute(type="float[2]", value=[int() | float() as x, int() | float() as y]):
+                node.position = (x, y)
+        version = prim.attributes.get("node:typeVersion")
+        if version is not None:
+            found = self.registry.find(node.type)
+            upgrade(node, found.cls.type_name if found else node.type, version.value, prim.path, self.findings)
+        return node
+
+    def _input(
+        self, node: RecordedNode, prim: StagePrim, port: str, attribute: StageAttribute, graph: RecordedGraph
+    ) -> None:
+        """The wires into a data or execution port; else its value, which a wire would overrule."""
+        value, wired = attribute, False
+        for source in self._ends(attribute.sources):
+            if source.prim in self.names:
+                graph.wires.append(RecordedWire(self.names[source.prim], source.port, node.name, port, node.span))
+                wired = True
+            else:
+                value = self._given(source, prim, port) or value
+        if not wired and value.value is not None and not attribute.execution:
+            node.values[port] = RecordedValue(value.value, attribute.type or value.type, node.span)
+
+    def _target(self, node: RecordedNode, port: str, targets: list[str], graph: RecordedGraph) -> None:
+        """The wires into a port of prims, and the prims."""
+        prims = []
+        for source in self._ends(targets):
+            if source.port and source.prim in self.names:
+                graph.wires.append(RecordedWire(self.names[source.prim], source.port, node.name, port, node.span))
+            elif not (source.port and source.prim in self.inside):  # a compound's own port that leads nowhere
+                prims.append(source.path)
+        if prims:
+            node.values[port] = RecordedValue(prims, "target", node.span)
+
+    def _ends(self, paths: Iterable[str]) -> Iterator[_Source]:
+        """Where connections begin; compounds pass through what their own ports are connected to."""
+        pending, seen = deque(paths), set[str]()
+        while pending:
+            self.count(1)
+            source = _Source.of(pending.popleft())
+            through = self._through(source)
+            if not through:
+                yield source
+            elif source.path not in seen:
+                seen.add(source.path)
+                pending.extendleft(reversed(through))
+
+    def _through(self, source: _Source) -> list[str]:
+        """What a port of a compound is connected to."""
+        if source.prim not in self.inside:
+            return []
+        prim = self.prims[source.prim]
+        attribute = prim.attributes.get(source.port)
+        return attribute.sources if attribute is not None else prim.targets.get(source.port, [])
+
+    def _given(self, source: _Source, prim: StagePrim, port: str) -> StageAttribute | None:
+        """The value of something that is connected and no node of the graph; it stays what it is in the stage."""
+        if source.prim in self.inside:
+            return self.prims[source.prim].attributes.get(source.port)
+        found = self.plain.get(source.path)
+        if found is not None and found.value is not None:
+            what = f"{prim.path}.{port} keeps the value of {source.path}, which is no node of its graph"
+            self.tell("N301", what, prim)
+            return found
+        wire = f"{source.path} -> {prim.path}.{port}"
+        self.tell("W302", f"the wire {wire} is left out: it does not begin at a node of its graph", prim)
+        return None
+
+
+def _below(prim: StagePrim, paths: Iterable[str]) -> list[str]:
+    """Those of the paths that lie below a prim, as the graph of a compound does."""
+    return [path for path in dict.fromkeys(paths) if path.startswith(f"{prim.path}/")]

@@ -1,0 +1,53 @@
+"""Graphs that are evaluated for other prims: each of those gets a graph of its own."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from graphengine.format.diagnostics import Findings
+from graphengine.isaac.recorded import VARIABLE, RecordedGraph, RecordedValue
+from graphengine.isaac.stage.prims import StagePrim
+
+_TARGET = "_OMNI_GRAPH_TARGET"
+"""Stands in texts for the prim that a graph is evaluated for; OmniGraph's own name of it."""
+
+
+def instances(graph: RecordedGraph, prim: StagePrim, users: list[StagePrim], findings: Findings) -> list[RecordedGraph]:
+    """The graph itself, or one below each prim that refers to it.
+
+    Args:
+        graph: the graph.
+        prim: its prim.
+        users: prims that refer to it.
+        findings: takes what becomes of it.
+    """
+    mode = prim.text("evaluationMode")
+    if mode == "Standalone" or (mode != "Instanced" and not users):
+        return [graph]
+    if not users:
+        what = f"{prim.path} is evaluated for prims that refer to it, and there are none; it is left out"
+        findings.add("W302", what, graph.span)
+        return []
+    paths = ", ".join(user.path for user in users)
+    findings.add("N301", f"{prim.path} becomes a graph below each prim that refers to it: {paths}", graph.span)
+    return [_instance(graph, f"{user.path}/{prim.name}", user) for user in users]
+
+
+def _instance(graph: RecordedGraph, path: str, user: StagePrim) -> RecordedGraph:
+    """A graph for one prim that refers to it, with that prim's values of its variables."""
+    variables = {}
+    for name, variable in graph.variables.items():
+        own = user.attributes.get(VARIABLE + name)
+        variables[name] = variable if own is None or own.value is None else RecordedValue(own.value, variable.type)
+    nodes = {}
+    for name, node in graph.nodes.items():
+        values = {port: replace(value, data=_aimed(value.data, user.path)) for port, value in node.values.items()}
+        nodes[name] = replace(node, values=values)
+    return replace(graph, path=path, nodes=nodes, variables=variables)
+
+
+def _aimed(data: object, target: str) -> object:
+    """A value with a prim in the place of what stands for it."""
+    if isinstance(data, list):
+        return [_aimed(item, target) for item in data]
+    return target if isinstance(data, str) and data.rpartition("/")[2] == _TARGET else data

@@ -1,0 +1,119 @@
+"""The layers of a stage, opened so that none leads to a file that may not be read; for the process that reads stages.
+
+USD opens what a layer names by native code that no audit hook sees. So every layer is opened on its own first, and what it names
+is judged, and cut off in memory where it may not be read, before USD composes anything.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from pxr import Sdf, Tf
+
+from graphengine.format.files import Files
+from graphengine.isaac.stage.prims import PLACE, SUFFIXES
+
+MAX_BYTES = 256_000_000
+"""Of all layers together; a robot with its meshes has some 10 MB to 100 MB."""
+MAX_LAYERS = 1000
+
+
+class UnreadableError(Exception):
+    """A layer that cannot be opened, or must not be; says why."""
+
+
+class Layers:
+    """Layers that were opened, and what was cut off.
+
+    Args:
+        files: judges what may be read.
+    """
+
+    def __init__(self, files: Files) -> None:
+        self.files = files
+        self.left_out: list[tuple[str, str]] = []
+        """What was cut off and why, in order."""
+        self._opened: dict[str, Sdf.Layer] = {}
+        """By identifier. They stay open, so that USD composes these and opens none again."""
+        self._pending: list[Sdf.Layer] = []
+        self._bytes = 0
+
+    def open_all(self, path: Path) -> Sdf.Layer:
+        """A layer with everything that it leads to.
+
+        Raises:
+            UnreadableError: it cannot be opened; layers that it leads to are cut off instead.
+        """
+        root = self._open(os.path.realpath(path))  # what it names lies beside the file, not beside a link to it
+        while self._pending:
+            layer = self._pending.pop()
+            _drop_clips(layer)
+            for reference in filter(None, layer.GetCompositionAssetDependencies()):  # it is empty within the same layer
+                try:
+                    self._follow(layer, reference)
+                except UnreadableError as error:
+                    layer.UpdateCompositionAssetDependency(reference, "")
+                    named = "" if layer == root else f"; {layer.GetDisplayName()} names it"
+                    self.left_out.append((reference, f"{error}{named}"))
+        return root
+
+    def holds(self, layer: Sdf.Layer) -> bool:
+        """Whether a layer was opened here."""
+        return bool(self._opened.get(layer.identifier) == layer)
+
+    def _follow(self, layer: Sdf.Layer, reference: str) -> None:
+        """Open what a layer names."""
+        name, arguments = Sdf.Layer.SplitIdentifier(reference)
+        if "://" in name:
+            raise UnreadableError("it is not on this machine")
+        if "`" in name or arguments:
+            raise UnreadableError("the name of its file is computed")
+        absolute = layer.ComputeAbsolutePath(name)
+        if not os.path.isabs(absolute):
+            raise UnreadableError("there is no such file")
+        self._open(absolute)
+
+    def _open(self, path: str) -> Sdf.Layer:
+        known = Sdf.Layer.Find(path)
+        if known is not None and self.holds(known):
+            return known
+        if not self.files.may_read(Path(path)):
+            folder = Path(path).resolve().parent
+            raise UnreadableError(f"it lies outside the folder of the file you gave; allow it with --allow {folder}")
+        if not os.path.isfile(path):
+            raise UnreadableError("there is no such file")
+        if os.path.splitext(path)[1].lower() not in SUFFIXES:
+            raise UnreadableError("it is no .usd, .usda or .usdc file")
+        if len(self._opened) >= MAX_LAYERS:
+            raise UnreadableError(f"it is one of more than {MAX_LAYERS} files")
+        self._bytes += os.path.getsize(path)
+        if self._bytes > MAX_BYTES:
+            raise UnreadableError(f"all files together are larger than {MAX_BYTES // 1_000_000} MB")
+        try:
+            layer = Sdf.Layer.FindOrOpen(path)
+        except Tf.ErrorException as error:
+            raise UnreadableError(reason(error)) from None
+        if layer is None:
+            raise UnreadableError("it is no stage")
+        self.files.note(Path(path))
+        self._opened[layer.identifier] = layer
+        self._pending.append(layer)
+        return layer
+
+
+def reason(error: Tf.ErrorException) -> str:
+    """What went wrong: USD's message with a place in the file, where there is one."""
+    texts = [str(one.commentary).strip("'\n") for one in error.args]
+    return next((text for text in texts if PLACE.match(text)), texts[0] if texts else "no reason is given")
+
+
+def _drop_clips(layer: Sdf.Layer) -> None:
+    """Cut off value clips: files that USD opens for values over time, of which a graph has none."""
+
+    def visit(path: Sdf.Path) -> None:
+        prim = layer.GetPrimAtPath(path) if path.IsPrimPath() or path.IsPrimVariantSelectionPath() else None
+        if prim is not None and prim.HasInfo("clips"):
+            prim.ClearInfo("clips")
+
+    layer.Traverse(Sdf.Path.absoluteRootPath, visit)

@@ -1,0 +1,176 @@
+"""What nodes see of the network: topics and services, and their quality of service."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, Protocol
+
+
+class Publisher(Protocol):
+    """One topic to write to."""
+
+    @property
+    def topic(self) -> str:
+        """Full topic name."""
+
+    @property
+    def wanted(self) -> bool:
+        """Whether somebody listens or records; a message that nobody wants need not be built."""
+
+    def publish(self, message: Any) -> None:
+        """Send a message of `graphengine.messages.messages` to every sink; encoded once."""
+
+
+class Subscription(Protocol):
+    """One topic to read from; deliveries are frozen at the start of each tick."""
+
+    @property
+    def topic(self) -> str:
+        """Full topic name."""
+
+    def newest(self) -> Any | None:
+        """The newest message delivered in this tick, once; None when there is none. Older ones count as skipped."""
+
+    def take(self) -> Sequence[Any]:
+        """All messages delivered in this tick, oldest first, once."""
+
+    @property
+    def skipped(self) -> int:
+        """How many messages were passed over by `newest` since play."""
+
+
+class ServiceServer(Protocol):
+    """One service that is offered; requests are frozen at the start of each tick."""
+
+    @property
+    def service(self) -> str:
+        """Full name of the service."""
+
+    @property
+    def service_type(self) -> str:
+        """ROS 2 name, as in `std_srvs/srv/SetBool`."""
+
+    @property
+    def handle(self) -> int:
+        """Number by which `Context.server` finds it; never 0."""
+
+    current: bytes | None
+    """Identity of the request that the graph is about to answer; None where there is none."""
+
+    def take(self) -> Sequence[tuple[bytes, Any]]:
+        """Requests that came before this tick and were not taken, oldest first: their identities and messages."""
+
+    def answer(self, request_id: bytes, response: Any) -> None:
+        """Answer a request when the tick ends; one that was answered, or came before a stop, is not."""
+
+
+class ServiceClient(Protocol):
+    """One service that is called; answers are frozen at the start of each tick."""
+
+    @property
+    def service(self) -> str:
+        """Full name of the service."""
+
+    def call(self, request: Any) -> int:
+        """Ask when the tick ends, or as soon as a server is there; the number of the call, from 1 up."""
+
+    def take(self) -> Sequence[tuple[int, Any]]:
+        """Answers that came before this tick and were not taken, in order: numbers of their calls, and messages."""
+
+
+@dataclass(frozen=True, slots=True)
+class QoS:
+    """Quality of service of an endpoint, in the words of OmniGraph's QoS profiles; times in seconds, 0 for unlimited."""
+
+    history: Literal["keepLast", "keepAll", "systemDefault"] = "keepLast"
+    depth: int = 10
+    reliability: Literal["reliable", "bestEffort", "systemDefault"] = "reliable"
+    durability: Literal["volatile", "transientLocal", "systemDefault"] = "volatile"
+    deadline: float = 0.0
+    lifespan: float = 0.0
+    liveliness: Literal["automatic", "manualByTopic", "systemDefault"] = "systemDefault"
+    lease_duration: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class EndpointClaim:
+    """An endpoint that a node asked for: what the checks and `graphrun topics` know of the ROS 2 side."""
+
+    node: str
+    """Prim path of the node."""
+    graph: str
+    topic: str
+    """Full name of the topic, or of the service."""
+    message_type: str
+    """ROS 2 name of the message, or of the service."""
+    direction: str
+    """`publish` or `subscribe`; `serve` or `call` for a service."""
+    qos: QoS
+    ros_context: int = 0
+    rate: float | None = None
+    """Messages a second; None when an event decides."""
+    latched: bool = False
+    frame_id: str = ""
+    transforms: tuple[tuple[str, str], ...] = ()
+    alternatives: tuple[str, ...] = ()
+    """Other message types that a subscription takes, should these be what others publish."""
+
+    @property
+    def is_service(self) -> bool:
+        """Whether it is a service; a topic may have the same name."""
+        return self.direction in ("serve", "call")
+
+
+class Closable(Protocol):
+    """An endpoint of the network, which its owner closes."""
+
+    def close(self) -> None:
+        """Leave the topic; safe to call twice."""
+
+
+class OwnedPublisher(Publisher, Closable, Protocol):
+    """A publisher as its owner sees it."""
+
+
+class OwnedSubscription(Subscription, Closable, Protocol):
+    """A subscription as its owner sees it."""
+
+
+class OwnedServer(ServiceServer, Closable, Protocol):
+    """A server as its owner sees it."""
+
+
+class OwnedClient(ServiceClient, Closable, Protocol):
+    """A client as its owner sees it."""
+
+
+class Network(Protocol):
+    """Endpoints for the topics and services that nodes claim."""
+
+    def publisher(self, claim: EndpointClaim) -> OwnedPublisher:
+        """An endpoint to write to."""
+
+    def subscription(self, claim: EndpointClaim) -> OwnedSubscription:
+        """An endpoint to read from."""
+
+    def server(self, claim: EndpointClaim, handle: int) -> OwnedServer:
+        """An endpoint that answers, known to nodes by a number."""
+
+    def client(self, claim: EndpointClaim) -> OwnedClient:
+        """An endpoint that asks."""
+
+    def freeze(self) -> None:
+        """Begin a tick: what has arrived so far is what subscriptions deliver, what comes later waits for the next tick."""
+
+    def flush(self) -> None:
+        """End a tick: what was published in it leaves now."""
+
+    def forget_calls(self) -> None:
+        """Graphs begin anew: requests that nobody answered will not be, answers that have not come are not waited for."""
+
+    def log(self, severity: str, message: str) -> None:
+        """Pass a message for people on to the network."""
+
+    def close(self) -> None:
+        """Leave the network; safe to call twice."""

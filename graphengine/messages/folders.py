@@ -1,0 +1,84 @@
+"""Where files of messages, services and actions lie: in packages.
+
+A package keeps them as `<package>/msg/Range.msg`, `<package>/srv/Trigger.srv` and `<package>/action/Dock.action`, in its sources
+as well as below `share/` where it is installed.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from graphengine.messages.interfaces import KINDS, MAX_BYTES, TypeName
+
+MAX_DEPTH = 6
+"""Folders below a given one in which packages are looked for."""
+MAX_FOLDERS = 20_000
+
+_MANIFEST_NAME = re.compile(rb"<name>\s*([\w.-]+)\s*</name>")
+_IGNORED = ("COLCON_IGNORE", "AMENT_IGNORE")
+
+
+@dataclass(slots=True)
+class Folders:
+    """Places where definitions are looked for, in this order.
+
+    Args:
+        given: files, packages, or folders with packages at any depth up to `MAX_DEPTH`.
+        installed: folders of packages as an ament index has them, such as `/opt/ros/jazzy/share`.
+    """
+
+    given: Sequence[Path] = ()
+    installed: Sequence[Path] = ()
+    _index: dict[str, Path] | None = field(default=None, init=False)
+
+    def find(self, name: TypeName) -> Path | None:
+        """The file that defines a type."""
+        found = self._given().get(name.source)
+        if found is not None:
+            return found
+        places = (share / name.package / name.kind / name.name for share in self.installed)
+        files = (place.with_suffix(suffix) for place in places for suffix in (f".{name.kind}", ".idl"))
+        return next((file for file in files if file.is_file()), None)
+
+    def names(self) -> list[str]:
+        """Every type that a file is there for."""
+        files = [file for share in self.installed for kind in KINDS for file in share.glob(f"*/{kind}/*.{kind}")]
+        return sorted({*self._given(), *(f"{file.parts[-3]}/{file.parts[-2]}/{file.stem}" for file in files)})
+
+    def _given(self) -> dict[str, Path]:
+        if self._index is None:
+            self._index = {}
+            for path in self.given:
+                for file in [path] if path.is_file() else _walk(path):
+                    kind = file.suffix[1:]
+                    if kind in KINDS:
+                        package = _package_of(file.absolute().parent, kind)
+                        self._index.setdefault(f"{package}/{kind}/{file.stem}", file)
+        return self._index
+
+
+def _walk(folder: Path) -> Iterator[Path]:
+    for count, (place, folders, names) in enumerate(os.walk(folder)):
+        depth = len(Path(place).relative_to(folder).parts)
+        ignored = depth > 0 and any(name in names for name in _IGNORED)
+        folders[:] = [] if ignored or depth >= MAX_DEPTH else sorted(f for f in folders if not f.startswith("."))
+        if not ignored:
+            yield from (Path(place, name) for name in sorted(names))
+        if count >= MAX_FOLDERS:
+            return
+
+
+def _package_of(folder: Path, kind: str) -> str:
+    """The package whose definitions lie in a folder: what its manifest says, else the folder's own name."""
+    root = folder.parent if folder.name == kind else folder
+    manifest = root / "package.xml"
+    if manifest.is_file():
+        with manifest.open("rb") as file:
+            found = _MANIFEST_NAME.search(file.read(MAX_BYTES))
+        if found:
+            return found[1].decode("ascii", "replace")
+    return root.name

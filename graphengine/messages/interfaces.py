@@ -1,0 +1,284 @@
+"""What files of messages, services and actions define.
+
+A service is a request and a response, with `---` between them; an action is a goal, a result and feedback. The messages that
+ROS 2 makes of these are defined here as ROS 2 defines them.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+from rosbags.interfaces import Nodetype
+from rosbags.typesys import TypesysError, get_types_from_idl
+from rosbags.typesys.base import make_typesdict
+from rosbags.typesys.msg import MSGParser
+
+from graphengine.format.errors import ContextError
+from graphengine.format.reading import open_regular
+from graphengine.format.wording import did_you_mean
+
+KINDS = {"msg": 1, "srv": 2, "action": 3}
+"""How many parts a file of each kind has."""
+MAX_BYTES = 256 * 1024
+"""Of a file; the largest of ROS 2 Jazzy has 6 kB."""
+
+SCALARS = {
+    "bool": "?",
+    "byte": "b",  # rosbags takes it for signed, ROS 2 does not
+    "char": "B",
+    "int8": "b",
+    "uint8": "B",
+    "int16": "<h",
+    "uint16": "<H",
+    "int32": "<i",
+    "uint32": "<I",
+    "int64": "<q",
+    "uint64": "<Q",
+    "float32": "<f",
+    "float64": "<d",
+}
+"""How `struct` packs each number of a message."""
+
+
+def signed_byte(value: int) -> int:
+    """A byte as the encoder takes it, which counts from -128.
+
+    Raises:
+        ValueError: it is none.
+    """
+    if not 0 <= value <= 0xFF:
+        raise ValueError(f"{value} is no byte")
+    return (value ^ 0x80) - 0x80
+
+
+_SNAKE = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)*\Z")
+_CAMEL = re.compile(r"[A-Z][A-Za-z0-9]*\Z")
+TEXTS = ("string", "wstring")
+"""Fields that hold text; a wide string travels as UTF-16."""
+
+Description = tuple[Any, Any]
+"""Type of a field, as rosbags writes it: a kind of node and what it is made of."""
+
+
+_WIDE: Description = (Nodetype.BASE, ("wstring", 0))
+
+
+class MessageTypeError(ContextError):
+    """A message type that is not known, or whose definition cannot be used."""
+
+    code = "G308"
+
+
+class Definition(NamedTuple):
+    """What a message type consists of."""
+
+    constants: list[tuple[str, str, Any]]
+    fields: list[tuple[str, Description]]
+    initial: Mapping[str, Any] = MappingProxyType({})
+    """Values that fields have before anybody writes to them, where these are not zero."""
+    is_message: bool = True
+    """False for a service or an action, of which ROS 2 has hashes only."""
+
+    def __str__(self) -> str:
+        constants = [f"{kind} {name}={value}\n" for name, kind, value in self.constants]
+        return "".join([*constants, *(f"{written(kind)} {name}\n" for name, kind in self.fields)])
+
+
+class TypeName(NamedTuple):
+    """The parts of a name such as `std_srvs/srv/Trigger_Request`, of which `part` is `_Request`."""
+
+    package: str
+    kind: str
+    name: str
+    part: str
+
+    @property
+    def source(self) -> str:
+        """What the file defines as a whole, as in `std_srvs/srv/Trigger`."""
+        return f"{self.package}/{self.kind}/{self.name}"
+
+    @staticmethod
+    def parse(message_type: str) -> TypeName | None:
+        """The parts of a name; None for one that ROS 2 would refuse, so that no name leads out of a folder."""
+        package, _, rest = message_type.partition("/")
+        kind, _, last = rest.partition("/")
+        name, underscore, part = last.partition("_")
+        legal = _SNAKE.match(package) and kind in KINDS and _CAMEL.match(name) and (kind != "msg" or not underscore)
+        return TypeName(package, kind, name, underscore + part) if legal else None
+
+
+def read(path: Path, name: TypeName) -> dict[str, Definition]:
+    """Every message that a file defines, by its ROS name; and services and actions themselves, as their hashes need them.
+
+    Raises:
+        MessageTypeError: the file cannot be read, or is no definition.
+    """
+    text = _text(path)
+    if path.suffix == ".idl":
+        return _read_idl(path, name, text)
+    parts, expected = re.split(r"^---[ \t]*$", text, flags=re.MULTILINE), KINDS[name.kind]
+    if len(parts) != expected:
+        what = f"{path} has {len(parts)} parts, a .{name.kind} file has {expected}"
+        raise MessageTypeError(what, name.name, "a line of three dashes stands between two parts")
+    lines = [0]
+    for part in parts[:-1]:
+        lines.append(lines[-1] + part.count("\n"))
+    parsed = [_parse(path, name.package, part, line) for part, line in zip(parts, lines, strict=True)]
+    if name.kind == "msg":
+        return {name.source: parsed[0]}
+    return _service(name.source, *parsed) if name.kind == "srv" else _action(name.source, *parsed)
+
+
+def _text(path: Path) -> str:
+    try:
+        with open_regular(path) as file:
+            data = file.read(MAX_BYTES + 1)
+        if len(data) > MAX_BYTES:
+            raise MessageTypeError(f"{path} has more than {MAX_BYTES // 1024} kB: it is no definition", path.stem)
+        return data.decode("utf-8").replace("\r\n", "\n")
+    except (OSError, UnicodeDecodeError) as error:
+        raise MessageTypeError(f"{path} cannot be read: {error}", path.stem) from None
+
+
+def _parse(path: Path, package: str, text: str, line: int) -> Definition:
+    """Constants and fields of one part of a file, which begins at a line."""
+    # What stands alone in a definition is a message of the package, also in those of services and actions.
+    try:
+        (message,) = MSGParser(f"MSG: {package}/msg/This\n{text}").specification()
+    except (TypesysError, RecursionError, ValueError) as error:
+        number, written = _first_fault(text)
+        place = f"{path}:{line + number}: {written.strip()[:80]!r}" if number else str(path)
+        raise MessageTypeError(f"{place} is no definition of a field or constant", path.stem) from error
+    for parsed in message.fields:
+        if not _SNAKE.match(parsed.name):
+            legal = "legal: lower-case letters, digits and single underscores; the first is a letter, the last is none"
+            raise MessageTypeError(f"{path}: ROS 2 refuses the field name {parsed.name!r}", path.stem, legal)
+    (constants, fields), *_ = make_typesdict([message]).values()
+    initial = {parsed.name: _unescaped(parsed.value) for parsed in message.fields if parsed.value is not None}
+    return _sound(path, Definition(list(constants), list(fields), initial))
+
+
+def _unescaped(value: Any) -> Any:
+    """A value that a definition gives to a field; in texts, rosbags leaves the backslashes before quotes."""
+    return value.replace('\\"', '"').replace("\\'", "'") if isinstance(value, str) else value
+
+
+def _first_fault(text: str) -> tuple[int, str]:
+    """The first line that is not well-formed by itself, and its number from 1; 0 if every line is."""
+    for number, line in enumerate(text.split("\n"), 1):
+        try:
+            MSGParser(f"MSG: a/msg/This\n{line}").specification()
+        except (TypesysError, RecursionError, ValueError):
+            return number, line
+    return 0, ""
+
+
+def _read_idl(path: Path, name: TypeName, text: str) -> dict[str, Definition]:
+    if name.kind != "msg":
+        raise MessageTypeError(f"{path}: only messages are read from IDL", name.name, f"a .{name.kind} file will do")
+    try:
+        found = get_types_from_idl(text)
+    except Exception as error:  # a parser of a large language fails in many ways
+        raise MessageTypeError(f"{path} cannot be read as IDL: {str(error)[-80:]}", name.name) from error
+    return {
+        message_type: _sound(path, Definition(list(constants), list(fields)))
+        for message_type, (constants, fields) in found.items()
+    }
+
+
+def _sound(path: Path, definition: Definition) -> Definition:
+    """A definition that has no two members of one name, and no type that cannot be encoded."""
+    definition = definition._replace(fields=[(name, _with_wide(kind)) for name, kind in definition.fields])
+    names = Counter([field for field, _ in definition.fields] + [constant for constant, _, _ in definition.constants])
+    for member, count in names.items():
+        if count > 1:
+            raise MessageTypeError(f"{path} defines {member!r} twice", path.stem)
+    for member, description in definition.fields:
+        kind, detail = element_of(description)
+        written_type = detail.rpartition("/")[2] if kind == Nodetype.NAME else detail[0]
+        if written_type == "wchar" or (written_type == "wstring" and detail[1]):
+            raise MessageTypeError(f"{path}: {member!r} is a {written(description)}, which is not supported", path.stem)
+        if kind == Nodetype.NAME and TypeName.parse(detail) is None:
+            hint = did_you_mean(written_type, SCALARS)
+            raise MessageTypeError(f"{path}: {member!r} has no type {written_type!r}", path.stem, hint)
+    return definition
+
+
+def _with_wide(description: Description) -> Description:
+    """With wide strings as such, of which definitions other than IDL speak as of a message."""
+    kind, detail = description
+    if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+        return kind, (_with_wide(detail[0]), detail[1])
+    return _WIDE if kind == Nodetype.NAME and detail.endswith("/msg/wstring") else description
+
+
+def element_of(description: Description) -> Description:
+    """Type of the elements of an array; that of anything else is its own."""
+    kind, detail = description
+    return detail[0] if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE) else description
+
+
+def message_of(description: Description) -> str:
+    """ROS name of the message that a field is; the empty string for one that is a number, a text or an array."""
+    kind, detail = description
+    return str(detail) if kind == Nodetype.NAME else ""
+
+
+def written(description: Description) -> str:
+    """A type as files write it."""
+    kind, detail = description
+    if kind == Nodetype.NAME:
+        return str(detail).replace("/msg/", "/")
+    if kind == Nodetype.BASE:
+        return f"{detail[0]}<={detail[1]}" if detail[1] else str(detail[0])
+    bound = "<=" if kind == Nodetype.SEQUENCE and detail[1] else ""
+    return f"{written(detail[0])}[{bound}{detail[1] or ''}]"
+
+
+def named(message_type: str) -> Description:
+    """Type of a field that is a message."""
+    return (Nodetype.NAME, message_type)
+
+
+def _service(name: str, request: Definition, response: Definition) -> dict[str, Definition]:
+    """A service's messages, and the service with the event by which it is introspected."""
+    optional = {part: (Nodetype.SEQUENCE, (named(f"{name}_{part.title()}"), 1)) for part in ("request", "response")}
+    event = [("info", named("service_msgs/msg/ServiceEventInfo")), *optional.items()]
+    parts = [(f"{part}_message", named(f"{name}_{part.title()}")) for part in ("request", "response", "event")]
+    return {
+        f"{name}_Request": request,
+        f"{name}_Response": response,
+        f"{name}_Event": Definition([], event),
+        name: Definition([], parts, is_message=False),
+    }
+
+
+def _action(name: str, goal: Definition, result: Definition, feedback: Definition) -> dict[str, Definition]:
+    """An action's messages and services (design.ros2.org/articles/actions.html), and the action itself."""
+    identity = ("goal_id", named("unique_identifier_msgs/msg/UUID"))
+    stamp = ("stamp", named("builtin_interfaces/msg/Time"))
+    accepted, status = ("accepted", (Nodetype.BASE, ("bool", 0))), ("status", (Nodetype.BASE, ("int8", 0)))
+    send = Definition([], [identity, ("goal", named(f"{name}_Goal"))]), Definition([], [accepted, stamp])
+    get = Definition([], [identity]), Definition([], [status, ("result", named(f"{name}_Result"))])
+    parts = {
+        "goal": "Goal",
+        "result": "Result",
+        "feedback": "Feedback",
+        "send_goal_service": "SendGoal",
+        "get_result_service": "GetResult",
+        "feedback_message": "FeedbackMessage",
+    }
+    return {
+        f"{name}_Goal": goal,
+        f"{name}_Result": result,
+        f"{name}_Feedback": feedback,
+        **_service(f"{name}_SendGoal", *send),
+        **_service(f"{name}_GetResult", *get),
+        f"{name}_FeedbackMessage": Definition([], [identity, ("feedback", named(f"{name}_Feedback"))]),
+        name: Definition([], [(part, named(f"{name}_{last}")) for part, last in parts.items()], is_message=False),
+    }

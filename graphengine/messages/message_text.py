@@ -1,0 +1,209 @@
+"""Messages as text, in the forms of ros2cli: YAML, comma-separated values, and the expression that would make one."""
+
+from __future__ import annotations
+
+import array
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import yaml
+from rosbags.interfaces import Nodetype
+
+from graphengine.format.errors import TransportError
+from graphengine.format.wording import did_you_mean, listing
+from graphengine.messages.definitions import DEFINITIONS, Definitions
+from graphengine.messages.interfaces import SCALARS, TEXTS, Description, element_of, named
+
+_IDL_NAMES = {"bool": "boolean", "byte": "octet", "char": "uint8", "float32": "float", "float64": "double"}
+"""Names of types where ROS's own tools show those of IDL."""
+_WIDTH = 2**31 - 1
+_CUT = "..."
+
+
+class _Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[misc]
+    """Mappings keep their order, and stand below each other."""
+
+
+_Dumper.add_representer(dict, lambda dumper, data: dumper.represent_mapping(_MAP, list(data.items()), flow_style=False))
+_MAP = "tag:yaml.org,2002:map"
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A message, or what a field of one holds.
+
+    Args:
+        value: as rosbags has it.
+        kind: its type.
+        definitions: message types.
+    """
+
+    value: Any
+    kind: Description
+    definitions: Definitions = field(default=DEFINITIONS, repr=False)
+
+    @staticmethod
+    def of(message: Any, definitions: Definitions = DEFINITIONS) -> Part:
+        """A whole message."""
+        return Part(message, named(message.__msgtype__), definitions)
+
+    @property
+    def is_message(self) -> bool:
+        """Whether it has fields."""
+        return bool(self.kind[0] == Nodetype.NAME)
+
+    @property
+    def is_array(self) -> bool:
+        """Whether it has elements."""
+        return self.kind[0] in (Nodetype.ARRAY, Nodetype.SEQUENCE)
+
+    @property
+    def scalar(self) -> str:
+        """What it is, or its elements are, such as `float64`; empty where these are messages."""
+        kind, detail = element_of(self.kind)
+        return str(detail[0]) if kind == Nodetype.BASE else ""
+
+    def fields(self) -> Iterator[tuple[str, Part]]:
+        """Fields of a message by their ROS names."""
+        message_type = self.kind[1]
+        attributes = (attribute for attribute, _ in self.definitions.fields(message_type))
+        for attribute, (name, kind) in zip(attributes, self.definitions.definition(message_type).fields, strict=True):
+            yield name, Part(getattr(self.value, attribute), kind, self.definitions)
+
+    def elements(self) -> Iterator[Part]:
+        """Elements of an array."""
+        values = self.value.tolist() if isinstance(self.value, np.ndarray) else self.value
+        return (Part(value, self.kind[1][0], self.definitions) for value in values)
+
+    def find(self, path: str) -> Part:
+        """What lies at a path of field names, such as `pose.pose.position`.
+
+        Raises:
+            TransportError: there is no such field.
+        """
+        part = self
+        for name in filter(None, path.split(".")):
+            below = dict(part.fields()) if part.is_message else {}
+            if name not in below:
+                hint = did_you_mean(name, below) or listing(below, "fields")
+                raise TransportError(f"no field {name!r} in {path!r}\n{hint}")
+            part = below[name]
+        return part
+
+
+@dataclass(frozen=True, slots=True)
+class Style:
+    """What is left out.
+
+    Args:
+        longest: elements and characters from which on arrays and texts are cut; None for as long as they are.
+        arrays: false shows type and length of an array in its place.
+        texts: false shows the length of a text in its place.
+        flow: YAML with lists in brackets.
+    """
+
+    longest: int | None = None
+    arrays: bool = True
+    texts: bool = True
+    flow: bool = False
+
+
+def to_yaml(part: Part, style: Style = Style()) -> str:
+    """A message as `ros2 topic echo` prints it; the line of dashes that follows there is not part of it."""
+    plain = _plain(part, style)
+    return str(yaml.dump(plain, Dumper=_Dumper, allow_unicode=True, width=_WIDTH, default_flow_style=style.flow))
+
+
+def to_csv(part: Part, style: Style = Style()) -> str:
+    """All values of a message in one line; a cut array ends with `...`."""
+    return ",".join(_cells(part, style))
+
+
+def to_expression(part: Part) -> str:
+    """A message as `ros2 topic pub` prints it: `std_msgs.msg.Bool(data=True)`."""
+    if part.is_message:
+        inside = ", ".join(f"{name}={to_expression(value)}" for name, value in part.fields())
+        return f"{part.kind[1].replace('/', '.')}({inside})"
+    if not part.is_array:
+        return repr(_octet(part.value) if part.scalar == "byte" else part.value)
+    if part.kind[0] == Nodetype.ARRAY and isinstance(part.value, np.ndarray):
+        return repr(part.value)
+    return f"[{', '.join(map(to_expression, part.elements()))}]"
+
+
+def to_plain_text(part: Part) -> str:
+    """What a field holds as `ros2 topic echo --field` prints it, which shows Python's own forms of all but messages."""
+    sequence = part.kind[0] == Nodetype.SEQUENCE
+    if part.scalar in ("", "byte") or (sequence and part.scalar in ("bool", *TEXTS)):
+        return to_expression(part)
+    if sequence:
+        return str(array.array(SCALARS[part.scalar].removeprefix("<"), part.value.tolist()))
+    return str(part.value)
+
+
+def _plain(part: Part, style: Style) -> Any:
+    """Mappings, lists and scalars."""
+    if part.is_message:
+        return {name: _plain(value, style) for name, value in part.fields()}
+    if not part.is_array:
+        value = _scalar(part, style)
+        return value.decode("latin-1") if isinstance(value, bytes) else value
+    if not style.arrays:
+        return _summary(part)
+    cut = [_CUT] if _is_long(part, style) else []
+    return [_plain(value, style) for value in _shown(part, style)] + cut
+
+
+def _cells(part: Part, style: Style) -> Iterator[str]:
+    """Texts of all values, of which an empty array is one too."""
+    if part.is_message:
+        for _, value in part.fields():
+            yield from _cells(value, style)
+    elif not part.is_array:
+        yield str(_scalar(part, style))
+    elif not style.arrays:
+        yield _summary(part)
+    else:
+        for value in _shown(part, style):
+            yield from _cells(value, style)
+        if _is_long(part, style):
+            yield _CUT
+        elif not len(part.value):
+            yield ""
+
+
+def _scalar(part: Part, style: Style) -> Any:
+    """A value that is no array, as rclpy has it."""
+    if part.scalar == "byte":
+        return _octet(part.value)
+    return _text(part.value, style) if part.scalar in TEXTS else part.value
+
+
+def _text(text: str, style: Style) -> str:
+    if not style.texts:
+        return f"<string length: <{len(text)}>>"
+    return text if style.longest is None or len(text) <= style.longest else text[: style.longest] + _CUT
+
+
+def _is_long(part: Part, style: Style) -> bool:
+    return style.longest is not None and len(part.value) > style.longest
+
+
+def _shown(part: Part, style: Style) -> Iterator[Part]:
+    return Part(part.value[: style.longest], part.kind, part.definitions).elements()
+
+
+def _summary(part: Part) -> str:
+    """Type and length of an array."""
+    kind, ((element, detail), count) = part.kind
+    name = detail if element == Nodetype.NAME else _IDL_NAMES.get(detail[0], detail[0])
+    if kind == Nodetype.ARRAY:
+        return f"<array type: {name}[{count}]>"
+    return f"<sequence type: {name}{f'[{count}]' if count else ''}, length: {len(part.value)}>"
+
+
+def _octet(value: int) -> bytes:
+    """A byte, which rosbags takes for a signed number."""
+    return bytes([value & 0xFF])

@@ -1,0 +1,146 @@
+"""Names as ROS 2 wants them: topics below a namespace, collected namespaces, node names, and the rules that rcl enforces."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+from graphengine.format.errors import TopicError
+
+MAX_TOPIC = 247
+"""DDS allows 255 characters, of which ROS 2 keeps 8 for its prefixes."""
+MAX_NAMESPACE = MAX_TOPIC - 2
+"""A slash and one character of a topic must fit behind it."""
+MAX_NODE = 255
+
+_PARTS_HELP = "legal: letters A-Z a-z, digits and _, in parts separated by /; no part is empty or starts with a digit"
+_NODE_HELP = "legal: letters A-Z a-z, digits and _; the first is no digit"
+
+_ENDS = re.compile(r"\A[^A-Za-z0-9]+|[^A-Za-z0-9]+\Z")
+_ILLEGAL_IN_TOPIC = re.compile(r"[^A-Za-z0-9_/]")
+_ILLEGAL_IN_NODE = re.compile(r"[^A-Za-z0-9_]")
+
+
+def strip(name: str) -> str:
+    """A name without the non-alphanumerics at both ends: slashes, underscores, tildes, blanks."""
+    return _ENDS.sub("", name)
+
+
+def full_namespace(namespace: str) -> str:
+    """The absolute form of a namespace; empty for the root, so that a topic is appended with a slash."""
+    stripped = strip(namespace)
+    return f"/{stripped}" if stripped else ""
+
+
+def full_topic(namespace: str, topic: str, what: str = "topic name") -> str:
+    """The absolute name of a topic or service below a namespace; a leading slash does not escape the namespace.
+
+    Raises:
+        TopicError: the namespace or the name would be refused by ROS 2; it says what the name is of.
+    """
+    above = full_namespace(namespace)
+    if above:
+        check_namespace(above, given=namespace)
+    below = strip(topic)
+    if not below:
+        raise TopicError(f"{what} {topic!r} has no letter and no digit, so nothing is left of it", topic, _PARTS_HELP)
+    full = f"{above}/{below}"
+    check_topic(full, given=topic, what=what)
+    return full
+
+
+def join_namespaces(values: Iterable[str], outermost: bool = False) -> str:
+    """One namespace out of those collected on the way from the root of the stage to a prim.
+
+    Args:
+        values: authored values, outermost first; empty ones count as not authored.
+        outermost: keep the first alone, as nodes that handle TF do.
+    """
+    authored = [value for value in values if value]
+    return "/".join(authored[:1] if outermost else authored)
+
+
+def node_name(prim_path: str) -> str:
+    """The ROS node name that stands for a prim: every character that ROS refuses becomes an underscore."""
+    return _ILLEGAL_IN_NODE.sub("_", prim_path)
+
+
+def service_topics(service: str) -> tuple[str, str]:
+    """DDS topics of a service's requests and answers."""
+    return f"rq{service}Request", f"rr{service}Reply"
+
+
+def ros_name(dds_topic: str) -> str:
+    """Name of a DDS topic in ROS 2, or of the service that it is for."""
+    prefix, slash, rest = dds_topic.partition("/")
+    suffix = {"rt": "", "rq": "Request", "rr": "Reply"}.get(prefix)
+    return f"/{rest.removesuffix(suffix)}" if slash and suffix is not None else dds_topic
+
+
+def check_topic(name: str, given: str | None = None, what: str = "topic name") -> None:
+    """Refuse what rcl refuses as an absolute name of a topic or service.
+
+    Args:
+        name: the absolute name.
+        given: what the user wrote, when that differs.
+        what: the name is of.
+
+    Raises:
+        TopicError: with what is wrong, where, and what is legal.
+    """
+    _refuse(what, name, given, _fault_in_parts(name, MAX_TOPIC), _PARTS_HELP)
+
+
+def check_namespace(name: str, given: str | None = None) -> None:
+    """Refuse what rcl refuses as an absolute namespace; `/` alone is legal. Arguments and errors as for `check_topic`."""
+    fault = "" if name == "/" else _fault_in_parts(name, MAX_NAMESPACE)
+    _refuse("namespace", name, given, fault, _PARTS_HELP)
+
+
+def check_node_name(name: str, given: str | None = None) -> None:
+    """Refuse what rcl refuses as a node name. Arguments and errors as for `check_topic`."""
+    fault = _empty_or_illegal(name, _ILLEGAL_IN_NODE)
+    if not fault and name[0].isdigit():
+        fault = f"starts with the digit {name[0]!r}"
+    _refuse("node name", name, given, fault or _too_long(name, MAX_NODE), _NODE_HELP)
+
+
+def _refuse(what: str, name: str, given: str | None, fault: str, legal: str) -> None:
+    if not fault:
+        return
+    written = name if given is None else given
+    origin = "" if written == name else f" (from {_shortened(written)})"
+    raise TopicError(f"{what} {_shortened(name)}{origin} {fault}", written, legal)
+
+
+def _fault_in_parts(name: str, limit: int) -> str:
+    fault = _empty_or_illegal(name, _ILLEGAL_IN_TOPIC)
+    if fault:
+        return fault
+    if name[0] != "/":
+        return "does not start with '/'"
+    if name[-1] == "/":
+        return "ends with '/'"
+    position = 2
+    for part in name[1:].split("/"):
+        if not part:
+            return f"has two slashes in a row at character {position - 1}"
+        if part[0].isdigit():
+            return f"has a part that starts with the digit {part[0]!r} at character {position}"
+        position += len(part) + 1
+    return _too_long(name, limit)
+
+
+def _empty_or_illegal(name: str, illegal: re.Pattern[str]) -> str:
+    if not name:
+        return "is empty"
+    found = illegal.search(name)
+    return f"has {found.group()!r} at character {found.start() + 1}" if found else ""
+
+
+def _too_long(name: str, limit: int) -> str:
+    return f"has {len(name)} characters, at most {limit} are allowed" if len(name) > limit else ""
+
+
+def _shortened(name: str) -> str:
+    return repr(name) if len(name) <= 80 else f"{name[:77]!r}…"

@@ -1,0 +1,150 @@
+"""Quality of service: profiles as JSON text, presets, what "system default" comes to, and who matches whom."""
+
+from __future__ import annotations
+
+import functools
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, fields, replace
+from types import MappingProxyType
+from typing import Any, get_args, get_type_hints
+
+from graphengine.format.errors import TopicError
+from graphengine.format.wording import did_you_mean, listing
+from graphengine.messages.endpoints import QoS
+
+LATCHED = QoS(depth=1, durability="transientLocal")
+"""What `staticPublisher` means: whoever comes late gets the last message."""
+ROSOUT = QoS(depth=1000, durability="transientLocal", lifespan=10.0)
+"""The log topic of every node."""
+PARAMETER_EVENTS = QoS(depth=1000)
+"""The topic on which every node tells that its parameters changed."""
+
+PRESETS: Mapping[str, QoS] = MappingProxyType(
+    {
+        "Default for publishers/subscribers": QoS(),
+        "Services": QoS(),
+        "Sensor Data": QoS(depth=5, reliability="bestEffort"),
+        "System Default": QoS("systemDefault", 0, "systemDefault", "systemDefault"),
+    }
+)
+"""The profiles that `ROS2QoSProfile` offers by name; its `Custom` is whatever its other inputs say."""
+
+_MAX_DEPTH = 2**31 - 1
+_KEYS = {"lease_duration": "leaseDuration"}
+_FIELDS: dict[str, str] = {_KEYS.get(field.name, field.name): field.name for field in fields(QoS)}
+_CHOICES: dict[str, tuple[str, ...]] = {
+    key: get_args(get_type_hints(QoS)[name]) for key, name in _FIELDS.items() if get_args(get_type_hints(QoS)[name])
+}
+
+
+def parse_qos(qos_profile: str, queue_size: int = 10, latched: bool = False) -> QoS:
+    """The quality of service that a node's inputs ask for.
+
+    Args:
+        qos_profile: JSON text, as `ROS2QoSProfile` puts out; when it is empty, `queue_size` counts.
+        queue_size: history depth.
+        latched: overrides both.
+
+    Raises:
+        TopicError: the text is no profile, or ROS 2 would refuse it.
+    """
+    if latched:
+        return LATCHED
+    if not qos_profile.strip():
+        return QoS(depth=_depth(queue_size, "queue size", queue_size))
+    try:
+        profile = json.loads(qos_profile)
+    except (ValueError, RecursionError) as error:
+        raise TopicError(f"QoS profile is not JSON: {error}", qos_profile, f"keys: {', '.join(_FIELDS)}") from None
+    if not isinstance(profile, dict):
+        raise TopicError("QoS profile is not a JSON object", qos_profile, f"keys: {', '.join(_FIELDS)}")
+    values: dict[str, Any] = {}
+    for key, value in profile.items():
+        if key not in _FIELDS:
+            raise TopicError(
+                f"QoS profile has no key {key!r}", qos_profile, did_you_mean(key, _FIELDS), listing(_FIELDS, "keys")
+            )
+        values[_FIELDS[key]] = _value(key, value, qos_profile)
+    return QoS(**values)
+
+
+def qos_json(qos: QoS) -> str:
+    """The profile as JSON text that `parse_qos` reads."""
+    return json.dumps({_KEYS.get(name, name): value for name, value in asdict(qos).items()})
+
+
+def settled(qos: QoS) -> QoS:
+    """The same without system defaults, which are taken as `rmw_cyclonedds_cpp` takes them."""
+    return replace(
+        qos,
+        history="keepLast" if qos.history == "systemDefault" else qos.history,
+        depth=qos.depth or 1,
+        reliability="reliable" if qos.reliability == "systemDefault" else qos.reliability,
+        durability="volatile" if qos.durability == "systemDefault" else qos.durability,
+        liveliness="automatic" if qos.liveliness == "systemDefault" else qos.liveliness,
+    )
+
+
+def short_of(offered: QoS, requested: QoS) -> tuple[str, ...]:
+    """Policies of which a writer offers less than a reader asks for: either one keeps them apart."""
+    offered, requested = settled(offered), settled(requested)
+    less = {
+        "reliability": (offered.reliability, requested.reliability) == ("bestEffort", "reliable"),
+        "durability": (offered.durability, requested.durability) == ("volatile", "transientLocal"),
+        "deadline": _seconds(offered.deadline) > _seconds(requested.deadline),
+        "liveliness": (offered.liveliness, requested.liveliness) == ("automatic", "manualByTopic"),
+        "leaseDuration": _seconds(offered.lease_duration) > _seconds(requested.lease_duration),
+    }
+    return tuple(policy for policy, is_less in less.items() if is_less)
+
+
+@functools.lru_cache(maxsize=1024)  # a network has few pairs of them, and asks for each message
+def mismatch(offered: QoS, requested: QoS, writer: str = "the writer", reader: str = "the reader") -> str:
+    """Why a writer that offers this does not serve a reader that requests that; empty when it does."""
+    policies = short_of(offered, requested)
+    if not policies:
+        return ""
+    asked, given = (" and ".join(_words(qos, policy) for policy in policies) for qos in (requested, offered))
+    return f"{reader} asks for {asked}, {writer} offers {given}"
+
+
+def policy_json(qos: QoS, policy: str) -> str:
+    """One policy as it is written in a profile: `"reliability": "reliable"`."""
+    return f"{json.dumps(policy)}: {json.dumps(getattr(settled(qos), _FIELDS[policy]))}"
+
+
+def _words(qos: QoS, policy: str) -> str:
+    value = getattr(settled(qos), _FIELDS[policy])
+    match policy:
+        case "reliability" | "durability":
+            return str(value)
+        case "liveliness":
+            return f"liveliness {value}"
+        case _:
+            what = "deadline" if policy == "deadline" else "lease"
+            return f"a {what} of {value:g} s" if value else f"no {what}"
+
+
+def _seconds(time: float) -> float:
+    return time or math.inf
+
+
+def _value(key: str, value: Any, text: str) -> Any:
+    if key in _CHOICES:
+        if value not in _CHOICES[key]:
+            near = did_you_mean(value, _CHOICES[key]) if isinstance(value, str) else ""
+            raise TopicError(f"QoS {key} cannot be {value!r}", text, near, listing(_CHOICES[key]))
+        return value
+    if key == "depth":
+        return _depth(value, "QoS depth", text)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
+        raise TopicError(f"QoS {key} cannot be {value!r}", text, "legal: seconds, 0 for unlimited")
+    return float(value)
+
+
+def _depth(value: Any, what: str, written: object) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= _MAX_DEPTH:
+        raise TopicError(f"{what} cannot be {value!r}", written, f"legal: a whole number from 0 to {_MAX_DEPTH}")
+    return value

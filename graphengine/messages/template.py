@@ -1,0 +1,206 @@
+"""Messages of one size by patching: the bytes of one message, in which only numbers are written anew.
+
+A topic's messages mostly differ in their numbers alone: frame ids stay, a tree has as many transforms as before, a picture as
+many pixels. Then a few packs into kept bytes take the place of the encoder, and large arrays, which lie between pieces of these
+bytes, are copied once: into the message.
+"""
+
+from __future__ import annotations
+
+import struct
+from bisect import bisect
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from rosbags.interfaces import Nodetype
+
+from graphengine.messages import messages
+from graphengine.messages.definitions import DEFINITIONS, Definitions
+from graphengine.messages.interfaces import SCALARS
+
+_CODES = {kind: code.removeprefix("<") for kind, code in SCALARS.items()}
+
+MAX_PATCHED = 1024
+"""Bytes of an array up to which patching it, and so copying it twice, costs less than joining pieces around it."""
+
+_HEADER = 4
+"""Bytes of CDR encapsulation in front of the body, from which alignment counts."""
+
+
+class _NoTemplateError(Exception):
+    """A message has parts whose size may change."""
+
+
+class Template:
+    """The bytes of a message, to be patched with the numbers of others like it.
+
+    Args:
+        message: whose texts and lengths the others must share.
+        definitions: where its type is known.
+    """
+
+    def __init__(self, message: Any, definitions: Definitions = DEFINITIONS) -> None:
+        self._definitions = definitions
+        self._offset = _HEADER
+        self._numbers: list[tuple[int, str, str]] = []
+        """Offset, struct code and expression of each number."""
+        self._constants: list[tuple[str, Any]] = []
+        self._arrays: list[tuple[int, int, str]] = []
+        """Begin, end and expression of each array."""
+        self._walk(message, messages.message_type(message), "m")
+        self.encode = self._compile(messages.encode(message, definitions))
+        """The bytes of a message; None for one that differs in more than numbers. Raises what wrong types in fields raise."""
+
+    @staticmethod
+    def of(message: Any, definitions: Definitions = DEFINITIONS) -> Template | None:
+        """A template of a message; None for one with parts that grow."""
+        try:
+            template = Template(message, definitions)
+        except _NoTemplateError:
+            return None
+        return template if template.encode(message) == messages.encode(message, definitions) else None
+
+    def _align(self, size: int) -> None:
+        self._offset += -(self._offset - _HEADER) % size
+
+    def _walk(self, message: Any, message_type: str, path: str) -> None:
+        for name, (kind, detail) in self._definitions.fields(message_type):
+            value, place = getattr(message, name), f"{path}.{name}"
+            if kind == Nodetype.BASE:
+                self._base(value, detail[0], place)
+            elif kind == Nodetype.NAME:
+                self._walk(value, detail, place)
+            elif kind == Nodetype.ARRAY and detail[0][0] == Nodetype.BASE:
+                self._array(value, detail[0][1][0], place)
+            elif kind == Nodetype.SEQUENCE and detail[0][0] == Nodetype.NAME:
+                self._align(4)
+                self._offset += 4
+                self._constants.append((f"len({place})", len(value)))
+                for index, item in enumerate(value):
+                    self._walk(item, detail[0][1], f"{place}[{index}]")
+            elif kind == Nodetype.SEQUENCE:
+                self._sequence(value, detail[0][1][0], place)
+            else:
+                raise _NoTemplateError(place)
+
+    def _base(self, value: Any, kind: str, place: str) -> None:
+        if kind == "string":
+            self._align(4)
+            self._offset += 4 + len(value.encode()) + 1
+            self._constants.append((place, value))
+            return
+        code = _CODES.get(kind)
+        if code is None:
+            raise _NoTemplateError(place)
+        size = struct.calcsize(code)
+        self._align(size)
+        self._numbers.append((self._offset, code, place))
+        self._offset += size
+
+    def _sequence(self, value: Any, kind: str, place: str) -> None:
+        """Texts that stay, or numbers."""
+        self._align(4)
+        self._offset += 4
+        if kind == "string":
+            for text in value:
+                self._align(4)
+                self._offset += 4 + len(text.encode()) + 1
+            self._constants.append((place, list(value)))  # a copy: the list itself may be changed
+        else:
+            self._array(value, kind, place)
+
+    def _array(self, value: Any, kind: str, place: str) -> None:
+        """Numbers whose type and count stay."""
+        if not isinstance(value, np.ndarray) or kind not in _CODES:
+            raise _NoTemplateError(place)
+        self._constants += [(f"{place}.shape", value.shape), (f"{place}.dtype", value.dtype)]
+        if value.nbytes:
+            self._align(value.itemsize)
+            self._arrays.append((self._offset, self._offset + value.nbytes, place))
+            self._offset += value.nbytes
+
+    def _compile(self, data: bytes) -> Callable[[Any], bytes | None]:
+        """One comparison a constant, one pack a run of numbers without a gap, one copy an array.
+
+        Args:
+            data: the message's bytes, of which those around large arrays are kept.
+        """
+        runs = self._runs()
+        large = [(begin, end) for begin, end, _ in self._arrays if end - begin > MAX_PATCHED]
+        starts, ends = [0, *(end for _, end in large)], [*(begin for begin, _ in large), len(data)]
+        names: dict[str, Any] = {f"c{i}": value for i, (_, value) in enumerate(self._constants)}
+        names |= {f"p{i}": struct.Struct(code).pack_into for i, (_, code, _) in enumerate(runs)}
+        names |= {f"b{i}": bytearray(data[start:end]) for i, (start, end) in enumerate(zip(starts, ends, strict=True))}
+
+        def place_of(offset: int) -> tuple[str, int]:
+            piece = bisect(starts, offset) - 1
+            return f"b{piece}", offset - starts[piece]
+
+        lines, parts = [self._comparison()], ["b0"]
+        for index, (offset, _, values) in enumerate(runs):
+            piece, begin = place_of(offset)
+            lines.append(f"p{index}({piece}, {begin}, {', '.join(values)})")
+        for start, end, value in self._arrays:
+            if (start, end) in large:
+                parts += [value, place_of(end)[0]]
+            else:
+                piece, begin = place_of(start)
+                lines.append(f"{piece}[{begin}:{begin + end - start}] = {value}.data.cast('B')")
+        lines.append(f"return b''.join(({', '.join(parts)}))" if large else "return bytes(b0)")
+        head = f"def encode({', '.join(['m', *(f'{name}={name}' for name in names)])}):"
+        exec("\n    ".join([head, *lines]), names)  # our own text: names in it are fields of ROS's definitions
+        encode: Callable[[Any], bytes | None] = names["encode"]
+        return encode
+
+    def _comparison(self) -> str:
+        """Leave the function for a message that does not share the constants; types of arrays are the same object."""
+        operators = ["is not" if isinstance(value, np.dtype) else "!=" for _, value in self._constants]
+        different = [f"{place} {operators[i]} c{i}" for i, (place, _) in enumerate(self._constants)]
+        return f"if {' or '.join(different)}: return None" if different else ""
+
+    def _runs(self) -> list[tuple[int, str, list[str]]]:
+        """Numbers that lie next to each other, to be packed together."""
+        runs: list[tuple[int, str, list[str]]] = []
+        end = -1
+        for offset, code, place in self._numbers:
+            if offset == end:
+                first, codes, places = runs[-1]
+                runs[-1] = (first, codes + code, [*places, place])
+            else:
+                runs.append((offset, f"<{code}", [place]))
+            end = offset + struct.calcsize(code)
+        return runs
+
+
+class Encoder:
+    """Encodes one topic's messages: by a template as long as they are alike, else by the general way."""
+
+    PATIENCE = 8
+    """How many templates are made before the topic's messages count as too different."""
+
+    def __init__(self, definitions: Definitions = DEFINITIONS) -> None:
+        self._definitions = definitions
+        self._template: Template | None = None
+        self._left = self.PATIENCE
+
+    def encode(self, message: Any) -> bytes:
+        """One CDR message.
+
+        Raises:
+            MessageError: a field does not have the type that the definition says.
+        """
+        if self._template is not None:
+            try:
+                data = self._template.encode(message)
+            except (AttributeError, IndexError, OverflowError, TypeError, ValueError, struct.error):
+                data = None  # the general way tells what is wrong
+            if data is not None:
+                return data
+        data = messages.encode(message, self._definitions)
+        if self._left:
+            self._left -= 1
+            self._template = Template.of(message, self._definitions)
+            if self._template is None:
+                self._left = 0
+        return data

@@ -1,0 +1,10 @@
+"""What the author of a node needs: the class, its ports, and what a node may ask of its context; `types` are those of ports."""
+
+from __future__ import annotations
+
+from graphengine.node.context import Clock, Context, Keyboard, Mailbox, PrimAttribute, Prims, RobotDescription, Variable
+from graphengine.node.node_class import Fire, Node, Numbered, Pushes, node
+from graphengine.node.port import ExecIn, ExecOut, In, Out, State
+
+__all__ = ["Node", "ExecIn", "ExecOut", "In", "Out", "State", "node", "Fire", "Pushes", "Numbered"]
+__all__ += ["Context", "Clock", "Variable", "Mailbox", "Keyboard", "Prims", "PrimAttribute", "RobotDescription"]

@@ -1,0 +1,119 @@
+"""Keys that are held down while a tick runs, by OmniGraph's names."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from graphengine.format.errors import UsageError
+from graphengine.format.wording import did_you_mean, listing
+
+LETTERS = tuple("ABCDEFGHIJKLMNOPQRSTUVWXYZ")
+_PUNCTUATION = {
+    "'": "Apostrophe",
+    "\\": "Backslash",
+    ",": "Comma",
+    "=": "Equal",
+    "`": "GraveAccent",
+    "[": "LeftBracket",
+}
+_PUNCTUATION |= {"-": "Minus", ".": "Period", "]": "RightBracket", ";": "Semicolon", "/": "Slash", " ": "Space"}
+_CONTROLS = {"\t": "Tab", "\r": "Enter", "\n": "Enter", "\x7f": "Backspace", "\x1b": "Escape"}
+_ARROWS = {"up": "Up", "down": "Down", "left": "Left", "right": "Right"}
+MODIFIERS = {
+    "shift": ("LeftShift", "RightShift"),
+    "alt": ("LeftAlt", "RightAlt"),
+    "ctrl": ("LeftControl", "RightControl"),
+}
+KEYS = (
+    *LETTERS,
+    *["Apostrophe", "Backslash", "Backspace", "CapsLock", "Comma", "Del", "Down", "End", "Enter", "Equal", "Escape"],
+    *["F1", "F10", "F11", "F12", "F2", "F3", "F4", "F5", "F6", "F7", "F8", "F9", "GraveAccent", "Home", "Insert"],
+    *(f"Key{digit}" for digit in range(10)),
+    *["Left", "LeftAlt", "LeftBracket", "LeftControl", "LeftShift", "LeftSuper", "Menu", "Minus", "NumLock"],
+    *(f"Numpad{digit}" for digit in range(10)),
+    *["NumpadAdd", "NumpadDel", "NumpadDivide", "NumpadEnter", "NumpadEqual", "NumpadMultiply", "NumpadSubtract"],
+    *[
+        "PageDown",
+        "PageUp",
+        "Pause",
+        "Period",
+        "PrintScreen",
+        "Right",
+        "RightAlt",
+        "RightBracket",
+        "RightControl",
+        "RightShift",
+        "RightSuper",
+    ],
+    *["ScrollLock", "Semicolon", "Slash", "Space", "Tab", "Up"],
+)
+"""Every key there is, in OmniGraph's order."""
+
+
+class HeldKeys:
+    """What is held down: in the tick that runs, and in the one before it."""
+
+    def __init__(self) -> None:
+        self.asked = False
+        """Whether a node asked for it."""
+        self.held: frozenset[str] = frozenset()
+        self.before: frozenset[str] = frozenset()
+        self._down: set[str] = set()
+        self._tapped: set[str] = set()
+
+    def press(self, keys: Collection[str]) -> None:
+        """Hold keys down from the next tick on.
+
+        Raises:
+            UsageError: there is no such key.
+        """
+        _expect(keys)
+        self._down.update(keys)
+
+    def release(self, keys: Collection[str]) -> None:
+        """Let go of keys; one that was pressed since the last tick is down for one tick.
+
+        Raises:
+            UsageError: there is no such key.
+        """
+        _expect(keys)
+        self._tapped.update(set(keys) & (self._down - self.held))
+        self._down.difference_update(keys)
+
+    def freeze(self) -> None:
+        """Begin a tick."""
+        self.before, self.held = self.held, frozenset(self._down | self._tapped)
+        self._tapped.clear()
+
+    def clear(self) -> None:
+        """Nothing has been held."""
+        self.before = self.held = frozenset()
+
+    def any_of(self, modifier: str) -> bool:
+        """Whether one of the keys of a modifier is held: `shift`, `alt` or `ctrl`."""
+        return any(key in self.held for key in MODIFIERS[modifier])
+
+
+def _expect(keys: Collection[str]) -> None:
+    for key in keys:
+        if key not in KEYS:
+            raise UsageError(f"no key {key!r}\n  {did_you_mean(key, KEYS) or listing(KEYS, 'keys')}")
+
+
+def keys_of(character: str) -> tuple[str, ...]:
+    """The keys that make a terminal send a character, or an arrow's name; none for what no key has a name for."""
+    if character in _ARROWS:
+        return (_ARROWS[character],)
+    if len(character) != 1:
+        return ()
+    if character in _CONTROLS:
+        return (_CONTROLS[character],)
+    if character.isascii() and character.isdigit():
+        return (f"Key{character}",)
+    if character in _PUNCTUATION:
+        return (_PUNCTUATION[character],)
+    if character.isascii() and character.isalpha():
+        return ("LeftShift", character) if character.isupper() else (character.upper(),)
+    if "\x01" <= character <= "\x1a":
+        return ("LeftControl", chr(ord(character) + 64))
+    return ()

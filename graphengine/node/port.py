@@ -1,0 +1,190 @@
+"""Ports of a node class: the markers that stand for them in its body, and what is known of each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
+
+from graphengine.node.types import ANY, EXECUTION, PortType, UnionType, coerce, first_that_takes, parse
+
+T = TypeVar("T")
+Side = Literal["inputs", "outputs", "state"]
+
+MISSING: Any = object()
+"""In the place of a default that was not given."""
+
+_TOLD = 20
+"""Of so many legal texts the first are told to who wrote another."""
+
+
+@dataclass(frozen=True, slots=True)
+class Port:
+    """One port of a node type, as OmniGraph names it and as Python does."""
+
+    field: str
+    name: str
+    side: Side
+    type: PortType | UnionType
+    default: Any = None
+    doc: str = ""
+    unit: str = ""
+    ge: float | None = None
+    gt: float | None = None
+    le: float | None = None
+    lt: float | None = None
+    tokens: tuple[str, ...] = ()
+    required: bool | str = False
+    """Whether a literal or a wire must be there; ports that share a word need one among them."""
+    setup: bool = False
+    control: bool = False
+    extension: bool = False
+    couple: str = ""
+    component: bool = False
+    element: bool = False
+    bound_in_setup: bool = False
+    mask: int = 0
+
+    @property
+    def is_exec(self) -> bool:
+        """Whether it carries execution rather than a value."""
+        return self.type == EXECUTION
+
+    @property
+    def constraint(self) -> str:
+        """Legal values in words, or the empty string."""
+        if self.tokens:
+            return "one of " + ", ".join(self.tokens)
+        signs = (("≥", self.ge), (">", self.gt), ("≤", self.le), ("<", self.lt))
+        return " and ".join(f"{sign} {bound:g}" for sign, bound in signs if bound is not None)
+
+    def check(self, value: Any) -> Any:
+        """A literal in the port's representation.
+
+        Raises:
+            TypeError: it is of another type.
+            ValueError: it is out of range.
+        """
+        if isinstance(self.type, UnionType):
+            return value
+        value = coerce(value, self.type)
+        if self.tokens and value not in self.tokens:
+            more = f", … ({len(self.tokens) - _TOLD} more)" if len(self.tokens) > _TOLD else ""
+            raise ValueError(f"expected one of {', '.join(self.tokens[:_TOLD])}{more}")
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            low_enough = (self.le is None or value <= self.le) and (self.lt is None or value < self.lt)
+            high_enough = (self.ge is None or value >= self.ge) and (self.gt is None or value > self.gt)
+            if math.isnan(value) or not (low_enough and high_enough):
+                raise ValueError(f"expected a value {self.constraint}" if self.constraint else "expected a number")
+        return value
+
+
+class Field:
+    """What stands behind a port's name in the class body until the class is made."""
+
+    def __init__(
+        self, side: Side, default: Any = MISSING, factory: Callable[[], Any] | None = None, **facts: Any
+    ) -> None:
+        self.side = side
+        self.default = default
+        self.factory = factory
+        self.facts = facts
+
+
+class ExecIn:
+    """An execution input. On an instance it says how often it fired in the running activation."""
+
+    def __init__(self, *, name: str = "", doc: str = "", control: bool = False) -> None:
+        self.name, self.doc, self.control = name, doc, control
+
+    if TYPE_CHECKING:
+
+        def __get__(self, instance: object, owner: type) -> int: ...
+
+        def __set__(self, instance: object, value: int) -> None: ...
+
+
+class ExecOut:
+    """An execution output. On an instance it is what `compute` returns or yields to fire it."""
+
+    def __init__(self, *, name: str = "", doc: str = "") -> None:
+        self.name, self.doc, self.control = name, doc, False
+
+    if TYPE_CHECKING:
+
+        def __get__(self, instance: object, owner: type) -> int: ...
+
+
+@overload
+def In(*, default: T, **facts: Any) -> T: ...
+@overload
+def In(**facts: Any) -> Any: ...
+def In(*, default: Any = MISSING, **facts: Any) -> Any:
+    """An input: a literal or a wire.
+
+    Args:
+        default: value when neither is given; without it the type's zero is used and the constructor demands the argument.
+        facts: `doc`, `unit`, `ge`, `gt`, `le`, `lt`, `tokens` (the legal texts), `name` (OmniGraph's name where it is not
+            the field's), `type` (OmniGraph's type where the annotation does not say it, such as a union), `required` (a
+            literal or a wire must be there; a word where one of several ports will do), `setup` (read in `setup`; when it
+            changes the node is set up again),
+            `extension` (not a port of the reference), `couple` and `component` (ports of union type with the same couple
+            resolve together; a component is one number of the tuple, an `element` one element of the array).
+    """
+    return Field("inputs", default, **facts)
+
+
+def Out(*, default: Any = MISSING, init: Literal[False] = False, **facts: Any) -> Any:
+    """An output; goes back to its default on stop. `facts` as for `In`."""
+    return Field("outputs", default, **facts)
+
+
+def State(*, default: Any = MISSING, factory: Callable[[], Any] | None = None, init: Literal[False] = False) -> Any:
+    """A value kept between computes; goes back to its default on stop. Without a default it holds what `setup` binds."""
+    return Field("state", default, factory)
+
+
+_ANNOTATIONS: dict[Any, PortType] = {bool: PortType("bool"), int: PortType("int64"), float: PortType("double")}
+_ANNOTATIONS |= {str: PortType("string"), Any: ANY}
+
+
+def camel_case(field: str) -> str:
+    """OmniGraph's spelling of a Python field: `linear_velocity` is `linearVelocity`."""
+    head, *tail = field.split("_")
+    return head + "".join(word[:1].upper() + word[1:] for word in tail)
+
+
+def value_port(owner: str, name: str, field: Field, hint: Any) -> Port:
+    """The port of a field that carries values; its annotation says the type where `type` does not."""
+    facts = dict(field.facts)
+    explicit = facts.pop("type", None)
+    port_type: PortType | UnionType | None = ANY if field.side == "state" else None
+    if explicit:
+        port_type = parse(explicit)
+    elif port_type is None:
+        extras = getattr(hint, "__metadata__", ())
+        port_type = next((extra for extra in extras if isinstance(extra, PortType | UnionType)), None)
+        if port_type is None:
+            port_type = _ANNOTATIONS.get(hint)
+    if port_type is None:
+        raise TypeError(
+            f"{owner}.{name}: no port type is known for {hint!r}; annotate it with one of graphengine.node.types"
+        )
+    ogn_name = facts.pop("name", "") or camel_case(name)
+    facts["tokens"] = tuple(facts.get("tokens", ()))
+    port = Port(name, ogn_name, field.side, port_type, **facts)
+    if field.default is MISSING:
+        zero = None if isinstance(port_type, UnionType) else port_type.zero
+        return replace(port, default=zero, bound_in_setup=field.side == "state" and field.factory is None)
+    if field.side == "state":
+        if getattr(field.default, "__hash__", None) is None:
+            kind = type(field.default).__name__
+            raise TypeError(f"{owner}.{name}: default {field.default!r} can be changed; give factory={kind}")
+        return replace(port, default=field.default)
+    try:
+        if isinstance(port_type, UnionType):
+            return replace(port, default=first_that_takes(field.default, port_type.alternatives)[1])
+        return replace(port, default=port.check(field.default))
+    except (TypeError, ValueError) as error:
+        raise TypeError(f"{owner}.{name}: default {field.default!r}: {error}") from None

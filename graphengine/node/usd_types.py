@@ -1,0 +1,85 @@
+"""USD's names for the types of prims and of their attributes, and OmniGraph's for the latter."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from graphengine.devices.stage import PHYSICS_SCENE, Prim, PrimKind
+from graphengine.format.errors import ContextError
+from graphengine.format.wording import did_you_mean, listing
+from graphengine.node.types import PortType
+
+USD_TYPES: Mapping[PrimKind, str] = MappingProxyType(
+    {
+        "scope": "Scope",
+        "robot": "Xform",
+        "link": "Xform",
+        "frame": "Xform",
+        "body": "Xform",
+        "sensor": "Xform",
+        "lidar": "OmniLidar",
+        "camera": "Camera",
+        "imu": "IsaacImuSensor",
+        "contact": "IsaacContactSensor",
+        "material": "Material",
+        "graph": "OmniGraph",
+    }
+)
+_JOINT_TYPES = {
+    "revolute": "PhysicsRevoluteJoint",
+    "continuous": "PhysicsRevoluteJoint",
+    "prismatic": "PhysicsPrismaticJoint",
+    "fixed": "PhysicsFixedJoint",
+}
+
+PORT_TYPES: Mapping[str, PortType] = MappingProxyType(
+    {
+        "bool": PortType("bool"),
+        "color3f": PortType("float", 3, role="color"),
+        "double3": PortType("double", 3),
+        "float": PortType("float"),
+        "float2": PortType("float", 2),
+        "quatd": PortType("double", 4, role="quat"),
+        "string": PortType("string"),
+        "vector3f": PortType("float", 3, role="vector"),
+    }
+)
+"""OmniGraph's types by those of USD, for all that attributes have."""
+
+_TYPES = {"xformOp:translate": "double3", "xformOp:orient": "quatd", "physics:mass": "float", "clippingRange": "float2"}
+_TYPES |= {"physics:gravityDirection": "vector3f", "physics:gravityMagnitude": "float"}
+_TYPES |= {"physics:staticFriction": "float", "physics:dynamicFriction": "float"}
+_TYPES |= {"inputs:intensity": "float", "inputs:color": "color3f"}
+_TYPES |= {"physics:jointEnabled": "bool", "isaac:namespace": "string", "isaac:nameOverride": "string"}
+for _motion in ("angular", "linear"):
+    _TYPES |= {f"state:{_motion}:physics:{what}": "float" for what in ("position", "velocity")}
+    _TYPES |= {f"drive:{_motion}:physics:{what}": "float" for what in ("targetPosition", "targetVelocity")}
+
+
+def type_of_attribute(name: str) -> PortType:
+    """OmniGraph's type of an attribute by its name, which is the same on every prim.
+
+    Raises:
+        ContextError: no prim has one of that name.
+    """
+    if name not in _TYPES:
+        near = did_you_mean(name, _TYPES) or listing(_TYPES, "attributes")
+        raise ContextError(f"no prim has an attribute {name!r}", name, near)
+    return PORT_TYPES[_TYPES[name]]
+
+
+def usd_type(prim: Prim) -> str:
+    """The name of a prim's type."""
+    if is_physics_scene(prim):
+        return "PhysicsScene"
+    if prim.kind == "light":
+        return "DistantLight" if prim.facts.get("directional") else "SphereLight"
+    if prim.kind == "joint":
+        return _JOINT_TYPES.get(prim.facts.get("type", ""), "PhysicsJoint")
+    return USD_TYPES[prim.kind]
+
+
+def is_physics_scene(prim: Prim) -> bool:
+    """Whether it stands for the physics of the whole scene."""
+    return prim.path == PHYSICS_SCENE and prim.kind == "scope"

@@ -1,0 +1,124 @@
+"""A description as MuJoCo should read it: meshes it can decode, colours that count, inertias it accepts, nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from graphengine.format.diagnostics import Findings
+from graphengine.physics.description.inertia import inertials
+from graphengine.physics.description.urdf import Link, Urdf, shape_of
+from graphengine.physics.files.references import Library, MeshFile
+from graphengine.physics.files.xml import Element, numbers
+
+_COMPILER = {"fusestatic": "false", "discardvisual": "false", "strippath": "true"}
+"""Against MuJoCo's defaults for URDF, by which fixed links and visuals vanish."""
+_PASSED_ON = ("balanceinertia", "boundmass", "boundinertia", "inertiafromgeom")
+"""Settings of a description's own <mujoco><compiler> that MuJoCo is told of."""
+_JOINT_PARTS = ("origin", "parent", "child", "axis", "limit", "dynamics")
+
+
+def for_mujoco(urdf: Urdf, name: str, library: Library, findings: Findings, *, free: bool) -> Element:
+    """The description in MuJoCo's dialect of URDF.
+
+    Args:
+        urdf: which stays as it is.
+        name: of the robot.
+        free: whether its root link moves.
+        library: reads the meshes and keeps them.
+        findings: takes meshes that are missing or cannot be read, and notes on what was changed.
+    """
+    compiler = Element("compiler", dict(_COMPILER), urdf.element.span)
+    for settings in urdf.element.all("mujoco"):
+        own = settings.first("compiler")
+        compiler.attributes |= {key: own.get(key) for key in _PASSED_ON if own is not None and key in own.attributes}
+    root = Element("robot", {"name": name}, urdf.element.span)
+    root.children.append(Element("mujoco", {}, urdf.element.span, [compiler]))
+    colours, masses = _colours(urdf), inertials(urdf, free=free, findings=findings)
+    files = library.meshes(list(_meshes(urdf)), urdf.packages)
+    for link in urdf.links.values():
+        copied = Element("link", {"name": link.name}, link.element.span)
+        if link.name in masses:
+            copied.children.append(_copy(masses[link.name]))
+        copied.children += _geoms(link, files, colours, findings)
+        root.children.append(copied)
+    root.children += [_copy(joint.element, _JOINT_PARTS) for joint in urdf.joints.values()]
+    return root
+
+
+def _copy(element: Element, parts: tuple[str, ...] = ()) -> Element:
+    """A copy, with only the named children where any are named."""
+    children = [_copy(child) for child in element.children if not parts or child.tag in parts]
+    return Element(element.tag, dict(element.attributes), element.span, children)
+
+
+def _parts(link: Link) -> Iterator[tuple[int, Element, Element | None]]:
+    """The colliders and visuals of a link, each with its number and its shape."""
+    for index, part in enumerate(link.element.children):
+        if part.tag in ("collision", "visual"):
+            yield index, part, shape_of(part)
+
+
+def _meshes(urdf: Urdf) -> Iterator[tuple[Element, bool]]:
+    """The meshes of a robot, and whether each is a visual."""
+    for link in urdf.links.values():
+        for _, part, shape in _parts(link):
+            if shape is not None and shape.tag == "mesh":
+                yield shape, part.tag == "visual"
+
+
+def _geoms(
+    link: Link, files: Mapping[Element, Sequence[MeshFile]], colours: Mapping[str, str], findings: Findings
+) -> Iterator[Element]:
+    """The colliders and visuals of a link as MuJoCo wants them, one as often as its mesh has colours."""
+    for index, part, shape in _parts(link):
+        meant: Sequence[MeshFile | None] = (None,)
+        if shape is not None and shape.tag == "mesh":
+            meant = files.get(shape, ())
+        elif shape is not None and _is_nothing(shape):
+            findings.add("N103", "a shape without size is left out", shape.span)
+            continue
+        for number, file in enumerate(meant):
+            geom = _geom(part, shape, file, colours)
+            geom.attributes["name"] = f"{link.name}.{index}.{number}"
+            yield geom
+
+
+def _is_nothing(shape: Element) -> bool:
+    """Whether a primitive is a point, a line or flat, which some descriptions have as a placeholder."""
+    sizes = " ".join(shape.get(key, "1") for key in ("size", "radius", "length"))
+    return 0.0 in (numbers(sizes, len(sizes.split())) or ())
+
+
+def _geom(part: Element, shape: Element | None, file: MeshFile | None, colours: Mapping[str, str]) -> Element:
+    copied = Element(part.tag, {}, part.span, [_copy(origin) for origin in part.all("origin")])
+    if shape is not None:
+        geometry = Element(shape.tag, dict(shape.attributes), shape.span)
+        if file is not None:
+            geometry.attributes["filename"] = file.key
+        copied.children.append(Element("geometry", {}, shape.span, [geometry]))
+    material = part.first("material")
+    colour = _own_colour(material) or colours.get(material.get("name"), "") if material is not None else ""
+    if not colour and file is not None and file.colour is not None:
+        colour = " ".join(map(repr, file.colour))
+    if colour:
+        # MuJoCo keeps the first of two materials of one name, so the colour is the name.
+        span = material.span if material is not None else part.span
+        element = Element("material", {"name": colour}, span, [Element("color", {"rgba": colour}, span)])
+        copied.children.append(element)
+    return copied
+
+
+def _own_colour(material: Element) -> str:
+    colour = material.first("color")
+    return colour.get("rgba") if colour is not None else ""
+
+
+def _colours(urdf: Urdf) -> dict[str, str]:
+    """Colours by name of material, wherever in the file they are given; those of the robot count before those of visuals."""
+    root = urdf.element
+    materials = [*root.all("material"), *(element for element in root.walk() if element.tag == "material")]
+    found: dict[str, str] = {}
+    for material in materials:
+        if colour := _own_colour(material):
+            found.setdefault(material.get("name"), colour)
+    return found

@@ -1,0 +1,86 @@
+"""A MuJoCo model that a scene uses as it is: one body with all that hangs on it, of which the stage knows the topmost.
+
+Its joints and actuators are MuJoCo's alone; for graphs that command or read joints there are URDF and robot files.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from graphengine.format.diagnostics import Findings, Span
+from graphengine.format.wording import listing
+from graphengine.physics.description.bare import is_text, with_robot_file
+from graphengine.physics.description.reader import read_urdf
+from graphengine.physics.description.robot_file import RobotFile
+from graphengine.physics.description.urdf import Urdf
+from graphengine.physics.engine import REFUSALS, mujoco
+from graphengine.physics.files.packages import Packages
+from graphengine.physics.files.references import Library
+from graphengine.physics.files.xml import Element, mujoco_says, place_of, write
+
+SUFFIX = ".xml"
+
+
+def is_mjcf(use: str) -> bool:
+    """Whether what a scene names is a MuJoCo model: a file, or a text."""
+    if is_text(use):
+        robot, model = (use.find(f"<{tag}") for tag in ("robot", "mujoco"))
+        return model >= 0 and not 0 <= robot < model
+    return Path(use).suffix == SUFFIX
+
+
+def read_mjcf(use: str, path: Path, library: Library) -> tuple[RobotFile, Urdf, mujoco.MjSpec] | None:
+    """A model, and the robot file and the description of one link that stand for it; what is wrong is told to the library.
+
+    Args:
+        use: its text, or else its name.
+        path: of its file; a text goes by this name, and its references begin in that folder.
+        library: reads what it refers to.
+    """
+    findings = library.findings
+    root = library.world(path, use if is_text(use) else None)
+    if root is None:
+        return None
+    spec, _ = parse(root, library)
+    body = _only_body(spec, root.span, findings) if spec is not None else None
+    if spec is None or body is None:
+        return None
+    link = Element("robot", {"name": body.name}, root.span, [Element("link", {"name": body.name}, root.span)])
+    urdf = read_urdf(link, Packages(path.parent, (), library.files), findings)
+    bare = with_robot_file(urdf, path, findings)
+    return (*bare, spec) if bare is not None else None
+
+
+def parse(root: Element, library: Library, code: str = "S102") -> tuple[mujoco.MjSpec | None, list[Span]]:
+    """The model that MuJoCo reads from MJCF or URDF, all bodies named, and where each line that it was given comes from.
+
+    Args:
+        root: as the library gives it, or as `for_mujoco` makes it.
+        library: has the files that it refers to; its findings take an error if MuJoCo refuses the model.
+        code: of that error.
+    """
+    text, lines = write(root)
+    try:
+        spec = mujoco.MjSpec.from_string(text, include=library.models, assets=library.assets)
+    except REFUSALS as error:
+        message, _, line = mujoco_says(error)
+        library.findings.add(code, f"MuJoCo: {message}", place_of(lines, line))
+        return None, lines
+    for index, body in enumerate(spec.bodies):
+        if not body.name:
+            body.name = f"body_{index}"
+    return spec, lines
+
+
+def _only_body(spec: mujoco.MjSpec, span: Span, findings: Findings) -> mujoco.MjsBody | None:
+    """The one body of a model; what belongs to a world of its own is taken away."""
+    world = spec.worldbody
+    for alone in (*list(world.lights), *list(world.cameras), *list(spec.keys)):
+        spec.delete(alone)
+    bodies = list(world.bodies)
+    if len(bodies) != 1 or list(world.geoms):
+        text = "what is put into a world is one body, with its geoms in it"
+        names = [body.name for body in bodies] + [geom.name or "a geom of no body" for geom in world.geoms]
+        findings.add("S102", text, span, listing(names, "this has"))
+        return None
+    return bodies[0]

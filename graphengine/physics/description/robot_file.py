@@ -1,0 +1,90 @@
+"""Robot files and what they extend: one merged spec that still knows which file says what."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from graphengine.format.diagnostics import Findings, Span
+from graphengine.format.document import Document
+from graphengine.format.files import Files, NotFoundError
+from graphengine.format.spec import RobotSpec
+from graphengine.format.spec_reader import Loaded, read, validate
+
+MAX_CHAIN = 10
+_ALTERNATIVES = (("drive", "usd_drive"), ("rpy_deg", "quaternion_xyzw"))
+"""Keys that stand for the same thing: writing one replaces the other of an extended file."""
+
+
+class RobotFile:
+    """A robot file, merged with the files that it extends.
+
+    Attributes:
+        spec: what they say together.
+        chain: the file itself, then the file it extends, and so on.
+    """
+
+    __slots__ = ("chain", "spec")
+
+    def __init__(self, spec: RobotSpec, chain: tuple[Loaded[RobotSpec], ...]) -> None:
+        self.spec = spec
+        self.chain = chain
+
+    def document(self, *location: str | int) -> Document:
+        """The document that a value at a location comes from; the file's own if none has it."""
+        holders = (loaded.document for loaded in self.chain if loaded.document.find(*location) is not None)
+        return next(holders, self.chain[0].document)
+
+    def span(self, *location: str | int) -> Span:
+        """Place of a value."""
+        return self.document(*location).span(*location)
+
+    def key_span(self, *location: str | int) -> Span:
+        """Place of the key that leads to a value."""
+        return self.document(*location).key_span(*location)
+
+    def folder(self, *location: str | int) -> Path:
+        """Where a relative path at a location begins."""
+        return self.document(*location).path.parent
+
+
+def read_robot(path: Path, files: Files, findings: Findings) -> RobotFile | None:
+    """Read a robot file and what it extends; what is wrong goes to `findings`."""
+    chain: list[Loaded[RobotSpec]] = []
+    paths = [path]
+    while True:
+        loaded = read(RobotSpec, paths[-1], findings)
+        if loaded is None:
+            return None
+        chain.append(loaded)
+        if not loaded.spec.extends:
+            break
+        span = loaded.document.span("extends")
+        try:
+            paths.append(files.find(loaded.spec.extends, loaded.folder))
+        except NotFoundError as error:
+            findings.add("S101", error.message, span, *error.help)
+            return None
+        if paths[-1].resolve() in [path.resolve() for path in paths[:-1]] or len(paths) > MAX_CHAIN:
+            way = " extends ".join(path.name for path in paths)
+            findings.add(
+                "S103", f"robot files in a ring: {way}" if len(paths) <= MAX_CHAIN else f"too long: {way}", span
+            )
+            return None
+    if len(chain) == 1:
+        return RobotFile(chain[0].spec, tuple(chain))
+    data: dict[str, Any] = {}
+    for loaded in reversed(chain):
+        data = _merge(data, loaded.document.data)
+    spec = validate(RobotSpec, chain[0].document, data, findings)
+    return RobotFile(spec, tuple(chain)) if spec is not None else None
+
+
+def _merge(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+    """Mappings merge key by key, everything else is replaced."""
+    replaced = {a for one, other in _ALTERNATIVES for a, b in ((one, other), (other, one)) if b in changes}
+    merged = {key: value for key, value in base.items() if key not in replaced}
+    for key, value in changes.items():
+        old = merged.get(key)
+        merged[key] = _merge(old, value) if isinstance(old, dict) and isinstance(value, dict) else value
+    return merged

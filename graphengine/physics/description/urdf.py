@@ -1,0 +1,171 @@
+"""URDF as plain data: links, joints and the tree they form."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from graphengine.devices.poses import NOWHERE
+from graphengine.devices.rotation import Pose, compose, from_rpy, rotate
+from graphengine.devices.sensor import Vector3
+from graphengine.physics.files.packages import Packages
+from graphengine.physics.files.xml import Element, numbers
+
+MOVING = ("revolute", "continuous", "prismatic")
+WORLD = "world"
+"""Name of a root link that stands for the world: what hangs on it is bolted down."""
+
+
+@dataclass(slots=True, eq=False)
+class Link:
+    """A link; mass in kg."""
+
+    name: str
+    element: Element
+    mass: float
+    carrier: Joint | None = None
+    """The joint that fastens it to its parent; None for the root."""
+    below: list[Joint] = field(default_factory=list)
+    """The joints that fasten its children, in order of the file."""
+
+    @property
+    def colliders(self) -> list[Element]:
+        """Its `collision` elements."""
+        return self.element.all("collision")
+
+    @property
+    def empty(self) -> bool:
+        """Whether it is a frame only."""
+        return not any(self.element.first(part) for part in ("inertial", "collision", "visual"))
+
+
+@dataclass(frozen=True, slots=True)
+class Mimic:
+    """What ties a joint to another: its position is `multiplier * leader + offset`, in rad or m."""
+
+    leader: str
+    multiplier: float
+    offset: float
+    element: Element
+
+
+@dataclass(slots=True, eq=False)
+class Joint:
+    """A joint. Its pose is that of the child link in the parent link while the joint is at zero."""
+
+    name: str
+    type: str
+    parent: str
+    child: str
+    pose: Pose
+    axis: Vector3
+    element: Element
+    mimic: Mimic | None = None
+
+    @property
+    def moves(self) -> bool:
+        """Whether it has a degree of freedom."""
+        return self.type in MOVING
+
+    @property
+    def limits(self) -> tuple[float, float] | None:
+        """Lowest and highest position, rad or m; None where there is none, and where they leave no range, as MuJoCo has it."""
+        limit = self.element.first("limit")
+        if limit is None or self.type == "continuous":
+            return None
+        lower, upper = (numbers(limit.get(end, "0"), 1) or (0.0,) for end in ("lower", "upper"))
+        return (lower[0], upper[0]) if lower[0] < upper[0] else None
+
+    @property
+    def effort(self) -> float | None:
+        """Limit of the effort, N m or N; one that is not above zero limits nothing, as in MuJoCo."""
+        limit = self.element.first("limit")
+        effort = numbers(limit.get("effort"), 1) if limit is not None else None
+        return effort[0] if effort and effort[0] > 0 else None
+
+    def put(self, position: Vector3) -> None:
+        """Give the joint another origin, m, in the element too."""
+        self.pose = (position, self.pose[1])
+        origin = self.element.first("origin")
+        if origin is None:
+            origin = Element("origin", {}, self.element.span)
+            self.element.children.insert(0, origin)
+        origin.attributes["xyz"] = " ".join(map(repr, position))
+
+
+@dataclass(slots=True, eq=False)
+class Urdf:
+    """A robot description whose links form one tree.
+
+    Attributes:
+        element: the whole of it, xacro expanded.
+        packages: where its meshes lie.
+        links: by name, in order of the file.
+        joints: by name, in order of the file.
+        root: the link that no joint carries.
+    """
+
+    element: Element
+    packages: Packages
+    links: dict[str, Link]
+    joints: dict[str, Joint]
+    root: str
+
+    @property
+    def mass(self) -> float:
+        """Of all links, kg."""
+        return sum(link.mass for link in self.links.values())
+
+    def depth_first(self, start: str = "") -> Iterator[Link]:
+        """A link, the root unless told, and all below it, parents first."""
+        pending = [self.links[start or self.root]]
+        while pending:
+            link = pending.pop()
+            yield link
+            pending.extend(self.links[joint.child] for joint in reversed(link.below))
+
+    def moving(self) -> list[Joint]:
+        """The joints with a degree of freedom, breadth first from the root: PhysX's order of an articulation."""
+        links = [self.links[self.root]]
+        for link in links:
+            links.extend(self.links[joint.child] for joint in link.below)
+        return [link.carrier for link in links if link.carrier is not None and link.carrier.moves]
+
+    def pose_in_root(self, link: str) -> Pose:
+        """Pose of a link in the root link, all joints at zero."""
+        pose, carrier = NOWHERE, self.links[link].carrier
+        while carrier is not None:
+            pose = compose(carrier.pose, pose)
+            carrier = self.links[carrier.parent].carrier
+        return pose
+
+    def wheel(self, joint: Joint) -> tuple[float, Vector3] | None:
+        """Radius (m) and centre in the root link of what rolls: a sphere, or a cylinder about the joint's axis."""
+        if joint.type != "continuous":
+            return None
+        for collider in self.links[joint.child].colliders:
+            shape, pose = shape_of(collider), origin_of(collider) or NOWHERE
+            radius = numbers(shape.get("radius"), 1) if shape is not None else None
+            if shape is None or radius is None:
+                continue
+            cosine = sum(a * b for a, b in zip(rotate(pose[1], (0.0, 0.0, 1.0)), joint.axis, strict=True))
+            if shape.tag == "sphere" or (shape.tag == "cylinder" and abs(cosine) > 0.99):
+                return radius[0], compose(self.pose_in_root(joint.child), pose)[0]
+        return None
+
+
+def shape_of(element: Element) -> Element | None:
+    """The `box`, `cylinder`, `sphere` or `mesh` of a collision or visual."""
+    geometry = element.first("geometry")
+    return geometry.children[0] if geometry is not None and geometry.children else None
+
+
+def origin_of(element: Element) -> Pose | None:
+    """The pose in an element's `origin`; None if it is not made of numbers."""
+    origin = element.first("origin")
+    if origin is None:
+        return NOWHERE
+    position, angles = numbers(origin.get("xyz", "0 0 0"), 3), numbers(origin.get("rpy", "0 0 0"), 3)
+    if position is None or angles is None:
+        return None
+    return (position[0], position[1], position[2]), from_rpy(*angles)

@@ -1,0 +1,203 @@
+"""The robots and objects of a simulation as wholes: where they are, how large, put elsewhere, pushed.
+
+An entity is a topmost body with all that hangs on it; that of a robot whose root link is the world has several.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from graphengine.devices.entity import Box, Entity, EntityKind, EntityState, Move, Overlap
+from graphengine.devices.poses import pose_of, vector
+from graphengine.devices.rotation import Pose, compose, relative, unrotate
+from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.stage import Prim
+from graphengine.format.errors import PhysicsError, UnknownEntityError, UsageError
+from graphengine.format.wording import did_you_mean, listing
+from graphengine.physics.dynamics.overlaps import overlaps, touching
+from graphengine.physics.engine import mujoco
+from graphengine.physics.model.extents import extents
+
+if TYPE_CHECKING:
+    from graphengine.physics.simulation import Simulation
+
+MOST = 1e6
+"""Of every number that comes from outside, in SI units: a thousand kilometres, a hundred tons' weight."""
+REST: Vector3 = (0.0, 0.0, 0.0)
+
+
+class Entities:
+    """What stands in a simulation.
+
+    Args:
+        simulation: its present model and state are asked for each time.
+    """
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._simulation = simulation
+
+    def all(self) -> list[Entity]:
+        """Robots in the order of the stage, then the world's own bodies."""
+        return [
+            Entity(name, prim.path, self._kind(prim), bool(prim.facts.get("spawned")))
+            for name, prim in self._prims().items()
+        ]
+
+    def _prims(self) -> dict[str, Prim]:
+        stage = self._simulation.stage
+        prims = {robot.entity_name: robot for robot in stage.prims("robot")}
+        world = stage.root.children.get("World")
+        for prim in world.children.values() if world is not None else ():
+            if prim.kind != "robot" and prim.body is not None:
+                prims[prim.name if prim.name not in prims else f"World/{prim.name}"] = prim
+        return prims
+
+    def _find(self, name: str) -> Prim:
+        prims = self._prims()
+        prim = prims.get(name) or next((prim for prim in prims.values() if prim.path == name), None)
+        if prim is None:
+            near = did_you_mean(name, prims) or listing(prims, "entities")
+            raise UnknownEntityError(f"no entity {name!r}\n  {near}")
+        return prim
+
+    def roots(self, prim: Prim) -> list[int]:
+        """Numbers of the topmost bodies of an entity's prim."""
+        model = self._simulation.model
+        if prim.body is not None:
+            return [int(model.body_rootid[model.body(prim.body).id])]
+        topmost = np.flatnonzero(model.body_parentid == 0)[1:].tolist()
+        return [body for body in topmost if model.body(body).name.startswith(f"{prim.entity_name}/")]
+
+    def _only_root(self, name: str, prim: Prim) -> int:
+        """The body that the whole entity hangs on."""
+        if prim.body is None:
+            raise UsageError(f"{name} cannot be moved: its root link is the world itself")
+        return self.roots(prim)[0]
+
+    def _kind(self, prim: Prim) -> EntityKind:
+        if prim.facts.get("joints") or prim.facts.get("mounts"):
+            return "robot"
+        model, roots = self._simulation.model, self.roots(prim)
+        own = np.isin(model.body_rootid, roots)
+        moves = model.body_weldid[own].any() or (model.body_mocapid[own] >= 0).any()
+        return "object" if moves else "static"
+
+    def state(self, name: str) -> EntityState:
+        """Where an entity is, and how it moves."""
+        simulation, prim = self._simulation, self._find(name)
+        handle = simulation.body(prim)
+        acceleration = np.zeros(6)
+        model, data = simulation.model, simulation.forces.now()
+        mujoco.mj_objectAcceleration(model, data, mujoco.mjtObj.mjOBJ_XBODY, handle.body, acceleration, 0)
+        acceleration[3:] -= data.cacc[0, 3:]  # MuJoCo lets the world accelerate upwards in the place of gravity
+        angular, linear = np.split(acceleration, 2)
+        return EntityState(*handle.pose(), *handle.velocity(), vector(linear), vector(angular))
+
+    def bounds(self, name: str, *, own: bool = False) -> Box | None:
+        """The box around an entity's geometry, along the world's axes or its own."""
+        model, data, prim = self._simulation.model, self._simulation.data, self._find(name)
+        geoms = np.flatnonzero(np.isin(model.body_rootid[model.geom_bodyid], self.roots(prim)))
+        if own:
+            body = self._simulation.body(prim).body
+            found = extents(model, data, geoms, data.xpos[body], data.xmat[body].reshape(3, 3))
+        else:
+            found = extents(model, data, geoms)
+        return Box(vector(found[0]), vector(found[1])) if found is not None else None
+
+    def overlaps(self, name: str) -> list[Overlap]:
+        """What an entity is stuck in, deepest first."""
+        simulation, owners = self._simulation, self._owners()
+        found = overlaps(simulation.model, simulation.data, self.roots(self._find(name)))
+        return [self._overlap(geom, depth, owners) for geom, depth in found.items()]
+
+    def touching(self) -> dict[str, Overlap]:
+        """What each entity touches deepest, if it touches anything but what carries it."""
+        owners = self._owners()
+        found = touching(self._simulation.model, self._simulation.data, owners)
+        return {name: self._overlap(geom, depth, owners) for name, (depth, geom) in found.items()}
+
+    def _owners(self) -> dict[int, str]:
+        """Names of entities by their topmost bodies."""
+        return {root: name for name, prim in self._prims().items() for root in self.roots(prim)}
+
+    def _overlap(self, geom: int, depth: float, owners: Mapping[int, str]) -> Overlap:
+        model = self._simulation.model
+        owner = owners.get(int(model.body_rootid[model.geom_bodyid[geom]]))
+        return Overlap(owner or model.geom(geom).name or "the world", depth)
+
+    def place(self, name: str, move: Move) -> None:
+        """Put an entity elsewhere; see `backend.Entities`."""
+        prim = self._find(name)
+        linear, angular = move.linear or REST, move.angular or REST
+        now = self._simulation.body(prim).pose()
+        velocity = (*linear, *angular)
+        for what, values in (("position", move.position), ("orientation", move.orientation), ("velocity", velocity)):
+            _check(name, what, values or ())
+        turned = _unit(name, move.orientation) if move.orientation is not None else now[1]
+        pose = move.position or now[0], turned
+        root, model, data = self._only_root(name, prim), self._simulation.model, self._simulation.data
+        there = compose(pose, relative(now, pose_of(data.xpos[root], data.xquat[root])))
+        bolted, joint = model.body_jntnum[root] == 0, int(model.body_jntadr[root])
+        if bolted and any((*linear, *angular)):
+            raise UsageError(f"{name} is bolted to the world: it can be put elsewhere, but has no velocity")
+        if not bolted and model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_FREE:
+            named = model.joint(joint).name
+            raise UsageError(f"{name} cannot be put elsewhere: it hangs on joint {named!r} of the world")
+        try:
+            if bolted:
+                self._simulation.move_mount(root, there)
+            else:
+                arm = np.subtract(there[0], pose[0])
+                self._throw(root, there, np.add(linear, np.cross(angular, arm)).tolist(), angular)
+        except PhysicsError as error:
+            raise UsageError(f"{name} cannot be there: {error}") from error
+
+    def _throw(self, body: int, pose: Pose, linear: Iterable[float], angular: Vector3) -> None:
+        """Give a free body another pose and velocity."""
+        model, data = self._simulation.model, self._simulation.data
+        joint = int(model.body_jntadr[body])
+        coordinates = slice(model.jnt_qposadr[joint], model.jnt_qposadr[joint] + 7)
+        freedoms = slice(model.jnt_dofadr[joint], model.jnt_dofadr[joint] + 6)
+        self._simulation.let_go(body)
+        before = data.qpos[coordinates].copy(), data.qvel[freedoms].copy()
+        position, (x, y, z, w) = pose
+        data.qpos[coordinates] = (*position, w, x, y, z)
+        data.qvel[freedoms] = (*linear, *unrotate(pose[1], angular))  # MuJoCo's turn is in the body's frame
+        try:
+            self._simulation.refresh()
+        except PhysicsError:
+            data.qpos[coordinates], data.qvel[freedoms] = before
+            self._simulation.refresh()
+            raise
+
+    def push(self, name: str, force: Vector3, duration: float, point: Vector3 | None = None) -> None:
+        """Let a force act on an entity; see `backend.Entities`."""
+        prim = self._find(name)
+        for what, values in (("force", force), ("duration", (duration,)), ("point", point or ())):
+            _check(name, what, values)
+        if duration <= 0.0:
+            raise UsageError(f"{name}: a push lasts longer than {duration:g} s")
+        root, model = self._only_root(name, prim), self._simulation.model
+        if model.body_jntnum[root] == 0:
+            raise UsageError(f"{name} cannot be pushed: it is bolted to the world")
+        self._simulation.pushes.add(model.body(root).name, force, duration, point)
+        self._simulation.refresh()  # which wakes what sleeps
+
+
+def _check(name: str, what: str, values: Iterable[float]) -> None:
+    """Refuse what cannot be meant."""
+    for value in values:
+        if not abs(value) <= MOST:
+            raise UsageError(f"{name}: no {what} is {value:g}; legal is up to {MOST:g}")
+
+
+def _unit(name: str, orientation: Quaternion) -> Quaternion:
+    length = math.hypot(*orientation)
+    if length < 1e-6:
+        raise UsageError(f"{name}: the orientation (0, 0, 0, 0) is none; (0, 0, 0, 1) is upright")
+    x, y, z, w = (value / length for value in orientation)
+    return x, y, z, w

@@ -1,0 +1,244 @@
+"""What nodes hold of the physics: poses and velocities of prims, and the joints of a robot.
+
+A handle keeps ids and views into MuJoCo's arrays, which stay valid as long as the model does; `bind` finds them, again after
+the model was compiled anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.devices.backend import select_joints
+from graphengine.devices.poses import NOWHERE, carrier
+from graphengine.devices.rotation import multiply, rotate
+from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.stage import Prim
+from graphengine.format.errors import BadValueError
+from graphengine.physics.dynamics.command_limits import Kind, command_limits
+from graphengine.physics.engine import mujoco
+from graphengine.physics.model.drives import Drive, position_servo, servos, velocity_servo
+
+if TYPE_CHECKING:
+    from graphengine.physics.simulation import Simulation
+
+Floats = NDArray[np.float64]
+
+
+class Handle:
+    """A prim's place in a simulation."""
+
+    sees_steps: ClassVar[bool] = False
+    """Whether it is told of every physics step, by the methods below."""
+
+    def __init__(self, simulation: Simulation, prim: Prim) -> None:
+        self._simulation = simulation
+        self._prim = prim
+        self.bind()
+
+    @property
+    def prim_path(self) -> str:
+        """Path of the prim."""
+        return self._prim.path
+
+    def bind(self) -> None:
+        """Find ids and views in the simulation's present model."""
+        raise NotImplementedError
+
+    def reset(self) -> None:
+        """Forget what was seen since the start."""
+
+    def see_forces(self) -> None:
+        """Look at what acts in a step: contacts and their forces are known, bodies are where they were before it."""
+
+    def see_motion(self) -> None:
+        """Look at where the step led."""
+
+    def see_displacement(self) -> None:
+        """Take note that something was put elsewhere between two steps, which is no motion."""
+
+
+class CarriedPrim(Handle):
+    """A prim that moves with the body that carries it; with none, it stands still."""
+
+    def bind(self) -> None:
+        """Find the body, and where the prim is in it."""
+        model, data = self._simulation.model, self._simulation.data
+        name, pose = carrier(self._prim)
+        self.body = body = model.body(name).id if name is not None else 0
+        self._offset = pose if pose != NOWHERE else None
+        self._position, self._rotation = data.xpos[body], data.xquat[body]
+        # Velocities come about the centre of mass of the body's whole tree.
+        self._twist, self._centre = data.cvel[body], data.subtree_com[model.body_rootid[body]]
+
+    def pose(self) -> tuple[Vector3, Quaternion]:
+        """Position (m) and orientation in the world frame."""
+        x, y, z = self._position.tolist()
+        d, a, b, c = self._rotation.tolist()
+        if self._offset is None:
+            return (x, y, z), (a, b, c, d)
+        offset, turn = self._offset
+        u, v, w = rotate((a, b, c, d), offset)
+        return (x + u, y + v, z + w), multiply((a, b, c, d), turn)
+
+    def velocity(self) -> tuple[Vector3, Vector3]:
+        """Linear (m/s) and angular (rad/s) velocity of the prim's origin, in the world frame: v + w x r."""
+        a, b, c, u, v, w = self._twist.tolist()
+        x, y, z = self._position.tolist()
+        if self._offset is not None:
+            i, j, k = self._turned(self._offset[0])
+            x, y, z = x + i, y + j, z + k
+        p, q, r = self._centre.tolist()
+        x, y, z = x - p, y - q, z - r
+        return (u + b * z - c * y, v + c * x - a * z, w + a * y - b * x), (a, b, c)
+
+    def _turned(self, vector: Vector3) -> Vector3:
+        d, a, b, c = self._rotation.tolist()
+        return rotate((a, b, c, d), vector)
+
+
+class Joints(Handle):
+    """The moving joints of a robot prim."""
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names in the articulation's order, without the robot's prefix."""
+        names: tuple[str, ...] = self._prim.facts["joints"]
+        return names
+
+    def path(self, joint: int) -> str:
+        """The name of a joint in messages: its robot's path and its own name."""
+        return f"{self.prim_path}/{self.joint_names[joint]}"
+
+    @property
+    def prismatic(self) -> tuple[bool, ...]:
+        """For each joint, whether it slides."""
+        sliding: tuple[bool, ...] = self._prim.facts["prismatic"]
+        return sliding
+
+    def bind(self) -> None:
+        """Find the joints and the servos that drive them."""
+        model, data = self._simulation.model, self._simulation.data
+        robot = self._prim
+        drives: dict[str, Drive | None] = {
+            prim.facts["joint"]: prim.facts["drive"] for prim in robot.descendants() if prim.kind == "joint"
+        }
+        own = [drives[name] or Drive() for name in self.joint_names]
+        joints = [f"{robot.entity_name}/{name}" for name in self.joint_names]
+        ids = np.array([model.joint(joint).id for joint in joints], np.intp)
+        self._data = data
+        self._control = data.ctrl if model.nu else np.zeros(1)
+        self._qpos, self.dofs = model.jnt_qposadr[ids], model.jnt_dofadr[ids]
+        self._children = model.jnt_bodyid[ids]
+        self._trees = model.body_rootid[self._children]
+        self._stiffness, self._damping = np.array([(d.stiffness, d.damping) for d in own], float).reshape(-1, 2).T
+        self.limits = command_limits(model, robot, ids.tolist())
+        self._has_springs = bool(self._stiffness.any())
+        self.position_servos = servos(model, map(position_servo, joints), self._stiffness)
+        self.velocity_servos = servos(model, map(velocity_servo, joints), self._damping)
+
+    def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> SelectedJoints:
+        """Joints by name, else by index, else all.
+
+        Raises:
+            JointError: a name or index that the robot does not have.
+        """
+        return SelectedJoints(self._simulation, self, select_joints(self, names, indices))
+
+    def positions(self) -> Floats:
+        """Joint positions, rad or m; a fresh array."""
+        positions: Floats = self._data.qpos.take(self._qpos)
+        return positions
+
+    def velocities(self) -> Floats:
+        """Joint velocities, rad/s or m/s; a fresh array."""
+        velocities: Floats = self._data.qvel.take(self.dofs)
+        return velocities
+
+    def set_points(self) -> tuple[Floats, Floats]:
+        """Targets of position and velocity of each joint's drive; NaN where it has no such target. Fresh arrays."""
+        targets = np.append(self._simulation.set_points.targets, np.nan)  # the last is what servo -1 has
+        return targets[self.position_servos], targets[self.velocity_servos]
+
+    def efforts(self) -> Floats:
+        """What drives and commanded efforts exerted at the end of the last step, N m or N; a fresh array.
+
+        MuJoCo's own `actuator_force` belongs to the velocity before the step: under the discrete integrator 15 times the torque
+        that accelerates a robot.
+        """
+        force = self._damping * (self._control.take(self.velocity_servos) - self.velocities())
+        if self._has_springs:
+            force += self._stiffness * (self._control.take(self.position_servos) - self.positions())
+        efforts: Floats = force + self._data.qfrc_applied.take(self.dofs)
+        return efforts
+
+    def wrenches(self) -> tuple[Floats, Floats]:
+        """Forces (N) and torques (N m) with which each joint's parent link holds its child link, in the child's frame.
+
+        Each has the shape (joints, 3); torques are about the child link's origin. Fresh arrays. MuJoCo gives them in the world's
+        axes, torques about the centre of mass of the robot's whole tree.
+        """
+        data = self._simulation.forces.now()
+        torques, forces = np.hsplit(data.cfrc_int[self._children], 2)
+        torques = torques + np.cross(data.subtree_com[self._trees] - data.xpos[self._children], forces)
+        axes = data.xmat[self._children].reshape(-1, 3, 3)
+        return np.einsum("jik,ji->jk", axes, forces), np.einsum("jik,ji->jk", axes, torques)
+
+
+class SelectedJoints:
+    """Some joints of a robot, in the order they were asked for."""
+
+    __slots__ = ("_chosen", "_joints", "_simulation", "names")
+
+    def __init__(self, simulation: Simulation, joints: Joints, chosen: Sequence[int]) -> None:
+        self._simulation = simulation
+        self._joints = joints
+        self._chosen = tuple(chosen)
+        self.names = tuple(joints.joint_names[index] for index in chosen)
+
+    def command(
+        self,
+        positions: Sequence[float] | None = None,
+        velocities: Sequence[float] | None = None,
+        efforts: Sequence[float] | None = None,
+    ) -> None:
+        """Set targets from the next physics step on; None leaves a kind as it is, NaN a single joint.
+
+        A target that the joint has no drive for (a velocity without damping, a position without stiffness) has no effect, as in
+        PhysX. A command beyond what its joint can do is clamped and counted.
+
+        Raises:
+            BadValueError: a number that MuJoCo does not count with; nothing was set.
+        """
+        points, joints = self._simulation.set_points, self._joints
+        found: list[tuple[Floats, int, float]] = []
+        commands: Sequence[tuple[Kind, Sequence[float] | None, NDArray[np.intp], Floats]] = (
+            ("position", positions, joints.position_servos, points.targets),
+            ("velocity", velocities, joints.velocity_servos, points.targets),
+            ("effort", efforts, joints.dofs, points.efforts),
+        )
+        for kind, values, places, array in commands:
+            if values is None:
+                continue
+            for joint, value in zip(self._chosen, values, strict=True):
+                if abs(value) > mujoco.mjMAXVAL:
+                    name = joints.joint_names[joint]
+                    raise BadValueError(f"{kind}Command", values, f"up to {mujoco.mjMAXVAL:g} for joint {name!r}")
+                if value == value and places[joint] >= 0:
+                    found.append((array, places[joint], self._clamped(kind, joint, value)))
+        for array, place, value in found:
+            if array[place] != value:
+                array[place], points.pending = value, True
+
+    def _clamped(self, kind: Kind, joint: int, value: float) -> float:
+        """A command within the limits of its joint, or as it is in a simulation that has no such limits."""
+        lowest, highest = self._joints.limits[kind][joint]
+        if lowest <= value <= highest or not self._simulation.clamps_commands:
+            return value
+        counts = self._simulation.clamped_commands
+        what = f"{kind} of {self._joints.path(joint)} beyond {lowest:g} to {highest:g}"
+        counts[what] = counts.get(what, 0) + 1
+        return min(max(value, lowest), highest)

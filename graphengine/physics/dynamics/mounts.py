@@ -1,0 +1,59 @@
+"""Bodies that are bolted to the world, put elsewhere.
+
+Where such a body is belongs to the model, not to the state. MuJoCo and the rays of lidars take it for settled once a run has
+begun, so a body is moved in a copy of the model, and the simulation goes on with that.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.devices.rotation import Pose
+from graphengine.physics.engine import mujoco
+
+Place = NDArray[np.float64]
+"""Position, then the quaternion with its real part first."""
+
+
+class Mounts:
+    """Which bodies stand elsewhere than the model was compiled with."""
+
+    def __init__(self, moved: Mapping[str, tuple[Place, Place]] = MappingProxyType({})) -> None:
+        self._moved = dict(moved)
+        """By name of the body: where it was built, and where it is."""
+
+    def moved(self, model: mujoco.MjModel, body: int, pose: Pose) -> tuple[Mounts, mujoco.MjModel]:
+        """These with a topmost body elsewhere, and a copy of the model in which it is."""
+        name, (position, (x, y, z, w)) = model.body(body).name, pose
+        built, _ = self._moved.get(name, (_place(model, body), None))
+        mounts, found = Mounts({**self._moved, name: (built, np.array((*position, w, x, y, z)))}), copy.copy(model)
+        mounts.carry_over(found)
+        return mounts, found
+
+    def carry_over(self, model: mujoco.MjModel) -> None:
+        """Move in a model what was moved before; bodies that it does not have are forgotten."""
+        for name in list(self._moved):
+            body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name)
+            if body < 0:
+                del self._moved[name]
+            else:
+                model.body_pos[body], model.body_quat[body] = np.split(self._moved[name][1], [3])
+
+    def put_back(self, model: mujoco.MjModel) -> mujoco.MjModel | None:
+        """A copy of a model in which all stand where they were built; None where they do."""
+        if not self._moved:
+            return None
+        self._moved = {name: (built, built) for name, (built, _) in self._moved.items()}
+        found = copy.copy(model)
+        self.carry_over(found)
+        self._moved.clear()
+        return found
+
+
+def _place(model: mujoco.MjModel, body: int) -> Place:
+    return np.concatenate((model.body_pos[body], model.body_quat[body]))

@@ -1,0 +1,54 @@
+"""Which bodies are in each other, as far as physics will push them apart."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+
+from graphengine.physics.engine import mujoco
+
+LEAST = 0.005
+"""Depth from which it counts, m: what rests on something sinks in by less."""
+_CARRIES = 0.7
+"""Vertical part of the normal of contacts from which one carries what is above it: it is inclined by less than 45 degrees."""
+
+
+def overlaps(model: mujoco.MjModel, data: mujoco.MjData, roots: Collection[int]) -> dict[int, float]:
+    """The shapes that some topmost bodies are stuck in, and how deep, m; one for each topmost body that they belong to.
+
+    Contacts are those of the state that MuJoCo looked at last; shapes that it lets pass through each other do not count.
+    """
+    deep = (data.contact.dist <= -LEAST) & (data.contact.geom >= 0).all(axis=1)
+    found: dict[int, tuple[float, int]] = {}
+    for pair, distance in zip(data.contact.geom[deep].tolist(), data.contact.dist[deep].tolist(), strict=True):
+        owners = model.body_rootid[model.geom_bodyid[pair]].tolist()
+        within = [root in roots for root in owners]
+        if within.count(True) == 1:
+            other = within.index(False)
+            found[owners[other]] = max(found.get(owners[other], (0.0, 0)), (-distance, pair[other]))
+    return {geom: depth for depth, geom in sorted(found.values(), reverse=True)}
+
+
+def touching(model: mujoco.MjModel, data: mujoco.MjData, owners: Mapping[int, str]) -> dict[str, tuple[float, int]]:
+    """What some things touch: by name of the thing, the greatest depth, m, and the shape that it is stuck in or leans on.
+
+    What carries a thing does not count. That is a shape below it, as the normal of the contact says, which it does not sink into
+    by more than `LEAST`; planes may be sunk into, as they are floors.
+
+    Args:
+        model: of the world.
+        data: contacts are those of the state that MuJoCo looked at last.
+        owners: names of things by their topmost bodies.
+    """
+    found: dict[str, tuple[float, int]] = {}
+    planes = model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
+    for contact in data.contact:
+        pair = contact.geom.tolist()
+        if contact.dist >= 0.0 or min(pair) < 0:
+            continue
+        names = [owners.get(int(model.body_rootid[model.geom_bodyid[geom]])) for geom in pair]
+        for own, other, up in ((0, 1, -contact.frame[2]), (1, 0, contact.frame[2])):
+            name, geom, depth = names[own], pair[other], -float(contact.dist)
+            carries = up > _CARRIES and (depth < LEAST or planes[geom])
+            if name is not None and name != names[other] and not carries:
+                found[name] = max(found.get(name, (0.0, geom)), (depth, geom))
+    return found

@@ -1,0 +1,153 @@
+"""Bodies that are put somewhere and stay there, whatever acts on them.
+
+A body on a free joint can be anywhere; on a joint that turns or slides it goes as far towards a pose as the joint lets it. The
+joint's coordinates are written back after each physics step, before MuJoCo looks at the state that it led to. Meanwhile the joint
+has more inertia than anything can move: what leans on the body finds it as firm as the ground, where the body's own weight would
+give way, and a heavy thing sink through a light one.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.devices.poses import NOWHERE, carrier, pose_of, vector
+from graphengine.devices.rotation import Pose, compose, conjugate, multiply, relative, rotate
+from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.stage import Prim, Stage
+from graphengine.format.errors import PhysicsError
+from graphengine.physics.dynamics.handles import Handle
+from graphengine.physics.engine import mujoco
+
+if TYPE_CHECKING:
+    from graphengine.physics.simulation import Simulation
+
+Floats = NDArray[np.float64]
+
+_FREE, _SLIDE = mujoco.mjtJoint.mjJNT_FREE.value, mujoco.mjtJoint.mjJNT_SLIDE.value
+_PLACEABLE = (_FREE, _SLIDE, mujoco.mjtJoint.mjJNT_HINGE.value)
+_FIRM = 1e8
+"""Inertia of a joint that nothing moves, kg or kg m2."""
+_SOFTNESS = 1e-2
+"""How soft its contacts become, as a part of what they were."""
+
+
+def find_mover(model: mujoco.MjModel, stage: Stage, prim: Prim) -> tuple[int, Pose] | None:
+    """The body that goes where a prim is put, and the prim's pose in it; None where there is none.
+
+    It hangs on one joint, which is no ball. It is the prim's own, or for what stands for a robot the one that this is fixed to:
+    each of the other links that are fixed to it would take the whole robot along.
+    """
+    name, pose = carrier(prim)
+    leads = stage.stands_for_robot(prim) is not None
+    if name is None or not (leads or prim.body is not None):
+        return None
+    body = int(model.body(name).id)
+    while leads and body and not model.body_jntnum[body]:
+        pose = compose(pose_of(model.body_pos[body], model.body_quat[body]), pose)
+        body = int(model.body_parentid[body])
+    joints = model.jnt_type[model.body_jntadr[body] :][: model.body_jntnum[body]].tolist()
+    return (body, pose) if len(joints) == 1 and joints[0] in _PLACEABLE else None
+
+
+class PlacedBody(Handle):
+    """The body that carries a prim, which stays where the prim was put last until the simulation is reset."""
+
+    def __init__(self, simulation: Simulation, prim: Prim) -> None:
+        self._coordinates: Floats | None = None
+        self._loose: list[Floats] = []
+        super().__init__(simulation, prim)
+
+    def bind(self) -> None:
+        """Find the body's joint."""
+        model, data = self._simulation.model, self._simulation.data
+        mover = find_mover(model, self._simulation.stage, self._prim)
+        assert mover is not None
+        self.body, self._offset = mover
+        body = self.body
+        self._joint = joint = int(model.body_jntadr[body])
+        free = model.jnt_type[joint] == _FREE
+        place, dof = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
+        self._dofs = slice(dof, dof + (6 if free else 1))
+        self._position, self._velocity = data.qpos[place : place + (7 if free else 1)], data.qvel[self._dofs]
+        if self._coordinates is not None:
+            self._make_firm()
+
+    def place(self, position: Vector3, orientation: Quaternion) -> None:
+        """Put the prim there, at rest, and hold its body: from here on every handle reads that.
+
+        Args:
+            position: in the world frame, m.
+            orientation: likewise, of length 1.
+
+        Raises:
+            PhysicsError: a number beyond those that MuJoCo counts with; nothing has changed.
+        """
+        coordinates = self._towards(*compose((position, orientation), relative(self._offset, NOWHERE)))
+        if not np.abs(coordinates).max() <= mujoco.mjMAXVAL:
+            legal = f"legal is up to {mujoco.mjMAXVAL:g} m"
+            raise PhysicsError(f"{self.prim_path} cannot be put at {position}, {orientation}; {legal}")
+        if self._coordinates is None:
+            self._simulation.let_go(self.body)  # another prim may have put it elsewhere
+            self._simulation.held.append(self)
+            self._make_firm()
+        self._coordinates = coordinates
+        self.hold()
+        self._simulation.refresh()
+
+    def hold(self) -> None:
+        """Put the body back."""
+        if self._coordinates is not None:
+            self._position[:] = self._coordinates
+            self._velocity[:] = 0.0
+
+    def release(self) -> None:
+        """Let physics move the body."""
+        self._coordinates = None
+        self.soften()
+
+    def soften(self) -> None:
+        """Give the body back the weight that it has."""
+        for (array, where, _, _), loose in zip(self._weights(), self._loose, strict=True):
+            array[where] = loose
+
+    def _make_firm(self) -> None:
+        self._loose = [np.copy(array[where]) for array, where, _, _ in self._weights()]
+        for array, where, factor, more in self._weights():
+            array[where] = array[where] * factor + more
+
+    def _weights(self) -> list[tuple[Floats, slice | NDArray[np.intp], float, float]]:
+        """What MuJoCo knows of how easily the body is moved, and how that changes: by a factor and a summand.
+
+        First the joint's inertia, then what contacts are softened by: with 0 the contact of a body that is held in the ground
+        would be without bounds. `dof_M0` stands in for the inertia of bodies that turn about their own axes.
+        """
+        model = self._simulation.model
+        return [
+            (model.dof_armature, self._dofs, 1.0, _FIRM),
+            (model.dof_M0, self._dofs, 1.0, _FIRM),
+            (model.dof_invweight0, self._dofs, _SOFTNESS, 0.0),
+            (model.body_invweight0, np.flatnonzero(model.body_weldid == self.body), _SOFTNESS, 0.0),
+        ]
+
+    def _towards(self, position: Vector3, orientation: Quaternion) -> Floats:
+        """Coordinates of the joint with which the body is there, or as near as the joint lets it."""
+        model, data, body, joint = self._simulation.model, self._simulation.data, self.body, self._joint
+        x, y, z, w = orientation
+        if model.jnt_type[joint] == _FREE:
+            return np.array((*position, w, x, y, z))
+        parent = int(model.body_parentid[body])
+        offset, turn = relative(pose_of(data.xpos[parent], data.xquat[parent]), (position, orientation))
+        axis, (_, rest) = vector(model.jnt_axis[joint]), pose_of(model.body_pos[body], model.body_quat[body])
+        if model.jnt_type[joint] == _SLIDE:
+            way = float(np.dot(np.subtract(offset, model.body_pos[body]), rotate(rest, axis)))
+        else:
+            *part, w = multiply(conjugate(rest), turn)
+            angle = 2.0 * math.atan2(float(np.dot(part, axis)), w)
+            present = float(self._position[0] - model.qpos0[model.jnt_qposadr[joint]])
+            way = present + math.remainder(angle - present, math.tau)  # a wheel goes the short way
+        way += float(model.qpos0[model.jnt_qposadr[joint]])
+        return np.array([np.clip(way, *model.jnt_range[joint]) if model.jnt_limited[joint] else way])

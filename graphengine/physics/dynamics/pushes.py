@@ -1,0 +1,85 @@
+"""Forces that act on bodies from outside for a while.
+
+The impulse of a push is its force times its duration, to the last bit that floats have: each physics step takes its part of the
+duration, and a step that is taken only in part takes as much of the force.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.devices.sensor import Vector3
+from graphengine.physics.engine import mujoco
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(slots=True)
+class _Push:
+    """A force on a body.
+
+    Attributes:
+        body: its name in the model.
+        force: in the world frame, N.
+        point: where it acts, in the body's frame; None for the centre of mass of all that hangs on the body.
+        left: how many physics steps it is still to act for.
+    """
+
+    body: str
+    force: Floats
+    point: Floats | None
+    left: float
+
+
+class Pushes:
+    """All forces that act from outside. MuJoCo's `xfrc_applied` is what they are in the next step."""
+
+    def __init__(self) -> None:
+        self._pushes: list[_Push] = []
+
+    def bind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        """Go on in another model; bodies that it does not have are not pushed any more."""
+        self._model, self._data = model, data
+        known = {model.body(index).name for index in range(model.nbody)} if self._pushes else set()
+        self._pushes = [push for push in self._pushes if push.body in known]
+        self.apply()
+
+    def __bool__(self) -> bool:
+        return bool(self._pushes)
+
+    def add(self, body: str, force: Vector3, duration: float, point: Vector3 | None) -> None:
+        """Push a body; `point` is in the world frame."""
+        where = None
+        if point is not None:
+            number = self._model.body(body).id
+            where = self._data.xmat[number].reshape(3, 3).T @ (np.array(point) - self._data.xpos[number])
+        self._pushes.append(_Push(body, np.array(force, float), where, duration / self._model.opt.timestep))
+        self.apply()
+
+    def advance(self) -> None:
+        """A step is over."""
+        for push in self._pushes:
+            push.left -= 1.0
+        self._pushes = [push for push in self._pushes if push.left > 0.0]
+        self.apply()
+
+    def apply(self) -> None:
+        """Set what acts in the next step, where bodies are at present."""
+        data = self._data
+        data.xfrc_applied[:] = 0.0
+        for push in self._pushes:
+            body = self._model.body(push.body).id
+            force = push.force * min(push.left, 1.0)
+            at = data.subtree_com[body]
+            if push.point is not None:
+                at = data.xpos[body] + data.xmat[body].reshape(3, 3) @ push.point
+            data.xfrc_applied[body, :3] += force
+            data.xfrc_applied[body, 3:] += np.cross(at - data.xipos[body], force)
+
+    def clear(self) -> None:
+        """End all of them."""
+        self._pushes.clear()
+        self._data.xfrc_applied[:] = 0.0

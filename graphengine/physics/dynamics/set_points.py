@@ -1,0 +1,62 @@
+"""What drives and joints are told, and how fast it takes effect."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from graphengine.physics.engine import mujoco
+from graphengine.physics.model.drives import Drive, velocity_servo
+
+
+class SetPoints:
+    """Targets of actuators and efforts of joints; a step takes them over, so that what was read before belongs to the last step.
+
+    Args:
+        model: compiled; its timestep is the step.
+        data: of the simulation.
+        drives: with the names of their joints in the model.
+
+    Attributes:
+        targets: of each actuator of the model, in its own unit.
+        efforts: of each degree of freedom, N m or N.
+        pending: whether the next step has anything to take over.
+    """
+
+    __slots__ = ("_applied", "_changes", "_control", "_starts", "efforts", "pending", "targets")
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, drives: Iterable[tuple[str, Drive]]) -> None:
+        self._control, self._applied = data.ctrl, data.qfrc_applied
+        self._changes = np.full(model.nu, np.inf)
+        self._starts: dict[int, float] = {}
+        for name, drive in drives:
+            if drive.damping > 0:
+                servo = model.actuator(velocity_servo(name)).id
+                self._changes[servo] = drive.max_acceleration * model.opt.timestep
+                self._starts[servo] = drive.target_velocity
+        self.targets, self.efforts = np.zeros(model.nu), np.zeros(model.nv)
+        self.start()
+
+    def start(self) -> None:
+        """Tell all joints what they are told at the start: the target velocities of their drives, and no effort."""
+        self.targets[:] = self._control
+        for servo, velocity in self._starts.items():
+            self.targets[servo] = velocity
+        self.efforts[:] = 0.0
+        self.pending = True
+
+    def zero(self) -> None:
+        """Tell all joints to come to rest: no velocity, no effort; positions stay."""
+        for servo in self._starts:
+            self.targets[servo] = 0.0
+        self.efforts[:] = 0.0
+        self.pending = True
+
+    def take_over(self) -> None:
+        """Move the set points towards their targets, as far as they may go in a step."""
+        if self.pending:
+            control = self._control
+            np.clip(self.targets, control - self._changes, control + self._changes, out=control)
+            self._applied[:] = self.efforts
+            self.pending = not np.array_equal(control, self.targets)

@@ -1,0 +1,75 @@
+"""What two models have in common, by name: how state goes from one to the other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.physics.dynamics.set_points import SetPoints
+from graphengine.physics.engine import mujoco
+
+_SIZES = {mujoco.mjtJoint.mjJNT_FREE: (7, 6), mujoco.mjtJoint.mjJNT_BALL: (4, 3)}
+"""Coordinates and degrees of freedom of joints that have more than one."""
+
+_Pairs = tuple[NDArray[np.intp], NDArray[np.intp]]
+
+
+class Transfer:
+    """Joints and actuators of one model that another has too.
+
+    Args:
+        old: where state comes from.
+        new: where it goes.
+    """
+
+    def __init__(self, old: mujoco.MjModel, new: mujoco.MjModel) -> None:
+        positions: list[tuple[int, int]] = []
+        velocities: list[tuple[int, int]] = []
+        for one, other in _joints(old, new):
+            coordinates, freedoms = _SIZES.get(mujoco.mjtJoint(old.jnt_type[one]), (1, 1))
+            positions += _run(old.jnt_qposadr[one], new.jnt_qposadr[other], coordinates)
+            velocities += _run(old.jnt_dofadr[one], new.jnt_dofadr[other], freedoms)
+        actuators = [(index, _find(new, "ACTUATOR", old.actuator(index).name)) for index in range(old.nu)]
+        self._positions, self._velocities = _indices(positions), _indices(velocities)
+        self._actuators = _indices([pair for pair in actuators if pair[1] >= 0])
+
+    def carry_over(self, old: mujoco.MjData, new: mujoco.MjData) -> None:
+        """Give what is in both models the state it has in the old one; time goes on."""
+        new.time = old.time
+        for name, (source, target) in (
+            ("qpos", self._positions),
+            ("qvel", self._velocities),
+            ("qacc_warmstart", self._velocities),  # what the last step did, which limits of forces go by
+            ("qfrc_applied", self._velocities),
+            ("ctrl", self._actuators),
+        ):
+            getattr(new, name)[target] = getattr(old, name)[source]
+
+    def carry_over_commands(self, old: SetPoints, new: SetPoints) -> None:
+        """Give what is in both models the commands that it was given."""
+        new.targets[self._actuators[1]] = old.targets[self._actuators[0]]
+        new.efforts[self._velocities[1]] = old.efforts[self._velocities[0]]
+
+
+def _joints(old: mujoco.MjModel, new: mujoco.MjModel) -> Iterator[tuple[int, int]]:
+    """Numbers of the joints that both have: all bodies have a name, and those called alike have the same joints."""
+    for one in range(old.nbody):
+        other = _find(new, "BODY", old.body(one).name)
+        for number in range(old.body_jntnum[one] if other >= 0 else 0):
+            yield old.body_jntadr[one] + number, new.body_jntadr[other] + number
+
+
+def _find(model: mujoco.MjModel, kind: str, name: str) -> int:
+    """Number of what is called so, -1 if there is none."""
+    return int(mujoco.mj_name2id(model, getattr(mujoco.mjtObj, f"mjOBJ_{kind}"), name))
+
+
+def _run(old: int, new: int, count: int) -> list[tuple[int, int]]:
+    return [(old + step, new + step) for step in range(count)]
+
+
+def _indices(pairs: Sequence[tuple[int, int]]) -> _Pairs:
+    array = np.array(pairs, np.intp).reshape(-1, 2)
+    return array[:, 0], array[:, 1]

@@ -1,0 +1,43 @@
+"""What keeps MuJoCo from going on, in words, and what to do about it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from graphengine.format.errors import PhysicsError
+from graphengine.physics.engine import mujoco
+
+
+def gave_up(data: mujoco.MjData, error: Exception) -> PhysicsError:
+    """MuJoCo gave up, as over a geometry that it cannot collide."""
+    return PhysicsError(f"at t = {data.time:.4f} s MuJoCo gave up: {error}\nlook for degenerate geometry in the scene")
+
+
+def out_of_range(model: mujoco.MjModel, data: mujoco.MjData) -> PhysicsError:
+    """A body is where MuJoCo does not count any more."""
+    coordinate = data.warning[mujoco.mjtWarning.mjWARN_BADQPOS].lastinfo
+    joint = int(np.searchsorted(model.jnt_qposadr, coordinate, side="right")) - 1
+    body = model.body(model.jnt_bodyid[joint]).name
+    return PhysicsError(f"{body!r} is farther from the world's origin than {mujoco.mjMAXVAL:g} m")
+
+
+def diverged(model: mujoco.MjModel, data: mujoco.MjData) -> PhysicsError:
+    """The error that MuJoCo's counters of warnings stand for."""
+    kinds, counts = mujoco.mjtWarning, data.warning.number
+    at = f"at t = {data.time:.4f} s"
+    if counts[kinds.mjWARN_CONTACTFULL] or counts[kinds.mjWARN_CNSTRFULL]:
+        return PhysicsError(f'{at}: no memory left for contacts\ngive the world more: <size memory="100M"/>')
+    if counts[kinds.mjWARN_INERTIA] and np.isfinite(data.qvel).all():
+        joint = int(model.dof_jntid[data.warning[kinds.mjWARN_INERTIA].lastinfo])
+        name = model.joint(joint).name or model.body(model.jnt_bodyid[joint]).name
+        what = f"{at}: MuJoCo cannot solve for the motion of {name!r}"
+        return PhysicsError(f"{what}\ngive its joint an armature, or its links more inertia")
+    # MuJoCo tells the last coordinate that it found; the fastest is the one to look at.
+    joint = int(model.dof_jntid[np.argmax(np.nan_to_num(np.abs(data.qvel), nan=np.inf))])
+    body = model.body(model.jnt_bodyid[joint]).name
+    return PhysicsError(
+        f"the simulation diverged {at}: the motion of joint {model.joint(joint).name!r} of body {body!r} is without bounds\n"
+        "raise physics.substeps, lower the drive's damping or stiffness, give it a max_acceleration, "
+        "or give the joint an armature\n"
+        "where it was moved, spawned or pushed: put it clear of other bodies, push it less"
+    )

@@ -1,0 +1,92 @@
+"""MuJoCo as the rest of this package imports it: it keeps quiet, and tells of trouble in ways that can be read.
+
+Left alone, MuJoCo prints each warning and appends it to ./MUJOCO_LOG.TXT. Warnings are counted in MjData all the same, which is
+where `Simulation` looks.
+"""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+
+from graphengine.format.errors import PhysicsError, UsageError
+
+try:
+    import mujoco as mujoco  # the name is exported
+except RuntimeError as error:  # of the only setting that is read on import
+    remedy = "unset it; pictures here are drawn by EGL or OSMesa, whatever it says"
+    raise UsageError(f"MUJOCO_GL={os.environ.get('MUJOCO_GL')}: MuJoCo knows no such value\n  {remedy}") from error
+
+REFUSALS = (ValueError, RuntimeError, MemoryError, mujoco.FatalError, mujoco.UnexpectedError)
+"""What MuJoCo raises of a model that it cannot read, build or find memory for."""
+
+
+def _ignore(_: str) -> None:
+    """Take a warning that is counted elsewhere."""
+
+
+if mujoco.get_mju_user_warning() is None:
+    mujoco.set_mju_user_warning(_ignore)
+
+RAYS_AND_PICTURES = 0
+"""Geom group of what both rays and cameras see."""
+PICTURES = 2
+"""Geom group of visuals that stand before a collider of the same body."""
+RAYS = 3
+"""Geom group of colliders behind visuals."""
+NEITHER = 4
+"""Geom group of what nothing sees."""
+OWN = 5
+"""Geom group that a robot's geoms are in while its own sensors cast rays."""
+
+
+def sort_geoms(model: mujoco.MjModel) -> None:
+    """Give each geom one of the groups above, so that a ray meets everything once.
+
+    Rays see colliders; of a body without any they see the visuals. Cameras see what they saw before: groups 0 to 2.
+    """
+    collides = (model.geom_contype | model.geom_conaffinity) != 0
+    solid_bodies = set(model.geom_bodyid[collides].tolist())
+    for geom in range(model.ngeom):
+        rays = bool(collides[geom]) or int(model.geom_bodyid[geom]) not in solid_bodies
+        pictures = model.geom_group[geom] <= 2
+        if rays:
+            model.geom_group[geom] = RAYS_AND_PICTURES if pictures else RAYS
+        else:
+            model.geom_group[geom] = PICTURES if pictures else NEITHER
+
+
+def round_weights(model: mujoco.MjModel) -> None:
+    """Leave out the last bits of how easily bodies and joints are moved, which differ with what else is in a model.
+
+    The compiler finds these numbers, by which contacts and joint limits are softened, in sums over all degrees of freedom, by
+    fours. All else that it computes of a body is the same wherever in the model the body stands.
+    """
+    for weights in (model.body_invweight0, model.dof_invweight0, model.tendon_invweight0):
+        weights[:] = weights.astype(np.float32)
+
+
+def data_at_start(model: mujoco.MjModel) -> mujoco.MjData:
+    """The state in which a model begins: as it is built, but a joint whose limits leave out its zero is at the nearer limit.
+
+    Raises:
+        PhysicsError: there is no memory for it.
+    """
+    try:
+        data = mujoco.MjData(model)
+    except REFUSALS as error:
+        raise PhysicsError(f"MuJoCo cannot hold the state of the model: {error}") from error
+    scalar = (model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE) | (model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE)
+    limited = np.flatnonzero(scalar & (model.jnt_limited != 0))
+    places, (lowest, highest) = model.jnt_qposadr[limited], model.jnt_range[limited].T
+    data.qpos[places] = np.clip(data.qpos[places], lowest, highest)
+    return data
+
+
+def wake(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Wake all that sleeps: by itself it feels forces and new contacts, but not that gravity, friction or its ground changed."""
+    flags = model.opt.enableflags
+    model.opt.enableflags = flags & ~mujoco.mjtEnableBit.mjENBL_SLEEP.value
+    mujoco.mj_kinematics(model, data)  # where nothing may sleep, it wakes what does
+    model.opt.enableflags = flags

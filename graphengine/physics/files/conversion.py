@@ -1,0 +1,129 @@
+"""Meshes that MuJoCo cannot read, converted all at once in a process of their own, which bounds what a file can ask for.
+
+A request is a line of JSON and the files one after another. Each file is answered when it is done, by its length in eight bytes,
+a line of JSON and the files that it became: a process that is ended has told by then which file it was at.
+"""
+
+from __future__ import annotations
+
+import io
+import itertools
+import json
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+from graphengine.format.files import Files
+from graphengine.physics.files import meshes
+from graphengine.sandbox.confinement import ProcessError, ask, confine
+from graphengine.sandbox.seccomp import TIERS
+from graphengine.sandbox.untrusted import encoded, read
+
+MAX_SECONDS = 60.0
+
+MAX_REASON = 300
+"""Characters of why a file cannot be read."""
+MAX_HEAD_BYTES = 4_000_000
+
+_MODULE = "graphengine.physics.files.conversion"  # which is called __main__ in the process
+
+
+@dataclass(frozen=True, slots=True)
+class Foreign:
+    """A file that MuJoCo cannot read.
+
+    Attributes:
+        data: what is in it.
+        suffix: of its name, in lower case.
+        visual: whether its colours count.
+    """
+
+    data: bytes
+    suffix: str
+    visual: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Converted:
+    """A file of MuJoCo's own format, and the colour of what is in it."""
+
+    data: bytes
+    colour: meshes.Colour | None
+
+
+@dataclass(frozen=True, slots=True)
+class _Head:
+    """The line of an answer: why the file cannot be read, or lengths and colours of the files that it became."""
+
+    failure: str
+    files: list[tuple[int, meshes.Colour | None]]
+
+
+def convert_all(files: Sequence[Foreign]) -> list[list[Converted] | meshes.MeshError]:
+    """What each file becomes: one file a colour if it is looked at, else one; or why it cannot be read."""
+    if not files:
+        return []
+    head = json.dumps([(file.suffix, file.visual, len(file.data)) for file in files])
+    request = b"".join((head.encode(), b"\n", *(file.data for file in files)))
+    why = "ended before its time"
+    try:
+        answer = ask(_MODULE, request, MAX_SECONDS)
+    except ProcessError as error:
+        answer, why = error.answer, str(error)
+    found = list(itertools.islice(_answers(answer), len(files)))
+    found += [meshes.MeshError(f"reading it {why}")] if len(found) < len(files) else []
+    return found + [meshes.MeshError(f"reading one before it {why}")] * (len(files) - len(found))
+
+
+def _answers(answer: bytes) -> Iterator[list[Converted] | meshes.MeshError]:
+    """The answers that are complete."""
+    stream = io.BytesIO(answer)
+    while len(head := stream.read(8)) == 8:
+        length = int.from_bytes(head, "little")
+        if len(told := stream.read(length)) < length:
+            return
+        yield _answer(io.BytesIO(told))
+
+
+def _answer(told: io.BytesIO) -> list[Converted] | meshes.MeshError:
+    try:
+        head = read(told.readline(), _Head, MAX_HEAD_BYTES)
+        if head.failure:
+            return meshes.MeshError(head.failure[:MAX_REASON])
+        return [Converted(told.read(length), colour) for length, colour in head.files]
+    except (ProcessError, OverflowError):
+        return meshes.MeshError("it spoils the answer of the process that reads it")
+
+
+@lru_cache(maxsize=1)  # the same file may follow for another use
+def _parts(data: bytes, suffix: str) -> list[meshes.Part]:
+    return meshes.convert(data, suffix)
+
+
+def _converted(data: bytes, suffix: str, *, visual: bool) -> bytes:
+    try:
+        parts = _parts(data, suffix)
+    except meshes.MeshError as error:
+        head, files = _Head(str(error) or type(error).__name__, []), []
+    else:
+        parts = parts if visual else [meshes.merged(parts)]
+        files = [meshes.msh(part) for part in parts]
+        head = _Head("", [(len(file), part.colour) for file, part in zip(files, parts, strict=True)])
+    return b"".join((encoded(head).encode(), b"\n", *files))
+
+
+def main() -> None:
+    """Answer one request."""
+    wanted = json.loads(sys.stdin.buffer.readline())
+    meshes.prepare({suffix for suffix, _, _ in wanted})
+    sys.meta_path.clear()  # to a library, what it would import from now on is not installed
+    confine(Files(()), TIERS["mesh"])
+    for suffix, visual, length in wanted:
+        told = _converted(sys.stdin.buffer.read(length), suffix, visual=visual)
+        sys.stdout.buffer.write(len(told).to_bytes(8, "little") + told)
+        sys.stdout.buffer.flush()
+
+
+if __name__ == "__main__":
+    main()

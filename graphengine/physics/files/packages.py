@@ -1,0 +1,129 @@
+"""Where the files that a description names may lie: beside it, in a ROS package, at an absolute path.
+
+A package is a folder that has its name, or whose `package.xml` gives it. It is looked for around the description, which mostly
+lies in the package that it names, then in the folders that the robot file names, then in those that the user gave.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from urllib.parse import unquote
+
+from graphengine.format.files import Files, shipped
+from graphengine.format.wording import did_you_mean, listing
+
+SCHEMES = ("package://", "model://")
+"""Beginnings of a reference into a package."""
+MAX_DEPTH = 4
+"""Folders below a search path in which packages are looked for, as in `src/repository/package`."""
+MAX_FOLDERS = 20_000
+REMEDY = "give its folder: package_paths in the robot file, --package-path of import-urdf"
+"""What to do about a package that is not found."""
+MAX_MANIFEST_BYTES = 100_000
+
+_NAME = re.compile(rb"<name>\s*([\w.-]+)\s*</name>")
+
+
+class Packages:
+    """The packages that one description can see.
+
+    Args:
+        folder: where the description lies; relative references begin here.
+        paths: packages, or folders that contain packages at any depth up to `MAX_DEPTH`; the roots of `files` come after them.
+        files: judges what may be read.
+    """
+
+    def __init__(self, folder: Path, paths: Sequence[Path], files: Files) -> None:
+        self.folder = folder
+        self.paths = tuple(dict.fromkeys((*paths, *files.roots)))
+        self.files = files
+        self._found: dict[str, Path | None] = {}
+
+    def find(self, name: str) -> Path | None:
+        """The folder of a package; if there are several, the first that may be read."""
+        if name not in self._found:
+            found = (folder for folder in self._candidates(name) if self._is(folder, name))
+            first = next(found, None)
+            readable = (folder for folder in (first, *found) if folder is not None and self.files.may_read(folder))
+            self._found[name] = next(readable, first)
+        return self._found[name]
+
+    def places(self, reference: str) -> list[Path]:
+        """Where the file of a reference may lie, most likely first.
+
+        Of a package that is not found, its files are looked for in the folders around the description that are no other
+        package: a package may lie in a folder of another name, without its manifest.
+        """
+        if reference.startswith("file://"):
+            return [self.folder / unquote(reference.removeprefix("file://"))]
+        name = package_of(reference)
+        if name is None:
+            return [self.folder / reference] if "://" not in reference else []
+        package, rest = self.find(name), reference.partition("://")[2].lstrip("/").partition("/")[2]
+        if package is not None:
+            return [package / rest]
+        around = [self.folder, *self.folder.resolve().parents]
+        return [folder / rest for folder in around if self._name_of(folder) is None]
+
+    def searched(self) -> list[str]:
+        """Where packages are looked for, for people."""
+        told = {self.folder.resolve(): f"around {self.folder}"}
+        for path in self.paths:
+            if not path.is_relative_to(shipped()):
+                told.setdefault(path.resolve(), str(path))
+        return list(told.values())
+
+    def lacks(self, name: str) -> list[str]:
+        """What to tell of a package that is not found: a sentence, then lines of help."""
+        searched = listing(self.searched(), "looked in")
+        return [f"no package {name!r}", *filter(None, (did_you_mean(name, self.known()), searched, REMEDY))]
+
+    def known(self) -> list[str]:
+        """Names of the packages in the folders that the user gave."""
+        return sorted({name for path in self.paths for folder in _below(path) if (name := self._name_of(folder))})
+
+    def _candidates(self, name: str) -> Iterator[Path]:
+        for folder in (self.folder, *self.folder.resolve().parents):
+            yield folder
+            yield folder / name
+        for path in self.paths:  # the usual layout first: a large tree takes a while
+            yield path
+            yield path / name
+        for path in self.paths:
+            yield from _below(path)
+
+    def _is(self, folder: Path, name: str) -> bool:
+        try:
+            return folder.is_dir() and name in (folder.resolve().name, self._name_of(folder))
+        except (OSError, RuntimeError, ValueError):  # a name that no folder can have, a loop of links
+            return False
+
+    def _name_of(self, folder: Path) -> str | None:
+        """What a folder's manifest calls the package; None without a manifest that may be read."""
+        manifest = folder / "package.xml"
+        if not self.files.may_read(manifest) or not manifest.is_file():
+            return None
+        self.files.note(manifest)
+        with manifest.open("rb") as file:
+            found = _NAME.search(file.read(MAX_MANIFEST_BYTES))
+        return found[1].decode("ascii", "replace") if found else None
+
+
+def package_of(reference: str) -> str | None:
+    """The package that a reference leads into."""
+    scheme, separator, rest = reference.partition("://")
+    return rest.lstrip("/").partition("/")[0] or None if f"{scheme}{separator}" in SCHEMES else None
+
+
+def _below(path: Path) -> Iterator[Path]:
+    """Folders of a tree, nearest to its top first within each branch; what lies in a package is none of them."""
+    for count, (folder, folders, names) in enumerate(os.walk(path)):
+        yield Path(folder)
+        depth = len(Path(folder).relative_to(path).parts)
+        inside = "package.xml" in names and depth > 0
+        folders[:] = [] if inside or depth >= MAX_DEPTH else sorted(f for f in folders if not f.startswith("."))
+        if count >= MAX_FOLDERS:
+            return

@@ -1,0 +1,197 @@
+"""XML that remembers where each element stood; everything a file may hold is bounded here.
+
+Robot descriptions and worlds are read by this module first, and MuJoCo is handed only what `write` makes of them: no path, no
+entity and no encoding of a stranger's file reaches its parser.
+"""
+
+from __future__ import annotations
+
+import re
+import xml.parsers.expat
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from xml.sax.saxutils import escape, quoteattr
+
+from graphengine.format.diagnostics import Findings, Source, Span
+from graphengine.format.reading import open_regular
+
+MAX_BYTES = 16_000_000
+MAX_DEPTH = 200
+MAX_ELEMENTS = 200_000
+
+
+@dataclass(slots=True, eq=False)
+class Element:
+    """An element, its attributes, its text and the elements in it; of mixed content the text comes first."""
+
+    tag: str
+    attributes: dict[str, str]
+    span: Span
+    children: list[Element] = field(default_factory=list, repr=False)
+    text: str = ""
+
+    def get(self, attribute: str, default: str = "") -> str:
+        """An attribute's text."""
+        return self.attributes.get(attribute, default)
+
+    def first(self, tag: str) -> Element | None:
+        """The first child with a tag."""
+        return next((child for child in self.children if child.tag == tag), None)
+
+    def all(self, tag: str) -> list[Element]:
+        """The children with a tag."""
+        return [child for child in self.children if child.tag == tag]
+
+    def walk(self) -> Iterator[Element]:
+        """The element itself, then everything in it, in order of the file."""
+        pending = [self]
+        while pending:
+            element = pending.pop()
+            yield element
+            pending.extend(reversed(element.children))
+
+    def place(self, attribute: str) -> Span:
+        """Where an attribute's value stands, or else the element."""
+        lines = self.span.source.lines
+        column = self.span.column - 1
+        for number in range(self.span.line, min(self.span.line + 20, len(lines) + 1)):
+            line = lines[number - 1]
+            found = re.compile(rf"\b{re.escape(attribute)}\s*=\s*([\"'])(.*?)(?:\1|$)").search(line, column)
+            if found:
+                return Span(self.span.source, number, found.start(2) + 1, max(found.end(2) - found.start(2), 1))
+            if ">" in line[column:]:
+                break
+            column = 0
+        return self.span
+
+
+class _RefusedError(Exception):
+    """What the parser will not go on with; the arguments are what and what to do."""
+
+
+def read(path: Path, findings: Findings, code: str) -> Element | None:
+    """The root of an XML file; what is wrong with it becomes a finding with `code`."""
+    nowhere = Span(Source(str(path), ()), 1, 1)
+    try:
+        with open_regular(path) as file:
+            raw = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        findings.add(code, f"cannot read {str(path)!r}: {error.strerror or error}", nowhere)
+        return None
+    return parse(raw, str(path), findings, code)
+
+
+def parse(raw: bytes, name: str, findings: Findings, code: str) -> Element | None:
+    """The root of XML text; messages call it by a name."""
+    source = Source(name, tuple(raw.decode("utf-8", "replace").split("\n")))
+    if len(raw) > MAX_BYTES:
+        findings.add(code, f"{name!r} is larger than {MAX_BYTES // 1_000_000} MB", Span(Source(name, ()), 1, 1))
+        return None
+    builder = _Builder(source)
+    try:
+        builder.parser.Parse(raw, True)
+    except xml.parsers.expat.ExpatError as error:
+        span = Span(source, error.lineno, error.offset + 1)
+        findings.add(code, f"XML syntax: {xml.parsers.expat.ErrorString(error.code)}", span)
+    except _RefusedError as error:
+        findings.add(code, str(error.args[0]), builder.span(), *error.args[1:])
+    except (LookupError, ValueError) as error:  # an encoding that Python does not know
+        findings.add(code, f"XML syntax: {error}", Span(source, 1, 1), "write the file in UTF-8")
+    else:
+        return builder.root
+    return None
+
+
+class _Builder:
+    """Turns expat's calls into elements."""
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.root: Element | None = None
+        self.open: list[Element] = []
+        self.texts: list[list[str]] = []
+        """Parts of the text of each open element."""
+        self.count = 0
+        self.parser = xml.parsers.expat.ParserCreate(namespace_separator=None)
+        self.parser.StartElementHandler = self._start
+        self.parser.EndElementHandler = self._end
+        self.parser.CharacterDataHandler = self._text
+        self.parser.StartDoctypeDeclHandler = self._doctype
+
+    def span(self, length: int = 1) -> Span:
+        """Where the parser is."""
+        return Span(self.source, self.parser.CurrentLineNumber, self.parser.CurrentColumnNumber + 1, length)
+
+    def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        element = Element(tag, attributes, self.span(len(tag) + 1))
+        self.count += 1
+        if self.count > MAX_ELEMENTS:
+            raise _RefusedError(f"more than {MAX_ELEMENTS} elements in one file")
+        if len(self.open) >= MAX_DEPTH:
+            raise _RefusedError(f"nested more than {MAX_DEPTH} levels deep")
+        if self.open:
+            self.open[-1].children.append(element)
+        else:
+            self.root = element
+        self.open.append(element)
+        self.texts.append([])
+
+    def _text(self, text: str) -> None:
+        self.texts[-1].append(text)
+
+    def _end(self, tag: str) -> None:
+        self.open.pop().text = "".join(self.texts.pop()).strip()
+
+    def _doctype(self, *_: object) -> None:
+        raise _RefusedError("a document type is not allowed", "remove <!DOCTYPE …>; entities are not expanded")
+
+
+def write(root: Element) -> tuple[str, list[Span]]:
+    """XML text with one tag a line, and the place that each line came from."""
+    lines: list[str] = []
+    spans: list[Span] = []
+    pending: list[Element | str] = [root]
+    span = root.span
+    while pending:
+        item = pending.pop()
+        if isinstance(item, str):
+            line = f"</{item}>"
+        else:
+            span = item.span
+            attributes = "".join(f" {name}={quoteattr(value)}" for name, value in item.attributes.items())
+            line = f"<{item.tag}{attributes}{'' if item.children or item.text else '/'}>{escape(item.text)}"
+            if item.children:
+                pending.append(item.tag)
+                pending.extend(reversed(item.children))
+            elif item.text:
+                line += f"</{item.tag}>"
+        lines.append(line)
+        spans += [span] * (line.count("\n") + 1)
+    return "\n".join(lines), spans
+
+
+def numbers(text: str, count: int) -> tuple[float, ...] | None:
+    """As many finite numbers as asked for, or None."""
+    try:
+        values = tuple(float(part) for part in text.split())
+    except ValueError:
+        return None
+    return values if len(values) == count and all(abs(value) < 1e300 for value in values) else None
+
+
+_LINE = re.compile(r"\bline (\d+)")
+_NAME = re.compile(r"Element name '([^']+)'")
+
+
+def mujoco_says(error: Exception) -> tuple[str, str, int]:
+    """MuJoCo's own sentence, the name of the element it is about, and the line of the text it was given, 0 if unknown."""
+    text = str(error)
+    sentence = text.split("\n")[0].removeprefix("XML Error: ").removeprefix("Error: ")
+    name, line = _NAME.search(text), _LINE.search(text)
+    return sentence, name[1] if name else "", int(line[1]) if line else 0
+
+
+def place_of(spans: Sequence[Span], line: int) -> Span:
+    """Where a line that `write` made came from."""
+    return spans[min(max(line, 1), len(spans)) - 1]

@@ -1,0 +1,131 @@
+"""From a scene file to one compiled model, its stage and its simulation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+from graphengine.devices.poses import NOWHERE
+from graphengine.devices.stage import PHYSICS_SCENE, Stage
+from graphengine.format.diagnostics import Findings
+from graphengine.format.errors import PhysicsError
+from graphengine.format.files import Files
+from graphengine.format.spec import RobotUse, SceneSpec
+from graphengine.format.spec_reader import Loaded
+from graphengine.physics.description.robot_file import read_robot
+from graphengine.physics.dynamics.force_limits import tell_limits
+from graphengine.physics.files.references import Library
+from graphengine.physics.model.fleet import Placement, placements
+from graphengine.physics.model.prims import add_robot
+from graphengine.physics.model.robot import Robot, load_robot
+from graphengine.physics.model.scenery import Scenery, body_names
+from graphengine.physics.model.world_model import world_spec
+from graphengine.physics.model.world_prims import add_world
+from graphengine.physics.sensors.rays import RaysChoice
+from graphengine.physics.simulation import Simulation
+
+_FREE_PATH = "a robot's prim stands alone: nothing is there or below it, and nothing but scopes above it"
+SLOWEST = 0.1
+"""Ticks a second below which a step is too long for any physics."""
+
+
+@dataclass(frozen=True, slots=True)
+class LoadedWorld:
+    """A scene that compiled.
+
+    Attributes:
+        simulation: physics and sensors, a `backend.World`.
+        stage: prims of robots and of the world; graphs are not among them.
+        robots: by name, in order of the scene file.
+        scenery: what the model was compiled from, for whoever adds a robot or takes one away.
+    """
+
+    simulation: Simulation
+    stage: Stage
+    robots: dict[str, Robot]
+    scenery: Scenery
+
+
+def load_robot_file(path: Path, files: Files, findings: Findings) -> Robot | None:
+    """A robot as a scene would have it that says nothing about it; errors are added to `findings`."""
+    file = read_robot(path, files, findings)
+    placement = Placement(path.stem, f"/{path.stem}", path.stem, RobotUse(use=str(path)), NOWHERE, None)
+    return load_robot(placement, file, files, findings) if file is not None else None
+
+
+def load_world(
+    scene: Loaded[SceneSpec], files: Files, findings: Findings, *, seed: int = 0, rays: RaysChoice = "auto"
+) -> LoadedWorld | None:
+    """Build a scene's physics; what is wrong goes to `findings`, and then None comes back.
+
+    Args:
+        scene: read and checked; relative paths begin in its folder.
+        files: where references may lead.
+        findings: takes errors, the lint of the timestep and notes on what was resolved.
+        seed: of the sensors' noise.
+        rays: what lidars see with.
+    """
+    before = len(findings.errors)
+    if scene.spec.physics.tick_rate < SLOWEST:
+        span = scene.document.span("physics", "tick_rate")
+        findings.add("G109", f"tick_rate: physics needs at least {SLOWEST} ticks a second", span)
+        return None
+    library = Library(files, findings)
+    scenery = Scenery(scene, *world_spec(scene, library, findings), library)
+    robots: dict[str, Robot] = {}
+    for placement in placements(scene, findings):
+        robot = scenery.robot(placement, findings)
+        if robot is not None:
+            robots[placement.name] = robot
+    if len(findings.errors) > before:
+        return None
+    model = scenery.compile(robots, findings)
+    if model is None:
+        return None
+    stage = Stage()
+    add_world(stage, model, robots)
+    bodies = body_names(model)
+    for robot in robots.values():
+        taken = stage.obstacle(robot.prim_path)
+        if taken is None:
+            add_robot(stage, robot, bodies, findings)
+        else:
+            key = robot.placement.key
+            named = scene.document.key_span("robots", key)
+            span = scene.document.span("robots", key, "at") if robot.placement.use.at else named
+            findings.add("S105", f"{robot.prim_path} is taken: {taken.path} is a {taken.kind}", span, _FREE_PATH)
+    if PHYSICS_SCENE not in stage:  # a robot may have that name
+        stage.add(PHYSICS_SCENE, "scope")
+    if len(findings.errors) > before:
+        return None
+    physics, settle = scene.spec.physics, scene.spec.settle
+    rate = Fraction(repr(physics.tick_rate))
+    try:
+        simulation = Simulation(model, stage, rate, physics.substeps, seed=seed, settle=settle, rays=rays)
+    except PhysicsError as error:
+        message, *remedy = str(error).split("\n")
+        findings.add("S106", message, scene.document.key_span("settle" if settle else "world"), *remedy)
+        return None
+    tell_limits(simulation.limits, robots, findings)
+    _tell_touching(simulation, robots, scene, findings)
+    if settle and simulation.settled_after is None:
+        findings.add("N103", "not at rest after 5 s; t = 0 begins as it is", scene.document.key_span("settle"))
+    return LoadedWorld(simulation, stage, robots, scenery)
+
+
+def _tell_touching(
+    simulation: Simulation, robots: dict[str, Robot], scene: Loaded[SceneSpec], findings: Findings
+) -> None:
+    """Warn of robots that touch something but what carries them; once for all robots of one entry of the scene."""
+    touching = simulation.entities.touching()
+    told: dict[str, list[str]] = {}
+    for name, robot in robots.items():
+        if name in touching:
+            told.setdefault(robot.placement.key, []).append(name)
+    for key, names in told.items():
+        other = touching[names[0]]
+        more = f"; {len(names) - 1} more of its fleet touch something" if len(names) > 1 else ""
+        text = f"{names[0]} touches {other.other} at the start, {1000 * other.depth:.3g} mm deep{more}"
+        advice = "physics pushes the two apart; give the robot another position"
+        findings.add("W210", text, scene.document.key_span("robots", key), advice)

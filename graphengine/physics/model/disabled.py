@@ -1,0 +1,118 @@
+"""Joints that a robot file disables.
+
+PhysX lets go of what a disabled joint held. Descriptions have many joints that hold frames, or little more, and those are what
+people disable: what they hold stays where it is here. What would really fall off is an error, unless the file asks to weld it.
+
+Where all that weighs hangs on a disabled joint, that is what moves freely, and the links above the joint are frames on it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+from graphengine.format.diagnostics import Findings, Span
+from graphengine.format.wording import listing
+from graphengine.physics.description.robot_file import RobotFile
+from graphengine.physics.description.urdf import WORLD, Joint, Link, Urdf
+
+NEGLIGIBLE = 0.01
+"""Share of a robot's mass that may hang on a disabled joint and stay."""
+
+
+@dataclass(frozen=True, slots=True)
+class Disabled:
+    """What became of the joints that a file disables.
+
+    Attributes:
+        joints: their names, parents first.
+        free_link: the link that moves freely, with all others on it; None where the base is fixed.
+    """
+
+    joints: tuple[str, ...]
+    free_link: str | None
+
+
+def disable_joints(file: RobotFile, urdf: Urdf, findings: Findings) -> Disabled:
+    """Judge every joint that a robot file disables.
+
+    Args:
+        file: its `joints` and `keep_only_joints`.
+        urdf: a joint that moved becomes a fixed one when it is welded.
+        findings: takes errors, and notes on what stays where it is.
+    """
+    off = _disabled(file, urdf)
+    free_link = None if file.spec.fixed_base or urdf.root == WORLD else urdf.root
+    staying: list[str] = []
+    for name, span in off.items():
+        joint = urdf.joints[name]
+        below = list(urdf.depth_first(joint.child))
+        inside = {link.name for link in below}
+        above = [link for link in urdf.links.values() if link.name not in inside]
+        held = free_link is None or _matters(above, urdf)
+        if joint.moves or (held and _matters(below, urdf)):
+            if name in file.spec.joints and file.spec.joints[name].weld:
+                _weld(joint, below, off, urdf, findings, span)
+            else:
+                _refuse(joint, below, findings, span)
+        elif not held and not any(link.mass or link.colliders for link in above):
+            free_link = joint.child
+            text = f"joint {name!r} is disabled: {joint.child!r} moves freely, and {urdf.root!r} is a frame that it carries"
+            root = "" if file.spec.articulation_root else "it is the articulation root, as the file names none"
+            findings.add("N103", text, span, root)
+        else:
+            staying.append(name)
+    if staying:
+        text = "disabled joints stay welded, as one side of each has no collider and less than 1 % of the mass"
+        findings.add("N103", text, off[staying[0]], listing(staying, "joints"))
+    for name, spec in file.spec.joints.items():
+        if spec.weld and name not in off:
+            text = f"joint {name!r} is not disabled: weld is for what a disabled joint holds"
+            findings.add("G109", text, file.span("joints", name, "weld"), "write enabled: false beside it")
+    return Disabled(tuple(off), free_link)
+
+
+def _disabled(file: RobotFile, urdf: Urdf) -> dict[str, Span]:
+    """The joints that a file disables, parents first, and where it says so."""
+    spec = file.spec
+    off: dict[str, Span] = {}
+    for link in urdf.depth_first():
+        name = link.carrier.name if link.carrier is not None else ""
+        if name in spec.joints and not spec.joints[name].enabled:
+            off[name] = file.span("joints", name, "enabled")
+        elif name and spec.keep_only_joints and name not in spec.keep_only_joints:
+            off[name] = file.span("keep_only_joints")
+    return off
+
+
+def _matters(links: Sequence[Link], urdf: Urdf) -> bool:
+    return any(link.colliders for link in links) or sum(link.mass for link in links) > NEGLIGIBLE * urdf.mass
+
+
+def _described(links: Sequence[Link]) -> str:
+    """The first of some links, and what all of them weigh."""
+    mass = sum(link.mass for link in links)
+    return f"{links[0].name!r} ({mass:g} kg)"
+
+
+def _refuse(joint: Joint, below: Sequence[Link], findings: Findings, span: Span) -> None:
+    held = f"it {'moves' if joint.moves else 'holds'} {_described(below)}, which would fall off"
+    remedy = f"{joint.name}: {{enabled: false, weld: true}} below joints: keeps it in place; or leave the joint enabled"
+    findings.add("S106", f"joint {joint.name!r} cannot be disabled: {held}", span, remedy)
+
+
+def _weld(
+    joint: Joint, below: Sequence[Link], off: Collection[str], urdf: Urdf, findings: Findings, span: Span
+) -> None:
+    followers = [
+        other.name
+        for other in urdf.joints.values()
+        if other.name not in off and other.mimic is not None and other.mimic.leader == joint.name
+    ]
+    if followers:
+        held = listing(followers, "joints")
+        findings.add("S106", f"joint {joint.name!r} cannot be welded: others mimic it", span, held, "disable them, too")
+    place = ", where it is with the joint at zero" if joint.moves else ""
+    findings.add("N103", f"joint {joint.name!r} is disabled and welded: {_described(below)} stays{place}", span)
+    joint.type, joint.mimic = "fixed", None
+    joint.element.attributes["type"] = "fixed"

@@ -1,0 +1,82 @@
+"""Joint drives in SI units, and the MuJoCo servos that stand for them.
+
+PhysX's drive is one spring and damper: force = stiffness (q* - q) + damping (v* - v). In MuJoCo the joint itself is that spring
+and damper, and two actuators push it by stiffness q* and damping v*. MuJoCo's own servos would be the same, but it solves what is
+implicit in an actuator by iterations over all trees of bodies, after which the last bits of each robot depend on the others; what
+is implicit in a joint it solves tree by tree. All this needs the `discrete` integrator, which solves damping together with the
+contacts: with any other one a damping above about 10 on light wheels throws the robot about.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.format.spec import JointSpec
+from graphengine.physics.engine import mujoco
+
+DEGREES = 180 / math.pi
+"""Degrees in a radian: USD stores angular drives per degree, which PhysX multiplies by this."""
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """Gains and limits of a joint's drive; rad or m, N m or N."""
+
+    stiffness: float = 0.0
+    damping: float = 0.0
+    target_velocity: float = 0.0
+    max_acceleration: float = math.inf
+    """Limit on the slope of the velocity set point."""
+    max_force: float = math.inf
+    carries: float = 0.0
+    """What a wheel moves of the mass of its robot, by its radius: inertia over mass, m²."""
+
+
+def drive_of(joint: JointSpec, effort: float, *, prismatic: bool) -> Drive | None:
+    """The drive of a joint, None if it has none; lengths in USD are metres and forces are forces, so only angles change.
+
+    Args:
+        joint: what the robot file says.
+        effort: the description's limit, N m or N, for a drive that has no maximum force of its own.
+        prismatic: whether the joint slides.
+    """
+    if joint.drive is not None:
+        drive = joint.drive
+        limits = drive.max_acceleration or math.inf, drive.max_force or effort
+        return Drive(drive.stiffness, drive.damping, drive.target_velocity, *limits)
+    if joint.usd_drive is not None:
+        usd, factor = joint.usd_drive, 1.0 if prismatic else DEGREES
+        velocity, most = usd.target_velocity / factor, usd.max_force or effort
+        return Drive(usd.stiffness * factor, usd.damping * factor, velocity, max_force=most)
+    return None
+
+
+def in_si(drive: Drive) -> str:
+    """What a turning joint's drive does, for people."""
+    parts = {
+        "damping": (drive.damping, "N m s/rad"),
+        "stiffness": (drive.stiffness, "N m/rad"),
+        "target velocity": (drive.target_velocity, "rad/s"),
+    }
+    return ", ".join(f"{name} {value:g} {unit}" for name, (value, unit) in parts.items() if value) or "no force"
+
+
+def position_servo(joint: str) -> str:
+    """Name of the actuator that pushes a joint to its target position."""
+    return f"{joint}.position"
+
+
+def velocity_servo(joint: str) -> str:
+    """Name of the actuator that pushes a joint to its target velocity."""
+    return f"{joint}.velocity"
+
+
+def servos(model: mujoco.MjModel, names: Iterable[str], gains: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Ids of actuators, -1 where a gain is zero and there is none."""
+    found = [model.actuator(name).id if gain > 0 else -1 for name, gain in zip(names, gains, strict=True)]
+    return np.array(found, np.intp)

@@ -1,0 +1,64 @@
+"""How far geoms reach along the axes of a frame, exactly, for every shape but height fields and signed distances."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.physics.engine import mujoco
+
+Floats = NDArray[np.float64]
+
+_GEOM = mujoco.mjtGeom
+_ORIGIN, _AXES = np.zeros(3), np.eye(3)
+
+
+def extents(
+    model: mujoco.MjModel, data: mujoco.MjData, geoms: Iterable[int], origin: Floats = _ORIGIN, axes: Floats = _AXES
+) -> tuple[Floats, Floats] | None:
+    """Least and greatest coordinates of some geoms, m; planes without bounds do not count, and without any other it is None.
+
+    Args:
+        model: of the geoms.
+        data: says where they are.
+        geoms: their numbers.
+        origin: of the frame, in the world, m.
+        axes: of the frame: the matrix, of the shape (3, 3), that turns its vectors into the world's.
+    """
+    poses = {geom: (data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3)) for geom in map(int, geoms)}
+    there = {geom: ((position - origin) @ axes, axes.T @ turn) for geom, (position, turn) in poses.items()}
+    found = [reach for geom, pose in there.items() if (reach := _reach(model, geom, *pose)) is not None]
+    if not found:
+        return None
+    lows, highs = zip(*found, strict=True)
+    return np.min(lows, axis=0), np.max(highs, axis=0)
+
+
+def _reach(model: mujoco.MjModel, geom: int, centre: Floats, rotation: Floats) -> tuple[Floats, Floats] | None:
+    kind, size = model.geom_type[geom], model.geom_size[geom]
+    if kind == _GEOM.mjGEOM_MESH:
+        mesh = model.geom_dataid[geom]
+        first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+        points = model.mesh_vert[first : first + count] @ rotation.T
+        return centre + points.min(axis=0), centre + points.max(axis=0)
+    along = np.abs(rotation)
+    if kind == _GEOM.mjGEOM_PLANE:
+        if not size[:2].all():  # zero stands for endless
+            return None
+        half = along[:, :2] @ size[:2]
+    elif kind == _GEOM.mjGEOM_SPHERE:
+        half = np.repeat(size[0], 3)
+    elif kind == _GEOM.mjGEOM_CAPSULE:
+        half = along[:, 2] * size[1] + size[0]
+    elif kind == _GEOM.mjGEOM_CYLINDER:
+        half = along[:, 2] * size[1] + np.sqrt(np.maximum(1.0 - along[:, 2] ** 2, 0.0)) * size[0]
+    elif kind == _GEOM.mjGEOM_ELLIPSOID:
+        half = np.sqrt((rotation**2) @ size**2)
+    elif kind == _GEOM.mjGEOM_BOX:
+        half = along @ size
+    else:
+        middle, own = model.geom_aabb[geom].reshape(2, 3)
+        centre, half = centre + rotation @ middle, along @ own
+    return centre - half, centre + half

@@ -1,0 +1,87 @@
+"""Which robots a scene's `robots` stand for: names, poses and namespaces of fleets."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from graphengine.devices.poses import from_orientation
+from graphengine.devices.rotation import Pose, compose
+from graphengine.format.diagnostics import Findings
+from graphengine.format.spec import NAMESPACE_FIELD, RobotUse, SceneSpec
+from graphengine.format.spec_reader import Loaded
+
+
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """One robot to be put into a scene.
+
+    Attributes:
+        name: in the scene.
+        prim_path: path of its prim.
+        key: of the scene file's `robots` that it comes from; empty for one that comes later.
+        use: what the scene says about it.
+        pose: of its base link in the world.
+        namespace: of its base link; None for the robot file's own.
+    """
+
+    name: str
+    prim_path: str
+    key: str
+    use: RobotUse
+    pose: Pose
+    namespace: str | None
+
+
+def placements(scene: Loaded[SceneSpec], findings: Findings) -> list[Placement]:
+    """The robots of a scene, in file order; names and namespaces that collide go to `findings`."""
+    found: dict[str, Placement] = {}
+    for key, use in scene.spec.robots.items():
+        for placement in place(key, use):
+            name, span = placement.name, scene.document.key_span("robots", key)
+            if placement.prim_path == "/World":
+                findings.add("S105", "a robot cannot be named 'World': the world's prims are there", span)
+            elif name in found:
+                other = (scene.document.key_span("robots", found[name].key), "the other one")
+                findings.add("S105", f"two robots are named {name!r}", span, related=[other])
+            else:
+                found[name] = placement
+        size, shared = use.count or len(use.places or ()), use.namespace
+        if size > 1 and shared is not None and not NAMESPACE_FIELD.search(shared):
+            text = f"{size} robots would share the namespace {shared!r}"
+            span = scene.document.span("robots", key, "namespace")
+            findings.add("S105", text, span, "write it with {name} or {index:04}")
+    return list(found.values())
+
+
+def place(key: str, use: RobotUse) -> Iterator[Placement]:
+    """The robots that one entry of a scene stands for."""
+    start: Pose = (use.position, from_orientation(use.orientation))
+    at = use.at or f"/{key}"
+    if use.count is None and use.places is None:
+        yield Placement(key, at, key, use, start, _fill(use.namespace, key, 0))
+        return
+    for index, pose in enumerate(_poses(use, start)):
+        name, path = f"{key}_{index:04}", f"{at}_{index:04}"
+        namespace = _fill("{name}" if use.namespace is None else use.namespace, name, index)
+        yield Placement(name, path, key, use, pose, namespace)
+
+
+def _poses(use: RobotUse, start: Pose) -> Iterator[Pose]:
+    if use.places is not None:
+        yield from (compose(start, (one.position, from_orientation(one.orientation))) for one in use.places)
+        return
+    (x, y, z), orientation = start
+    count = use.count or 1
+    along, across = use.spacing or (0.0, 0.0)
+    per_row = use.per_row or count
+    for index in range(count):
+        row, column = divmod(index, per_row)
+        yield (x + column * along, y + row * across, z), orientation
+
+
+def _fill(pattern: str | None, name: str, index: int) -> str | None:
+    """A namespace with its fields put in."""
+    if pattern is None:
+        return None
+    return NAMESPACE_FIELD.sub(lambda field: name if field[1] == "name" else f"{index:0{field[2] or 1}}", pattern)

@@ -1,0 +1,57 @@
+"""Bodies of sensors, seen by cameras and by the rays of other robots: without mass, and nothing collides with them."""
+
+from __future__ import annotations
+
+from graphengine.devices.poses import carrier
+from graphengine.devices.stage import Prim, Stage
+from graphengine.format.diagnostics import Findings
+from graphengine.physics.engine import RAYS_AND_PICTURES, mujoco
+from graphengine.physics.model.prims import add_robot
+from graphengine.physics.model.profiles import ShapeSpec
+from graphengine.physics.model.robot import Robot
+
+
+def housing_of(prim: Prim) -> str:
+    """Name of the body that a sensor's prim has in pictures if it has an appearance: the robot's, and its path below that."""
+    robot = next((above for above in prim.ancestors() if above.kind == "robot"), None)
+    above, name = (robot.path, robot.entity_name) if robot is not None else ("/", "")
+    return name + prim.path.removeprefix(above)
+
+
+def add_housings(model: mujoco.MjSpec, robot: Robot) -> None:
+    """Give each sensor that has an appearance a body of its own, on the one that carries the sensor.
+
+    Args:
+        model: of the robot.
+        robot: whose sensors are found as its prims will be.
+    """
+    stage, bodies = Stage(), {f"{robot.name}/{body.name}" for body in model.bodies}
+    add_robot(stage, robot, bodies, Findings())  # what is wrong is told when the robot's prims are made
+    for name, path in stage.find(robot.prim_path).facts["mounts"].items():
+        profile = robot.profiles.get(name)
+        if not path or profile is None or not profile.appearance:
+            continue
+        mount = stage.find(path)
+        body, (position, (x, y, z, w)) = carrier(mount)
+        if body is None:
+            continue
+        housing = model.body(body.removeprefix(f"{robot.name}/")).add_body(
+            name=housing_of(mount).removeprefix(f"{robot.name}/"), pos=position, quat=(w, x, y, z)
+        )
+        for shape in profile.appearance:
+            _add_shape(housing, shape)
+
+
+def _add_shape(body: mujoco.MjsBody, shape: ShapeSpec) -> None:
+    length, width, height = shape.size
+    box = shape.shape == "box"
+    body.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_BOX if box else mujoco.mjtGeom.mjGEOM_CYLINDER,
+        size=[length / 2, width / 2, height / 2] if box else [length / 2, height / 2, 0.0],
+        pos=shape.position,
+        rgba=[*shape.colour, 1.0],
+        mass=0.0,
+        contype=0,
+        conaffinity=0,
+        group=RAYS_AND_PICTURES,
+    )

@@ -1,0 +1,177 @@
+"""A description made into a robot: what `graphrun import-urdf` writes, tried out before anything is written."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from graphengine.devices.poses import NOWHERE
+from graphengine.devices.stage import Stage
+from graphengine.format.diagnostics import Findings
+from graphengine.format.files import shipped
+from graphengine.format.spec import RobotUse
+from graphengine.physics.description.bare import robot_file
+from graphengine.physics.description.draft import compose
+from graphengine.physics.description.reader import read_urdf
+from graphengine.physics.description.urdf import Urdf
+from graphengine.physics.engine import REFUSALS, mujoco
+from graphengine.physics.files.packages import Packages, package_of
+from graphengine.physics.files.references import Library
+from graphengine.physics.files.xml import Element, mujoco_says, write
+from graphengine.physics.model.extents import extents
+from graphengine.physics.model.fleet import Placement
+from graphengine.physics.model.prims import add_robot
+from graphengine.physics.model.robot import Robot, load_robot
+from graphengine.physics.model.robot_model import robot_spec
+
+_FLOOR_FRICTION = 1.0
+_MESHES = ("mesh", "texture")
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Where a description came from, and where its robot file goes.
+
+    Attributes:
+        element: the description, xacro expanded.
+        packages: where its meshes lie.
+        path: of the description; None if it has to be written, as what came from xacro or from the network.
+        told: the same for people.
+        target: the robot file.
+        fixed_base: whether the root link is bolted to the world.
+    """
+
+    element: Element
+    packages: Packages
+    path: Path | None
+    told: str
+    target: Path
+    fixed_base: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Imported:
+    """A robot that a robot file would give, compiled once, and the texts of the files.
+
+    Attributes:
+        robot: as a scene has it.
+        free: whether its root link moves.
+        lowest: height (m) of the lowest point of its colliders above its root link, all joints at zero; None without any.
+        library: which knows what became of its meshes.
+        files: texts by path, the robot file last.
+        outside: folders that lie outside of the robot file's project, which scenes need `--allow` for.
+        use: the robot file as a scene of its project names it.
+    """
+
+    robot: Robot
+    free: bool
+    lowest: float | None
+    library: Library
+    files: dict[Path, str]
+    outside: list[Path]
+    use: str
+
+
+def import_robot(origin: Origin, findings: Findings) -> Imported | None:
+    """Try a description out; what is wrong with it goes to `findings`."""
+    urdf = read_urdf(origin.element, origin.packages, findings)
+    if urdf is None:
+        return None
+    name, files = origin.target.stem, origin.packages.files
+    packages = list(_used_packages(urdf))
+    path = origin.path or origin.target.with_suffix(".urdf")
+    told = [_near(folder, origin.target) for folder in packages]
+    text = compose(urdf, name, origin.told, _near(path, origin.target), told, fixed_base=origin.fixed_base)
+    file = robot_file(text, origin.target, findings)
+    placement = Placement(name, f"/{name}", name, RobotUse(use=str(origin.target)), NOWHERE, None)
+    robot = load_robot(placement, file, files, findings, urdf) if file is not None else None
+    library = Library(files, findings)
+    spec = robot_spec(robot, library, _FLOOR_FRICTION, findings) if robot is not None else None
+    model = _compiled(spec, urdf, findings) if spec is not None else None
+    if robot is None or model is None:
+        return None
+    bodies = {f"{name}/{model.body(index).name}" for index in range(model.nbody)}
+    before = len(findings.errors)
+    add_robot(Stage(), robot, bodies, findings)
+    if len(findings.errors) > before:
+        return None
+    written = {} if origin.path is not None else {path: _portable(urdf)}
+    return Imported(
+        robot=robot,
+        free=robot.disabled.free_link is not None,
+        lowest=_lowest(model),
+        library=library,
+        files={**written, origin.target: text},
+        outside=_outside([*packages, path], origin),
+        use=os.path.relpath(origin.target.parent.resolve() / origin.target.name, _project(origin.target)),
+    )
+
+
+def _compiled(spec: mujoco.MjSpec, urdf: Urdf, findings: Findings) -> mujoco.MjModel | None:
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            model = spec.compile()
+    except REFUSALS as error:
+        message, name, _ = mujoco_says(error)
+        owners = (name, name.rsplit(".", 2)[0])  # a geom is named by its link and two numbers
+        places = (element.span for element in urdf.element.walk() if element.get("name") in owners)
+        findings.add("S106", f"MuJoCo: {message}: {name!r}", next(places, urdf.element.span))
+        return None
+    for warning in caught:
+        findings.add("W205", f"MuJoCo: {str(warning.message).partition(' Time =')[0]}", urdf.element.span)
+    return model
+
+
+def _lowest(model: mujoco.MjModel) -> float | None:
+    """Height of the lowest point that collides above the root link, which stands upright in the world's origin."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    found = extents(model, data, np.flatnonzero(model.geom_contype | model.geom_conaffinity))
+    return float(found[0][2]) if found is not None else None
+
+
+def _used_packages(urdf: Urdf) -> Iterator[Path]:
+    """Folders of the packages that the meshes of a robot lie in, but for installed ones, which are found anyway."""
+    meshes = (element.get("filename") for element in urdf.element.walk() if element.tag in _MESHES)
+    names = dict.fromkeys(name for reference in meshes if (name := package_of(reference)) is not None)
+    for name in names:
+        folder = urdf.packages.find(name)
+        if folder is not None and not any(folder.is_relative_to(i) for i in urdf.packages.files.installed):
+            yield folder.resolve()
+
+
+def _portable(urdf: Urdf) -> str:
+    """The description's text for another folder: relative references lead where they led before."""
+    for element in urdf.element.walk():
+        reference = element.get("filename")
+        if element.tag in _MESHES and reference and "://" not in reference:
+            element.attributes["filename"] = (urdf.packages.folder / reference).resolve().as_uri()
+    return '<?xml version="1.0"?>\n' + write(urdf.element)[0] + "\n"
+
+
+def _near(path: Path, target: Path) -> str:
+    """A path as a robot file names it: relative within its project, else absolute."""
+    resolved, folder = path.resolve(), target.parent.resolve()
+    return os.path.relpath(resolved, folder) if resolved.is_relative_to(_project(target)) else str(resolved)
+
+
+def _project(target: Path) -> Path:
+    """The folder of the scenes that a robot file is meant for, which robots lie in a folder of."""
+    folder = target.parent.resolve()
+    return folder.parent if folder.name == "robots" else folder
+
+
+def _outside(paths: list[Path], origin: Origin) -> list[Path]:
+    """Folders that no scene of the project may read of its own."""
+    known = [_project(origin.target), shipped() / "scenes", *origin.packages.files.installed]
+    found: list[Path] = []
+    for path in paths:
+        if not any(path.resolve().is_relative_to(folder) for folder in (*known, *found)):
+            found.append(path.resolve() if path.is_dir() else path.resolve().parent)
+    return found

@@ -1,0 +1,233 @@
+"""Prims of a robot: its links, joints, materials, frames and sensors.
+
+Mounts of sensors and frames are prims only. Physics knows nothing of them; their poses follow from the body that carries them.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection
+from typing import Any
+
+from graphengine.devices.poses import from_orientation
+from graphengine.devices.sensor import Quaternion
+from graphengine.devices.stage import Prim, PrimKind, Stage
+from graphengine.format.diagnostics import Findings, Span
+from graphengine.format.errors import AmbiguousPrimError, PrimError
+from graphengine.format.spec import MaterialSpec, SensorSpec
+from graphengine.format.wording import did_you_mean, listing
+from graphengine.physics.model.profiles import LidarProfile, RigProfile
+from graphengine.physics.model.robot import Robot
+
+LOOKING_FORWARD: Quaternion = (0.5, -0.5, -0.5, 0.5)
+"""Turns a camera, which looks along its -z axis with +y up, to look along the x axis of its mount with z up."""
+
+
+def prim_name(name: str) -> str:
+    """A name as USD allows it: letters, digits and '_'."""
+    plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
+    return f"_{plain}" if plain[:1].isdigit() else plain
+
+
+def within(stage: Stage, robot: str, reference: str) -> Prim:
+    """The prim that a robot file means: a path below the robot's, or a name that only one of its prims has.
+
+    Raises:
+        PrimError: there is none, or, as AmbiguousPrimError, more than one.
+    """
+    path = f"{robot}/{reference}"
+    if path in stage and stage.is_literal(path, found := stage.find(path)):
+        return found
+    prims = list(stage.find(robot).descendants())
+    named = [prim for prim in prims if prim.name == reference]
+    if len(named) > 1:
+        paths = [prim.path.removeprefix(f"{robot}/") for prim in named]
+        raise AmbiguousPrimError(
+            f"{reference!r} could mean {len(named)} prims", reference, listing(paths, "write one of")
+        )
+    if not named:
+        names = {prim.name for prim in prims if prim.kind != "scope"}
+        near = did_you_mean(reference, names) or listing(sorted(names), "prims")
+        below = reference.removeprefix("/").partition("/")[2]
+        if reference.startswith("/") and below and f"{robot}/{below}" in stage:
+            near = f"a robot file writes paths from the robot on: {below}"
+        raise PrimError(f"the robot has no prim {reference!r}", reference, near)
+    return named[0]
+
+
+def add_robot(stage: Stage, robot: Robot, bodies: Collection[str], findings: Findings) -> None:
+    """Define a robot's prims.
+
+    Args:
+        stage: takes them.
+        robot: checked.
+        bodies: names in the physics model; a link that is not among them is a frame.
+        findings: takes prims that do not exist or exist twice.
+    """
+    _Builder(stage, robot, bodies, findings).build()
+
+
+class _Builder:
+    def __init__(self, stage: Stage, robot: Robot, bodies: Collection[str], findings: Findings) -> None:
+        self.stage = stage
+        self.robot = robot
+        self.bodies = bodies
+        self.findings = findings
+
+    def build(self) -> None:
+        """The robot, then what hangs on it, then what is written on prims."""
+        robot, file = self.robot, self.robot.file
+        links = self._links()
+        self.stage.find(robot.prim_path).facts.update(
+            base_link=links[robot.spec.base_link],
+            articulation_root=links[robot.articulation_root],
+            joints=tuple(joint.name for joint in robot.moving),
+            moving_links=tuple(links[joint.child] for joint in robot.moving),
+            prismatic=tuple(joint.type == "prismatic" for joint in robot.moving),
+            wheel_radii=robot.wheel_radii,
+            wheel_distance=robot.wheel_distance,
+            urdf=robot.urdf_text,
+            fixed_transforms=robot.fixed_transforms,
+        )
+        self._joints(links)
+        for name, frame in robot.spec.frames.items():
+            pose = {"position": frame.position, "orientation": from_orientation(frame.orientation)}
+            self._mount("frames", name, "frame", frame.parent, pose)
+        mounts = {name: self._sensor(name, sensor) for name, sensor in robot.spec.sensors.items()}
+        self.stage.find(robot.prim_path).facts["mounts"] = mounts
+        for reference, value in robot.spec.namespaces.items():
+            self._write("namespaces", reference, "namespace", value)
+        if robot.placement.namespace is not None:
+            self.stage.find(links[robot.spec.base_link]).namespace = robot.placement.namespace
+        for reference, value in robot.spec.name_overrides.items():
+            self._write("name_overrides", reference, "name_override", value)
+        for name, material in robot.spec.materials.items():
+            path, span = f"{robot.prim_path}/Materials/{name}", file.key_span("materials", name)
+            facts = material.model_dump() | self._binding(material)
+            self._add(path, "material", span, facts=facts)
+
+    def _binding(self, material: MaterialSpec) -> dict[str, Any]:
+        """What a material is mixed with: the floor's friction, and bodies with whether they are wheels.
+
+        A link that is the world has no body of its own, so that its colliders cannot be told from the world's: it is left out.
+        """
+        wheels, name = self.robot.spec.wheel_colliders, self.robot.name
+        bodies = {f"{name}/{link}": link in wheels for link in material.bind if f"{name}/{link}" in self.bodies}
+        return {"floor": self.robot.floor, "bodies": bodies}
+
+    def _add(self, path: str, kind: PrimKind, span: Span, **facts: Any) -> Prim | None:
+        try:
+            return self.stage.add(path, kind, **facts)
+        except PrimError as error:
+            self.findings.add("S105", error.message, span, *error.help)
+            return None
+
+    def _links(self) -> dict[str, str]:
+        """Define the robot and its links; their paths by name."""
+        robot = self.robot
+        base = f"{robot.name}/{robot.spec.base_link}"
+        self.stage.add(
+            robot.prim_path,
+            "robot",
+            facts={"name": robot.name},
+            position=robot.placement.pose[0],
+            orientation=robot.placement.pose[1],
+            body=base if base in self.bodies else None,
+        )
+        paths: dict[str, str] = {}
+        for link in robot.urdf.depth_first():
+            name = prim_name(link.name)
+            above = paths[link.carrier.parent] if link.carrier else f"{robot.prim_path}/Geometry"
+            position, orientation = link.carrier.pose if link.carrier else ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+            body = f"{robot.name}/{link.name}"
+            paths[link.name] = f"{above}/{name}"
+            self._add(
+                paths[link.name],
+                "link",
+                link.element.place("name"),
+                position=position,
+                orientation=orientation,
+                body=body if body in self.bodies else None,
+                name_override="" if name == link.name else link.name,
+                facts={"link": link.name},
+            )
+        return paths
+
+    def _joints(self, links: dict[str, str]) -> None:
+        for joint in self.robot.urdf.joints.values():
+            name = prim_name(joint.name)
+            self._add(
+                f"{self.robot.prim_path}/Physics/{name}",
+                "joint",
+                joint.element.place("name"),
+                name_override="" if name == joint.name else joint.name,
+                facts={
+                    "joint": joint.name,
+                    "type": joint.type,
+                    "enabled": joint.name not in self.robot.disabled.joints,
+                    "parent": links[joint.parent],
+                    "child": links[joint.child],
+                    "drive": self.robot.drives.get(joint.name),
+                    "effort": joint.effort,
+                },
+            )
+
+    def _mount(self, section: str, name: str, kind: PrimKind, parent: str, pose: dict[str, Any], **facts: Any) -> str:
+        """Define a prim below the one that a robot file names; its path, empty if there is none."""
+        file = self.robot.file
+        try:
+            above = within(self.stage, self.robot.prim_path, parent)
+        except PrimError as error:
+            self.findings.add("S104", error.message, file.span(section, name, "parent"), *error.help)
+            return ""
+        prim = self._add(f"{above.path}/{name}", kind, file.key_span(section, name), facts=facts, **pose)
+        return prim.path if prim is not None else ""
+
+    def _write(self, section: str, reference: str, attribute: str, value: str) -> None:
+        try:
+            setattr(within(self.stage, self.robot.prim_path, reference), attribute, value)
+        except PrimError as error:
+            self.findings.add("S104", error.message, self.robot.file.key_span(section, reference), *error.help)
+
+    def _sensor(self, name: str, sensor: SensorSpec) -> str:
+        """Path of a sensor's prim: an imu or contact sensor itself, or the mount below which its lidar or cameras are."""
+        profile = self.robot.profiles.get(name)
+        pose = {"position": sensor.position, "orientation": from_orientation(sensor.orientation)}
+        own = (profile.imu or profile.contact) if profile is not None else None
+        if profile is not None and own is not None:
+            kind: PrimKind = "imu" if profile.imu is not None else "contact"
+            return self._mount("sensors", name, kind, sensor.parent, pose, profile=profile.sensor, **own.model_dump())
+        path = self._mount("sensors", name, "sensor", sensor.parent, pose, type=sensor.type)
+        if not path or profile is None:
+            return path
+        span = self.robot.file.key_span("sensors", name)
+        if profile.lidar is not None:
+            self._add(f"{path}/Lidar", "lidar", span, facts=_lidar_facts(profile.lidar, sensor, profile.sensor))
+        if profile.camera is not None:
+            facts = profile.camera.model_dump() | {"profile": profile.sensor}
+            self._add(f"{path}/Camera", "camera", span, orientation=LOOKING_FORWARD, facts=facts)
+        if profile.rig is not None:
+            self._rig(path, profile.rig, span)
+        return path
+
+    def _rig(self, path: str, rig: RigProfile, span: Span) -> None:
+        housing = f"{path}/{rig.housing}"
+        self._add(housing, "sensor", span)
+        for name, part in rig.parts.items():
+            pose = {"position": part.position, "orientation": from_orientation(part.orientation)}
+            if part.camera is not None:
+                self._add(f"{housing}/{name}", "camera", span, facts=part.camera.model_dump(), **pose)
+            if part.imu is not None:
+                self._add(f"{housing}/{name}", "imu", span, facts=part.imu.model_dump(), **pose)
+
+
+def _lidar_facts(lidar: LidarProfile, sensor: SensorSpec, profile: str) -> dict[str, Any]:
+    return {
+        "profile": profile,
+        "rate": lidar.rate,
+        "angles": lidar.angles,
+        "elevations": lidar.elevations,
+        "ranges": (lidar.near, lidar.far),
+        "noise_std": lidar.noise_std if sensor.noise_std is None else sensor.noise_std,
+        "resolution": lidar.resolution,
+    }

@@ -1,0 +1,185 @@
+"""A robot of a scene: its description with what the robot file changes about it, every name checked, no physics yet."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+from graphengine.devices.rotation import rotate
+from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.format.diagnostics import Findings, Span
+from graphengine.format.files import Files
+from graphengine.format.spec import RobotSpec
+from graphengine.format.wording import did_you_mean, listing
+from graphengine.physics.description.robot_file import RobotFile
+from graphengine.physics.description.source import read_description
+from graphengine.physics.description.urdf import Joint, Urdf, shape_of
+from graphengine.physics.files.xml import write
+from graphengine.physics.model.disabled import Disabled, disable_joints
+from graphengine.physics.model.drives import Drive, drive_of, in_si
+from graphengine.physics.model.fleet import Placement
+from graphengine.physics.model.materials import NO_FLOOR_FRICTION
+from graphengine.physics.model.profiles import SensorProfile, read_profiles
+
+
+@dataclass(slots=True, eq=False, repr=False)
+class Robot:
+    """One robot of a scene.
+
+    Attributes:
+        placement: its name, pose and namespace in the scene.
+        file: the robot file with what it extends; `file.spec.graphs` are its graphs, `file.folder(…)` where their paths begin.
+        urdf: the description, origins of the robot file applied.
+        urdf_text: the same as XML, for robot_state_publisher.
+        profiles: of its sensors, by name.
+        moving: the joints of the articulation, in order.
+        drives: of moving joints that have one, by joint.
+        disabled: the joints that the file disables, and which link moves freely then.
+        floor: friction of what it stands on.
+    """
+
+    placement: Placement
+    file: RobotFile
+    urdf: Urdf
+    urdf_text: str
+    profiles: dict[str, SensorProfile]
+    moving: tuple[Joint, ...]
+    drives: dict[str, Drive]
+    disabled: Disabled
+    floor: float = NO_FLOOR_FRICTION
+
+    @property
+    def name(self) -> str:
+        """In the scene: the prefix of its names in the physics model."""
+        return self.placement.name
+
+    @property
+    def spec(self) -> RobotSpec:
+        """The merged robot file."""
+        return self.file.spec
+
+    @property
+    def prim_path(self) -> str:
+        """Path of the robot's prim."""
+        return self.placement.prim_path
+
+    @property
+    def articulation_root(self) -> str:
+        """Link that graphs address the robot by."""
+        return self.spec.articulation_root or self.disabled.free_link or self.spec.base_link
+
+    @property
+    def fixed_transforms(self) -> tuple[tuple[str, str, Vector3, Quaternion], ...]:
+        """Parent frame, child frame, translation (m) and rotation of every fixed joint, in order of the description."""
+        fixed = [joint for joint in self.urdf.joints.values() if not joint.moves]
+        return tuple((joint.parent, joint.child, *joint.pose) for joint in fixed)
+
+    @property
+    def wheel_radii(self) -> dict[str, float]:
+        """Radius (m) of the wheel on each moving joint that carries one."""
+        return {joint.name: wheel[0] for joint in self.moving if (wheel := self.urdf.wheel(joint))}
+
+    @property
+    def wheel_distance(self) -> float | None:
+        """Distance (m) along the axle between the centres of the two driven wheels; None unless there are two."""
+        driven = [joint for joint in self.moving if joint.name in self.drives and self.urdf.wheel(joint)]
+        if len(driven) != 2:
+            return None
+        axle = rotate(self.urdf.pose_in_root(driven[0].child)[1], driven[0].axis)
+        one, other = (wheel[1] for joint in driven if (wheel := self.urdf.wheel(joint)))
+        return abs(sum((a - b) * c for a, b, c in zip(one, other, axle, strict=True)))
+
+
+def load_robot(
+    placement: Placement, file: RobotFile, files: Files, findings: Findings, urdf: Urdf | None = None
+) -> Robot | None:
+    """Check a robot file against its description, read unless given; what is wrong goes to `findings`."""
+    urdf = urdf or read_description(file, files, findings)
+    profiles = read_profiles(file, files, findings)
+    if urdf is None:
+        return None
+    before = len(findings.errors)
+    _check_names(file, urdf, findings)
+    if len(findings.errors) > before:
+        return None
+    for name, joint in file.spec.joints.items():
+        if joint.position is not None:
+            urdf.joints[name].put(joint.position)
+    disabled = disable_joints(file, urdf, findings)
+    drives = _drives(file, urdf, disabled, findings)
+    _check_colliders(file, urdf, findings)
+    text = '<?xml version="1.0"?>\n' + write(urdf.element)[0] + "\n"
+    return Robot(placement, file, urdf, text, profiles, tuple(urdf.moving()), drives, disabled)
+
+
+def _known(what: str, name: str, legal: Iterable[str], span: Span, findings: Findings) -> None:
+    names = list(legal)
+    if name not in names:
+        near = did_you_mean(name, names) or listing(names, f"{what}s")
+        findings.add("S104", f"the robot has no {what} {name!r}", span, near)
+
+
+def _check_names(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
+    spec = file.spec
+    if spec.base_link != urdf.root:
+        span = file.span("base_link")
+        findings.add(
+            "S104", f"{spec.base_link!r} is not the description's root link", span, f"write base_link: {urdf.root}"
+        )
+    if spec.articulation_root:
+        _known("link", spec.articulation_root, urdf.links, file.span("articulation_root"), findings)
+    for joint in spec.joints:
+        _known("joint", joint, urdf.joints, file.key_span("joints", joint), findings)
+    for index, joint in enumerate(spec.keep_only_joints):
+        _known("joint", joint, urdf.joints, file.span("keep_only_joints", index), findings)
+    for link in spec.wheel_colliders:
+        _known("link", link, urdf.links, file.key_span("wheel_colliders", link), findings)
+    bound: dict[str, Span] = {}
+    for name, material in spec.materials.items():
+        for index, link in enumerate(material.bind):
+            span = file.span("materials", name, "bind", index)
+            _known("link", link, urdf.links, span, findings)
+            if link in bound:
+                findings.add("S105", f"link {link!r} has two materials", span, related=[(bound[link], "first here")])
+            bound[link] = span
+
+
+def _drives(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings) -> dict[str, Drive]:
+    """The drives of the joints that have one and move."""
+    drives: dict[str, Drive] = {}
+    for name, spec in file.spec.joints.items():
+        joint = urdf.joints[name]
+        drive = drive_of(spec, joint.effort or math.inf, prismatic=joint.type == "prismatic")
+        if drive is None or name in disabled.joints:
+            continue
+        key = "drive" if spec.drive is not None else "usd_drive"
+        span = file.key_span("joints", name, key)
+        if not joint.moves:
+            findings.add("S104", f"joint {name!r} is fixed: a drive has nothing to move", span, "remove the drive")
+            continue
+        if not (drive.damping or drive.stiffness):
+            advice = "damping follows velocities, stiffness positions; efforts need no drive"
+            findings.add("N103", f"joint {name!r}: a drive without damping and stiffness does nothing", span, advice)
+            continue
+        drives[name] = drive
+        if spec.usd_drive is not None and joint.type != "prismatic":
+            findings.add("N103", f"joint {name!r}: USD counts degrees, in SI it is {in_si(drive)}", span)
+    wheels = {name: wheel[0] for name in drives if (wheel := urdf.wheel(urdf.joints[name]))}
+    for name, radius in wheels.items():
+        drives[name] = replace(drives[name], carries=radius**2 / len(wheels))
+    return drives
+
+
+def _check_colliders(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
+    for link, shape in file.spec.wheel_colliders.items():
+        tags = [geometry.tag for collider in urdf.links[link].colliders if (geometry := shape_of(collider)) is not None]
+        if shape == "ellipsoid" and tags != ["cylinder"]:
+            what = listing(tags, "its colliders")
+            span = file.key_span("wheel_colliders", link)
+            findings.add("S106", f"link {link!r} is no wheel: an ellipsoid replaces one cylinder", span, what)
+    for name, material in file.spec.materials.items():
+        for index, link in enumerate(material.bind):
+            if not urdf.links[link].colliders:
+                span = file.span("materials", name, "bind", index)
+                findings.add("S104", f"link {link!r} has no collider to bind a material to", span)

@@ -1,0 +1,200 @@
+"""A checked robot as an MjSpec that a world can attach."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Collection
+
+from graphengine.devices.poses import NOWHERE
+from graphengine.devices.rotation import Pose, relative
+from graphengine.format.diagnostics import Findings
+from graphengine.physics.description.for_mujoco import for_mujoco
+from graphengine.physics.description.mjcf import parse
+from graphengine.physics.description.urdf import WORLD, Mimic, Urdf
+from graphengine.physics.engine import PICTURES, RAYS, RAYS_AND_PICTURES, mujoco
+from graphengine.physics.files.references import Library
+from graphengine.physics.files.xml import Element
+from graphengine.physics.model.drives import Drive, position_servo, velocity_servo
+from graphengine.physics.model.materials import against_floor, sentences
+from graphengine.physics.model.robot import Robot
+
+_HARD_SOLREF, _HARD_SOLIMP = (0.004, 1.0), (0.99, 0.999)
+"""Of joint limits: a drive that pushes against one with 1e4 N m/rad is 0.3 mrad beyond it, with MuJoCo's defaults 40."""
+_TIGHT_SOLREF = (0.005, 1.0)
+"""Time constant (s) and damping ratio of the constraint by which a joint follows another."""
+_TIGHT_SOLIMP = (0.999, 0.9999)
+"""Impedance of that constraint: a follower that carries 30 N strays by micrometres."""
+
+
+def robot_spec(robot: Robot, library: Library, floor: float, findings: Findings) -> mujoco.MjSpec | None:
+    """The robot as MuJoCo's editable model, None when something is wrong with it.
+
+    Args:
+        robot: checked against its description.
+        library: reads the meshes.
+        floor: friction of what the robot stands on.
+        findings: takes what is wrong, and notes on what was resolved.
+    """
+    before = len(findings.errors)
+    free_link = robot.disabled.free_link
+    element = for_mujoco(robot.urdf, robot.name, library, findings, free=free_link is not None)
+    if len(findings.errors) > before:
+        return None
+    turned = _turn_round(element, robot)
+    spec, _ = parse(element, library, "S103")
+    if spec is None:
+        return None
+    for link, (position, (x, y, z, w)) in turned.items():
+        spec.body(link).pos, spec.body(link).quat = position, (w, x, y, z)
+    if free_link is not None:
+        spec.body(free_link).add_freejoint(name=_unused("root", robot.urdf.joints))
+    _equip_joints(spec, robot)
+    _hollow_meshes(spec)
+    _shape_wheels(spec, robot)
+    _group_geoms(spec, robot)
+    _apply_materials(spec, robot, floor, findings)
+    _exclude_contacts(spec, robot)
+    _prune(spec, robot)
+    _keep_awake(spec)
+    return spec
+
+
+def _unused(name: str, taken: Collection[str]) -> str:
+    while name in taken:
+        name += "_"
+    return name
+
+
+def _turn_round(element: Element, robot: Robot) -> dict[str, Pose]:
+    """Hang the links above the one that moves freely on that one, as MuJoCo has only topmost bodies move freely.
+
+    They are frames on fixed joints, of which parent and child change places. New poses come back, for bodies of the model.
+    """
+    link = robot.urdf.links[robot.disabled.free_link or robot.urdf.root]
+    poses = {link.name: robot.urdf.pose_in_root(link.name)} if link.carrier is not None else {}
+    while (carrier := link.carrier) is not None:
+        poses[carrier.parent] = relative(carrier.pose, NOWHERE)
+        joint = next(joint for joint in element.all("joint") if joint.get("name") == carrier.name)
+        parent = Element("parent", {"link": carrier.child}, joint.span)
+        joint.children = [parent, Element("child", {"link": carrier.parent}, joint.span)]
+        link = robot.urdf.links[carrier.parent]
+    return poses
+
+
+def _equip_joints(spec: mujoco.MjSpec, robot: Robot) -> None:
+    """Limits that hold, rotors, drives, and ties between joints."""
+    for joint in robot.moving:
+        driven = spec.joint(joint.name)
+        driven.solref_limit, driven.solimp_limit[:2] = _HARD_SOLREF, _HARD_SOLIMP
+        if joint.name in robot.spec.joints:
+            driven.armature = robot.spec.joints[joint.name].armature
+        if joint.name in robot.drives:
+            _add_servos(spec, joint.name, robot.drives[joint.name])
+        if joint.mimic is not None:
+            _tie(spec, joint.name, joint.mimic)
+
+
+def _add_servos(spec: mujoco.MjSpec, joint: str, drive: Drive) -> None:
+    """Make a joint the spring and damper of its drive, which actuators push; `ForceLimits` keeps their force within limits."""
+    for servo, gain in ((position_servo(joint), drive.stiffness), (velocity_servo(joint), drive.damping)):
+        if gain > 0:
+            spec.add_actuator(name=servo, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT).gainprm[0] = gain
+    driven = spec.joint(joint)
+    driven.stiffness[0] += drive.stiffness
+    driven.damping[0] += drive.damping
+    driven.actfrclimited = False
+
+
+def _tie(spec: mujoco.MjSpec, joint: str, mimic: Mimic) -> None:
+    """Let a joint follow another by an equality constraint, q = offset + multiplier * leader, as both are zero in qpos0."""
+    equality = spec.add_equality(name=f"{joint}.mimic", type=mujoco.mjtEq.mjEQ_JOINT)
+    equality.name1, equality.name2 = joint, mimic.leader
+    equality.data[:5] = mimic.offset, mimic.multiplier, 0.0, 0.0, 0.0
+    equality.solref, equality.solimp[:2] = _TIGHT_SOLREF, _TIGHT_SOLIMP
+
+
+def _hollow_meshes(spec: mujoco.MjSpec) -> None:
+    """MuJoCo refuses a flat mesh for its lack of volume. That counts only where a body takes its mass from its colliders."""
+    weighed = (body for body in spec.bodies if not body.explicitinertial)
+    solid = {geom.meshname for body in weighed for geom in body.geoms if _collides(geom)}
+    for mesh in spec.meshes:
+        if mesh.name not in solid:
+            mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+
+
+def _collides(geom: mujoco.MjsGeom) -> bool:
+    return bool(geom.contype or geom.conaffinity)
+
+
+def _shape_wheels(spec: mujoco.MjSpec, robot: Robot) -> None:
+    """An ellipsoid touches the floor in one point; the two at the rims of a cylinder scrub in a turn."""
+    for link, shape in robot.spec.wheel_colliders.items():
+        for geom in spec.body(link).geoms:
+            if shape == "ellipsoid" and _collides(geom):
+                radius, half_width = geom.size[0], geom.size[1]
+                geom.type = mujoco.mjtGeom.mjGEOM_ELLIPSOID
+                geom.size = [radius, radius, half_width]
+
+
+def _group_geoms(spec: mujoco.MjSpec, robot: Robot) -> None:
+    """Colliders are drawn only where a link has no visual."""
+    for link in robot.urdf.links:
+        geoms = list(spec.body(link).geoms)
+        drawn = any(not _collides(geom) for geom in geoms)
+        for geom in geoms:
+            geom.group = PICTURES if not _collides(geom) else RAYS if drawn else RAYS_AND_PICTURES
+
+
+def _apply_materials(spec: mujoco.MjSpec, robot: Robot, floor: float, findings: Findings) -> None:
+    for name, material in robot.spec.materials.items():
+        for link in material.bind:
+            contact = against_floor(material, floor, wheel=link in robot.spec.wheel_colliders)
+            for geom in spec.body(link).geoms:
+                if _collides(geom):
+                    contact.tell(geom)
+        if material.bind:
+            text, *left_out = sentences(name, material, floor)
+            findings.add("N103", text, robot.file.key_span("materials", name), *left_out)
+
+
+def _exclude_contacts(spec: mujoco.MjSpec, robot: Robot) -> None:
+    """Keep colliders of one robot, which often overlap, from colliding with each other, as Isaac's importer does.
+
+    Where they may, those that a joint connects still do not, as in PhysX; MuJoCo sees to that, but for joints on a fixed base.
+    Colliders of a link that is the world collide with all others.
+    """
+    links, top = robot.urdf.links, _rigid(robot.urdf)
+    solid = [link.name for link in links.values() if link.colliders and link.name != WORLD]
+    base = {name for name in links if top[name] == robot.urdf.root} if robot.disabled.free_link is None else set()
+    on_base = {name for name in links if (joint := links[top[name]].carrier) is not None and joint.parent in base}
+    for pair in itertools.combinations(solid, 2):
+        if not robot.spec.self_collision or (base.intersection(pair) and on_base.intersection(pair)):
+            spec.add_exclude(bodyname1=pair[0], bodyname2=pair[1])
+
+
+def _rigid(urdf: Urdf) -> dict[str, str]:
+    """The topmost of the links that no joint moves against each other, by link."""
+    top: dict[str, str] = {}
+    for link in urdf.depth_first():
+        fixed = link.carrier is not None and not link.carrier.moves
+        top[link.name] = top[link.carrier.parent] if link.carrier is not None and fixed else link.name
+    return top
+
+
+def _keep_awake(spec: mujoco.MjSpec) -> None:
+    """Let no robot sleep in worlds that have MuJoCo's sleep: a sensor of one that sleeps feels no contact, and no force."""
+    trees = list(spec.worldbody.bodies)
+    while trees:
+        body = trees.pop()
+        if list(body.joints):
+            body.sleep = mujoco.mjtSleepPolicy.mjSLEEP_NEVER
+        else:
+            trees += body.bodies
+
+
+def _prune(spec: mujoco.MjSpec, robot: Robot) -> None:
+    """Delete links that are frames only: nothing to simulate, and their poses are those of what carries them."""
+    for link in reversed(list(robot.urdf.depth_first())):
+        body = spec.body(link.name)
+        if link.carrier is not None and not (link.mass or list(body.geoms) or list(body.joints) or list(body.bodies)):
+            spec.delete(body)

@@ -1,0 +1,208 @@
+"""A scene's world and the kinds of robots in it, as MuJoCo's editable models: any set of robots compiles from them."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from graphengine.format.diagnostics import Findings, Span
+from graphengine.format.files import NotFoundError
+from graphengine.format.spec import SceneSpec
+from graphengine.format.spec_reader import Loaded
+from graphengine.format.wording import listing
+from graphengine.physics.description.bare import SUFFIXES, is_text, read_bare
+from graphengine.physics.description.mjcf import is_mjcf, read_mjcf
+from graphengine.physics.description.robot_file import read_robot
+from graphengine.physics.engine import REFUSALS, mujoco
+from graphengine.physics.files.references import Library
+from graphengine.physics.files.xml import Element, mujoco_says, place_of
+from graphengine.physics.model.fleet import Placement
+from graphengine.physics.model.housings import add_housings
+from graphengine.physics.model.materials import NO_FLOOR_FRICTION
+from graphengine.physics.model.robot import Robot, load_robot
+from graphengine.physics.model.robot_model import robot_spec
+
+_DEGREE_OF_FREEDOM = re.compile(r"\bDOF (\d+)")
+
+
+@dataclass(frozen=True, slots=True)
+class _Kind:
+    """What one robot file stands for: a robot somewhere, and its model."""
+
+    robot: Robot
+    model: mujoco.MjSpec
+
+
+class Scenery:
+    """A world, and robots to be put into it.
+
+    Args:
+        scene: what messages about the world point to; relative paths begin in its folder.
+        world: parsed; None if that failed, and then nothing compiles.
+        lines: where each line of the parsed text comes from.
+        library: reads what descriptions refer to.
+    """
+
+    def __init__(
+        self, scene: Loaded[SceneSpec], world: mujoco.MjSpec | None, lines: Sequence[Span], library: Library
+    ) -> None:
+        self.scene = scene
+        self.library = library
+        self._world = world
+        self._lines = lines
+        self._floor = _floor_friction(world) if world is not None else NO_FLOOR_FRICTION
+        self._kinds: dict[str, _Kind | None] = {}
+        """By path of the file, or by the text of the description."""
+
+    def robot(self, placement: Placement, findings: Findings) -> Robot | None:
+        """A robot at its place; each robot file is read once, and what is wrong with it told once."""
+        use = placement.use.use
+        if is_text(use):
+            path, key = self.scene.folder / "description", use
+        else:
+            try:
+                path = self.library.files.find(use, self.scene.folder)
+            except NotFoundError as error:
+                findings.add("S101", error.message, self._place_of(placement), *error.help)
+                return None
+            key = str(path)
+        if key not in self._kinds:
+            self._kinds[key] = self._read(path, placement, findings)
+        kind = self._kinds[key]
+        return replace(kind.robot, placement=placement, floor=self._floor) if kind is not None else None
+
+    def _place_of(self, placement: Placement) -> Span | None:
+        """Where the scene names a robot's file; nowhere for one that comes later."""
+        return self.scene.document.span("robots", placement.key, "use") if placement.key else None
+
+    def forget(self, robots: Mapping[str, Robot]) -> None:
+        """Read anew what was wrong, and the texts that no robot is made of."""
+        used = {id(robot.file) for robot in robots.values()}
+        self._kinds = {
+            key: kind
+            for key, kind in self._kinds.items()
+            if kind is not None and (id(kind.robot.file) in used or not is_text(key))
+        }
+
+    def _read(self, path: Path, placement: Placement, findings: Findings) -> _Kind | None:
+        self.library.findings = findings  # whoever asks for a robot is told, not who asked for the first
+        files, use, urdf, model = self.library.files, placement.use.use, None, None
+        if is_mjcf(use):
+            file, urdf, model = read_mjcf(use, path, self.library) or (None, None, None)
+        elif is_text(use) or path.suffix in SUFFIXES:
+            file, urdf = read_bare(use, path, files, findings) or (None, None)
+        else:
+            file = read_robot(path, files, findings)
+        robot = load_robot(placement, file, files, findings, urdf) if file is not None else None
+        if robot is not None and model is None:
+            model = robot_spec(robot, self.library, self._floor, findings)
+        if robot is None or model is None:
+            return None
+        if is_mjcf(use) or urdf is not None:
+            self._tell_joints(robot, model, placement, findings)
+        add_housings(model, robot)
+        return _Kind(robot, model)
+
+    def _tell_joints(self, robot: Robot, model: mujoco.MjSpec, placement: Placement, findings: Findings) -> None:
+        """Tell what graphs can do with the joints of a description that is used without a robot file."""
+        free = mujoco.mjtJoint.mjJNT_FREE
+        brought = [joint.name or "one without a name" for joint in model.joints if joint.type != free]
+        known = {joint.name for joint in robot.moving}
+        unknown = [name for name in brought if name not in known]
+        still = [name for name in brought if name in known and name not in robot.drives]
+        listed = f"{len(brought)} joint{'s' * (len(brought) != 1)}"
+        share = len(known) if unknown else "all"
+        findings.add(
+            "N104",
+            f"without a robot file the description brings {listed}, {share} known to graphs",
+            self._place_of(placement),
+            listing(unknown, "unknown are") if unknown else "",
+            listing(still, "without a drive are") if still else "",
+            "joints of a MuJoCo model are not read; a robot file of its URDF names them" if unknown else "",
+        )
+
+    def compile(self, robots: Mapping[str, Robot], findings: Findings) -> mujoco.MjModel | None:
+        """One model of the world and robots from `robot`; None when MuJoCo refuses."""
+        whole = self._assembled(robots, findings)
+        if whole is None:
+            return None
+        try:
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                model = whole.compile()
+        except REFUSALS as error:
+            self._refused(error, robots, findings)
+            return None
+        for warning in caught:
+            self._warned(str(warning.message), model, robots, findings)
+        return model
+
+    def _assembled(self, robots: Mapping[str, Robot], findings: Findings) -> mujoco.MjSpec | None:
+        """The world with robots attached, which share meshes and textures where these are equal; None when MuJoCo refuses.
+
+        MuJoCo takes files that have one name for equal. Attaching gives those of each robot names of their own, unless the
+        robot brings no files along; the library has them all.
+        """
+        if self._world is None:
+            return None
+        before, whole = len(findings.errors), self._world.copy()
+        whole.assets.clear()
+        models = {id(kind.robot.file): kind.model for kind in self._kinds.values() if kind is not None}
+        for robot in robots.values():
+            position, (x, y, z, w) = robot.placement.pose
+            frame = whole.worldbody.add_frame(pos=position, quat=(w, x, y, z))
+            # A copy, as what is attached belongs to the whole; and MuJoCo's own copying slows down with each time.
+            model = models[id(robot.file)].copy()
+            model.assets.clear()
+            has_assets = bool(list(model.meshes) or list(model.textures))
+            try:
+                whole.attach(model, frame=frame, prefix=f"{robot.name}/")
+            except REFUSALS as error:
+                self._refused(error, robots, findings)
+            if has_assets:  # each time, as attaching slows down with how many there are
+                whole.dedup_assets()
+        whole.assets = self.library.assets
+        return whole if len(findings.errors) == before else None
+
+    def _warned(self, text: str, model: mujoco.MjModel, robots: Mapping[str, Robot], findings: Findings) -> None:
+        """Tell what MuJoCo thinks of a model that it compiled, at the joint if it numbers one."""
+        sentence, number = text.partition(" Time =")[0], _DEGREE_OF_FREEDOM.search(text)
+        span, where = self.scene.document.key_span("world"), ""
+        if number is not None and int(number[1]) < model.nv:
+            index = int(model.dof_jntid[int(number[1])])
+            name = model.joint(index).name or model.body(int(model.jnt_bodyid[index])).name
+            where = f"degree of freedom {number[1]} belongs to {name!r}"
+            span = element.span if (element := _element(name, robots)) is not None else span
+        findings.add("W205", f"MuJoCo: {sentence}", span, where)
+
+    def _refused(self, error: Exception, robots: Mapping[str, Robot], findings: Findings) -> None:
+        """Tell MuJoCo's sentence where its element stands: in a robot's description if the name says so, else in the world."""
+        message, name, line = mujoco_says(error)
+        element = _element(name, robots)
+        if element is not None:
+            findings.add("S106", f"MuJoCo: {message}: {name.partition('/')[2]!r}", element.span)
+        else:
+            findings.add("S106", f"MuJoCo: {message}", place_of(self._lines, line))
+
+
+def _element(name: str, robots: Mapping[str, Robot]) -> Element | None:
+    """What a robot's description calls so, or the whole description; None for what belongs to no robot."""
+    owner, _, rest = name.partition("/")
+    if owner not in robots:
+        return None
+    root = robots[owner].urdf.element
+    return next((element for element in root.walk() if element.get("name") == rest.partition(".")[0]), root)
+
+
+def _floor_friction(world: mujoco.MjSpec) -> float:
+    """Sliding friction of the world's first plane."""
+    planes = (geom for geom in world.geoms if geom.type == mujoco.mjtGeom.mjGEOM_PLANE)
+    return next((float(geom.friction[0]) for geom in planes), NO_FLOOR_FRICTION)
+
+
+def body_names(model: mujoco.MjModel) -> set[str]:
+    """Names of all bodies of a model."""
+    return {model.body(index).name for index in range(model.nbody)}

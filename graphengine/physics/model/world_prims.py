@@ -1,0 +1,54 @@
+"""Prims of the world: its bodies and its lights."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Any
+
+import numpy as np
+
+from graphengine.devices.stage import Stage
+from graphengine.physics.engine import mujoco
+from graphengine.physics.model.prims import prim_name
+
+
+def add_world(stage: Stage, model: mujoco.MjModel, robots: Collection[str]) -> None:
+    """Define a prim below /World for every body and every light of the model that belongs to no robot."""
+    paths = {0: "/World"}
+    stage.add("/World", "scope")
+    for index in range(1, model.nbody):
+        body = model.body(index)
+        parent = int(model.body_parentid[index])
+        if parent not in paths or any(body.name.startswith(f"{robot}/") for robot in robots):
+            continue
+        path = f"{paths[parent]}/{prim_name(body.name)}"
+        paths[index] = path if path not in stage else f"{path}_{index}"
+        w, x, y, z = body.quat.tolist()
+        stage.add(paths[index], "body", position=tuple(body.pos.tolist()), orientation=(x, y, z, w), body=body.name)
+    for number, index in enumerate(world_lights(model, robots)):
+        _add_light(stage, model, index, number, paths[int(model.light_bodyid[index])])
+
+
+def _add_light(stage: Stage, model: mujoco.MjModel, index: int, number: int, above: str) -> None:
+    """Define the prim of a light, which shines along its -z axis as USD's do; `number` is its place among the world's."""
+    light = model.light(index)
+    path = f"{above}/{prim_name(light.name or f'light_{number}')}"
+    turn = np.empty(4)
+    mujoco.mju_quatZ2Vec(turn, -light.dir)
+    w, x, y, z = turn.tolist()
+    facts: dict[str, Any] = {name: tuple(getattr(light, name).tolist()) for name in ("diffuse", "ambient", "specular")}
+    facts |= {"number": number, "directional": bool(light.type[0] == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL.value)}
+    stage.add(
+        path if path not in stage else f"{path}_light_{number}",
+        "light",
+        position=tuple(light.pos.tolist()),
+        orientation=(x, y, z, w),
+        facts=facts,
+    )
+
+
+def world_lights(model: mujoco.MjModel, robots: Collection[str]) -> list[int]:
+    """Numbers of the lights that belong to no robot; in their order, which is the same whatever robots there are."""
+    prefixes = tuple(f"{robot}/" for robot in robots)
+    bodies = [model.body(body).name for body in model.light_bodyid]
+    return [light for light, body in enumerate(bodies) if not body.startswith(prefixes)]

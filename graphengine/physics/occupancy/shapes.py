@@ -1,0 +1,201 @@
+"""Obstacles as shapes: MuJoCo's geoms, gathered by what they are.
+
+An obstacle is what a robot can run into or its lidar can see. Contacts see the convex hull of a mesh and rays its triangles, so a
+mesh that collides is both; of one that rays alone see, the triangles count. Contacts see everything behind a plane, however large
+it is drawn, and behind an endless one there is nothing for rays to see; else the rectangle counts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise, product
+from typing import Protocol
+
+import numpy as np
+
+from graphengine.physics.engine import mujoco
+from graphengine.physics.occupancy.grid import MARGIN, Bools, Canvas, Floats, Integers, Window
+from graphengine.physics.occupancy.polyhedra import Triangles
+from graphengine.physics.occupancy.rounds import Cylinders, Ellipsoids
+from graphengine.physics.sensors.rays import visible_geoms
+
+_CUBE = np.array(list(product((-1.0, 1.0), repeat=3)))
+_CUBE_FACES = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
+_CUBE_TRIANGLES = np.concatenate([_CUBE_FACES[:, [0, 1, 2]], _CUBE_FACES[:, [0, 2, 3]]])
+_PRISM_TRIANGLES = np.array(
+    [[0, 1, 2], [3, 4, 5], [0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [2, 0, 3], [2, 3, 5]]
+)  # of corners 0 to 2 and what lies below them, 3 to 5
+
+
+class Shape(Protocol):
+    """Bodies of one kind."""
+
+    def bounds(self) -> tuple[Floats, Floats]:
+        """Least and greatest x and y."""
+
+    def draw(self, canvas: Canvas, window: Window) -> None:
+        """Occupy the cells that the bodies stand in."""
+
+
+@dataclass(frozen=True, slots=True)
+class HalfSpaces:
+    """All that lies behind planes: the points p with `normals` p <= `offsets`."""
+
+    normals: Floats
+    offsets: Floats
+
+    def bounds(self) -> tuple[Floats, Floats]:
+        """None: what has no end does not widen a map."""
+        return np.full(2, np.inf), np.full(2, -np.inf)
+
+    def draw(self, canvas: Canvas, window: Window) -> None:
+        """Occupy the cells that a plane leaves behind it somewhere between the window's heights."""
+        rows = np.arange(canvas.grid.rows)
+        south, north = canvas.grid.bands(rows)
+        for (nx, ny, nz), offset in zip(self.normals.tolist(), self.offsets.tolist(), strict=True):
+            rest = offset - min(nz * (window[0] + MARGIN), nz * (window[1] - MARGIN))
+            rest = rest - np.minimum(ny * south, ny * north)  # nx x <= rest
+            everywhere = np.full(len(rows), np.inf)
+            if abs(nx) > 1e-12:
+                border = rest / nx
+                low, high = (-everywhere, border) if nx > 0 else (border, everywhere)
+            else:
+                low, high = np.where(rest >= 0, -np.inf, np.inf), everywhere
+            canvas.fill(rows, low, high)
+
+
+def seen_or_solid(model: mujoco.MjModel) -> tuple[Bools, Bools]:
+    """For each geom whether rays see it, and whether it collides."""
+    seen: Bools = np.zeros(model.ngeom, np.bool_)
+    seen[visible_geoms(model)] = True
+    solid: Bools = (model.geom_contype | model.geom_conaffinity) != 0
+    return seen, solid
+
+
+def shapes(model: mujoco.MjModel, data: mujoco.MjData, geoms: Integers) -> Iterator[Shape]:
+    """The given geoms, in the world frame.
+
+    Args:
+        model: its groups of geoms as `engine.sort_geoms` has them.
+        data: with up-to-date poses of geoms.
+        geoms: numbers.
+    """
+    kinds, kind = mujoco.mjtGeom, model.geom_type[geoms]
+    solid = seen_or_solid(model)[1]
+    yield from _boxes(model, data, geoms[kind == kinds.mjGEOM_BOX])
+    yield from _round(model, data, geoms)
+    for geom in geoms[kind == kinds.mjGEOM_PLANE].tolist():
+        yield _plane(model, data, geom, solid[geom])
+    for geom in geoms[kind == kinds.mjGEOM_MESH].tolist():
+        yield from _mesh(model, data, geom, solid[geom])
+    for geom in geoms[kind == kinds.mjGEOM_SDF].tolist():
+        yield from _mesh(model, data, geom, False)  # contacts see its surface, of which the mesh is a likeness
+    for geom in geoms[kind == kinds.mjGEOM_HFIELD].tolist():
+        yield from _field(model, data, geom)
+
+
+def _placed(data: mujoco.MjData, geom: int, points: Floats) -> Floats:
+    """Points of a geom's frame in the world's."""
+    world: Floats = points @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]
+    return world
+
+
+def _plane(model: mujoco.MjModel, data: mujoco.MjData, geom: int, solid: bool) -> Shape:
+    x, y, _ = model.geom_size[geom].tolist()  # half the sides, 0 without end
+    if solid or x * y == 0:
+        normal = data.geom_xmat[geom].reshape(3, 3)[:, 2]
+        return HalfSpaces(normal[None], np.array([normal @ data.geom_xpos[geom]]))
+    corners = _placed(data, geom, np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]]))
+    return Triangles.skin(corners[[[0, 1, 2], [0, 2, 3]]])
+
+
+def _mesh(model: mujoco.MjModel, data: mujoco.MjData, geom: int, solid: bool) -> Iterator[Shape]:
+    mesh = int(model.geom_dataid[geom])
+    vertices = _vertices(model, mesh)
+    corners, margin = _placed(data, geom, vertices), _margin(vertices)
+    yield Triangles.skin(corners[_faces(model, mesh)], margin)
+    if solid and model.mesh_graphadr[mesh] >= 0:
+        hull = corners[_hull(model, mesh)]
+        yield Triangles(hull, np.zeros(len(hull), np.intp), margin)
+
+
+def _field(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Iterator[Shape]:
+    for prisms in _strips(model, int(model.geom_dataid[geom])):
+        corners = _placed(data, geom, prisms)[:, _PRISM_TRIANGLES]
+        owner = np.repeat(np.arange(len(corners)), len(_PRISM_TRIANGLES))
+        yield Triangles(corners.reshape(-1, 3, 3), owner, _margin(prisms))
+
+
+def _margin(points: Floats) -> float:
+    """That of coordinates which MuJoCo keeps in single precision, in the geom's own frame."""
+    return MARGIN + float(np.finfo(np.float32).eps * np.abs(points).max(initial=0.0))
+
+
+def _boxes(model: mujoco.MjModel, data: mujoco.MjData, geoms: Integers) -> Iterator[Shape]:
+    if not len(geoms):
+        return
+    rotations = data.geom_xmat[geoms].reshape(-1, 3, 3)
+    corners = (_CUBE * model.geom_size[geoms, None]) @ rotations.transpose(0, 2, 1) + data.geom_xpos[geoms, None]
+    triangles = corners[:, _CUBE_TRIANGLES].reshape(-1, 3, 3)
+    yield Triangles(triangles, np.repeat(np.arange(len(geoms)), len(_CUBE_TRIANGLES)))
+
+
+def _round(model: mujoco.MjModel, data: mujoco.MjData, geoms: Integers) -> Iterator[Shape]:
+    """Spheres, ellipsoids and cylinders; a capsule is a cylinder and two spheres."""
+    kinds, kind = mujoco.mjtGeom, model.geom_type[geoms]
+    rotations = data.geom_xmat.reshape(-1, 3, 3)
+
+    spheres = geoms[kind == kinds.mjGEOM_SPHERE]
+    ellipsoids = geoms[kind == kinds.mjGEOM_ELLIPSOID]
+    capsules = geoms[kind == kinds.mjGEOM_CAPSULE]
+    ends = model.geom_size[capsules, 1, None] * rotations[capsules, :, 2]
+    balls = np.concatenate([spheres, capsules, capsules])
+    centres = [data.geom_xpos[g] for g in (spheres, capsules, capsules, ellipsoids)]
+    centres[1], centres[2] = centres[1] - ends, centres[2] + ends
+    axes = [
+        model.geom_size[balls, 0, None, None] * np.eye(3),
+        rotations[ellipsoids] * model.geom_size[ellipsoids, None],
+    ]
+    if len(balls) or len(ellipsoids):
+        yield Ellipsoids(np.concatenate(centres), np.concatenate(axes))
+
+    long = geoms[np.isin(kind, (kinds.mjGEOM_CYLINDER, kinds.mjGEOM_CAPSULE))]
+    if len(long):
+        yield Cylinders(data.geom_xpos[long], rotations[long, :, 2], *model.geom_size[long, :2].T)
+
+
+def _vertices(model: mujoco.MjModel, mesh: int) -> Floats:
+    start = model.mesh_vertadr[mesh]
+    vertices: Floats = model.mesh_vert[start : start + model.mesh_vertnum[mesh]].astype(float)
+    return vertices
+
+
+def _faces(model: mujoco.MjModel, mesh: int) -> Integers:
+    start = model.mesh_faceadr[mesh]
+    faces: Integers = model.mesh_face[start : start + model.mesh_facenum[mesh]]
+    return faces
+
+
+def _hull(model: mujoco.MjModel, mesh: int) -> Integers:
+    """Triangles of a mesh's convex hull: the last part of its graph (MuJoCo's XML reference, mesh_graph)."""
+    graph = model.mesh_graph[model.mesh_graphadr[mesh] :]
+    vertices, faces = graph[:2].tolist()
+    start = 2 + 3 * vertices + 3 * faces
+    triangles: Integers = graph[start : start + 3 * faces].reshape(-1, 3)
+    return triangles
+
+
+def _strips(model: mujoco.MjModel, field: int) -> Iterator[Floats]:
+    """The prisms that contacts make of a height field, two for each of its cells, (n, 6, 3), a row of cells at a time."""
+    rows, columns = int(model.hfield_nrow[field]), int(model.hfield_ncol[field])
+    half_x, half_y, height, base = model.hfield_size[field].tolist()
+    start = model.hfield_adr[field]
+    heights = height * model.hfield_data[start : start + rows * columns].astype(float).reshape(rows, columns)
+    x, y = np.meshgrid(np.linspace(-half_x, half_x, columns), np.linspace(-half_y, half_y, rows))
+    points = np.stack([x, y, heights], axis=-1)
+    for south, north in pairwise(points):
+        one = np.stack([south[:-1], south[1:], north[1:]], axis=1)
+        other = np.stack([south[:-1], north[1:], north[:-1]], axis=1)
+        top = np.concatenate([one, other])
+        yield np.concatenate([top, top * (1, 1, 0) - (0, 0, base)], axis=1)

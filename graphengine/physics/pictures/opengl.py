@@ -1,0 +1,196 @@
+"""OpenGL without a window: by EGL, or by OSMesa where there is none.
+
+MuJoCo draws into the context that is current in its thread. The ones that come with it rest on PyOpenGL, which serves one of the
+two platforms a process, chosen by an environment variable before it is imported. A dozen functions called through ctypes serve
+either.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import functools
+import os
+from collections.abc import Iterator
+from contextlib import AbstractContextManager
+from typing import Any, Protocol
+
+from graphengine.format.errors import RenderError
+
+_Handle, _Unsigned, _Integer = ctypes.c_void_p, ctypes.c_uint, ctypes.c_int32
+_RENDERER, _VERSION = 0x1F01, 0x1F02
+_INSTALL = (
+    "on Debian and Ubuntu: apt-get install libegl1 libgl1-mesa-dri libopengl0",
+    "or, where there is no EGL: apt-get install libosmesa6",
+)
+
+
+def context() -> AbstractContextManager[None]:
+    """OpenGL for the calling thread, for as long as the block lasts.
+
+    Raises:
+        RenderError: this machine has none that draws without a window, or it was opened before this process was forked off.
+    """
+    return _own_platform().context()
+
+
+def driver() -> str:
+    """Renderer and version of that OpenGL, in its own words; pictures differ in their last bits from one to another.
+
+    Raises:
+        RenderError: as for `context`.
+    """
+    platform = _own_platform()
+    with platform.context():
+        get_string = ctypes.CFUNCTYPE(ctypes.c_char_p, _Unsigned)(platform.address("glGetString"))
+        return ", ".join((get_string(name) or b"?").decode(errors="replace") for name in (_RENDERER, _VERSION))
+
+
+class _UnusableError(Exception):
+    """A library is there and does not do what it should."""
+
+
+class _Platform(Protocol):
+    def context(self) -> AbstractContextManager[None]:
+        """OpenGL for the calling thread."""
+
+    def address(self, function: str) -> int:
+        """Where a function of OpenGL is."""
+
+
+def _own_platform() -> _Platform:
+    platform, process = _platform()
+    if process != os.getpid():  # the driver's threads are not in the copy, which would wait for them for ever
+        raise RenderError(
+            "pictures were drawn before this process was forked off, and a driver of OpenGL does not survive that\n"
+            "let multiprocessing begin its processes by 'spawn' or 'forkserver'"
+        )
+    return platform
+
+
+@functools.cache
+def _platform() -> tuple[_Platform, int]:
+    """The first platform that works, and the process it was opened in.
+
+    MuJoCo looks its functions up once a process, so it stays with that one.
+    """
+    failures: list[str] = []
+    for name, platform in (("EGL", _Egl), ("OSMesa", _OSMesa)):
+        try:
+            return platform(), os.getpid()
+        except (OSError, AttributeError, _UnusableError) as error:  # not there, too old, or broken
+            failures.append(f"{name}: {error}")
+    raise RenderError("\n".join(("pictures need OpenGL, and none works here", *failures, *_INSTALL)))
+
+
+def _function(library: ctypes.CDLL, name: str, result: Any, *arguments: Any) -> Any:
+    function = getattr(library, name)
+    function.restype, function.argtypes = result, arguments
+    return function
+
+
+class _Egl:
+    """EGL on the first of its devices that draws; GPUs come before Mesa's software renderer."""
+
+    DEVICE_PLATFORM, OPENGL = 0x313F, 0x30A2
+    # 8 bits each of red, green, blue and alpha, a depth of 24, a stencil of 8; for OpenGL, off-screen.
+    WANTED = (0x3024, 8, 0x3023, 8, 0x3022, 8, 0x3021, 8, 0x3025, 24, 0x3026, 8, 0x3040, 8, 0x3033, 1, 0x3038)
+
+    def __init__(self) -> None:
+        find = functools.partial(_function, ctypes.CDLL("libEGL.so.1"))
+        self._address = find("eglGetProcAddress", _Handle, ctypes.c_char_p)
+        self._bind = find("eglBindAPI", _Unsigned, _Unsigned)
+        self._choose = find("eglChooseConfig", _Unsigned, _Handle, _Handle, _Handle, _Integer, _Handle)
+        self._create = find("eglCreateContext", _Handle, _Handle, _Handle, _Handle, _Handle)
+        self._destroy = find("eglDestroyContext", _Unsigned, _Handle, _Handle)
+        self._initialize = find("eglInitialize", _Unsigned, _Handle, _Handle, _Handle)
+        self._make_current = find("eglMakeCurrent", _Unsigned, _Handle, _Handle, _Handle, _Handle)
+        self._release_thread = find("eglReleaseThread", _Unsigned)
+        self._display, self._config = self._usable()
+        # MuJoCo finds OpenGL in what the whole process sees, and NVIDIA's driver needs libOpenGL there for several threads.
+        ctypes.CDLL("libEGL.so.1", mode=ctypes.RTLD_GLOBAL)
+        with contextlib.suppress(OSError):
+            ctypes.CDLL("libOpenGL.so.0", mode=ctypes.RTLD_GLOBAL)
+
+    def _usable(self) -> tuple[int, int]:
+        """Display and configuration of the first device that a context can be made for."""
+        query = self._extension("eglQueryDevicesEXT", _Unsigned, _Integer, _Handle, _Handle)
+        display_of = self._extension("eglGetPlatformDisplayEXT", _Handle, _Unsigned, _Handle, _Handle)
+        devices, count = (_Handle * 32)(), _Integer()
+        query(len(devices), devices, ctypes.byref(count))
+        for device in devices[: count.value]:
+            display = display_of(self.DEVICE_PLATFORM, device, None)
+            config = self._configure(display) if display and self._initialize(display, None, None) else None
+            made = self._create(display, config, None, None) if config else None
+            if config and made:
+                self._destroy(display, made)
+                return display, config
+        raise _UnusableError(f"none of {count.value} devices draws with OpenGL")
+
+    def _extension(self, name: str, result: Any, *arguments: Any) -> Any:
+        return ctypes.CFUNCTYPE(result, *arguments)(self.address(name))
+
+    def address(self, function: str) -> int:
+        """Where a function of EGL or of OpenGL is."""
+        found: int | None = self._address(function.encode())
+        if not found:
+            raise _UnusableError(f"the driver has no {function}")
+        return found
+
+    def _configure(self, display: int) -> int | None:
+        config, found = _Handle(), _Integer()
+        wanted = (_Integer * len(self.WANTED))(*self.WANTED)
+        self._choose(display, wanted, ctypes.byref(config), 1, ctypes.byref(found))
+        return config.value if found.value and self._bind(self.OPENGL) else None
+
+    @contextlib.contextmanager
+    def context(self) -> Iterator[None]:
+        """OpenGL for the calling thread."""
+        self._bind(self.OPENGL)  # a thread's own setting
+        made = self._create(self._display, self._config, None, None)
+        if not made or not self._make_current(self._display, None, None, made):
+            raise RenderError("EGL: the driver makes no further context")
+        try:
+            yield
+        finally:
+            self._make_current(self._display, None, None, None)
+            self._destroy(self._display, made)
+            self._release_thread()
+
+
+class _OSMesa:
+    """Mesa's software renderer without a platform around it."""
+
+    RGBA, UNSIGNED_BYTE = 0x1908, 0x1401
+    SIDE = 16
+    """Of the picture that stands for a window; MuJoCo draws into buffers of its own."""
+
+    def __init__(self) -> None:
+        find = functools.partial(_function, self._library())
+        self._create = find("OSMesaCreateContextExt", _Handle, _Unsigned, _Integer, _Integer, _Integer, _Handle)
+        self._destroy = find("OSMesaDestroyContext", None, _Handle)
+        self._make_current = find("OSMesaMakeCurrent", ctypes.c_ubyte, _Handle, _Handle, _Unsigned, _Integer, _Integer)
+        self._address = find("OSMesaGetProcAddress", _Handle, ctypes.c_char_p)
+
+    def address(self, function: str) -> int:
+        """Where a function of OpenGL is."""
+        found: int = self._address(function.encode())
+        return found
+
+    def _library(self) -> ctypes.CDLL:
+        with contextlib.suppress(OSError):
+            return ctypes.CDLL("libOSMesa.so.6", mode=ctypes.RTLD_GLOBAL)
+        return ctypes.CDLL("libOSMesa.so.8", mode=ctypes.RTLD_GLOBAL)
+
+    @contextlib.contextmanager
+    def context(self) -> Iterator[None]:
+        """OpenGL for the calling thread."""
+        window = (ctypes.c_ubyte * (4 * self.SIDE * self.SIDE))()
+        made = self._create(self.RGBA, 24, 8, 0, None)
+        if not made or not self._make_current(made, window, self.UNSIGNED_BYTE, self.SIDE, self.SIDE):
+            raise RenderError("OSMesa: the driver makes no context")
+        try:
+            yield
+        finally:
+            self._make_current(None, None, self.UNSIGNED_BYTE, 0, 0)
+            self._destroy(made)

@@ -1,0 +1,198 @@
+"""A camera: what it captures in one tick it delivers some ticks later, whatever drawing took.
+
+A sample (`sampling`) is captured when somebody first asks for it in its tick; a thread of the simulation draws it (`studio`). The
+tick in which it is due waits for it. In real time nothing waits: a picture that is late is dropped and counted, and none is
+captured while the one before is being drawn, as on a slow machine each would else wait for others until it is late itself.
+
+Whatever is nearer than the clip range hides what is behind it, as before a real lens, and has no depth. Surfaces are seen from
+their fronts only: a camera within a closed shape sees out of it, while rays meet the shape's inside.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Mapping
+from concurrent.futures import Future
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.devices.sensor import Picture, pinhole
+from graphengine.devices.stage import Prim
+from graphengine.physics.dynamics.handles import CarriedPrim
+from graphengine.physics.pictures.captures import Lens
+from graphengine.physics.pictures.rendering import Image
+from graphengine.physics.sensors.sampling import Sampled, Sampling
+
+if TYPE_CHECKING:
+    from graphengine.physics.simulation import Simulation
+
+NEAREST = 0.05
+"""Distance (m) from which on everything hides what is behind it. Nearer would cost precision, and does in proportion."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Exposure:
+    """A picture on its way."""
+
+    captured: int
+    """Tick."""
+    segmented: bool
+    picture: Future[Picture]
+
+
+def native_size(prim: Prim) -> tuple[int, int]:
+    """Width and height of a camera prim's own pictures, pixels."""
+    size: tuple[int, int] = prim.facts.get("size", (640, 480))
+    return size
+
+
+class PinholeCamera(Sampled):
+    """The camera at a camera prim, whose facts are its profile.
+
+    Args:
+        simulation: what it sees.
+        prim: where it is.
+        size: width and height of its pictures, pixels; at any it sees the same from left to right.
+    """
+
+    def __init__(self, simulation: Simulation, prim: Prim, size: tuple[int, int]) -> None:
+        facts = prim.facts
+        self.rate: float = facts.get("rate", 30.0)
+        self.size = size
+        self.clip: tuple[float, float] = facts.get("clip", (0.01, 100.0))
+        self.intrinsics = pinhole(size, facts.get("fov_deg", (90.0, 90.0))[0])
+        delay = Fraction(repr(facts.get("latency", 0.1))) / Fraction(*simulation.tick_period)
+        self.latency = max(1, math.ceil(delay))
+        self._noise: tuple[float, float] = facts.get("colour_noise", 0.0), facts.get("depth_noise", 0.0)
+        near, far = self.clip
+        self._lens = Lens.pinhole(size, self.intrinsics[0], min(near, NEAREST), far)
+        self._sampling = Sampling(self.rate, simulation.tick_period, simulation.seed, prim.path)
+        self._mount = CarriedPrim(simulation, prim)
+        self._pending: deque[_Exposure] = deque()
+        self._skipped = 0
+        self._segmented = False
+        self._delivery: tuple[int, Picture | None] = (0, None)
+        simulation.studio.expect(self._lens)
+        super().__init__(simulation, prim)
+
+    def bind(self) -> None:
+        """Find the body that carries it."""
+        self._mount.bind()
+
+    def reset(self) -> None:
+        """Forget what is on its way."""
+        for exposure in self._pending:
+            exposure.picture.cancel()
+        self._pending.clear()
+        self._skipped = 0
+        self._segmented = False
+        self._delivery = (0, None)
+
+    @property
+    def labels(self) -> Mapping[int, str]:
+        """Prim path of each number of a segmentation."""
+        return self._simulation.studio.labels
+
+    def request(self, *, segmentation: bool = False) -> None:
+        """Capture this tick's sample if one is due; however many ask, it is rendered once."""
+        tick = self._simulation.tick
+        self._segmented |= segmentation
+        newest = self._pending[-1] if self._pending else None
+        if newest is not None and newest.captured == tick:
+            if newest.segmented or not segmentation:
+                return
+            self._pending.pop().picture.cancel()  # the first who wants segments was not the first to ask in this tick
+        elif tick == self._skipped or not self.due:
+            return
+        elif self._simulation.realtime and newest is not None and not newest.picture.done():
+            self._skipped = tick
+            self._drop()
+            return
+        self._pending.append(_Exposure(tick, self._segmented, self._expose(self._segmented)))
+
+    def delivered(self) -> Picture | None:
+        """The picture whose turn it is in this tick; the same for all who ask, None in most ticks.
+
+        Raises:
+            RenderError: it could not be drawn.
+        """
+        tick = self._simulation.tick
+        if self._delivery[0] != tick:
+            self._delivery = (tick, self._take(tick - self.latency))
+        return self._delivery[1]
+
+    def picture(self, *, segmentation: bool = False) -> Picture:
+        """What it sees at this instant, at once.
+
+        Raises:
+            RenderError: it could not be drawn.
+        """
+        return self._expose(segmentation).result()
+
+    def _take(self, captured: int) -> Picture | None:
+        """The picture that was captured in a tick; those that nobody took in their turn are gone."""
+        while self._pending and self._pending[0].captured < captured:
+            self._pending.popleft().picture.cancel()
+        if not self._pending or self._pending[0].captured > captured:
+            return None
+        picture = self._pending.popleft().picture
+        if self._simulation.realtime and not picture.done():
+            picture.cancel()
+            self._drop()
+            return None
+        return picture.result()
+
+    def _drop(self) -> None:
+        counts, path = self._simulation.dropped_pictures, self.prim_path
+        counts[path] = counts.get(path, 0) + 1
+
+    def _expose(self, segmentation: bool) -> Future[Picture]:
+        studio, index = self._simulation.studio, self.index
+        generator = self._sampling.random(index) if any(self._noise) else None
+        pose = self._mount.pose()
+        shot = studio.capture(pose, self._lens, segmentation=segmentation)
+        boxes = studio.boxes(pose) if segmentation else None
+        develop = partial(_develop, clip=self.clip, noise=self._noise, generator=generator, boxes=boxes)
+        return studio.draw(shot, partial(develop, self._simulation.time, index))
+
+
+def _develop(
+    time: float,
+    index: int,
+    image: Image,
+    *,
+    clip: tuple[float, float],
+    noise: tuple[float, float],
+    generator: np.random.Generator | None,
+    boxes: NDArray[np.void] | None,
+) -> Picture:
+    """What a sensor makes of an image: noise, then depths only within its range."""
+    rgb, depth = image.rgb, image.depth
+    visible = (depth >= clip[0]) & (depth <= clip[1])
+    if generator is not None:
+        rgb, depth = _with_noise(rgb, depth, noise, generator)
+        depth = depth.clip(*clip)
+    depth = np.where(visible, depth, np.float32(np.inf))
+    for array in (rgb, depth, image.segmentation, boxes):
+        if array is not None:
+            array.flags.writeable = False
+    return Picture(time, index, rgb, depth, image.segmentation, boxes)
+
+
+def _with_noise(
+    rgb: NDArray[np.uint8], depth: NDArray[np.float32], noise: tuple[float, float], generator: np.random.Generator
+) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+    """Normal noise: in colours of one size, in depths growing with the square of the distance, as with stereo cameras."""
+    colour, at_one_metre = np.float32(noise[0]), np.float32(noise[1])
+    if colour:
+        noisy = rgb + colour * generator.standard_normal(rgb.shape, np.float32)
+        rgb = np.rint(noisy).clip(0, 255).astype(np.uint8)
+    if at_one_metre:
+        depth = depth + at_one_metre * depth**2 * generator.standard_normal(depth.shape, np.float32)
+    return rgb, depth

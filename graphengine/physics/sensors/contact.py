@@ -1,0 +1,82 @@
+"""A contact sensor, which feels the mean force of a tick, so that a touch between two ticks is not missed.
+
+It feels what touches the body that carries it, not what touches others that are fixed to that body.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.devices.sensor import ContactReading
+from graphengine.devices.stage import Prim
+from graphengine.physics.dynamics.handles import CarriedPrim, Handle
+from graphengine.physics.engine import mujoco
+
+if TYPE_CHECKING:
+    from graphengine.physics.simulation import Simulation
+
+Floats = NDArray[np.float64]
+
+
+class BodyContactSensor(Handle):
+    """The sensor at a contact prim, whose facts are its profile."""
+
+    sees_steps = True
+
+    def __init__(self, simulation: Simulation, prim: Prim) -> None:
+        self._threshold: float = prim.facts["threshold"]
+        self._limit: float = prim.facts["limit"]
+        self._radius: float = prim.facts["radius"] or math.inf
+        self._mount = CarriedPrim(simulation, prim)
+        self._of_step, self._of_tick = np.zeros(3), np.zeros(3)
+        super().__init__(simulation, prim)
+
+    def bind(self) -> None:
+        """Find the geoms of the body that carries the sensor."""
+        self._mount.bind()
+        self._own = self._simulation.model.geom_bodyid == self._mount.body
+
+    def reset(self) -> None:
+        """Feel nothing."""
+        self._of_step, self._of_tick = np.zeros(3), np.zeros(3)
+
+    def see_forces(self) -> None:
+        """Add up what touches the body in a step."""
+        if self._simulation.steps % self._simulation.substeps == 1 % self._simulation.substeps:
+            self._of_tick = np.zeros(3)
+        self._of_step = self._force()
+        self._of_tick = self._of_tick + self._of_step
+
+    def _force(self) -> Floats:
+        """The sum of all contact forces on the body near the sensor, N, in the world frame."""
+        total, wrench = np.zeros(3), np.empty(6)
+        model, data = self._simulation.model, self._simulation.data
+        if data.ncon == 0:
+            return total
+        first, second = self._own[data.contact.geom].T
+        touching, frames = first != second, data.contact.frame
+        if math.isfinite(self._radius):
+            touching &= np.linalg.norm(data.contact.pos - self._mount.pose()[0], axis=1) < self._radius
+        for contact in np.flatnonzero(touching).tolist():
+            mujoco.mj_contactForce(model, data, contact, wrench)
+            # The rows of a contact's frame are its axes; the force is that on the second geom.
+            force = wrench[:3] @ frames[contact].reshape(3, 3)
+            total += force if second[contact] else -force
+        return total
+
+    def reading(self) -> ContactReading:
+        """The mean of this tick; for graphs of physics steps, the force in this step."""
+        simulation = self._simulation
+        seconds, ticks = simulation.tick_period
+        if simulation.stepping:
+            time, total = simulation.steps * seconds / (ticks * simulation.substeps), self._of_step
+        else:
+            time, total = simulation.time, self._of_tick / simulation.substeps
+        force = math.hypot(*total.tolist())
+        if force == 0.0 or force < self._threshold:
+            return ContactReading(time, False, 0.0)
+        return ContactReading(time, True, min(force, self._limit))

@@ -1,0 +1,369 @@
+"""Rays of one origin against trees of geoms: the nearest surface that each ray meets.
+
+Neighbouring rays of a lidar meet nearly the same geoms. So rays go in packets: a packet walks a tree once, with what bounds the
+directions of all its rays, and where it comes to a geom each ray is tried on it. What the ray before the packet met is tried
+first, since nothing behind it matters then.
+
+The answer is the least distance over all geoms, and of those at that distance the first geom: trees and packets do not change it.
+Surfaces are those of `mj_ray`. Closed ones are met from outside and from inside, planes only from their front.
+
+Tables are arrays of records, as numba counts references to each array that a function is given.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from graphengine.physics.sensors.fast.compiled import kernel, part
+from graphengine.physics.sensors.fast.table import (
+    BOX,
+    CAPSULE,
+    CYLINDER,
+    ELLIPSOID,
+    HFIELD,
+    MESH,
+    PLANE,
+    SPHERE,
+    Floats,
+    Indices,
+    Records,
+)
+from graphengine.physics.sensors.fast.tree import Tree
+
+Vector = tuple[float, float, float]
+Spread = tuple[float, float, float, float, float, float]
+"""What bounds the directions of some rays: 1 over the greatest x, y, z, then 1 over the least."""
+
+PACKET = 32
+"""Rays that walk a tree together."""
+TINY = 1e-15
+"""MuJoCo's mjMINVAL: what is smaller counts as zero."""
+SEAM = 1e-12
+"""How far triangles reach beyond their edges, as a part of these, so that no ray slips through between two of them."""
+
+BEAM = np.dtype(
+    [
+        ("way", "f8", 3),  # unit vector, world frame
+        ("local", "f8", 3),  # the same in the frame of a mesh
+        ("distance", "f8"),  # m, to what was met so far
+        ("geom", "i8"),  # its number; -1 for nothing
+    ],
+    align=True,
+)
+
+
+@kernel
+def cast(
+    distances: Floats,
+    numbers: Indices,
+    directions: Floats,
+    origin: Floats,
+    rotation: Floats,
+    far: float,
+    own: int,
+    geoms: Records,
+    still: Tree,
+    moving: Tree,
+    triangles: Tree,
+    corners: Floats,
+) -> None:
+    """Fill in what each ray meets.
+
+    Args:
+        distances: to fill, m; -1 for nothing.
+        numbers: to fill with those of the geoms; -1 for nothing.
+        directions: of the rays in the sensor's frame, shape (n, 3).
+        origin: of all of them, world frame, m.
+        rotation: of the sensor in the world, a 3 x 3 matrix.
+        far: greatest distance, m.
+        own: robot whose geoms the rays pass through; -1 for none.
+        geoms: all geoms of the model, in its order.
+        still: the geoms that do not move.
+        moving: those that do.
+        triangles: trees of all meshes, one after the other.
+        corners: of the triangles in the frame of their mesh, shape (triangles, 9).
+    """
+    start = (origin[0], origin[1], origin[2])
+    beyond = np.nextafter(far, math.inf)
+    packet = np.empty(PACKET, BEAM)
+    guess = -1
+    for first in range(0, len(directions), PACKET):
+        count = min(PACKET, len(directions) - first)
+        _aim(packet, count, directions, first, rotation, beyond)
+        if guess >= 0:
+            _meet(guess, geoms, packet, count, start, triangles, corners)
+        spread = _spread(packet, count, False)
+        _walk(still, spread, guess, own, geoms, packet, count, start, triangles, corners)
+        _walk(moving, spread, guess, own, geoms, packet, count, start, triangles, corners)
+        for index in range(count):
+            beam = packet[index]
+            distances[first + index] = beam.distance if beam.geom >= 0 else -1.0
+            numbers[first + index] = guess = beam.geom
+
+
+@part
+def _aim(packet: Records, count: int, directions: Floats, first: int, rotation: Floats, beyond: float) -> None:
+    """Turn the next rays into the world, where they met nothing so far."""
+    for index in range(count):
+        beam = packet[index]
+        x, y, z = directions[first + index, 0], directions[first + index, 1], directions[first + index, 2]
+        for axis in range(3):
+            beam.way[axis] = rotation[axis, 0] * x + rotation[axis, 1] * y + rotation[axis, 2] * z
+        beam.distance = beyond
+        beam.geom = -1
+
+
+@part
+def _walk(
+    tree: Tree,
+    spread: Spread,
+    met: int,
+    own: int,
+    geoms: Records,
+    packet: Records,
+    count: int,
+    start: Vector,
+    triangles: Tree,
+    corners: Floats,
+) -> None:
+    """Try a packet on every geom of a tree that it may reach, but for one that was tried."""
+    farthest = _farthest(packet, count)
+    index = 0
+    while index < len(tree):
+        node = tree[index]
+        if not _reaches(spread, start, node.low, node.high, farthest):
+            index = node.skip
+            continue
+        if node.item >= 0 and node.item != met and geoms[node.item].owner != own:
+            _meet(node.item, geoms, packet, count, start, triangles, corners)
+            farthest = _farthest(packet, count)
+        index += 1
+
+
+@part
+def _farthest(packet: Records, count: int) -> float:
+    """How far a packet still looks."""
+    farthest = 0.0
+    for index in range(count):
+        farthest = max(farthest, packet[index].distance)
+    return farthest
+
+
+@part
+def _spread(packet: Records, count: int, local: bool) -> Spread:
+    """What bounds the directions of a packet, in the world or in the frame of a mesh."""
+    x, y, z = -math.inf, -math.inf, -math.inf
+    u, v, w = math.inf, math.inf, math.inf
+    for index in range(count):
+        way = packet[index].local if local else packet[index].way
+        x, y, z = max(x, way[0]), max(y, way[1]), max(z, way[2])
+        u, v, w = min(u, way[0]), min(v, way[1]), min(w, way[2])
+    return _over(x, 1.0), _over(y, 1.0), _over(z, 1.0), _over(u, -1.0), _over(v, -1.0), _over(w, -1.0)
+
+
+@part
+def _over(bound: float, outwards: float) -> float:
+    """1 / bound. A bound of zero is moved outwards by next to nothing, which makes the spread wider and saves a case."""
+    return 1.0 / bound if bound != 0.0 else outwards * 1e300
+
+
+@part
+def _reaches(spread: Spread, origin: Vector, low: Floats, high: Floats, farthest: float) -> bool:
+    """Whether any ray of a spread may meet a box within a distance.
+
+    At distance t the rays span least * t to most * t along each axis. They reach the box where most * t >= low and
+    least * t <= high. Each of the two bounds t from below or from above, by the sign of what t is multiplied with.
+    """
+    nearest = 0.0
+    for axis in range(3):
+        bound = (low[axis] - origin[axis]) * spread[axis]
+        if spread[axis] > 0.0:
+            nearest = max(nearest, bound)
+        else:
+            farthest = min(farthest, bound)
+        bound = (high[axis] - origin[axis]) * spread[3 + axis]
+        if spread[3 + axis] < 0.0:
+            nearest = max(nearest, bound)
+        else:
+            farthest = min(farthest, bound)
+    return nearest <= farthest
+
+
+@part
+def _meet(
+    number: int, geoms: Records, packet: Records, count: int, start: Vector, triangles: Tree, corners: Floats
+) -> None:
+    """Try a packet on one geom, in its own frame."""
+    geom = geoms[number]
+    turn, place = geom.rotation, geom.position
+    right, up, out = (turn[0], turn[3], turn[6]), (turn[1], turn[4], turn[7]), (turn[2], turn[5], turn[8])
+    offset = (start[0] - place[0], start[1] - place[1], start[2] - place[2])
+    start = (_dot(right, offset), _dot(up, offset), _dot(out, offset))
+    kind = geom.kind
+    size = (geom.size[0], geom.size[1], geom.size[2])
+    for index in range(count):
+        beam = packet[index]
+        way = (beam.way[0], beam.way[1], beam.way[2])
+        way = (_dot(right, way), _dot(up, way), _dot(out, way))
+        if kind in (MESH, HFIELD):
+            beam.local[0], beam.local[1], beam.local[2] = way
+        else:
+            distance = _distance(kind, size, start, way)
+            if distance < beam.distance or (distance == beam.distance and number < beam.geom):
+                beam.distance, beam.geom = distance, number
+    if kind in (MESH, HFIELD):
+        _meet_mesh(number, geom.mesh, packet, count, start, triangles, corners)
+
+
+@part
+def _meet_mesh(
+    number: int, root: int, packet: Records, count: int, start: Vector, triangles: Tree, corners: Floats
+) -> None:
+    """Try a packet, in the frame of a mesh, on its triangles."""
+    spread = _spread(packet, count, True)
+    farthest = _farthest(packet, count)
+    index = root
+    while index < triangles[root].skip:
+        node = triangles[index]
+        if not _reaches(spread, start, node.low, node.high, farthest):
+            index = node.skip
+            continue
+        if node.item >= 0:
+            for ray in range(count):
+                beam = packet[ray]
+                distance = _triangle(corners, node.item, start, (beam.local[0], beam.local[1], beam.local[2]))
+                if distance < beam.distance or (distance == beam.distance and number < beam.geom):
+                    beam.distance, beam.geom = distance, number
+            farthest = _farthest(packet, count)
+        index += 1
+
+
+@part
+def _distance(kind: int, size: Vector, start: Vector, way: Vector) -> float:
+    """How far along a ray the surface of a geom is, in the geom's frame; infinite where it is not met."""
+    if kind == BOX:
+        return _box(size, start, way)
+    if kind == CYLINDER:
+        return _cylinder(size, start, way)
+    if kind == PLANE:
+        return _plane(size, start, way)
+    if kind == CAPSULE:
+        return _capsule(size, start, way)
+    if kind == SPHERE:
+        return _first(*_roots(_dot(way, way), _dot(way, start), _dot(start, start) - size[0] * size[0]))
+    if kind == ELLIPSOID:
+        shrunk = (start[0] / size[0], start[1] / size[1], start[2] / size[2])
+        along = (way[0] / size[0], way[1] / size[1], way[2] / size[2])
+        return _first(*_roots(_dot(along, along), _dot(along, shrunk), _dot(shrunk, shrunk) - 1.0))
+    return math.inf
+
+
+@part
+def _dot(a: Vector, b: Vector) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@part
+def _roots(a: float, b: float, c: float) -> tuple[float, float]:
+    """Where a t^2 + 2 b t + c is zero, the lower one first; infinite where there is none."""
+    discriminant = b * b - a * c
+    if discriminant < 0.0 or a < TINY:
+        return math.inf, math.inf
+    root = math.sqrt(discriminant)
+    return (-b - root) / a, (-b + root) / a
+
+
+@part
+def _first(near: float, far: float) -> float:
+    """The one that is ahead: where a ray enters, or leaves what it began in."""
+    if near >= 0.0:
+        return near
+    return far if far >= 0.0 else math.inf
+
+
+@part
+def _box(size: Vector, start: Vector, way: Vector) -> float:
+    near, far = -math.inf, math.inf
+    for axis in range(3):
+        if abs(way[axis]) > TINY:
+            over = 1.0 / way[axis]
+            one, other = (-size[axis] - start[axis]) * over, (size[axis] - start[axis]) * over
+            near = max(near, min(one, other))
+            far = min(far, max(one, other))
+        elif abs(start[axis]) > size[axis]:
+            return math.inf
+    return _first(near, far) if near <= far else math.inf
+
+
+@part
+def _plane(size: Vector, start: Vector, way: Vector) -> float:
+    """In front of it, and within the rectangle that is drawn; a size of 0 has no bound."""
+    if way[2] > -TINY or start[2] < 0.0:
+        return math.inf
+    distance = -start[2] / way[2]
+    x, y = start[0] + distance * way[0], start[1] + distance * way[1]
+    if (size[0] > 0.0 and abs(x) > size[0]) or (size[1] > 0.0 and abs(y) > size[1]):
+        return math.inf
+    return distance
+
+
+@part
+def _side(size: Vector, start: Vector, way: Vector) -> float:
+    """The round side of a cylinder: radius, half height."""
+    across = way[0] * way[0] + way[1] * way[1]
+    towards = way[0] * start[0] + way[1] * start[1]
+    outside = start[0] * start[0] + start[1] * start[1] - size[0] * size[0]
+    distance = _first(*_roots(across, towards, outside))
+    return distance if abs(start[2] + distance * way[2]) <= size[1] else math.inf
+
+
+@part
+def _cylinder(size: Vector, start: Vector, way: Vector) -> float:
+    distance = _side(size, start, way)
+    if abs(way[2]) > TINY:
+        for end in (-size[1], size[1]):
+            flat = (end - start[2]) / way[2]
+            x, y = start[0] + flat * way[0], start[1] + flat * way[1]
+            if 0.0 <= flat < distance and x * x + y * y <= size[0] * size[0]:
+                distance = flat
+    return distance
+
+
+@part
+def _capsule(size: Vector, start: Vector, way: Vector) -> float:
+    distance = _side(size, start, way)
+    for end in (-1.0, 1.0):
+        centre = (start[0], start[1], start[2] - end * size[1])
+        for cap in _roots(_dot(way, way), _dot(way, centre), _dot(centre, centre) - size[0] * size[0]):
+            if 0.0 <= cap < distance and end * (start[2] + cap * way[2]) >= size[1]:
+                distance = cap
+    return distance
+
+
+@part
+def _triangle(corners: Floats, row: int, start: Vector, way: Vector) -> float:
+    """After Moller and Trumbore, from both sides."""
+    x, y, z = corners[row, 0], corners[row, 1], corners[row, 2]
+    one = (corners[row, 3] - x, corners[row, 4] - y, corners[row, 5] - z)
+    other = (corners[row, 6] - x, corners[row, 7] - y, corners[row, 8] - z)
+    across = _cross(way, other)
+    volume = _dot(one, across)
+    if abs(volume) < TINY:
+        return math.inf
+    offset = (start[0] - x, start[1] - y, start[2] - z)
+    u = _dot(offset, across) / volume
+    if u < -SEAM or u > 1.0 + SEAM:
+        return math.inf
+    turned = _cross(offset, one)
+    v = _dot(way, turned) / volume
+    if v < -SEAM or u + v > 1.0 + SEAM:
+        return math.inf
+    distance = _dot(other, turned) / volume
+    return distance if distance >= 0.0 else math.inf
+
+
+@part
+def _cross(a: Vector, b: Vector) -> Vector:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

@@ -1,0 +1,86 @@
+"""Triangles of meshes and height fields, and a tree of them for each."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.physics.engine import mujoco
+from graphengine.physics.sensors.fast.table import HFIELD, MARGIN, MESH, Floats, Indices
+from graphengine.physics.sensors.fast.tree import NODE, Tree, build
+
+
+def count_triangles(model: mujoco.MjModel, geoms: NDArray[np.intp]) -> int:
+    """How many triangles some geoms consist of, but for the few around a height field."""
+    meshes, fields = (set(model.geom_dataid[geoms[model.geom_type[geoms] == kind]].tolist()) for kind in (MESH, HFIELD))
+    cells = sum(int(model.hfield_nrow[field]) * int(model.hfield_ncol[field]) for field in fields)
+    return sum(int(model.mesh_facenum[mesh]) for mesh in meshes) + 2 * cells
+
+
+def triangle_trees(model: mujoco.MjModel, geoms: Indices) -> tuple[Tree, Floats, Indices]:
+    """Trees of all triangles that some geoms consist of.
+
+    Returns:
+        The trees, one after the other; the corners of all triangles, in the frame of their geom, shape (triangles, 9);
+        and for each geom of the model the root of its tree.
+    """
+    trees: list[Tree] = [np.empty(0, NODE)]
+    corners: list[Floats] = [np.empty((0, 9))]
+    roots = np.zeros(model.ngeom, np.int64)
+    known: dict[tuple[int, int], int] = {}
+    for geom in geoms.tolist():
+        kind, data = int(model.geom_type[geom]), int(model.geom_dataid[geom])
+        if kind not in (MESH, HFIELD):
+            continue
+        if (kind, data) not in known:
+            known[kind, data] = sum(map(len, trees))
+            own = triangles_of_mesh(model, data) if kind == MESH else triangles_of_height_field(model, data)
+            trees.append(_tree(own, known[kind, data], sum(map(len, corners))))
+            corners.append(own.reshape(-1, 9))
+        roots[geom] = known[kind, data]
+    return np.concatenate(trees), np.concatenate(corners), roots
+
+
+def _tree(triangles: Floats, root: int, row: int) -> Tree:
+    """The tree of some triangles, to stand at a root, whose first triangle is in a row."""
+    tree = np.zeros(2 * len(triangles) - 1, NODE)
+    low, high = triangles.min(axis=1) - MARGIN, triangles.max(axis=1) + MARGIN
+    build(tree, low, high, np.arange(row, row + len(triangles)))
+    tree["skip"] += root
+    return tree
+
+
+def triangles_of_mesh(model: mujoco.MjModel, mesh: int) -> Floats:
+    """Corners of a mesh's triangles, shape (triangles, 3, 3)."""
+    first, count = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
+    faces = model.mesh_face[first : first + count] + model.mesh_vertadr[mesh]
+    corners: Floats = model.mesh_vert[faces].astype(float)
+    return corners
+
+
+def triangles_of_height_field(model: mujoco.MjModel, field: int) -> Floats:
+    """Corners of the triangles around a height field, as `mj_rayHfield` sees it, shape (triangles, 3, 3).
+
+    That is the terrain, walls from height zero up to its four edges, and the box below height zero.
+    """
+    rows, columns = int(model.hfield_nrow[field]), int(model.hfield_ncol[field])
+    width, depth, height, base = model.hfield_size[field]
+    first = model.hfield_adr[field]
+    ground = np.empty((rows, columns, 3))
+    ground[..., 0] = np.linspace(-width, width, columns)
+    ground[..., 1] = np.linspace(-depth, depth, rows)[:, None]
+    ground[..., 2] = height * model.hfield_data[first : first + rows * columns].reshape(rows, columns)
+    edges = (ground[0], ground[-1], ground[:, 0], ground[:, -1])
+    walls = [np.stack([edge * (1, 1, 0), edge]) for edge in edges]
+    flat = ground[:: rows - 1, :: columns - 1] * (1, 1, 0)  # the four corners
+    below = flat - (0, 0, base)
+    sides = [np.stack([below[line], flat[line]]) for line in (np.s_[0], np.s_[1], np.s_[:, 0], np.s_[:, 1])]
+    return np.concatenate([_triangles_of_sheet(sheet) for sheet in (ground, *walls, flat, below, *sides)])
+
+
+def _triangles_of_sheet(points: Floats) -> Floats:
+    """Two triangles for each cell of a grid of points, parted from its first corner to the opposite one."""
+    here, right = points[:-1, :-1], points[:-1, 1:]
+    above, opposite = points[1:, :-1], points[1:, 1:]
+    pairs = [np.stack([here, right, opposite], axis=-2), np.stack([here, opposite, above], axis=-2)]
+    return np.concatenate([pair.reshape(-1, 3, 3) for pair in pairs])

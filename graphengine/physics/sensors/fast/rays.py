@@ -1,0 +1,140 @@
+"""What rays meet in a model, by trees of its geoms: one of those that stand still, one of those that move.
+
+The second is built anew when anything moved since the last cast, once for all sensors: that takes 0.3 us a geom.
+"""
+
+from __future__ import annotations
+
+import functools
+import logging
+import threading
+
+import numba
+import numpy as np
+
+from graphengine.format.resources import has_address_space
+from graphengine.physics.engine import mujoco
+from graphengine.physics.sensors.fast.compiled import kept_in
+from graphengine.physics.sensors.fast.kernel import cast
+from graphengine.physics.sensors.fast.meshes import count_triangles, triangle_trees
+from graphengine.physics.sensors.fast.table import GEOM, MESH, PLANE, Floats, Indices, enclose, follow
+from graphengine.physics.sensors.fast.tree import NODE, Tree, build
+from graphengine.physics.sensors.rays import Integers, visible_geoms
+
+ENDLESS = 1e9
+"""Half a side (m) of the box around a plane without bounds."""
+
+MAX_TRIANGLES = 1_000_000
+"""As many as take 0.2 GB."""
+
+ADDRESS_SPACE = 400_000_000
+"""Bytes that numba may need; measured are 310 MB."""
+
+PATIENCE = 1.0
+"""Seconds of silence while kernels are made ready; to load them takes 0.3 s, to compile them 5 to 10."""
+
+_log = logging.getLogger(__name__)
+
+
+@functools.cache
+def trouble() -> str:
+    """Why these rays cannot be cast in this process; empty if they can, and then all kernels are ready."""
+    if numba.config.DISABLE_JIT:
+        return "NUMBA_DISABLE_JIT keeps numba from compiling them"
+    if not has_address_space(ADDRESS_SPACE):  # LLVM aborts the process where it finds no memory
+        return f"numba takes {ADDRESS_SPACE // 10**6} MB more of memory than `ulimit -v` leaves"
+    notice = threading.Timer(PATIENCE, _log.warning, ["compiling the rays of lidars, which takes some seconds"])
+    notice.daemon = True
+    notice.start()
+    try:
+        nothing = mujoco.MjModel.from_xml_string("<mujoco/>")
+        rays = FastRays(nothing, mujoco.MjData(nothing))
+        rays.caster(np.zeros((1, 3)), 1.0, 0).cast(np.zeros(3), np.eye(3))
+    except Exception as error:  # of numba, or of reading what it kept, which a crash may have left incomplete
+        found = f"{type(error).__name__}: {error}; if it is damaged, delete what numba keeps in {kept_in(cast)}"
+        _log.warning("numba is installed and fails, so lidars take MuJoCo's slower rays: %s", found)
+        return found
+    finally:
+        notice.cancel()
+    return ""
+
+
+def why_not(model: mujoco.MjModel) -> str:
+    """What in a model these rays cannot meet; empty if they can meet everything."""
+    visible = visible_geoms(model)
+    for geom in visible[model.geom_type[visible] > MESH]:
+        return f"geoms of type {mujoco.mjtGeom(model.geom_type[geom]).name.removeprefix('mjGEOM_').lower()}"
+    if count_triangles(model, visible) > MAX_TRIANGLES:
+        return f"more than {MAX_TRIANGLES} triangles of meshes and height fields"
+    return ""
+
+
+class FastRays:
+    """What rays meet in a model."""
+
+    name = "fast"
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        visible = visible_geoms(model).astype(np.int64)
+        moves = model.body_weldid[model.geom_bodyid[visible]] != 0
+        self.table = np.zeros(model.ngeom, GEOM)
+        self.table["kind"], self.table["size"] = model.geom_type, model.geom_size
+        self.table["owner"] = model.body_rootid[model.geom_bodyid]
+        self.table["centre"], self.table["half"] = model.geom_aabb[:, :3], model.geom_aabb[:, 3:]
+        planes = self.table["kind"] == PLANE
+        sides = model.geom_size[planes] * (1, 1, 0)
+        self.table["centre"][planes] = 0.0
+        self.table["half"][planes] = np.where(sides > 0, sides, (ENDLESS, ENDLESS, 0.0))
+        self.triangles, self.corners, self.table["mesh"] = triangle_trees(model, visible)
+        self._positions, self._rotations = data.geom_xpos, data.geom_xmat
+        follow(self.table, visible, self._positions, self._rotations)
+        self.still = self._tree(visible[~moves])
+        self._moving = visible[moves]
+        self.moving = self._tree(self._moving)
+
+    def _tree(self, geoms: Indices) -> Tree:
+        low, high = np.empty((len(geoms), 3)), np.empty((len(geoms), 3))
+        enclose(self.table, geoms, low, high)
+        tree = np.zeros(max(2 * len(geoms) - 1, 0), NODE)
+        build(tree, low, high, geoms)
+        return tree
+
+    def refresh(self) -> None:
+        """Take over where everything is that moves."""
+        if follow(self.table, self._moving, self._positions, self._rotations):
+            self.moving = self._tree(self._moving)
+
+    def caster(self, directions: Floats, far: float, tree: int) -> FastCaster:
+        """Cast the rays of a sensor; see `rays.Rays`."""
+        return FastCaster(self, directions, far, tree)
+
+
+class FastCaster:
+    """The rays of one sensor."""
+
+    def __init__(self, rays: FastRays, directions: Floats, far: float, tree: int) -> None:
+        self._rays = rays
+        self._directions = directions.copy()  # a kernel is compiled anew for an array that may not be written
+        self._far = float(far)
+        self._own = tree or -1
+        self._distances, self._geoms = np.empty(len(directions)), np.empty(len(directions), np.int64)
+
+    def cast(self, origin: Floats, rotation: Floats) -> tuple[Floats, Integers]:
+        """What each ray meets first; see `rays.Caster`."""
+        rays = self._rays
+        rays.refresh()
+        cast(
+            self._distances,
+            self._geoms,
+            self._directions,
+            origin,
+            rotation,
+            self._far,
+            self._own,
+            rays.table,
+            rays.still,
+            rays.moving,
+            rays.triangles,
+            rays.corners,
+        )
+        return self._distances, self._geoms

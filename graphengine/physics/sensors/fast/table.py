@@ -1,0 +1,68 @@
+"""The geoms of a model as a table: their shapes, where they are, and the boxes around them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.physics.sensors.fast.compiled import kernel
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+Records = NDArray[Any]
+
+PLANE, HFIELD, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH = range(8)  # mjtGeom
+
+GEOM = np.dtype(
+    [
+        ("kind", "i8"),  # one of the above
+        ("owner", "i8"),  # root body of the robot that it belongs to
+        ("mesh", "i8"),  # root of the tree of its triangles
+        ("position", "f8", 3),
+        ("rotation", "f8", 9),  # row after row
+        ("size", "f8", 3),  # as MuJoCo means it for the kind
+        ("centre", "f8", 3),  # of its box, in its own frame
+        ("half", "f8", 3),  # sides of that box, halved
+    ],
+    align=True,
+)
+
+MARGIN = 1e-6
+"""How much larger (m) boxes are than what is in them: more than rounding amounts to, so that none is missed."""
+
+
+@kernel
+def follow(table: Records, numbers: Indices, positions: Floats, rotations: Floats) -> bool:
+    """Take over the poses of some geoms; whether any has changed.
+
+    Args:
+        table: of GEOM.
+        numbers: of the geoms.
+        positions: of all geoms of the model, shape (geoms, 3).
+        rotations: shape (geoms, 9).
+    """
+    changed = False
+    for number in numbers:
+        geom = table[number]
+        for axis in range(3):
+            changed = changed or geom.position[axis] != positions[number, axis]
+            geom.position[axis] = positions[number, axis]
+        for entry in range(9):
+            changed = changed or geom.rotation[entry] != rotations[number, entry]
+            geom.rotation[entry] = rotations[number, entry]
+    return changed
+
+
+@kernel
+def enclose(table: Records, numbers: Indices, low: Floats, high: Floats) -> None:
+    """Write the lower and upper corners, shape (n, 3), of the boxes around some geoms, along the axes of the world."""
+    for row, number in enumerate(numbers):
+        geom = table[number]
+        for axis in range(3):
+            centre, half = geom.position[axis], MARGIN
+            for own in range(3):
+                centre += geom.rotation[3 * axis + own] * geom.centre[own]
+                half += abs(geom.rotation[3 * axis + own]) * geom.half[own]
+            low[row, axis], high[row, axis] = centre - half, centre + half

@@ -1,0 +1,94 @@
+"""Trees of boxes: what lies in a box that a ray misses need not be looked at.
+
+A tree is an array of its nodes in which every node comes before its descendants, and these before what follows. To walk it takes
+an index and no memory: on to the next node where a box is hit, past the node's descendants where it is missed.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.physics.sensors.fast.compiled import kernel, part
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+Tree = NDArray[Any]
+"""Nodes as below."""
+
+NODE = np.dtype(
+    [
+        ("low", "f8", 3),
+        ("high", "f8", 3),
+        ("skip", "i8"),  # the node after the last descendant
+        ("item", "i8"),  # what a leaf holds; -1 for a node with descendants
+    ],
+    align=True,
+)
+
+
+@kernel
+def build(tree: Tree, low: Floats, high: Floats, items: Indices) -> None:
+    """Build the tree of some boxes, one in each leaf. Nodes are split in the middle of their widest axis.
+
+    Args:
+        tree: 2 n - 1 nodes to write.
+        low: lower corners of the n boxes, shape (n, 3).
+        high: upper corners.
+        items: what they hold.
+    """
+    order = np.arange(len(items))
+    # The larger part waits while the smaller one is built, so there are never more than log2(n).
+    waiting = np.empty((64, 2), np.int64)
+    waiting[0] = 0, len(items)
+    depth = min(len(items), 1)
+    count = 0
+    while depth:
+        depth -= 1
+        first, end = waiting[depth]
+        node = tree[count]
+        _enclose(node.low, node.high, low, high, order[first:end])
+        node.skip = count + 2 * (end - first) - 1
+        node.item = items[order[first]] if end - first == 1 else -1
+        count += 1
+        if end - first > 1:
+            middle = first + _split(low, high, order[first:end])
+            smaller_first = middle - first < end - middle
+            waiting[depth] = (middle, end) if smaller_first else (first, middle)
+            waiting[depth + 1] = (first, middle) if smaller_first else (middle, end)
+            depth += 2
+
+
+@part
+def _enclose(lowest: Floats, highest: Floats, low: Floats, high: Floats, boxes: Indices) -> None:
+    """Write the corners of the box around some boxes."""
+    for axis in range(3):
+        least, most = math.inf, -math.inf
+        for box in boxes:
+            least, most = min(least, low[box, axis]), max(most, high[box, axis])
+        lowest[axis], highest[axis] = least, most
+
+
+@part
+def _split(low: Floats, high: Floats, boxes: Indices) -> int:
+    """Reorder boxes so that those on one side of a plane come first; how many these are."""
+    widest, axis, plane = -1.0, 0, 0.0
+    for candidate in range(3):
+        least, most = math.inf, -math.inf
+        for box in boxes:
+            centre = low[box, candidate] + high[box, candidate]
+            least, most = min(least, centre), max(most, centre)
+        if most - least > widest:
+            widest, axis, plane = most - least, candidate, (least + most) / 2
+    first, end = 0, len(boxes)
+    while first < end:
+        box = boxes[first]
+        if low[box, axis] + high[box, axis] < plane:
+            first += 1
+        else:
+            end -= 1
+            boxes[first], boxes[end] = boxes[end], box
+    return first if 0 < first < len(boxes) else len(boxes) // 2

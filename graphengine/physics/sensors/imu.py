@@ -1,0 +1,162 @@
+"""An inertial unit, which measures means over the time since its last sample.
+
+So its samples, added up, give the motion; a shock between two of them is not missed, nor does a contact that rattles for one
+physics step count as if it had lasted. Acceleration is the change of velocity from step to step in the world frame, turned into
+the sensor's frame: a difference of velocities in a frame that turns would lack the centripetal part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from graphengine.devices.rotation import unrotate
+from graphengine.devices.sensor import ImuSample, Quaternion, Vector3
+from graphengine.devices.stage import Prim
+from graphengine.physics.dynamics.handles import CarriedPrim, Handle
+from graphengine.physics.sensors.sampling import Sampling
+
+if TYPE_CHECKING:
+    from graphengine.physics.simulation import Simulation
+
+
+@dataclass(frozen=True, slots=True)
+class _Mean:
+    """A sample before noise: acceleration without gravity, what gravity adds, angular velocity; in the sensor's frame."""
+
+    count: int
+    """Ticks, or physics steps, since the start."""
+    index: int
+    values: tuple[float, ...]
+    orientation: Quaternion
+
+
+class _Samples:
+    """The samples of graphs that run at every tick, or of those that run at every physics step.
+
+    Args:
+        sampling: counts what follows.
+        steps: physics steps from one count to the next.
+    """
+
+    def __init__(self, sampling: Sampling, steps: int) -> None:
+        self.sampling = sampling
+        self.newest: _Mean | None = None
+        self._steps = steps
+        self._sums, self._added = [0.0] * 9, 0
+
+    def reset(self) -> None:
+        """Begin anew."""
+        self.newest = None
+        self._sums, self._added = [0.0] * 9, 0
+
+    def add(self, step: int, values: Sequence[float], orientation: Quaternion) -> None:
+        """Take in what a step did."""
+        self._sums = [total + value for total, value in zip(self._sums, values, strict=True)]
+        self._added += 1
+        count, rest = divmod(step, self._steps)
+        if rest == 0 and self.sampling.due(count):
+            mean = tuple(total / self._added for total in self._sums)
+            self.newest = _Mean(count, self.sampling.newest(count), mean, orientation)
+            self._sums, self._added = [0.0] * 9, 0
+
+
+class InertialUnit(Handle):
+    """The unit at an imu prim, whose facts are its profile.
+
+    Graphs that run at every tick get a sample of whole ticks; those that run at every physics step may get more of them.
+    Orientation is that at the sample's time.
+    """
+
+    sees_steps = True
+
+    def __init__(self, simulation: Simulation, prim: Prim) -> None:
+        facts = prim.facts
+        self.rate: float = facts["rate"]
+        seconds, ticks = simulation.tick_period
+        steps = simulation.substeps
+        self._tick, self._step = (seconds, ticks), (seconds, ticks * steps)
+        self._by_tick = _Samples(Sampling(self.rate, self._tick, simulation.seed, prim.path), steps)
+        self._by_step = _Samples(Sampling(self.rate, self._step, simulation.seed, prim.path), 1)
+        self._noise = np.repeat((facts["acceleration_noise"], facts["angular_velocity_noise"]), 3)
+        self._bias = np.array((*facts["acceleration_bias"], *facts["angular_velocity_bias"]), float)
+        self._sample: ImuSample | None = None
+        self._sampled: _Mean | None = None
+        self._mount = CarriedPrim(simulation, prim)
+        super().__init__(simulation, prim)
+        self._velocity, self._orientation = self._mount.velocity()[0], self._mount.pose()[1]
+
+    def bind(self) -> None:
+        """Find the body that carries the unit, and gravity, which may change."""
+        self._mount.bind()
+        self._gravity = self._simulation.model.opt.gravity
+
+    def reset(self) -> None:
+        """Begin anew from the present state."""
+        self._by_tick.reset()
+        self._by_step.reset()
+        self._sampled = None
+        self.see_displacement()
+
+    def see_motion(self) -> None:
+        """Take in a step: change of velocity, gravity and turn, each in the sensor's frame halfway through it."""
+        seconds, steps = self._step
+        velocity, turning = self._mount.velocity()
+        orientation, rate = self._mount.pose()[1], steps / seconds
+        (x, y, z), (u, v, w) = velocity, self._velocity
+        before, after = self._orientation, orientation
+        acceleration = _halfway(before, after, ((x - u) * rate, (y - v) * rate, (z - w) * rate))
+        gravity = _halfway(before, after, self._upwards())
+        values = (*acceleration, *gravity, *unrotate(after, turning))
+        self._velocity, self._orientation = velocity, orientation
+        self._by_tick.add(self._simulation.steps, values, orientation)
+        self._by_step.add(self._simulation.steps, values, orientation)
+
+    def see_displacement(self) -> None:
+        """Begin the next step from where the unit was put."""
+        self._velocity, self._orientation = self._mount.velocity()[0], self._mount.pose()[1]
+
+    @property
+    def due(self) -> bool:
+        """Whether a new sample falls into this tick; for graphs of physics steps, into this step."""
+        if self._simulation.stepping:
+            return self._by_step.sampling.due(self._simulation.steps)
+        return self._by_tick.sampling.due(self._simulation.tick)
+
+    def sample(self) -> ImuSample:
+        """The newest sample, shared by all who ask in its tick or step."""
+        stepping = self._simulation.stepping
+        mean = (self._by_step if stepping else self._by_tick).newest or self._at_rest()
+        if self._sample is None or self._sampled is not mean:
+            seconds, counts = self._step if stepping else self._tick
+            self._sample, self._sampled = self._measured(mean, mean.count * seconds / counts), mean
+        return self._sample
+
+    def _upwards(self) -> Vector3:
+        """What gravity adds to what an accelerometer reads, m/s2, in the world frame."""
+        x, y, z = self._gravity.tolist()
+        return -x, -y, -z
+
+    def _at_rest(self) -> _Mean:
+        """What there is to see before the first sample."""
+        turning, orientation = self._mount.velocity()[1], self._mount.pose()[1]
+        gravity = unrotate(orientation, self._upwards())
+        return _Mean(0, -1, (0.0, 0.0, 0.0, *gravity, *unrotate(orientation, turning)), orientation)
+
+    def _measured(self, mean: _Mean, time: float) -> ImuSample:
+        ax, ay, az, gx, gy, gz, wx, wy, wz = mean.values
+        reading = np.array((ax, ay, az, wx, wy, wz)) + self._bias
+        if self._noise.any() and mean.index >= 0:
+            reading += self._noise * self._by_tick.sampling.random(mean.index).standard_normal(6)
+        ax, ay, az, wx, wy, wz = reading.tolist()
+        return ImuSample(time, mean.index, (ax, ay, az), (gx, gy, gz), (wx, wy, wz), mean.orientation)
+
+
+def _halfway(before: Quaternion, after: Quaternion, vector: Vector3) -> Vector3:
+    """A vector of the world in the mean of two frames; off by an eighth of the square of the angle between them."""
+    a, b, c = unrotate(before, vector)
+    d, e, f = unrotate(after, vector)
+    return (a + d) / 2, (b + e) / 2, (c + f) / 2

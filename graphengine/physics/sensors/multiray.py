@@ -1,0 +1,75 @@
+"""Rays by `mj_multiRay`, which visits every geom for every ray.
+
+`bodyexclude` takes out a single body and a robot has many: the sensor's own robot is put into a geom group of its own for the
+time of a cast. Where the plane of the rays meets only a part of the world, they are cast into that part (`slice`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.physics.engine import OWN, mujoco
+from graphengine.physics.sensors.rays import GROUPS_SEEN, Floats, Integers, own_geoms, visible_geoms
+from graphengine.physics.sensors.slice import PlaneSlice
+
+
+class MultiRays:
+    """What rays meet in a model."""
+
+    name = "mujoco"
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        self._model, self._data = model, data
+
+    def caster(self, directions: Floats, far: float, tree: int) -> MultiRayCaster:
+        """Cast the rays of a sensor; see `rays.Rays`."""
+        return MultiRayCaster(self._model, self._data, directions, far, tree)
+
+
+class MultiRayCaster:
+    """The rays of one sensor."""
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, directions: Floats, far: float, tree: int) -> None:
+        self._model, self._data = model, data
+        self._directions, self._far = directions, far
+        self._own = own_geoms(model, tree)
+        self._visible: list[int] = np.setdiff1d(visible_geoms(model), self._own).tolist()
+        self._sliceable = not directions[:, 2].any() and PlaneSlice.serves(model, self._visible)
+        self._slice: PlaneSlice | None = None
+        self._rays = np.empty_like(directions)
+        self._distances = np.empty(len(directions))
+        self._geoms = np.empty(len(directions), np.int32)
+
+    def cast(self, origin: Floats, rotation: Floats) -> tuple[Floats, Integers]:
+        """What each ray meets first; see `rays.Caster`."""
+        np.matmul(self._directions, rotation.T, out=self._rays)
+        part = self._slice_at(origin, rotation[:, 2])
+        if part is None:
+            self._cast_into_all(origin)
+        else:
+            part.refresh(self._data)
+            self._multi_ray(part.model, part.data, origin, None)
+            self._geoms[:] = part.geoms[self._geoms]  # of misses anything: they are not looked up
+        return self._distances, self._geoms
+
+    def _slice_at(self, origin: Floats, normal: Floats) -> PlaneSlice | None:
+        """The part of the world that holds all that the rays can meet; None where only the whole world does."""
+        if self._slice is None and self._sliceable:
+            self._slice = PlaneSlice(self._model, self._data, self._visible, origin, normal)
+        return self._slice if self._slice is not None and self._slice.covers(origin, normal) else None
+
+    def _cast_into_all(self, origin: Floats) -> None:
+        groups = self._model.geom_group[self._own]
+        self._model.geom_group[self._own] = OWN
+        try:
+            self._multi_ray(self._model, self._data, origin, GROUPS_SEEN)
+        finally:
+            self._model.geom_group[self._own] = groups
+
+    def _multi_ray(
+        self, model: mujoco.MjModel, data: mujoco.MjData, origin: Floats, groups: NDArray[np.uint8] | None
+    ) -> None:
+        rays, count = self._rays.reshape(-1), len(self._rays)
+        distances, geoms = self._distances, self._geoms
+        mujoco.mj_multiRay(model, data, origin, rays, groups, True, -1, geoms, distances, None, count, self._far)

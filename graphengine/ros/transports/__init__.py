@@ -1,0 +1,1 @@
+"""The transports that carry messages, and which of them a session takes."""

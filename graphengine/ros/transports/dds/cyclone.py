@@ -1,0 +1,322 @@
+"""Eclipse Cyclone DDS, wrapped: joining a domain as ROS 2 does, quality of service, and bytes in and out.
+
+Two functions of the package's C layer are not public: they alone move encoded bytes, and pin its version.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import socket
+import sys
+import threading
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, Literal, NamedTuple
+
+from cyclonedds import _clayer
+from cyclonedds.core import DDSException, Entity
+from cyclonedds.domain import Domain as DdsDomain
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.qos import Policy, Qos
+from cyclonedds.util import duration
+
+from graphengine.format.errors import TransportError
+from graphengine.format.resources import has_address_space, has_descriptors
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.qos import settled
+from graphengine.ros.domain import Domain
+from graphengine.ros.transports.dds.cyclone_log import LOG
+
+MAX_BLOCKING_MS = 100
+"""How long a write to a reader that does not keep up may last."""
+
+DESCRIPTORS, ADDRESS_SPACE = 24, 400_000_000
+"""Files and bytes that a participant may need: measured are 10 sockets and pipes, and 390 MB for stacks and heaps of threads."""
+
+TIMEOUT: int = DDSException.DDS_RETCODE_TIMEOUT
+
+READING_POLICIES = threading.Lock()
+"""Held while policies of a peer are read: the package keeps them meanwhile in variables that all threads share."""
+
+_ANY_STATE = 0x7F
+_TYPE_HASH = re.compile(rb"typehash=(RIHS[0-9A-Fa-f_]+);")
+_BATCH = 64
+_UNLIMITED = -1
+_LOOPBACK = "127.0.0.1"
+_DATAGRAM = 65500
+"""Bytes of the largest datagram, as in Fast DDS; with the 14720 of Cyclone DDS an image costs twice as much to send."""
+_MAX_PARTICIPANTS = 32
+"""How many ROS 2 processes a host may have without multicast; rmw_cyclonedds_cpp has the same number."""
+
+
+def write(entity: Any, data: bytes) -> int:
+    """Send one CDR message; negative for one of Cyclone's error codes."""
+    return sender(entity)(data)
+
+
+def sender(entity: Any) -> Callable[[bytes], int]:
+    """The same for all that one writer sends."""
+    return partial(_clayer.ddspy_write, entity._ref)
+
+
+def take(entity: Any) -> list[tuple[bytes, int]]:
+    """Some of the messages that a reader holds, oldest first, each with the handle of its writer; then they are gone from it.
+
+    None when the reader holds none.
+    """
+    while isinstance(samples := _clayer.ddspy_take(entity._ref, _ANY_STATE, _BATCH), list) and samples:
+        if messages := [(data, info.publication_handle) for data, info in samples if info.valid_data]:
+            return messages
+    return []
+
+
+class Peer(NamedTuple):
+    """A peer that a reader or writer of this process is matched with.
+
+    Args:
+        gid: the 16 bytes by which ROS 2 knows it.
+        user_data: bytes that it announces besides its policies.
+    """
+
+    gid: bytes
+    user_data: bytes
+
+    @property
+    def type_hash(self) -> str:
+        """The hash of its message type; empty where it does not announce one."""
+        return type_hash(self.user_data)
+
+
+def writer_of(reader: Any, handle: int) -> Peer:
+    """A writer that a reader is matched with; one without a GID when it is gone."""
+    return _peers([handle], reader.get_matched_publication_data).get(unsigned(handle), Peer(b"", b""))
+
+
+def writers_of(reader: Any) -> dict[int, Peer]:
+    """Writers that a reader is matched with, by their handles."""
+    return _peers(reader.get_matched_publications(), reader.get_matched_publication_data)
+
+
+def readers_of(writer: Any) -> dict[int, Peer]:
+    """Readers that a writer is matched with, by their handles."""
+    return _peers(writer.get_matched_subscriptions(), writer.get_matched_subscription_data)
+
+
+def _peers(handles: Iterable[int], ask: Callable[[int], Any]) -> dict[int, Peer]:
+    with READING_POLICIES:
+        told = {handle: ask(handle) for handle in handles}
+    return {
+        unsigned(handle): Peer(bytes(data.key.bytes), user_data(data.qos))
+        for handle, data in told.items()
+        if data is not None
+    }
+
+
+def unsigned(handle: int) -> int:
+    """A handle as messages come with it; other functions of the package give it as a signed number."""
+    return handle & 0xFFFF_FFFF_FFFF_FFFF
+
+
+def user_data(policies: Qos) -> bytes:
+    """What an endpoint or participant tells besides its policies."""
+    policy = policies[Policy.Userdata]
+    return bytes(policy.data) if policy else b""
+
+
+def type_hash(data: bytes) -> str:
+    """The hash of a message type in the user data of an endpoint; empty without one."""
+    found = _TYPE_HASH.search(data)
+    return found[1].decode() if found else ""
+
+
+def delete(entity: Any) -> None:
+    """Remove an entity, and all that was made from it, from the network; a second time does nothing."""
+    # What Python's collector would do, but now: references to the wrapper may linger, as in the traceback of an error.
+    Entity.__del__(entity)
+
+
+def reason(code: int) -> str:
+    """One of Cyclone's error codes in words."""
+    return str(DDSException(code)).strip()
+
+
+def endpoint_qos(qos: QoS, user_data: str) -> Qos:
+    """Policies of a writer or reader such that they match ROS 2 endpoints that were given the same profile."""
+    qos = settled(qos)
+    history = Policy.History.KeepAll if qos.history == "keepAll" else Policy.History.KeepLast(qos.depth)
+    lease = duration(seconds=qos.lease_duration) if qos.lease_duration else duration(infinite=True)
+    policies = [
+        history,
+        Policy.Reliability.Reliable(duration(milliseconds=MAX_BLOCKING_MS))
+        if qos.reliability == "reliable"
+        else Policy.Reliability.BestEffort,
+        Policy.Liveliness.ManualByTopic(lease)
+        if qos.liveliness == "manualByTopic"
+        else Policy.Liveliness.Automatic(lease),
+        # ROS 2 reads and writes the first version of XCDR only.
+        Policy.DataRepresentation(use_cdrv0_representation=True, use_xcdrv2_representation=False),
+        # Otherwise a writer that goes takes what late joiners should get, and readers see a disposed instance.
+        Policy.WriterDataLifecycle(autodispose=False),
+        Policy.Userdata(user_data.encode()),
+    ]
+    if qos.durability == "transientLocal":
+        policies.append(Policy.Durability.TransientLocal)
+        # Cyclone keeps for late joiners what this says, not what the history says.
+        policies.append(Policy.DurabilityService(0, history, _UNLIMITED, _UNLIMITED, _UNLIMITED))
+    if qos.deadline:
+        policies.append(Policy.Deadline(duration(seconds=qos.deadline)))
+    if qos.lifespan:
+        policies.append(Policy.Lifespan(duration(seconds=qos.lifespan)))
+    return Qos(*policies)
+
+
+def read_qos(policies: Qos) -> QoS:
+    """The profile of an endpoint with these policies; kinds that no ROS 2 endpoint has are `systemDefault`."""
+    history, reliability = policies[Policy.History], policies[Policy.Reliability]
+    deadline, lifespan = policies[Policy.Deadline], policies[Policy.Lifespan]
+    liveliness = policies[Policy.Liveliness]
+    kept = isinstance(history, Policy.History.KeepLast)
+    manual = isinstance(liveliness, Policy.Liveliness.ManualByTopic)
+    return QoS(
+        history="keepLast" if kept else "keepAll",
+        depth=history.depth if kept else 0,
+        reliability="reliable" if isinstance(reliability, Policy.Reliability.Reliable) else "bestEffort",
+        durability=_DURABILITIES.get(policies[Policy.Durability], "systemDefault"),
+        deadline=_seconds(deadline.deadline),
+        lifespan=_seconds(lifespan.lifespan) if lifespan else 0.0,  # no policy of readers
+        liveliness="manualByTopic" if manual else "automatic",
+        lease_duration=_seconds(liveliness.lease_duration),
+    )
+
+
+_DURABILITIES: dict[Any, Literal["volatile", "transientLocal"]] = {
+    Policy.Durability.Volatile: "volatile",
+    Policy.Durability.TransientLocal: "transientLocal",
+}
+
+
+def _seconds(nanoseconds: int) -> float:
+    return 0.0 if nanoseconds == duration(infinite=True) else nanoseconds / 1e9
+
+
+@dataclass(slots=True)
+class _Joined:
+    """A DDS domain that this process is in, for all participants in it; Cyclone allows one configuration each."""
+
+    domain: Domain
+    entity: Any
+    participants: int = 0
+
+
+_joined: dict[int, _Joined] = {}
+_lock = threading.Lock()
+
+
+def join(domain: Domain, user_data: str) -> Any:
+    """A participant in a domain, with the configuration that its discovery range needs.
+
+    Raises:
+        TransportError: there is no network, or this process is in that domain with another configuration.
+    """
+    with _lock:
+        _require_resources(domain)
+        joined = _joined.get(domain.id)
+        if joined is None:
+            joined = _Joined(domain, _open(domain))
+        elif joined.domain != domain:
+            raise TransportError(f"this process is already in {joined.domain}: it cannot join {domain} besides")
+        try:
+            participant = DomainParticipant(domain.id, Qos(Policy.Userdata(user_data.encode())))
+        except DDSException as error:
+            if not joined.participants:
+                delete(joined.entity)
+            raise TransportError(f"cannot join {domain}: {error}") from error
+        joined.participants += 1
+        _joined[domain.id] = joined
+        return participant
+
+
+def _require_resources(domain: Domain) -> None:
+    """Refuse what Cyclone would end the process over: it checks neither its sockets nor its memory."""
+    if not has_descriptors(DESCRIPTORS):
+        raise TransportError(
+            f"cannot join {domain}: it takes {DESCRIPTORS} more open files\nraise the limit of `ulimit -n`"
+        )
+    if not has_address_space(ADDRESS_SPACE):
+        remedy = "raise the limit of `ulimit -v`"
+        raise TransportError(f"cannot join {domain}: it takes {ADDRESS_SPACE // 10**6} MB more of memory\n{remedy}")
+
+
+def leave(domain: Domain, participant: Any) -> None:
+    """Remove a participant; with the last one of a domain, Cyclone's threads and sockets for it go too."""
+    with _lock:
+        delete(participant)
+        joined = _joined[domain.id]
+        joined.participants -= 1
+        if not joined.participants:
+            delete(joined.entity)
+            del _joined[domain.id]
+            LOG.forget(domain.id)
+
+
+def _open(domain: Domain) -> Any:
+    errors = []
+    for configuration in configurations(domain):
+        try:
+            with LOG.capture():
+                return DdsDomain(domain.id, configuration)
+        except DDSException as error:
+            errors.append(LOG.reason() or str(error))
+    raise TransportError(f"cannot join {domain}: {errors[-1]}")
+
+
+def configurations(domain: Domain) -> list[str]:
+    """Configurations of Cyclone DDS for a domain, to be tried in order.
+
+    ROS 2's loopback traffic comes with loopback addresses, which Cyclone ignores unless `lo` is among its interfaces; where
+    `lo` is the only one that is up, it cannot be named besides the one that Cyclone finds by itself.
+    """
+    if domain.cyclone_uri:
+        return [f"{_fragment(domain, '')},{domain.cyclone_uri}"]
+    if domain.discovery_range == "SYSTEM_DEFAULT":
+        return [""]
+    loopback = f'<NetworkInterface address="{_LOOPBACK}"{{}}/>'
+    if domain.discovery_range == "OFF":
+        return [_fragment(domain, loopback.format(""))]
+    if {name for _, name in socket.if_nameindex()} == {"lo"}:
+        return [_fragment(domain, loopback.format(""))]
+    both = '<NetworkInterface autodetermine="true"/>' + loopback.format(' multicast="true"')
+    return [_fragment(domain, both), _fragment(domain, loopback.format(""))]
+
+
+def _fragment(domain: Domain, interfaces: str) -> str:
+    """What rmw_cyclonedds_cpp configures for the same discovery range, larger datagrams, and the interfaces."""
+    if domain.discovery_range == "SYSTEM_DEFAULT":
+        return ""
+    multicast = "true" if domain.discovery_range == "SUBNET" else "false"
+    general = f"<AllowMulticast>{multicast}</AllowMulticast>"
+    if sys.platform == "linux":  # others refuse such datagrams unless they are told not to
+        general += f"<MaxMessageSize>{_DATAGRAM}B</MaxMessageSize>"
+    if interfaces:
+        general += f"<Interfaces>{interfaces}</Interfaces>"
+    if domain.discovery_range == "OFF":
+        # Only participants with the same tag meet.
+        discovery = f"<ParticipantIndex>none</ParticipantIndex><Tag>ros_discovery_off_{os.getpid()}</Tag>"
+    else:
+        peers = "".join(f'<Peer address="{address}"/>' for address in (_LOOPBACK, *map(_address, domain.static_peers)))
+        discovery = "<ParticipantIndex>auto</ParticipantIndex>"
+        discovery += f"<MaxAutoParticipantIndex>{_MAX_PARTICIPANTS}</MaxAutoParticipantIndex><Peers>{peers}</Peers>"
+    return (
+        f'<CycloneDDS><Domain Id="any"><General>{general}</General><Discovery>{discovery}</Discovery>'
+        "</Domain></CycloneDDS>"
+    )
+
+
+def _address(peer: str) -> str:
+    """The address of a host; Cyclone itself aborts the process over a name that cannot be resolved."""
+    try:
+        return socket.gethostbyname(peer)
+    except OSError as error:
+        raise TransportError(f"ROS_STATIC_PEERS names {peer!r}, which is no known host: {error}") from error

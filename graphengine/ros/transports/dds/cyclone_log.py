@@ -1,0 +1,129 @@
+"""What Cyclone DDS complains of, kept off the terminal: it drops malformed messages itself, and prints a line for each.
+
+It writes to a file in memory that is read now and then. A function that it calls would be one more way to lock up: it would
+wait for the interpreter's lock while Cyclone holds locks that a write needs.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import logging
+import os
+import platform
+import re
+import threading
+import time
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+
+from graphengine.format.wording import printable
+from graphengine.messages import names
+
+_log = logging.getLogger(__name__)
+
+_MAX_SIZE = 1 << 20
+"""Bytes after which what was read is thrown away."""
+_LINE = re.compile(r"[0-9.]+ \[(?P<domain>[0-9]+)\] +\S+ *(?P<text>.*)")
+_MALFORMED = re.compile(r"deserialization (?P<topic>r[tqr]/\S+)/\S+ failed")
+_VARYING = re.compile(r"<.*|\b[0-9a-f]+\b|[0-9a-f]*[0-9][0-9a-f]*")
+"""What differs between lines of one kind: numbers, and all from the content of a packet on."""
+MAX_KINDS = 20
+"""Kinds of lines that are logged; later ones are only counted."""
+PERIOD = 60.0
+"""Seconds between two lines that say how many were not logged."""
+
+
+class CycloneLog:
+    """Complaints of all domains of this process; where the C library is not that of GNU, they go to the terminal."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._file: int | None = None
+        self._stream: int | None = None
+        self._rest = b""
+        self._position = 0
+        self._kinds: set[str] = set()
+        self._unlogged = 0
+        self._due = 0.0
+        self._malformed: dict[int, Counter[str]] = {}
+
+    @contextmanager
+    def capture(self) -> Iterator[None]:
+        """Within it, domains are made that complain here.
+
+        A domain complains to what `stderr` of the C library is when it is made, and nothing configures another place.
+        """
+        if platform.libc_ver()[0] != "glibc":
+            yield
+            return
+        library = ctypes.CDLL(None)
+        stderr = ctypes.c_void_p.in_dll(library, "stderr")
+        with self._lock:
+            if self._file is None:
+                self._file = os.memfd_create("cyclone")
+                library.fdopen.restype = ctypes.c_void_p
+                self._stream = library.fdopen(self._file, b"a")
+            before, stderr.value = stderr.value, self._stream
+            try:
+                yield
+            finally:
+                stderr.value = before
+
+    def reason(self) -> str:
+        """The last complaint, which tells why a domain was not made; empty where there is none."""
+        with self._lock:
+            lines = self._lines()
+        return _text(lines[-1]) if lines else ""
+
+    def malformed(self, domain_id: int) -> Mapping[str, int]:
+        """How many messages of each topic or service were dropped; whatever else there is to say is logged, each kind once."""
+        with self._lock:
+            for line in self._lines():
+                self._note(line)
+            if self._unlogged and time.monotonic() >= self._due:
+                self._due = time.monotonic() + PERIOD
+                _log.warning("Cyclone DDS: %d complaints of other kinds", self._unlogged)
+                self._unlogged = 0
+            return dict(self._malformed.get(domain_id, {}))
+
+    def forget(self, domain_id: int) -> None:
+        """Begin anew: no participant of this process is in that domain any more."""
+        self.malformed(domain_id)
+        with self._lock:
+            self._malformed.pop(domain_id, None)
+
+    def _lines(self) -> list[str]:
+        if self._file is None:
+            return []
+        while read := os.pread(self._file, _MAX_SIZE, self._position):
+            self._position += len(read)
+            self._rest += read
+        if self._position > _MAX_SIZE:
+            os.ftruncate(self._file, 0)  # Cyclone appends, wherever the end is
+            self._position = 0
+        *lines, self._rest = self._rest.split(b"\n")
+        return [line.decode(errors="replace") for line in lines]
+
+    def _note(self, line: str) -> None:
+        parts = _LINE.match(line)
+        fault = _MALFORMED.search(line)
+        if parts and fault:
+            self._malformed.setdefault(int(parts["domain"]), Counter())[printable(names.ros_name(fault["topic"]))] += 1
+        else:
+            text = _text(line)
+            kind = _VARYING.sub("", text)
+            if kind not in self._kinds and len(self._kinds) < MAX_KINDS:
+                self._kinds.add(kind)
+                _log.warning("Cyclone DDS: %s", printable(text))
+            elif kind not in self._kinds:
+                self._unlogged += 1
+
+
+def _text(line: str) -> str:
+    """A line without its time, domain and thread."""
+    parts = _LINE.match(line)
+    return parts["text"] if parts else line
+
+
+LOG = CycloneLog()

@@ -1,0 +1,91 @@
+"""DDS types of ROS messages: the names and the type information that Cyclone DDS announces and checks payloads with."""
+
+from __future__ import annotations
+
+import dataclasses
+import types
+import weakref
+from typing import Any
+
+from cyclonedds.idl import IdlStruct
+from cyclonedds.idl import types as idl
+from cyclonedds.idl.annotations import final
+from rosbags.interfaces import Nodetype
+
+from graphengine.messages.definitions import DEFINITIONS, PLACEHOLDER, Definitions
+
+_SCALARS: dict[str, Any] = {
+    "bool": bool,
+    "byte": idl.uint8,
+    "char": idl.uint8,
+    "int8": idl.int8,
+    "uint8": idl.uint8,
+    "int16": idl.int16,
+    "uint16": idl.uint16,
+    "int32": idl.int32,
+    "uint32": idl.uint32,
+    "int64": idl.int64,
+    "uint64": idl.uint64,
+    "float32": idl.float32,
+    "float64": idl.float64,
+    "string": str,
+}
+
+
+def dds_name(message_type: str) -> str:
+    """The name of a message type on the wire: `nav_msgs::msg::dds_::Odometry_` for `nav_msgs/msg/Odometry`."""
+    package, kind, name = message_type.split("/")
+    return f"{package}::{kind}::dds_::{name}_"
+
+
+def idl_type(message_type: str, definitions: Definitions = DEFINITIONS, *, is_call: bool = False) -> type[Any]:
+    """A class that describes the message to Cyclone DDS; it is never instantiated.
+
+    Args:
+        message_type: ROS name.
+        definitions: where it is known.
+        is_call: whether it goes to or from a service: then a header is before it, as `cdds_request_header` of
+            rmw_cyclonedds_cpp.
+
+    Raises:
+        MessageTypeError: there is no such type.
+    """
+    made = _made.setdefault(definitions, {})
+    if (message_type, is_call) not in made:
+        made[message_type, is_call] = _make(message_type, definitions, _HEADER if is_call else {})
+    return made[message_type, is_call]
+
+
+_made: weakref.WeakKeyDictionary[Definitions, dict[tuple[str, bool], type[Any]]] = weakref.WeakKeyDictionary()
+_HEADER: dict[str, Any] = {"_client": idl.uint64, "_number": idl.int64}
+
+
+def _make(message_type: str, definitions: Definitions, header: dict[str, Any]) -> type[Any]:
+    # Cyclone DDS would refuse ROS 2's wide strings; it looks no further than the type described here, and keeps all bytes.
+    fields = [] if definitions.is_wide(message_type) else definitions.fields(message_type)
+    annotations = header | {name: _idl(field, definitions) for name, field in fields or [PLACEHOLDER]}
+    namespace = {"__annotations__": annotations, "__module__": __name__}
+    name = dds_name(message_type)
+    made = types.new_class(
+        name.rpartition("::")[2],
+        (IdlStruct,),
+        {"typename": name.replace("::", ".")},
+        lambda body: body.update(namespace),
+    )
+    # ROS types are final for XTypes: an appendable one would have another encoding.
+    described: type[Any] = final(dataclasses.dataclass(made))
+    return described
+
+
+def _idl(description: Any, definitions: Definitions) -> Any:
+    kind, detail = description
+    if kind == Nodetype.NAME:
+        return idl_type(detail, definitions)
+    if kind == Nodetype.BASE:
+        name, bound = detail
+        return idl.bounded_str[bound] if bound else _SCALARS[name]
+    element, count = detail
+    if kind == Nodetype.ARRAY:
+        return idl.array[_idl(element, definitions), count]
+    described = _idl(element, definitions)
+    return idl.sequence[described, count] if count else idl.sequence[described]

@@ -1,0 +1,1 @@
+"""A transport that never leaves the process."""

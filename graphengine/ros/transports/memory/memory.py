@@ -1,0 +1,264 @@
+"""A transport that never leaves the process, for tests and headless runs; what was written can be read back."""
+
+from __future__ import annotations
+
+import itertools
+from collections import defaultdict, deque
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any, get_args
+
+from graphengine.format.errors import TransportError
+from graphengine.format.wording import listing
+from graphengine.messages import messages
+from graphengine.messages.definitions import DEFINITIONS, Definitions
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.qos import mismatch, settled
+from graphengine.ros.graph import Direction, Endpoint, Graph
+from graphengine.ros.transports.memory.memory_services import MemoryClient, MemoryServer, MemoryServices
+
+
+class MemoryWriter:
+    """One topic of a `MemoryTransport` to write to."""
+
+    dropped = 0
+
+    def __init__(self, transport: MemoryTransport, topic: str, message_type: str, qos: QoS) -> None:
+        self.topic = topic
+        self.message_type = message_type
+        self.qos = settled(qos)
+        self.gid = transport.new_gid()
+        self._transport = transport
+        latched, unlimited = self.qos.durability == "transientLocal", self.qos.history == "keepAll"
+        depth = (None if unlimited else self.qos.depth) if latched else 0
+        self.kept: deque[tuple[int, bytes]] = deque(maxlen=depth)
+        """Numbered messages for those who come late."""
+        self.is_open = True
+        self.readers: list[MemoryReader] = []
+        """Those that match, in the order in which they were opened."""
+
+    @property
+    def matched(self) -> bool:
+        """Whether a reader is there, or the transport stands for one."""
+        return self.is_open and (self._transport.wants_all or bool(self.readers))
+
+    def write(self, data: bytes) -> None:
+        """Hand one message to every reader that matches, at once.
+
+        Raises:
+            TransportError: the writer is closed.
+        """
+        self._transport.send(self, data)
+
+    def close(self) -> None:
+        """Leave the topic; a second time does nothing."""
+        self._transport.remove(self)
+
+
+@dataclass(eq=False, slots=True)
+class MemoryReader:
+    """One topic of a `MemoryTransport` to read from; its QoS is settled."""
+
+    transport: MemoryTransport
+    topic: str
+    message_type: str
+    qos: QoS
+    deliver: Callable[[bytes], None]
+    gid: bytes
+
+    def matches(self, writer: MemoryWriter) -> bool:
+        """Whether topic, type and quality of service fit."""
+        same = (self.topic, self.message_type) == (writer.topic, writer.message_type)
+        return same and not mismatch(writer.qos, self.qos)
+
+    def close(self) -> None:
+        """Leave the topic; a second time does nothing."""
+        self.transport.remove(self)
+
+
+@dataclass(slots=True)
+class _Topic:
+    """Who writes and reads a topic, and what was written to it."""
+
+    writers: list[MemoryWriter] = field(default_factory=list)
+    readers: list[MemoryReader] = field(default_factory=list)
+    sent: list[tuple[str, bytes]] = field(default_factory=list)
+
+
+class MemoryTransport:
+    """Topics and services within one process, with the rules of DDS on who matches whom and what late joiners get.
+
+    Args:
+        wants_all: every writer counts as matched, so that everything is built.
+        keeps: what was written can be read back; memory then grows with it.
+        definitions: message types.
+    """
+
+    description = "memory: nothing leaves this process"
+    spin_time = 0.0
+    node = ""
+    malformed: Mapping[str, int] = MappingProxyType({})
+    foreign_services: Mapping[str, str] = MappingProxyType({})
+    rival_services: Sequence[str] = ()
+
+    def __init__(self, *, wants_all: bool = False, keeps: bool = True, definitions: Definitions = DEFINITIONS) -> None:
+        self._definitions = definitions
+        self.wants_all = wants_all
+        self._keeps = keeps
+        self.source = b""
+        """GID of the writer of the message that is being delivered; empty for one that was injected."""
+        self._closed = False
+        self._numbers = itertools.count()
+        self._topics: defaultdict[str, _Topic] = defaultdict(_Topic)
+        self._services = MemoryServices()
+
+    def writer(self, topic: str, message_type: str, qos: QoS) -> MemoryWriter:
+        """A writer on a topic.
+
+        Raises:
+            MessageTypeError: there is no such type.
+            TransportError: the transport is closed.
+        """
+        self._admit(topic, message_type)
+        writer = MemoryWriter(self, topic, message_type, qos)
+        writer.readers += [reader for reader in self._topics[topic].readers if reader.matches(writer)]
+        self._topics[topic].writers.append(writer)
+        return writer
+
+    def reader(self, topic: str, message_type: str, qos: QoS, deliver: Callable[[bytes], None]) -> MemoryReader:
+        """A reader on a topic; `deliver` runs in the thread that writes.
+
+        Raises:
+            TransportError: as for `writer`.
+        """
+        self._admit(topic, message_type)
+        reader = MemoryReader(self, topic, message_type, settled(qos), deliver, self.new_gid())
+        self._topics[topic].readers.append(reader)
+        matching = [writer for writer in self._topics[topic].writers if reader.matches(writer)]
+        for writer in matching:
+            writer.readers.append(reader)
+        if reader.qos.durability == "transientLocal":
+            missed = sorted((number, data, writer.gid) for writer in matching for number, data in writer.kept)
+            for _, data, self.source in missed if reader.qos.history == "keepAll" else missed[-reader.qos.depth :]:
+                deliver(data)
+        return reader
+
+    def server(
+        self, service: str, service_type: str, qos: QoS, deliver: Callable[[bytes, bytes], None]
+    ) -> MemoryServer:
+        """A server of a service; `deliver` runs in the thread that calls.
+
+        Raises:
+            TransportError: as for `writer`.
+        """
+        self._admit(service, *self._definitions.service_parts(service_type))
+        server = MemoryServer(self._services, service, service_type, settled(qos), deliver)
+        self._services.servers.append(server)
+        return server
+
+    def client(self, service: str, service_type: str, qos: QoS, deliver: Callable[[int, bytes], None]) -> MemoryClient:
+        """A client of a service; `deliver` runs in the thread that answers.
+
+        Raises:
+            TransportError: as for `writer`.
+        """
+        self._admit(service, *self._definitions.service_parts(service_type))
+        client = MemoryClient(self._services, service, service_type, settled(qos), deliver, self.new_gid())
+        self._services.clients.append(client)
+        return client
+
+    def raw(self, topic: str) -> list[bytes]:
+        """Every message that was written to a topic, encoded, oldest first."""
+        return [data for _, data in self._topics[topic].sent]
+
+    def messages(self, topic: str) -> list[Any]:
+        """Every message that was written to a topic, oldest first."""
+        return [messages.decode(data, kind, self._definitions) for kind, data in self._topics[topic].sent]
+
+    def inject(self, topic: str, message: Any) -> None:
+        """Deliver a message, or bytes, to the readers of a topic as a peer that matches them all would.
+
+        Raises:
+            TransportError: nobody reads that topic, or not with the message's type.
+        """
+        readers = list(self._topics[topic].readers)
+        if not readers:
+            read = sorted(name for name, other in self._topics.items() if other.readers)
+            raise TransportError(f"nobody reads {topic}\n{listing(read, 'topics that are read')}")
+        if not isinstance(message, bytes):
+            found = messages.message_type(message)
+            for reader in readers:
+                if reader.message_type != found:
+                    raise TransportError(f"{topic} is read as {reader.message_type}, not as {found}")
+            message = messages.encode(message, self._definitions)
+        self.source = b""
+        for reader in readers:
+            reader.deliver(message)
+
+    def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> Graph:
+        """Who writes and reads which topic; there are no nodes.
+
+        Raises:
+            TransportError: the transport is closed.
+        """
+        if self._closed:
+            raise TransportError("the transport is closed")
+        wanted = (
+            [(name, way) for name in tuple(self._topics) for way in get_args(Direction)] if asked is None else asked
+        )
+        ends: list[MemoryWriter | MemoryReader] = []
+        for name, direction in wanted:
+            if topic := self._topics.get(name):
+                ends += topic.writers if direction == "publish" else topic.readers
+        return Graph(map(self._described, ends), services=self._services.known())
+
+    def new_gid(self) -> bytes:
+        """A GID that no other endpoint has."""
+        return next(self._numbers).to_bytes(16, "big")
+
+    def close(self) -> None:
+        """End all deliveries; what was written can still be read back."""
+        self._closed = True
+        for topic in self._topics.values():
+            for writer in topic.writers:
+                writer.is_open = False
+            topic.writers.clear()
+            topic.readers.clear()
+        self._services.clear()
+
+    def send(self, writer: MemoryWriter, data: bytes) -> None:
+        """Keep and deliver one message of a writer.
+
+        Raises:
+            TransportError: the writer is closed.
+        """
+        if not writer.is_open:
+            raise TransportError(f"{writer.topic}: the writer is closed")
+        if self._keeps:
+            self._topics[writer.topic].sent.append((writer.message_type, data))
+        writer.kept.append((next(self._numbers), data))
+        for reader in tuple(writer.readers):
+            self.source = writer.gid
+            reader.deliver(data)
+
+    def remove(self, endpoint: MemoryWriter | MemoryReader) -> None:
+        """Forget an endpoint."""
+        topic = self._topics[endpoint.topic]
+        if isinstance(endpoint, MemoryWriter):
+            endpoint.is_open = False
+        known: list[list[Any]] = [topic.writers, topic.readers, *(writer.readers for writer in topic.writers)]
+        for endpoints in known:
+            if endpoint in endpoints:
+                endpoints.remove(endpoint)
+
+    def _described(self, endpoint: MemoryWriter | MemoryReader) -> Endpoint:
+        type_hash = self._definitions.type_hash(endpoint.message_type)
+        direction: Direction = "publish" if isinstance(endpoint, MemoryWriter) else "subscribe"
+        return Endpoint(endpoint.gid, direction, endpoint.topic, endpoint.message_type, endpoint.qos, type_hash)
+
+    def _admit(self, name: str, *message_types: str) -> None:
+        if self._closed:
+            raise TransportError(f"{name}: the transport is closed")
+        for message_type in message_types:
+            self._definitions.message_class(message_type)

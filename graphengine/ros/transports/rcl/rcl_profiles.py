@@ -1,0 +1,103 @@
+"""Quality of service, endpoints and parts of actions, as rclpy has them and as we do."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.qos import settled
+from graphengine.ros.graph import Endpoint
+
+_UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"
+"""What rclpy calls the node of an endpoint before the node's process told of it."""
+
+
+def to_profile(qos: QoS) -> Any:
+    """A profile as rclpy takes it."""
+    from rclpy.duration import Duration
+    from rclpy.qos import DurabilityPolicy, HistoryPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
+
+    qos = settled(qos)
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_ALL if qos.history == "keepAll" else HistoryPolicy.KEEP_LAST,
+        depth=qos.depth,
+        reliability=ReliabilityPolicy.RELIABLE if qos.reliability == "reliable" else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL
+        if qos.durability == "transientLocal"
+        else DurabilityPolicy.VOLATILE,
+        deadline=Duration(seconds=qos.deadline),
+        lifespan=Duration(seconds=qos.lifespan),
+        liveliness=LivelinessPolicy.MANUAL_BY_TOPIC
+        if qos.liveliness == "manualByTopic"
+        else LivelinessPolicy.AUTOMATIC,
+        liveliness_lease_duration=Duration(seconds=qos.lease_duration),
+    )
+
+
+def to_endpoint(topic: str, info: Any) -> Endpoint:
+    """What rclpy tells of an endpoint of a topic."""
+    owned = info.node_name != _UNKNOWN_NODE
+    return Endpoint(
+        gid=bytes(info.endpoint_gid),
+        direction="publish" if info.endpoint_type.name == "PUBLISHER" else "subscribe",
+        topic=topic,
+        message_type=info.topic_type,
+        qos=_qos(info.qos_profile),
+        type_hash=str(info.topic_type_hash),
+        node=info.node_name if owned else "",
+        namespace=info.node_namespace if owned else "",
+    )
+
+
+def _qos(profile: Any) -> QoS:
+    kinds = (profile.history, profile.reliability, profile.durability, profile.liveliness)
+    history, reliability, durability, liveliness = (_WORDS.get(kind.name, "systemDefault") for kind in kinds)
+    return QoS(
+        history=history,
+        depth=profile.depth,
+        reliability=reliability,
+        durability=durability,
+        deadline=_seconds(profile.deadline),
+        lifespan=_seconds(profile.lifespan),
+        liveliness=liveliness,
+        lease_duration=_seconds(profile.liveliness_lease_duration),
+    )
+
+
+_WORDS: Mapping[str, Any] = {
+    "KEEP_LAST": "keepLast",
+    "KEEP_ALL": "keepAll",
+    "RELIABLE": "reliable",
+    "BEST_EFFORT": "bestEffort",
+    "VOLATILE": "volatile",
+    "TRANSIENT_LOCAL": "transientLocal",
+    "AUTOMATIC": "automatic",
+    "MANUAL_BY_TOPIC": "manualByTopic",
+}
+"""Kinds that rclpy names, and how a profile is written; others, such as UNKNOWN, are `systemDefault`."""
+
+
+def _seconds(time: Any) -> float:
+    """A duration of rclpy; 0 for an infinite one."""
+    from rclpy.duration import Infinite
+
+    return 0.0 if time == Infinite else time.nanoseconds / 1e9
+
+
+_PARTS_OF_ACTIONS = {
+    "SendGoal": "SendGoalService",
+    "GetResult": "GetResultService",
+    "FeedbackMessage": "FeedbackMessage",
+}
+"""Where the class of an action keeps the services and the message that it consists of."""
+
+
+def part_of_action(message_type: str) -> Any | None:
+    """The class of a service or message that an action consists of; None for other types."""
+    from rosidl_runtime_py import utilities
+
+    action, _, part = message_type.rpartition("_")
+    if "/action/" not in message_type or part not in _PARTS_OF_ACTIONS:
+        return None
+    return getattr(utilities.get_action(action).Impl, _PARTS_OF_ACTIONS[part])

@@ -1,0 +1,290 @@
+"""Dry setup of every node, and what can be told from the answers: claims, lints, findings at their place in the file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import networkx as nx
+
+from graphengine.compiler.gates import EveryHz
+from graphengine.compiler.graph import Instance, asking, refusal
+from graphengine.compiler.lint_registry import LINTS, LintContext
+from graphengine.compiler.plan import Plan
+from graphengine.compiler.template import WireEntry
+from graphengine.devices.backend import World
+from graphengine.devices.dry_world import DryWorld
+from graphengine.devices.stage import at_or_below
+from graphengine.format.diagnostics import Finding, Findings
+from graphengine.format.errors import ContextError, GraphError, JointError, PrimError
+from graphengine.format.permissions import Permissions
+from graphengine.messages.dry_network import DryNetwork
+from graphengine.messages.endpoints import EndpointClaim
+from graphengine.runtime.graph_run import make_graph_run
+from graphengine.runtime.node_context.services import Services
+from graphengine.runtime.simulation_clock import SimulationClock
+
+
+def check_plans(
+    plans: Sequence[Plan],
+    world: World,
+    findings: Findings,
+    *,
+    prims_known: bool,
+    beside: Sequence[Plan] = (),
+    claimed: Sequence[EndpointClaim] = (),
+    permissions: Permissions | None = None,
+) -> list[EndpointClaim]:
+    """Set every node up dry, over the same prims without physics, and lint what they ask for; topics they claim.
+
+    Args:
+        plans: the graphs in the order they run.
+        world: whose prims there are.
+        findings: where mistakes go.
+        prims_known: as for `dry_setup`.
+        beside: graphs that were checked before, and run before these.
+        claimed: topics of those.
+        permissions: what graphs may do; nothing by default.
+    """
+    dry = DryWorld(world.stage, world.tick_period, world.substeps)
+    claims = dry_setup(plans, dry, findings, prims_known=prims_known, permissions=permissions)
+    if prims_known:  # else it is not known how often there is a tick
+        lint_rates(plans, dry, findings)
+    lint_claims(LintContext([*beside, *plans], world.stage, [*claimed, *claims], findings))
+    return claims
+
+
+def dry_setup(
+    plans: Sequence[Plan],
+    world: World,
+    findings: Findings,
+    *,
+    prims_known: bool,
+    permissions: Permissions | None = None,
+) -> list[EndpointClaim]:
+    """Set up every node over a world and no network; what nodes ask for is the answer, what is wrong becomes findings.
+
+    Args:
+        plans: the graphs in the order they run.
+        world: where prims are looked up.
+        findings: where mistakes go.
+        prims_known: whether the stage is that of a scene; without one, missing prims are no mistakes.
+        permissions: what graphs may do; nothing by default.
+    """
+    services = Services(world, DryNetwork(), permissions=permissions or Permissions())
+    for plan in plans:
+        _dry_setup_graph(plan, services, findings, prims_known=prims_known)
+    return services.claims
+
+
+def _dry_setup_graph(plan: Plan, services: Services, findings: Findings, *, prims_known: bool) -> None:
+    skipped = 0
+    faulty, failed = _faulty(plan, findings), set[int]()
+    sources: dict[int, set[int]] = {}
+    for wire in plan.graph.data_wires:
+        sources.setdefault(wire.target, set()).add(wire.source)
+
+    def fail(index: int, error: GraphError) -> None:
+        nonlocal skipped
+        failed.add(index)
+        if index in faulty and _follows(plan.graph.instances[index], error):
+            return
+        if sources.get(index, set()) & failed:  # it may lack only what a failed node would have told it
+            return
+        if isinstance(error, PrimError | JointError) and not prims_known:
+            skipped += 1
+        else:
+            findings.put(explain(plan.graph.instances[index], error))
+
+    run = make_graph_run(plan, services, _clock(plan, services.world))
+    run.executor.setup(fail)
+    run.executor.close()  # what the nodes claimed stays: it is the answer
+    for index, path, prim in run.contexts.asked():
+        robot = services.stage.robot_of(prim)
+        if robot is not None and not services.stage.is_literal(path, prim):
+            _, span = asking(plan.graph.instances[index], path)
+            below = prim.path.removeprefix(f"{robot.path}/")  # a fleet has one note, not one a robot
+            findings.add("N105", f"the path leaves links out; the prim is {below} of its robot", span)
+    for instance in plan.graph.instances:  # the same instances run later, from their defaults
+        instance.node.reset()
+        instance.node.clear()
+    if skipped:
+        nodes = f"{skipped} nodes of {plan.graph.name} ask" if skipped > 1 else f"a node of {plan.graph.name} asks"
+        span = plan.graph.flat.loaded.document.span("graph")
+        no_scene = any(finding.code.startswith("S") for finding in findings.errors)
+        remedy = "the scene could not be loaded" if no_scene else "give the scene with --scene"
+        findings.add("N102", f"{nodes} for prims, which were not checked", span, remedy)
+
+
+def _faulty(plan: Plan, findings: Findings) -> set[int]:
+    """Nodes that lack a value because of a mistake that was told already: what else goes wrong in them follows from it."""
+    told = {str(finding.span) for finding in findings.errors}
+    refused = {wire.target.node for wire in _refused(plan)}
+    faulty = set()
+    for instance in plan.graph.instances:
+        entry = instance.entry
+        places = [entry.key_span(), *(entry.span("inputs", name) for name in entry.spec.inputs)]
+        places += [entry.key_span("inputs", name) for name in entry.spec.inputs]
+        if instance.refused or instance.id in refused or any(str(place) in told for place in places):
+            faulty.add(instance.index)
+    return faulty
+
+
+def _follows(instance: Instance, error: GraphError) -> bool:
+    """Whether the error of a faulty node follows from what was told; what is missing is empty."""
+    if not isinstance(error, ContextError) or error.value == "":
+        return True
+    return asking(instance, error.value)[0] in instance.refused
+
+
+def _refused(plan: Plan) -> list[WireEntry]:
+    """Wires of the file that came to nothing."""
+    made = {id(wire.entry) for wire in (*plan.graph.data_wires, *plan.graph.exec_wires)}
+    return [entry for entry in plan.graph.flat.wires if id(entry) not in made]
+
+
+def explain(instance: Instance, error: GraphError) -> Finding:
+    """A failed setup at the place of the input that asked for the impossible."""
+    via = instance.entry.via
+    if isinstance(error, ContextError):
+        return refusal(instance, error)
+    if isinstance(error.__cause__, ValueError):  # the node's own sentence about its inputs
+        return Finding("G307", f"{instance.id}: {error.__cause__}", instance.span, related=via)
+    cause, details = error.__cause__ or error, [line.strip() for line in str(error).split("\n")]
+    message = f"{instance.id} cannot be set up: {type(cause).__name__}: {cause}"
+    return Finding("G307", message, instance.span, tuple(d for d in details if d.startswith("inputs: ")), via)
+
+
+def lint_structure(plan: Plan, findings: Findings) -> None:
+    """Nodes that never run. What a refused wire leads to would look idle, and what a graph around this one starts."""
+    if _refused(plan) or plan.graph.flat.unread or plan.graph.flat.declared:
+        return
+    running = set(plan.order)
+    events = [i.id for i in plan.graph.instances if i.cls.kind() == "event"]
+    for instance in plan.graph.instances:
+        if instance.index in running or instance.part_of:
+            continue
+        if instance.cls.kind() == "data":
+            hint = "wire its outputs to a node with an execution input, or remove it"
+            code, message = "W102", f"nothing that runs uses {instance.id}"
+        else:
+            hint = "the graph has no event node; add one, such as OnPlaybackTick"
+            if events:
+                hint = f"wire its execution input, for instance from {events[0]}"
+            code, message = "W101", f"no event reaches {instance.id}"
+        findings.add(code, message, instance.span, hint, related=instance.entry.via)
+
+
+def lint_rates(plans: Sequence[Plan], world: World, findings: Findings) -> None:
+    """Nodes that are to be executed more often than what leads to them is."""
+    for plan in plans:
+        passes = 1.0 / _clock(plan, world).delta
+        for gate in plan.graph.instances:
+            most = plan.rate(gate.index, passes) or passes
+            if not isinstance(gate.node, EveryHz) or gate.node.hz <= most:
+                continue
+            often = f"{gate.node.hz:g} times a second, and cannot more often than {most:g} times"
+            remedy = "leave `every` out, or raise `tick_rate` of the scene"
+            findings.add("W106", f"{gate.part_of} is to run {often}", gate.span, remedy, related=gate.entry.via)
+
+
+def _clock(plan: Plan, world: World) -> SimulationClock:
+    """Counts the passes of a graph."""
+    numerator, denominator = world.tick_period
+    return SimulationClock((numerator, denominator * (world.substeps if plan.graph.runs == "physics_step" else 1)))
+
+
+def lint_claims(context: LintContext) -> None:
+    """Topics, services and frames that cannot live together, and lints that know node types."""
+    _check_places(context)
+    _check_topic_types(context)
+    _check_servers(context)
+    _check_transforms(context)
+    for code in sorted(LINTS):
+        for function in LINTS[code]:
+            function(context)
+
+
+def _check_places(context: LintContext) -> None:
+    """Graphs of a robot that stand outside of it: they mean another robot, or none, and collect no namespace of this one."""
+    told: set[str] = set()  # a fleet has one mistake, not one a robot
+    prims = {robot.entity_name: robot.path for robot in context.stage.prims("robot")}
+    for plan in context.graphs:
+        robot, _, name = plan.graph.name.partition("/")
+        path, document = plan.graph.prim_path, plan.graph.flat.loaded.document
+        own = prims.get(robot, f"/{robot}")
+        if not name or at_or_below(path, own) or str(document.path) in told:
+            continue
+        told.add(str(document.path))
+        context.findings.add(
+            "W107",
+            f"graph {name} of robot {robot} stands at {path}, which is not below {own}",
+            document.span("at" if "at" in document.data else "graph"),
+            f"write at: $(robot)/{'/'.join(path.split('/')[2:]) or name}, with parameters: {{robot: {{type: target}}}}",
+            "$(robot) is whichever robot uses the graph",
+        )
+
+
+def _check_topic_types(context: LintContext) -> None:
+    first: dict[tuple[int, str, bool], EndpointClaim] = {}
+    for claim in sorted(
+        context.claims, key=lambda c: c.direction in ("subscribe", "call")
+    ):  # publishers and servers first
+        other = first.setdefault((claim.ros_context, claim.topic, claim.is_service), claim)
+        if other.message_type != claim.message_type:
+            message = f"{claim.topic} is {claim.message_type} here and {other.message_type} at {other.node}"
+            rule = "service has one type" if claim.is_service else "topic has one message type"
+            context.disagree("G305", message, claim, other, f"a {rule}; rename one of them")
+
+
+def _check_servers(context: LintContext) -> None:
+    servers: dict[tuple[int, str], EndpointClaim] = {}
+    for claim in context.claims:
+        if claim.direction != "serve":
+            continue
+        other = servers.setdefault((claim.ros_context, claim.topic), claim)
+        if other is not claim:
+            message = f"the service {claim.topic} is offered here and by {other.node}"
+            remedy = "a call is answered by one server; give one of them another name, or a nodeNamespace"
+            context.disagree("G309", message, claim, other, remedy)
+
+
+def _check_transforms(context: LintContext) -> None:
+    groups: dict[tuple[int, str], list[tuple[str, str, EndpointClaim]]] = {}
+    for claim in context.claims:
+        for parent, child in claim.transforms:
+            if parent == child:  # tf2 ignores it
+                continue
+            groups.setdefault((claim.ros_context, claim.topic.rpartition("/")[0]), []).append((parent, child, claim))
+    for (_, namespace), edges in groups.items():
+        _check_parents(context, edges)
+        _check_pieces(context, namespace, edges)
+
+
+def _check_parents(context: LintContext, edges: Iterable[tuple[str, str, EndpointClaim]]) -> None:
+    parents: dict[str, tuple[str, EndpointClaim]] = {}
+    for parent, child, claim in edges:
+        known, first = parents.setdefault(child, (parent, claim))
+        if first is claim and known == parent:
+            continue
+        twice = f"frame {child!r} below {parent!r} comes from both {first.node} and {claim.node}"
+        parents_differ = f"frame {child!r} has two parents: {known!r} from {first.node}, {parent!r} from {claim.node}"
+        remedy = "a frame has one parent and one publisher; rename a frame, or remove one of the two"
+        context.disagree("G306", twice if known == parent else parents_differ, claim, first, remedy)
+
+
+def _check_pieces(context: LintContext, namespace: str, edges: Sequence[tuple[str, str, EndpointClaim]]) -> None:
+    tree: nx.Graph[str] = nx.Graph()
+    for parent, child, _ in edges:
+        tree.add_edge(parent, child)
+    pieces = list(nx.connected_components(tree))
+    if len(pieces) < 2:
+        return
+    roots = [f"{{{', '.join(sorted(piece))}}}" for piece in pieces]
+    claim = edges[-1][2]
+    context.findings.add(
+        "W203",
+        f"the TF tree{f' of {namespace}' if namespace else ''} is in {len(pieces)} pieces: {' and '.join(roots)}",
+        context.span(claim),
+        "robot_state_publisher is missing, which joins them by the robot's fixed joints; "
+        "start it, or run with --robot-state, or publish the missing edge",
+    )

@@ -1,0 +1,282 @@
+"""One graph at run time: its nodes' life from setup to stop, its pass, and its latent nodes."""
+
+from __future__ import annotations
+
+import contextlib
+import linecache
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from graphengine.compiler import codegen
+from graphengine.compiler.plan import Copy, Plan
+from graphengine.format.errors import BadValueError, ContextError, GraphError, NodeError
+from graphengine.node import types
+from graphengine.node.context import Context
+from graphengine.node.node_class import Ending
+
+ContextFactory = Callable[[int], Context]
+"""The context of a node, by its index in the graph; each call gives a new one and closes the old one's handles."""
+
+
+class Executor:
+    """Runs a plan.
+
+    Args:
+        plan: what to do.
+        context_of: where nodes get their contexts.
+        now: simulation tick and time, for messages.
+        fault: receives each fault of a node, which then ends the node's branch only; None ends the run at the first.
+        dropped: receives each value from a wire that a node could not use, with the node's index; None makes it a fault.
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        context_of: ContextFactory,
+        now: Callable[[], tuple[int, float]],
+        fault: Callable[[NodeError], None] | None = None,
+        dropped: Callable[[int, BadValueError], None] | None = None,
+    ) -> None:
+        self.plan = plan
+        self.nodes = [instance.node for instance in plan.graph.instances]
+        self.source = codegen.write_source(plan)
+        self._context_of = context_of
+        self._now = now
+        self._fault = fault
+        self._dropped = dropped
+        self._wired = {(wire.target, wire.target_field) for wire in plan.graph.data_wires}
+        self._failed: set[int] = set()
+        self._active: dict[int, None] = {}
+        """Latent nodes; one that starts again keeps its place."""
+        self._outputs_of_setup: dict[int, dict[str, Any]] = {}
+        caught = (Exception,) if fault else (BadValueError,) if dropped else ()
+        self._functions = codegen.compile_source(
+            self.source, self.nodes, self._setup_again, self._active.setdefault, self._end_branch, caught, self._failed
+        )
+        self._pass: Callable[[], None] = self._functions["pass_"]
+        self._set_pins()
+
+    def _set_pins(self) -> None:
+        """The input of a node with a single wire always fires once and is told so now; no other has fired.
+
+        In a push graph all have fired but control pins.
+        """
+        if self.plan.graph.flat.spec.evaluator == "push":
+            for node in self.nodes:
+                for port in type(node).fields.values():
+                    if port.is_exec and port.side == "inputs":
+                        setattr(node, port.field, 0 if port.control else 1)
+            return
+        told = {call.node for region in self.plan.regions for call in region.calls if call.pins}
+        for wire in self.plan.graph.exec_wires:
+            setattr(self.nodes[wire.target], wire.target_field, 0 if wire.target in told else 1)
+
+    def setup(self, failed: Callable[[int, GraphError], None] | None = None) -> None:
+        """Set up every node that can run, in schedule order; constants first, outputs handed on as they become known.
+
+        Args:
+            failed: who hears of a node that could not be set up, so that the others still are; None raises at the first.
+
+        Raises:
+            GraphError: a node asked for something that is not there.
+            NodeError: a node's setup raised anything else.
+        """
+        constant = {refresh.node for refresh in self.plan.constants}
+        incoming: dict[int, list[Copy]] = {}
+        for copy in self._all_copies():
+            incoming.setdefault(copy.target, []).append(copy)
+        for index in self.plan.order:
+            self._apply(incoming.get(index, ()))
+            try:
+                self._call(index, self._setup_node, index)
+                if index in constant:
+                    self._call(index, self.nodes[index].compute)
+                elif index in self.plan.early:
+                    with contextlib.suppress(Exception):  # what it reads may not be known before the first pass
+                        self.nodes[index].compute()
+            except GraphError as error:
+                if failed is None:
+                    raise
+                failed(index, error)
+
+    def _all_copies(self) -> Iterable[Copy]:
+        """Every copy of the plan, once."""
+        copies = dict.fromkeys(self.plan.constant_copies)
+        for refresh in self.plan.constants:
+            copies |= dict.fromkeys(refresh.copies)
+        for region in self.plan.regions:
+            for call in region.calls:
+                copies |= dict.fromkeys(call.copies)
+                copies |= {copy: None for refresh in call.refreshes for copy in refresh.copies}
+        return copies
+
+    def _apply(self, copies: Iterable[Copy]) -> None:
+        for copy in copies:
+            value = getattr(self.nodes[copy.source], copy.source_field)
+            value = types.CONVERTERS[copy.converter](value) if copy.converter else value
+            setattr(self.nodes[copy.target], copy.target_field, value)
+
+    def _setup_node(self, index: int) -> None:
+        """Set up one node, anew if it was before; what it puts out then, it puts out from the start of each play."""
+        node = self.nodes[index]
+        fields = [p.field for p in type(node).fields.values() if p.side == "outputs" and not p.is_exec]
+        before = {field: getattr(node, field) for field in fields}
+        node.setup(self._context_of(index))
+        after = {field: getattr(node, field) for field in fields}
+        self._outputs_of_setup.setdefault(index, {}).update(
+            (field, value) for field, value in after.items() if value is not before[field]
+        )
+
+    def _setup_again(self, index: int) -> None:
+        """Set up a node after an input that it reads in setup changed over a wire; until that succeeds it does not compute.
+
+        Raises:
+            BadValueError: the session does not have what the input names.
+        """
+        self._failed.add(index)
+        node = self.nodes[index]
+        ports = [port for port in type(node).fields.values() if port.setup and (index, port.field) in self._wired]
+        values = {port.name: getattr(node, port.field) for port in ports}
+        for port, value in zip(ports, values.values(), strict=True):
+            empty = port.required is True and isinstance(value, tuple | str) and not value
+            if empty or (port.tokens and value not in port.tokens):
+                raise BadValueError(port.name, value, port.constraint)
+        try:
+            self._setup_node(index)
+        except BadValueError:
+            raise
+        except ContextError as error:
+            named = [name for name, value in values.items() if types.equal(value, error.value)] or list(values)
+            raise BadValueError(named[0], values[named[0]]) from error
+        self._failed.discard(index)
+
+    def _call(self, index: int, function: Callable[..., Any], *arguments: object) -> Any:
+        try:
+            return function(*arguments)
+        except Exception as error:
+            if isinstance(error, GraphError) and not isinstance(error, BadValueError):
+                raise
+            raise self.explain(index, error) from error
+
+    def run_pass(self) -> None:
+        """One pass: events fire, and what they reach is computed.
+
+        Raises:
+            NodeError: a node raised; its cause is chained.
+        """
+        self._run(self._pass)
+
+    def run_ending(self, ending: Ending) -> None:
+        """What starts where a play, or the graph, ends; nothing in most graphs.
+
+        Raises:
+            NodeError: a node raised; its cause is chained.
+        """
+        if (function := self._functions.get(ending)) is not None:
+            self._run(function)
+
+    def _run(self, function: Callable[[], None]) -> None:
+        """Run generated text; an exception in it names its node."""
+        try:
+            function()
+        except NodeError:
+            raise
+        except Exception as error:
+            raise self.explain(self._culprit(error), error) from error
+
+    def run_latent(self) -> None:
+        """Update every active latent node; what it fires is an event of the next pass."""
+        for index in list(self._active):
+            node: Any = self.nodes[index]
+            if not node.active:
+                del self._active[index]
+                continue
+            for data in self.plan.latent_marks.get(index, ()):
+                self._functions[f"s{data}"] = 1
+            try:
+                fired = node.update()
+            except Exception as error:
+                if not self._drop(index, error):
+                    del self._active[index]
+                    node.active = False
+                    self._report(index, error)
+                continue
+            if fired:
+                self._functions[f"l{index}"] = self._functions.get(f"l{index}", 0) | fired
+            if not node.active:
+                del self._active[index]
+
+    def _make_stale(self) -> None:
+        for data in self.plan.flagged:
+            self._functions[f"s{data}"] = 1
+
+    def stop(self) -> None:
+        """Outputs and state back to what they were before the first pass; latent nodes end, pins are forgotten."""
+        self._active.clear()
+        for index in self.plan.order:
+            node = self.nodes[index]
+            self._call(index, node.reset)
+            node.clear()
+            for field, value in self._outputs_of_setup.get(index, {}).items():
+                setattr(node, field, value)
+        for index, _ in self.plan.root.pending:
+            self._functions[f"l{index}"] = 0
+        self._set_pins()
+        self._make_stale()
+        self._run(self._functions["constants"])
+
+    def _culprit(self, error: Exception) -> int | None:
+        """The node whose line of the generated text an exception came through last."""
+        found, traceback = None, error.__traceback__
+        while traceback is not None:
+            if traceback.tb_frame.f_code.co_filename == self.source.name:
+                found = self.source.node_at(traceback.tb_lineno)
+            traceback = traceback.tb_next
+        return found
+
+    def _end_branch(self, index: int, error: Exception) -> None:
+        """A node raised something that may end its branch only."""
+        if not self._drop(index, error):
+            self._report(index, error)
+
+    def _drop(self, index: int, error: Exception) -> bool:
+        """Whether an exception says that a value is bad that came over a wire, or from outside of the node's inputs."""
+        if self._dropped is None or not isinstance(error, BadValueError):
+            return False
+        ports = [type(self.nodes[index]).ports.get(f"inputs:{name}") for name in error.port.split(", ")]
+        if all(port is not None and (index, port.field) not in self._wired for port in ports):
+            return False
+        self._dropped(index, error)
+        return True
+
+    def _report(self, index: int, error: Exception) -> None:
+        explained = self.explain(index, error)
+        explained.__cause__ = error
+        if self._fault is None:
+            raise explained
+        self._fault(explained)
+
+    def explain(self, index: int | None, error: Exception) -> NodeError:
+        """Which node raised, where it stands in its file, with which inputs, when."""
+        tick, time = self._now()
+        when = f"at tick {tick}, {time:.6g} s"
+        if index is None:
+            return NodeError(f"graph {self.plan.graph.name}, {when}: {type(error).__name__}: {error}")
+        instance = self.plan.graph.instances[index]
+        node = self.nodes[index]
+        inputs = [p for p in type(node).fields.values() if p.side == "inputs" and not p.is_exec]
+        shown = ", ".join(f"{p.name}={_short(getattr(node, p.field, None))}" for p in inputs)
+        return NodeError(
+            f"{instance.span}: node {instance.id} ({type(node).type_name}) raised {type(error).__name__}: {error}\n"
+            f"  {when}, in graph {self.plan.graph.name}\n"
+            f"  inputs: {shown or 'none'}"
+        )
+
+    def close(self) -> None:
+        """Forget the generated text."""
+        linecache.cache.pop(self.source.name, None)
+
+
+def _short(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."

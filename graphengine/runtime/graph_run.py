@@ -1,0 +1,122 @@
+"""One graph of a session: its executor, its variables, and the contexts of its nodes."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from graphengine.compiler.graph import visible
+from graphengine.compiler.plan import Plan
+from graphengine.devices.stage import Prim, at_or_below
+from graphengine.format.errors import BadValueError, NodeError
+from graphengine.runtime.executor import Executor
+from graphengine.runtime.graph_variable import GraphVariable
+from graphengine.runtime.node_context.context import NodeContext
+from graphengine.runtime.node_context.services import Services
+from graphengine.runtime.simulation_clock import SimulationClock
+
+
+class GraphContexts:
+    """Hands out the context of each node, by its index; a new one closes what the old one handed out."""
+
+    def __init__(
+        self, plan: Plan, services: Services, clock: SimulationClock, variables: dict[str, GraphVariable]
+    ) -> None:
+        self._plan = plan
+        self._services = services
+        self._clock = clock
+        self._variables = variables
+        self._contexts: dict[int, NodeContext] = {}
+        self._wired: defaultdict[int, Counter[str]] = defaultdict(Counter)
+        for wire in plan.graph.data_wires:
+            self._wired[wire.source][wire.source_field] += 1
+        for wire in plan.graph.exec_wires:
+            self._wired[wire.target][wire.target_field] += 1
+
+    def __call__(self, index: int) -> NodeContext:
+        """The context of one node."""
+        if index in self._contexts:
+            self._contexts[index].close()
+        graph = self._plan.graph
+        instance = graph.instances[index]
+        context = NodeContext(
+            self._services,
+            self._clock,
+            graph.name,
+            f"{graph.prim_path}/{instance.id}",
+            self._plan.rate(index, 1.0 / self._clock.delta),
+            visible(instance.id, self._variables),
+            graph.runs,
+            self._wired[index],
+            graph.prim_path,
+            instance.entry.document.path.parent,
+        )
+        self._contexts[index] = context
+        return context
+
+    def bound(self, below: str) -> str | None:
+        """Prim path of a node that was handed something of a prim, or of one below it; None if there is none."""
+        for context in self._contexts.values():
+            if any(at_or_below(path, below) for path in context.prims):
+                return context.prim_path
+        return None
+
+    def asked(self) -> Iterator[tuple[int, str, Prim]]:
+        """The prims that nodes were handed something of: number of the node, the path that it gave, and the prim."""
+        for index, context in self._contexts.items():
+            yield from ((index, path, prim) for path, prim in context.asked.items())
+
+    def close(self) -> None:
+        """Close everything that was handed out; random numbers begin anew for whoever has a node's path next."""
+        for context in self._contexts.values():
+            context.close()
+            self._services.generators.pop(context.prim_path, None)
+        self._contexts.clear()
+
+
+@dataclass(slots=True)
+class GraphRun:
+    """A graph that runs."""
+
+    executor: Executor
+    variables: dict[str, GraphVariable]
+    contexts: GraphContexts
+
+    @property
+    def name(self) -> str:
+        """As messages call it: the robot's name, if it belongs to one, and its own."""
+        return self.executor.plan.graph.name
+
+    @property
+    def on_physics_step(self) -> bool:
+        """Whether it runs after each physics step, not once a tick."""
+        return self.executor.plan.graph.runs == "physics_step"
+
+    def close(self) -> None:
+        """Close what its nodes hold; safe to call twice."""
+        self.executor.close()
+        self.contexts.close()
+
+
+def make_graph_run(
+    plan: Plan, services: Services, clock: SimulationClock, fault: Callable[[NodeError], None] | None = None
+) -> GraphRun:
+    """Make the run of a graph, not set up yet; `fault` receives the faults of nodes, else the first one ends the run."""
+    graph, dropped = plan.graph, services.dropped
+
+    def drop(index: int, error: BadValueError) -> None:
+        instance = graph.instances[index]
+        node = f"{graph.prim_path}/{instance.id}"
+        if dropped is not None and dropped.add(node, clock.frame):
+            before = dropped.ticks[node] - 1
+            others = f", as in {before} of the ticks before" if before else ""
+            what, *more = str(error).split("\n")
+            where = f"{instance.span}: {instance.cls.type_name} in graph {graph.name}"
+            services.warn(node, "\n  ".join([f"{what}; dropped at tick {clock.frame}{others}", where, *more]))
+
+    variables = {name: GraphVariable(default) for name, default in plan.graph.variables.items()}
+    contexts = GraphContexts(plan, services, clock, variables)
+    dropping = drop if dropped is not None else None
+    executor = Executor(plan, contexts, lambda: (clock.frame, clock.time), fault, dropping)
+    return GraphRun(executor, variables, contexts)

@@ -1,0 +1,88 @@
+"""Impulses and custom events on their way from one tick to the next."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from graphengine.format.errors import ContextError, UsageError
+from graphengine.format.wording import did_you_mean, listing
+from graphengine.node.context import IMPULSE
+
+
+class QueueMailbox:
+    """Items by tick: posted in one, visible in the next; more than 1000 in a tick are an error."""
+
+    LIMIT = 1000
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.visible: Sequence[Any] = ()
+        """What was posted in the tick before; whoever did not take it by the end of this one has missed it."""
+        self.ticks = 0
+        self._posted: list[Any] = []
+
+    def post(self, item: Any = None) -> None:
+        """Queue an item for the next tick.
+
+        Raises:
+            ContextError: the queue is full.
+        """
+        if len(self._posted) >= self.LIMIT:
+            raise ContextError(
+                f"more than {self.LIMIT} events {self.name!r} in one tick", self.name, "an event may raise itself"
+            )
+        self._posted.append(item)
+
+    @property
+    def waiting(self) -> bool:
+        """Whether something waits for the next tick."""
+        return bool(self._posted)
+
+    def freeze(self) -> None:
+        """Begin a tick."""
+        self.visible, self._posted = self._posted, []
+        self.ticks += 1
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self.visible, self._posted = (), []
+
+
+class NodeMailbox:
+    """A queue as one node sees it: each item reaches every node that takes, once."""
+
+    def __init__(self, queue: QueueMailbox) -> None:
+        self._queue = queue
+        self._taken = 0
+
+    def post(self, item: Any = None) -> None:
+        """Queue an item for the next tick."""
+        self._queue.post(item)
+
+    def take(self) -> Sequence[Any]:
+        """Items posted before this tick."""
+        if self._taken == self._queue.ticks:
+            return ()
+        self._taken = self._queue.ticks
+        return self._queue.visible
+
+
+def find_impulses(mailboxes: Mapping[str, QueueMailbox], node: str) -> tuple[str, QueueMailbox]:
+    """The prim path of a node that waits for impulses, and its queue.
+
+    Args:
+        mailboxes: of the session.
+        node: its prim path, or as much of the end as no other has: `graph/Node`, `Node`.
+
+    Raises:
+        UsageError: there is no such node, or there are several.
+    """
+    known = {name.removeprefix(IMPULSE): box for name, box in mailboxes.items() if name.startswith(IMPULSE)}
+    wanted = node.strip("/")
+    meant = [path for path in known if f"/{path.strip('/')}".endswith(f"/{wanted}")] if wanted else []
+    if len(meant) != 1:
+        near = did_you_mean(node, known) or listing(known, "nodes that wait for an impulse")
+        what = "no OnImpulseEvent" if not meant else f"{len(meant)} nodes"
+        raise UsageError(f"{what} {node!r}\n  {listing(meant, 'write one of') if meant else near}")
+    return meant[0], known[meant[0]]

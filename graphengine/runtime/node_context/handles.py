@@ -1,0 +1,218 @@
+"""What a node is handed out of the stage and the world: bodies, robots and sensors by the paths of prims."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Literal
+
+from graphengine.devices.motion import Articulation, Body, Frame, FrameLink, Placement
+from graphengine.devices.sensor import LARGEST_PICTURE, Camera, ContactSensor, Imu, Lidar
+from graphengine.devices.stage import Prim, PrimKind
+from graphengine.format.errors import ContextError, PrimError
+from graphengine.format.wording import listing
+from graphengine.node.context import RobotDescription
+from graphengine.runtime.node_context.services import Services
+from graphengine.runtime.prims.stage_prims import BoundAttribute, StagePrims
+from graphengine.runtime.render_product import ProductCamera, RenderProduct
+from graphengine.runtime.transform_tree import expand
+
+
+def _named(kind: PrimKind) -> str:
+    return {"imu": "an imu", "contact": "a contact sensor"}.get(kind, f"a {kind}")
+
+
+def _expect_size(width: int, height: int) -> None:
+    for pixels in (width, height):
+        if not 1 <= pixels <= LARGEST_PICTURE:
+            legal = f"width and height are 1 to {LARGEST_PICTURE}"
+            raise ContextError(f"there is no picture of {width} x {height} pixels", pixels, legal)
+
+
+_VIEWPORTS = "/Render/viewports/"
+"""What the paths of the render products of viewports begin with."""
+
+
+class WorldHandles:
+    """Part of a node's context. Handles need no closing: they live as long as the world."""
+
+    def __init__(self, services: Services, runs: Literal["tick", "physics_step"]) -> None:
+        self._services = services
+        self.runs: Literal["tick", "physics_step"] = runs
+        self.asked: dict[str, Prim] = {}
+        """The prims that it handed something out of, by the paths that the node gave."""
+
+    @property
+    def prims(self) -> set[str]:
+        """Paths of the prims that it handed something out of."""
+        return {prim.path for prim in self.asked.values()}
+
+    def _find(self, path: str, *kinds: PrimKind) -> Prim:
+        prim = self._services.stage.find(path)
+        self.asked[path] = prim
+        if kinds and prim.kind not in kinds:
+            wanted = " or ".join((_named(kinds[0]), *kinds[1:]))
+            inside = [child.path for child in prim.descendants() if child.kind in kinds]
+            others = [other.path for kind in kinds for other in self._services.stage.prims(kind)]
+            near = listing(inside, "below it") if inside else listing(others, "those there are")
+            raise PrimError(f"{path!r} is {_named(prim.kind)}, not {wanted}", path, near)
+        return prim
+
+    def body(self, prim: str) -> Body:
+        """The rigid body at, or carrying, a prim."""
+        found = self._find(prim)
+        if not any(ancestor.body is not None for ancestor in found.ancestors()):
+            bodies = [p.path for p in found.descendants() if p.body is not None]
+            raise PrimError(
+                f"{prim!r} is a {found.kind} that no rigid body carries",
+                prim,
+                listing(bodies[:5], "bodies below it") if bodies else "",
+            )
+        return self._services.world.body(found)
+
+    def frame(self, prim: str) -> Frame:
+        """The pose of any prim."""
+        return self._services.world.frame(self._find(prim))
+
+    def placement(self, prim: str) -> Placement | None:
+        """What puts a prim somewhere; None for one that neither moves by itself nor stands for a robot that does."""
+        return self._services.world.placement(self._find(prim))
+
+    def transform_tree(self, targets: Sequence[str], parent: str = "", *, loops: bool = True) -> Sequence[FrameLink]:
+        """The edges that target prims expand to."""
+        stage = self._services.stage
+        return expand(
+            stage,
+            [self._find(target) for target in targets],
+            self._find(parent) if parent else None,
+            self._services.world.frame,
+            loops=loops,
+        )
+
+    def _robot(self, path: str) -> Prim:
+        stage = self._services.stage
+        prim = self._find(path)
+        robot = stage.stands_for_robot(prim)
+        if robot is None:
+            owner = stage.robot_of(prim)
+            hint, link = listing([p.path for p in stage.prims("robot")], "robots"), ""
+            if owner:
+                stands = (owner.path, owner.facts.get("base_link"), owner.facts.get("articulation_root"))
+                hint = listing(dict.fromkeys(filter(None, stands)), f"what stands for {owner.path}")
+                link = "the robot file can name a link for it: articulation_root" if prim.kind == "link" else ""
+            raise PrimError(f"{path!r} does not stand for a robot", path, hint, link)
+        return robot
+
+    def articulation(self, prim: str) -> Articulation:
+        """The robot that a prim stands for."""
+        return self._services.world.articulation(self._robot(prim))
+
+    def joint_names(self, prim: str) -> Sequence[str]:
+        """Names under which a robot's joints are published."""
+        robot = self._robot(prim)
+        overrides = {p.facts.get("joint", p.name): p.name_override for p in robot.descendants() if p.kind == "joint"}
+        return tuple(overrides.get(name) or name for name in robot.facts.get("joints", ()))
+
+    def robot_description(self, prim: str) -> RobotDescription:
+        """The description of the robot that a prim stands for."""
+        robot = self._robot(prim)
+        stage = self._services.stage
+        links = [stage.find(path) for path in robot.facts.get("moving_links", ())]
+        moving = expand(stage, links, None, self._services.world.frame)
+        carried = tuple(
+            FrameLink(link.parent.frame_name, edge.child_name, self._services.world.frame(link.parent), edge.child)
+            for link, edge in zip(links, moving, strict=True)
+            if link.parent is not None
+        )
+        return RobotDescription(robot.facts.get("urdf", ""), tuple(robot.facts.get("fixed_transforms", ())), carried)
+
+    def render_product(self, prim: str, width: int, height: int) -> str:
+        """Path of the render product of a sensor or camera prim."""
+        found = self._find(prim, "lidar", "camera")
+        if found.kind == "camera":
+            _expect_size(width, height)
+        slug = found.path.strip("/").replace("/", "_")
+        path = f"/Render/{slug}" if found.kind == "lidar" else f"/Render/{slug}_{width}x{height}"
+        self._services.render_products.setdefault(path, RenderProduct(found.path, (width, height)))
+        return path
+
+    def viewport(self, name: str, size: tuple[int, int] | None = None, *, make: bool = False) -> str:
+        """Path of the render product of a viewport."""
+        path, products = f"{_VIEWPORTS}{name}", self._services.render_products
+        if make or name == "Viewport":
+            products.setdefault(path, RenderProduct("", (1280, 720)))
+        if path not in products:
+            known = [known.removeprefix(_VIEWPORTS) for known in products if known.startswith(_VIEWPORTS)]
+            near = listing(known, "viewports") if known else "make one with IsaacCreateViewport"
+            raise ContextError(f"no viewport {name!r}", name, near)
+        if size is not None:
+            _expect_size(*size)
+            product = products[path]
+            product.size = size
+            if product.camera is not None:
+                product.camera.own = self._services.world.camera(self._find(product.prim, "camera"), size)
+                product.camera.show(product.camera.own)
+        return path
+
+    def _expect_ticks(self, sensor: str) -> None:
+        if self.runs == "physics_step":
+            raise ContextError(
+                f"a {sensor} has one sample a tick, and this graph runs at every physics step",
+                None,
+                "put the node into a graph with `runs: tick`",
+            )
+
+    def lidar(self, render_product: str) -> Lidar:
+        """The lidar behind a render product, or at a prim path."""
+        self._expect_ticks("lidar")
+        product = self._services.render_products.get(render_product)
+        return self._services.world.lidar(self._find(product.prim if product else render_product, "lidar"))
+
+    def camera(self, render_product: str) -> Camera:
+        """The camera behind a render product, in the product's size, or at a prim path in its own."""
+        self._expect_ticks("camera")
+        product = self._services.render_products.get(render_product)
+        if product is None:
+            return self._services.world.camera(self._find(render_product, "camera"))
+        return self._camera_of(product)
+
+    def exchange_camera(self, render_product: str, prim: str) -> Callable[[], None]:
+        """What lets a render product show what another camera sees."""
+        product = self._services.render_products.get(render_product)
+        if product is None:
+            known = listing(self._services.render_products, "render products")
+            raise ContextError(f"no render product {render_product!r}", render_product, known)
+        self._expect_ticks("camera")
+        other, camera = self._find(prim, "camera"), self._services.world.camera
+        product.prim = product.prim or other.path
+        camera(other, product.size)  # which may be refused
+
+        def exchange() -> None:
+            self._camera_of(product).show(camera(other, product.size))
+
+        return exchange
+
+    def _camera_of(self, product: RenderProduct) -> ProductCamera:
+        if not product.prim:
+            raise ContextError(
+                "the viewport shows no camera", None, "let IsaacSetCameraOnRenderProduct be executed before"
+            )
+        prim = self._find(product.prim, "camera")
+        if product.camera is None:
+            product.camera = ProductCamera(self._services.world.camera(prim, product.size))
+        return product.camera
+
+    def imu(self, prim: str) -> Imu:
+        """The inertial unit at a prim."""
+        return self._services.world.imu(self._find(prim, "imu"))
+
+    def contact_sensor(self, prim: str) -> ContactSensor:
+        """The contact sensor at a prim."""
+        return self._services.world.contact_sensor(self._find(prim, "contact"))
+
+    def stage(self) -> StagePrims:
+        """All prims of the stage."""
+        return StagePrims(self._services.world)
+
+    def attribute(self, prim: str, name: str, *, writable: bool = False) -> BoundAttribute:
+        """An attribute of a prim."""
+        return StagePrims(self._services.world).attribute(self._find(prim).path, name, writable=writable)

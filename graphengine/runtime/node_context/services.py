@@ -1,0 +1,65 @@
+"""What the nodes of a session share behind their contexts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from graphengine.devices.backend import World
+from graphengine.devices.seeds import key_of
+from graphengine.devices.stage import Stage, at_or_below
+from graphengine.format.permissions import Permissions
+from graphengine.messages.endpoints import EndpointClaim, Network, OwnedServer
+from graphengine.node.keys import HeldKeys
+from graphengine.runtime.dropped_values import DroppedValues
+from graphengine.runtime.mailbox import QueueMailbox
+from graphengine.runtime.render_product import RenderProduct
+
+
+@dataclass(slots=True)
+class Services:
+    """What all contexts of a session share."""
+
+    world: World
+    network: Network
+    seed: int = 0
+    domain_id: int = 0
+    """The session's ROS 2 domain, which handle 0 means."""
+    domain_from_environment: int | None = None
+    """ROS_DOMAIN_ID, where the caller found one."""
+    log: Callable[[str, str, str], None] = lambda severity, node, message: None
+    claims: list[EndpointClaim] = field(default_factory=list)
+    servers: dict[int, OwnedServer] = field(default_factory=dict)
+    """Servers that are open, by their handles."""
+    handles: dict[tuple[str, int], int] = field(default_factory=dict)
+    """Of the n-th server of each node, by its prim path; a node that is set up again has those that it had."""
+    mailboxes: dict[str, QueueMailbox] = field(default_factory=dict)
+    permissions: Permissions = field(default_factory=Permissions)
+    keys: HeldKeys = field(default_factory=HeldKeys)
+    generators: dict[str, np.random.Generator] = field(default_factory=dict)
+    """Random numbers of each node that asked for them, by its prim path."""
+    render_products: dict[str, RenderProduct] = field(default_factory=dict)
+    dropped: DroppedValues | None = field(default_factory=DroppedValues)
+    """Values from wires that nodes could not use; None where such a value ends the run."""
+
+    @property
+    def stage(self) -> Stage:
+        """The prim tree."""
+        return self.world.stage
+
+    def warn(self, node: str, text: str) -> None:
+        """Warn on the terminal and on /rosout."""
+        self.log("warning", node, text)
+        self.network.log("warning", f"{node}: {text}" if node else text)
+
+    def reseed(self, path: str) -> None:
+        """Begin a node's random numbers at their beginning."""
+        generator = self.generators.setdefault(path, np.random.Generator(np.random.Philox()))
+        generator.bit_generator.state = np.random.Philox(key=key_of(self.seed, path)).state
+
+    def forget(self, prim: str) -> None:
+        """Let go of the render products of sensors at and below a prim."""
+        for path in [path for path, product in self.render_products.items() if at_or_below(product.prim, prim)]:
+            del self.render_products[path]

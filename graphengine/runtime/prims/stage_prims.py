@@ -1,0 +1,151 @@
+"""The prims of a world with their attributes.
+
+Attributes are those that something here stands behind: poses relative to the parent prim, masses, what joints and their drives
+do, gravity, friction of materials, lights, the clipping range of cameras, and the two names that the reference writes on prims.
+Angles are in degrees, as USD has them. What the physics and the cameras can be told while they run can be written: where a robot
+or a free body is, the targets of drives, gravity, friction, and lights. Bodies slide by the dynamic friction; the static one,
+which MuJoCo does not have, is kept and does nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import Any
+
+from graphengine.devices.backend import World
+from graphengine.format.errors import ContextError
+from graphengine.format.wording import did_you_mean, listing, shown
+from graphengine.node.types import coerce
+from graphengine.node.usd_types import PORT_TYPES, is_physics_scene, usd_type
+from graphengine.runtime.prims.attribute import Attribute
+from graphengine.runtime.prims.joint import joint_attributes
+from graphengine.runtime.prims.pose import pose_attributes
+from graphengine.runtime.prims.scenery import friction_attributes, gravity_attributes, light_attributes
+
+_WITHOUT_POSE = ("scope", "joint", "material", "graph")
+
+
+class StagePrims:
+    """The prims of a world."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+
+    def below(self, path: str) -> Sequence[tuple[str, str]]:
+        """Paths and types of a prim and of all below it, depth first.
+
+        Raises:
+            PrimError: there is no such prim.
+        """
+        return [(prim.path, usd_type(prim)) for prim in self._world.stage.find(path).descendants()]
+
+    def attributes(self, path: str) -> Mapping[str, str]:
+        """Types of a prim's attributes by their names.
+
+        Raises:
+            PrimError: there is no such prim.
+        """
+        return {name: attribute.type for name, attribute in self._of(path).items()}
+
+    def read(self, path: str, attribute: str) -> tuple[str, Any]:
+        """The type and the value of an attribute.
+
+        Raises:
+            ContextError: there is no such prim or attribute.
+        """
+        found = self._find(path, attribute)
+        return found.type, found.read()
+
+    def write(self, path: str, attribute: str, value: Any) -> None:
+        """Change an attribute.
+
+        Raises:
+            GraphError: there is no such prim or attribute, it cannot be changed, or not to that.
+        """
+        found = self._find(path, attribute)
+        if found.write is None:
+            raise self._fixed(path, attribute)
+        found.write(value)
+
+    def attribute(self, path: str, name: str, *, writable: bool) -> BoundAttribute:
+        """An attribute to keep.
+
+        Raises:
+            ContextError: there is no such prim or attribute, or it cannot be changed although it has to be.
+        """
+        found = self._find(path, name)
+        if writable and found.write is None:
+            raise self._fixed(path, name)
+        return BoundAttribute(f"{name} of {path}", found)
+
+    def _fixed(self, path: str, name: str) -> ContextError:
+        changing = [other for other, attribute in self._of(path).items() if attribute.write is not None]
+        hint = listing(changing, "what can be changed there") if changing else "nothing can be changed there"
+        return ContextError(f"{name} of {path} cannot be changed while the simulation runs", name, hint)
+
+    def _find(self, path: str, attribute: str) -> Attribute:
+        attributes = self._of(path)
+        if attribute not in attributes:
+            near = did_you_mean(attribute, attributes) or listing(attributes, "attributes")
+            raise ContextError(f"{path} has no attribute {attribute!r}", attribute, near)
+        return attributes[attribute]
+
+    def _of(self, path: str) -> dict[str, Attribute]:
+        world, prim = self._world, self._world.stage.find(path)
+        found: dict[str, Attribute] = {}
+        if prim.kind not in _WITHOUT_POSE:
+            found |= pose_attributes(world, prim)
+        if prim.body is not None:
+            found["physics:mass"] = Attribute("float", partial(world.mass, prim))
+        if is_physics_scene(prim):
+            found |= gravity_attributes(world)
+        if prim.kind == "joint":
+            found |= joint_attributes(world, prim)
+        if prim.kind == "material":
+            found |= friction_attributes(world, prim)
+        if prim.kind == "light":
+            found |= light_attributes(world, prim)
+        if prim.kind == "camera":
+            found["clippingRange"] = Attribute("float2", lambda: list(world.camera(prim).clip))
+        if prim.namespace:
+            found["isaac:namespace"] = Attribute("string", lambda: prim.namespace)
+        if prim.name_override:
+            found["isaac:nameOverride"] = Attribute("string", lambda: prim.name_override)
+        return found
+
+
+class BoundAttribute:
+    """An attribute of a prim, with its value as ports carry it."""
+
+    def __init__(self, place: str, attribute: Attribute) -> None:
+        self._place = place
+        self._attribute = attribute
+        self._type = PORT_TYPES[attribute.type]
+
+    def read(self) -> Any:
+        """Its value now."""
+        value = self._attribute.read()
+        if self._type.role == "quat":
+            w, x, y, z = value
+            return x, y, z, w
+        return tuple(value) if isinstance(value, list) else value
+
+    def write(self, value: Any) -> None:
+        """Change it.
+
+        Raises:
+            ContextError: to that it cannot be changed.
+        """
+        assert self._attribute.write is not None  # it was asked for to be written
+        try:
+            given = coerce(value, self._type)
+        except (TypeError, ValueError) as error:
+            raise ContextError(f"{self._place} is a {self._type}: {error}, got {shown(value)}", value) from None
+        if self._type.role == "quat":
+            x, y, z, w = given
+            given = (w, x, y, z)
+        try:
+            self._attribute.write(list(given) if isinstance(given, tuple) else given)
+        except ContextError as error:
+            raise ContextError(f"{self._place}: {error.message}", error.value, *error.help) from None

@@ -1,0 +1,95 @@
+"""How target prims become edges of a TF tree, and what the frames are called.
+
+Rules of IsaacComputeTransformTree: a prim that stands for a robot gives every link, parents by kinematics; any other prim gives
+one edge. A parent that is among the targets gives an edge from itself to itself, unless the robot as a whole is the target.
+ROS2PublishTransformTree has no such edge for links and bodies. A frame is called by `isaac:nameOverride`, else by the last
+element of its path; of prims that want one name the one with the longest path keeps it.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+
+from graphengine.devices.motion import Frame, FrameLink
+from graphengine.devices.rotation import Pose, compose, relative
+from graphengine.devices.stage import IDENTITY, ORIGIN, Prim, Stage
+
+
+def expand(
+    stage: Stage, targets: Sequence[Prim], parent: Prim | None, frame: Callable[[Prim], Frame], *, loops: bool = True
+) -> list[FrameLink]:
+    """Edges for target prims, in order of targets and links.
+
+    Args:
+        stage: where the prims are.
+        targets: what to expand.
+        parent: prim of the parent frame; None for `world`.
+        frame: handle of a prim's pose.
+        loops: whether links and bodies can have edges from themselves to themselves.
+    """
+    edges: dict[Prim, Prim | None] = {}
+    for target in targets:
+        robot = stage.stands_for_robot(target)
+        if robot is None or target.kind not in ("robot", "link"):
+            if loops or target is not parent or target.kind not in ("link", "body"):
+                edges.setdefault(target, parent)
+            continue
+        if loops and target is parent and target.path == robot.facts.get("articulation_root"):
+            edges.setdefault(target, parent)
+        for link in robot.descendants():
+            if link.kind == "link" and link is not parent:
+                above = next((p for p in link.ancestors() if p is not link and p.kind == "link"), None)
+                edges.setdefault(link, above or parent)
+    named = frame_names([*edges, *(p for p in edges.values() if p is not None), *([parent] if parent else [])])
+    return [
+        FrameLink(
+            named[above] if above else "world",
+            named[prim],
+            frame(above) if above else None,
+            frame(prim),
+            optical=prim.kind == "camera",
+            fixed=_fixed(stage, above, prim),
+        )
+        for prim, above in edges.items()
+    ]
+
+
+def _fixed(stage: Stage, parent: Prim | None, child: Prim) -> Pose | None:
+    """Pose of a child in its parent's frame, when no joint lies between the two and it never changes."""
+    anchor, pose = _anchor(stage, child)
+    other, parent_pose = _anchor(stage, parent) if parent is not None else (None, (ORIGIN, IDENTITY))
+    return relative(parent_pose, pose) if anchor is other else None
+
+
+def _anchor(stage: Stage, prim: Prim) -> tuple[Prim | None, Pose]:
+    """The prim that a joint or free motion moves and that carries a prim, None for the world; the prim's pose in its frame."""
+    robot = stage.robot_of(prim)
+    moved = {robot.facts.get("base_link"), *robot.facts.get("moving_links", ())} if robot is not None else set[str]()
+    pose: Pose = (ORIGIN, IDENTITY)
+    for ancestor in prim.ancestors():
+        if ancestor.path in moved or (robot is None and ancestor.body is not None):
+            return ancestor, pose
+        pose = compose((ancestor.position, ancestor.orientation), pose)
+    return None, pose
+
+
+def frame_names(prims: Sequence[Prim]) -> dict[Prim, str]:
+    """A name for each prim, no two alike."""
+    unique = list(dict.fromkeys(prims))
+    names: dict[Prim, str] = {}
+    taken: set[str] = set()
+    for prim in sorted(unique, key=lambda p: -len(p.path)):  # sorted is stable: the longest path chooses first
+        if prim.frame_name not in taken:
+            names[prim] = prim.frame_name
+            taken.add(prim.frame_name)
+    for prim in unique:
+        if prim in names:
+            continue
+        parts = prim.path.strip("/").split("/")
+        whole = "_".join(parts)
+        candidates = [prim.name, *(f"{ancestor}_{prim.name}" for ancestor in parts[1:-1]), whole]
+        numbered = (f"{whole}_{number}" for number in itertools.count(1))
+        names[prim] = next(name for name in itertools.chain(candidates, numbered) if name not in taken)
+        taken.add(names[prim])
+    return names

@@ -1,0 +1,1 @@
+"""Processes that read what strangers wrote, confined by the kernel."""

@@ -1,0 +1,47 @@
+"""The borders that a kernel can put around a process that reads a stranger's file, and what happens where one is missing."""
+
+from __future__ import annotations
+
+from graphengine.format.diagnostics import Findings, Span
+from graphengine.sandbox import landlock, seccomp
+
+BORDERS = {
+    "Landlock": (landlock.available, "it may read all that you may read"),
+    "seccomp": (seccomp.available, "it may write files, start programs and reach the network"),
+}
+"""By name: whether this kernel has it, and what code that breaks out of Python's checks may do without it."""
+TRUST = "--trust runs code of this file with all of your own permissions: read it before"
+
+
+def missing() -> list[str]:
+    """Names of the borders that this machine lacks."""
+    return [name for name, (available, _) in BORDERS.items() if not available()]
+
+
+def admit(what: str, findings: Findings, span: Span, *, trusted: bool) -> bool:
+    """Whether a file that runs code, or native readers, may be read here: between both borders, or if the user trusts it."""
+    lacking = missing()
+    if not lacking:
+        return True
+    if trusted:
+        findings.add("W206", f"{what} is trusted and runs without {' and '.join(lacking)}", span, *_dangers(lacking))
+        return True
+    text = f"{what} is not read: this machine has no {' and no '.join(lacking)}"
+    findings.add("G401", text, span, *_dangers(lacking), TRUST)
+    return False
+
+
+def warn(findings: Findings) -> None:
+    """Warn, once, that descriptions and meshes are read without a border."""
+    if lacking := missing():
+        text = f"descriptions and meshes are read without {' and '.join(lacking)}, which this machine lacks"
+        findings.add("W206", text, None, *_dangers(lacking))
+
+
+def describe() -> str:
+    """A line for people: which borders this machine has."""
+    return ", ".join(f"{name}: {'yes' if available() else 'no'}" for name, (available, _) in BORDERS.items())
+
+
+def _dangers(names: list[str]) -> list[str]:
+    return [f"without {name}, {BORDERS[name][1]} if it gets past Python's checks" for name in names]

@@ -1,0 +1,189 @@
+"""Processes that read a stranger's files: all are bounded in time and memory, some confined to those files as well."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import resource
+import signal
+import subprocess
+import sys
+import threading
+import warnings
+from collections.abc import Collection
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import IO, Any
+
+from graphengine.format.files import Files
+from graphengine.sandbox import landlock, seccomp
+from graphengine.sandbox.seccomp import Tier
+
+MAX_CPU_SECONDS = 20
+MAX_MEMORY_BYTES = 1 << 30
+MAX_THREADS = 4096
+"""Threads of the user, beyond which a confined process starts no more."""
+_NOBODY = 65534
+"""A user whose threads the kernel counts, as it does not count root's."""
+MAX_ANSWER_BYTES = 256_000_000
+MAX_REASON = 1000
+"""Characters of what it complains of last."""
+MAX_COMPLAINT_BYTES = 1_000_000
+"""Of what a process tells on its two outputs; who reads it has not more memory than it."""
+
+_HARMLESS = frozenset(
+    ("compile", "exec", "builtins.id", "glob.glob", "glob.glob/2", "object.__getattr__", "sys._getframe")
+)
+_READING = frozenset(("open", "os.listdir", "os.scandir", "os.walk"))
+_WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT
+
+
+class ProcessError(Exception):
+    """A process that did not come to its end; says why. `answer` is what it had said by then."""
+
+    def __init__(self, message: str, answer: bytes) -> None:
+        super().__init__(message)
+        self.answer = answer
+
+
+class RefusedError(Exception):
+    """What a file asked for and does not get; says what to do."""
+
+
+def ask(module: str, request: bytes, seconds: float) -> bytes:
+    """What a module writes when it is run with a request as its input; it sees no environment and gets so many seconds.
+
+    Raises:
+        ProcessError: it takes longer, or ends before it should.
+    """
+    command = [sys.executable, "-P", "-s", "-m", module]
+    environment = {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PYTHONHASHSEED": "0"}
+    environment["OPENBLAS_NUM_THREADS"] = "1"  # each thread takes of the memory that the process may have
+    pipe = subprocess.PIPE
+    with (
+        subprocess.Popen(
+            command, env=environment, stdin=pipe, stdout=pipe, stderr=pipe, start_new_session=True
+        ) as process,
+        ThreadPoolExecutor(2) as pool,
+    ):
+        assert process.stdin
+        assert process.stdout
+        assert process.stderr
+        late = threading.Event()
+
+        def stop() -> None:
+            late.set()
+            _kill(process)
+
+        timer = threading.Timer(seconds, stop)
+        timer.start()
+        try:
+            complaint = pool.submit(process.stderr.read, MAX_COMPLAINT_BYTES)
+            asking = pool.submit(_write, process.stdin, request)
+            answer = process.stdout.read(MAX_ANSWER_BYTES + 1)
+            if len(answer) > MAX_ANSWER_BYTES:
+                _kill(process)
+            told = complaint.result().decode("utf-8", "replace").split("\n")
+            os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
+        finally:  # also what the user interrupts, as the terminal does not reach it
+            timer.cancel()
+            _kill(process)
+        code = process.wait()
+        asking.result()
+    if len(answer) > MAX_ANSWER_BYTES:
+        raise ProcessError(f"says more than {MAX_ANSWER_BYTES // 1_000_000} MB", b"")
+    if late.is_set():
+        raise ProcessError(f"takes more than {seconds:g} s", answer)
+    if code in (-signal.SIGXCPU, -signal.SIGKILL):
+        raise ProcessError("takes more time or memory than it may", answer)
+    if code < 0:
+        raise ProcessError(f"breaks off: {signal.strsignal(-code)}", answer)
+    if code > 0:
+        raise ProcessError(next(filter(None, reversed(told)), f"ended with {code}")[:MAX_REASON], answer)
+    return answer
+
+
+def _kill(process: subprocess.Popen[bytes]) -> None:
+    """End a process that was not waited for yet, with those that it started."""
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
+
+
+def _write(stream: IO[bytes], request: bytes) -> None:
+    with contextlib.suppress(BrokenPipeError):  # the process ended before it read what it was asked
+        stream.write(request)
+    with contextlib.suppress(BrokenPipeError):
+        stream.close()
+
+
+def bound(memory: int = MAX_MEMORY_BYTES) -> None:
+    """Bound the time and memory, in bytes, of this process for good; it writes no file."""
+    for kind, value in (
+        (resource.RLIMIT_CPU, MAX_CPU_SECONDS),
+        (resource.RLIMIT_AS, memory),
+        (resource.RLIMIT_FSIZE, 0),
+        (resource.RLIMIT_NPROC, MAX_THREADS),
+    ):
+        hard = resource.getrlimit(kind)[1]
+        value = value if hard == resource.RLIM_INFINITY else min(value, hard)
+        resource.setrlimit(kind, (value, value))
+    warnings.simplefilter("ignore")  # their text comes from source files
+
+
+def confine(
+    files: Files,
+    tier: Tier,
+    also: Collection[str] = (),
+    memory: int = MAX_MEMORY_BYTES,
+    libraries: Collection[Path] = (),
+) -> None:
+    """Bound this process and put up the borders that this kernel has: from here on it only reads, and what `files` allows.
+
+    Call it before anything of a stranger's is read, while one thread runs. The borders hold whatever code runs; an audit hook
+    only says in words what they refuse, and notes what is read.
+
+    Args:
+        files: what may be read.
+        tier: what it may do beside.
+        also: audit events of what may be done beside, which changes nothing outside of the process.
+        memory: in bytes.
+        libraries: folders that native libraries read by themselves.
+
+    Raises:
+        OSError, RuntimeError: a border that this kernel has cannot be put up.
+    """
+    bound(memory)
+    os.environ.clear()
+    if tier.threads and sys.platform == "linux" and os.geteuid() == 0:
+        with contextlib.suppress(OSError):  # in a container that has no such user root is one whose threads are counted
+            os.setresuid(_NOBODY, -1, -1)
+    if landlock.available():
+        landlock.restrict((*libraries, *files.roots, *files.links()) if tier.files else ())
+    if seccomp.available():
+        seccomp.restrict(tier)
+
+    def judge(event: str, arguments: tuple[Any, ...]) -> None:
+        if event in _HARMLESS or event in also:
+            return
+        if event not in _READING or not isinstance(arguments[0], str | os.PathLike):
+            raise RefusedError(f"{event} is not allowed here")
+        if event == "open" and arguments[2] & _WRITING:
+            raise RefusedError(f"{str(arguments[0])!r} cannot be written from here")
+        check_readable(Path(arguments[0]), files)
+        if event == "open":
+            files.note(Path(arguments[0]))
+
+    sys.addaudithook(judge)
+
+
+def check_readable(path: Path, files: Files) -> None:
+    """Refuse a file outside of what may be read.
+
+    Raises:
+        RefusedError: it is.
+    """
+    if not files.may_read(path):
+        beside = [root for root in files.roots if not path.is_absolute() and (root / path).exists()]
+        allow = f"allow it with --allow {path.resolve().parent}"
+        remedy = f"relative paths begin at the folder where graphrun runs: cd {beside[0]}" if beside else allow
+        raise RefusedError(f"{str(path)!r} lies outside the folder of the file you gave\n{remedy}")

@@ -1,0 +1,169 @@
+"""seccomp: the kernel refuses a process all system calls but those of a list for good, whatever code makes them.
+
+Linux has it since 3.17, unless its builder left it out. A filter is a program of classic BPF over linux/seccomp.h's
+`seccomp_data`; numbers are those of asm/unistd.h. Refused calls fail with EPERM, so that a library can go on without.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import errno
+import os
+import struct
+from collections.abc import Collection, Iterator
+from typing import NamedTuple
+
+from graphengine.sandbox.system_calls import call, renounce_privileges
+
+ARCHITECTURES = {"x86_64": 0xC000003E, "aarch64": 0xC00000B7}
+"""Machines with a table here, and how the kernel calls them (linux/audit.h)."""
+
+_TABLE = """
+    read 0 63               readv 19 65             pread64 17 67           write 1 64              writev 20 66
+    close 3 57              lseek 8 62              fstat 5 80              dup 32 23               fcntl 72 25
+    ioctl 16 29             brk 12 214              mmap 9 222              mremap 25 216           munmap 11 215
+    mprotect 10 226         madvise 28 233          futex 202 98            sched_yield 24 124
+    sched_getaffinity 204 123   getcpu 309 168      getpid 39 172           getppid 110 173         gettid 186 178
+    getuid 102 174          geteuid 107 175         getgid 104 176          getegid 108 177         getcwd 79 17
+    uname 63 160            sysinfo 99 179          times 100 153           getrusage 98 165        prlimit64 302 261
+    getrandom 318 278       time 201 -              gettimeofday 96 169     clock_gettime 228 113   clock_getres 229 114
+    nanosleep 35 101        clock_nanosleep 230 115 getitimer 36 102        setitimer 38 103        sigaltstack 131 132
+    rt_sigaction 13 134     rt_sigprocmask 14 135   rt_sigreturn 15 139     restart_syscall 219 128 tgkill 234 131
+    exit 60 93              exit_group 231 94
+
+    open 2 -                openat 257 56           openat2 437 437         getdents64 217 61       stat 4 -
+    lstat 6 -               newfstatat 262 79       statx 332 291           access 21 -             faccessat 269 48
+    faccessat2 439 439      readlink 89 -           readlinkat 267 78
+
+    clone 56 220            clone3 435 435          rseq 334 293            set_robust_list 273 99
+"""
+"""Name and numbers on x86_64 and aarch64, `-` where there is none: for every process, to read files, to start threads."""
+
+_ALLOWED, _ERROR, _KILLED = 0x7FFF0000, 0x00050000, 0x80000000
+"""Actions of a filter; an error carries its number."""
+_LOAD, _AND, _RETURN, _EQUAL, _AT_LEAST = 0x20, 0x54, 0x06, 0x15, 0x35
+"""Instructions: ld [k], and #k, ret #k, jeq #k, jge #k."""
+_NUMBER, _ARCHITECTURE = 0, 4
+"""Offsets in `seccomp_data`."""
+_ALL = 0xFFFFFFFF
+_FOREIGN = 0x40000000
+"""Numbers from here on are those of x32, a second interface of x86_64."""
+
+_READ_FLAGS = os.O_CLOEXEC | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_NOCTTY | 0o100000 | 0o400000
+"""Flags that `open` may have; the last two are O_LARGEFILE on either machine, and O_NOFOLLOW on the other."""
+_THREAD = 0x3D0F00
+"""Flags of clone(2) by which pthread_create starts a thread: memory, files, signals and process are shared."""
+_TERMINAL, _CLOSE_ON_EXEC, _STAY_ON_EXEC = 0x5401, 0x5451, 0x5450
+"""TCGETS, FIOCLEX, FIONCLEX of ioctl(2): whether it is a terminal, whether it stays open in other programs."""
+_ADVICE = (*range(5), 8, 14, 15, 102, 103)
+"""Of madvise(2): of use, to free, on huge pages, on guards. Others take pages from the whole machine, or share them."""
+_DUPLICATE = (0, 1, 2, 3, 1030)
+"""F_DUPFD, F_GETFD, F_SETFD, F_GETFL, F_DUPFD_CLOEXEC of fcntl(2)."""
+
+_SET_FILTER, _ACTION_AVAILABLE, _ALL_THREADS = 1, 2, 1
+"""SECCOMP_SET_MODE_FILTER, SECCOMP_GET_ACTION_AVAIL, SECCOMP_FILTER_FLAG_TSYNC of seccomp(2)."""
+_SECCOMP = {"x86_64": 317, "aarch64": 277}
+
+
+class Test(NamedTuple):
+    """A test of 32 bits of an argument: they are one of some values once masked."""
+
+    argument: int
+    values: tuple[int, ...]
+    mask: int = _ALL
+    high: bool = False
+
+
+class Tier(NamedTuple):
+    """What a process may do beside computing, reading and writing what is open."""
+
+    files: bool
+    """Open files to read them, and look at their names."""
+    threads: bool
+
+
+TIERS = {
+    "script": Tier(files=True, threads=True),
+    "stage": Tier(files=True, threads=False),
+    "xacro": Tier(files=True, threads=False),
+    "mesh": Tier(files=False, threads=False),
+}
+"""By what a process reads."""
+
+
+def numbers(machine: str) -> list[dict[str, int]]:
+    """Numbers of the listed calls by name: those for every process, to read files, to start threads."""
+    column = 1 + list(ARCHITECTURES).index(machine)
+    tables = []
+    for part in _TABLE.split("\n\n"):
+        words = part.split()
+        rows = [words[start : start + 3] for start in range(0, len(words), 3)]
+        tables.append({row[0]: int(row[column]) for row in rows if row[column] != "-"})
+    return tables
+
+
+def available() -> bool:
+    """Whether this kernel has seccomp with all that a filter here needs, and this machine a table."""
+    action = ctypes.c_uint32(_KILLED)
+    machine = os.uname().machine
+    return machine in ARCHITECTURES and call(_SECCOMP[machine], _ACTION_AVAILABLE, 0, ctypes.addressof(action)) == 0
+
+
+def restrict(tier: Tier) -> None:
+    """Refuse all threads of this process every system call that its tier does not have.
+
+    Raises:
+        OSError: the kernel refuses.
+    """
+    program = compose(os.uname().machine, tier, os.getpid())
+    text = ctypes.create_string_buffer(program, len(program))
+
+    class Program(ctypes.Structure):
+        _fields_ = (("length", ctypes.c_ushort), ("text", ctypes.c_void_p))
+
+    described = Program(len(program) // 8, ctypes.addressof(text))
+    renounce_privileges()
+    if call(_SECCOMP[os.uname().machine], _SET_FILTER, _ALL_THREADS, ctypes.addressof(described)) != 0:
+        raise OSError("seccomp failed")
+
+
+def compose(machine: str, tier: Tier, process: int) -> bytes:
+    """The filter of a tier for a process, as the kernel reads it: 8 bytes an instruction."""
+    every, files, threads = numbers(machine)
+    listed = {**every, **(files if tier.files else {}), **(threads if tier.threads else {})}
+    tests = _tests(process)
+    code = [(_LOAD, 0, 0, _ARCHITECTURE), (_EQUAL, 1, 0, ARCHITECTURES[machine]), (_RETURN, 0, 0, _KILLED)]
+    code += [(_LOAD, 0, 0, _NUMBER), (_AT_LEAST, 0, 1, _FOREIGN), (_RETURN, 0, 0, _ERROR | errno.EPERM)]
+    for name, number in listed.items():
+        body = list(_body(name, tests.get(name, ())))
+        code += [(_EQUAL, 0, len(body), number), *body]
+    code.append((_RETURN, 0, 0, _ERROR | errno.EPERM))
+    return b"".join(struct.pack("<HBBI", *instruction) for instruction in code)
+
+
+def _body(name: str, tests: Collection[Test]) -> Iterator[tuple[int, int, int, int]]:
+    """Instructions that decide about a call."""
+    if name in ("clone3", "openat2"):  # their arguments lie in memory; libraries fall back to clone and openat
+        yield _RETURN, 0, 0, _ERROR | errno.ENOSYS
+        return
+    for test in tests:
+        yield _LOAD, 0, 0, 16 + 8 * test.argument + 4 * test.high
+        yield _AND, 0, 0, test.mask
+        for left, value in zip(range(len(test.values), 0, -1), test.values, strict=True):
+            yield _EQUAL, left, 0, value
+        yield _RETURN, 0, 0, _ERROR | errno.EPERM
+    yield _RETURN, 0, 0, _ALLOWED
+
+
+def _tests(process: int) -> dict[str, tuple[Test, ...]]:
+    """Tests of the calls that are allowed with some arguments only; the kernel ignores the upper half of an int."""
+    return {
+        "open": (Test(1, (0,), _ALL & ~_READ_FLAGS),),
+        "openat": (Test(2, (0,), _ALL & ~_READ_FLAGS),),
+        "clone": (Test(0, (_THREAD,)),),
+        "fcntl": (Test(1, _DUPLICATE),),
+        "ioctl": (Test(1, (_TERMINAL, _CLOSE_ON_EXEC, _STAY_ON_EXEC)),),
+        "madvise": (Test(2, _ADVICE),),
+        "tgkill": (Test(0, (process,)),),
+        "prlimit64": (Test(0, (0,)), Test(2, (0,)), Test(2, (0,), high=True)),  # no new limit
+    }

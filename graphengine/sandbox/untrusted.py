@@ -1,0 +1,178 @@
+"""Answers of the confined processes, as JSON of dataclasses. The file that a process reads may have forged its answer.
+
+An object has the fields of its dataclass, a place is a list of path, line, column and length. The process writes its answer with
+`answer`. The caller reads it with `read`, which gives every field the type that its dataclass states.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Iterable
+from dataclasses import fields, is_dataclass
+from functools import lru_cache
+from pathlib import Path
+from types import UnionType
+from typing import IO, Any, Literal, NoReturn, TypeVar, get_args, get_origin, get_type_hints
+
+from graphengine.format.diagnostics import Finding, Findings, Source, Span
+from graphengine.format.files import Files
+from graphengine.format.reading import open_regular
+from graphengine.format.wording import printable
+from graphengine.sandbox.confinement import ProcessError
+
+MAX_PARTS = 8_000_000
+"""Brackets, braces and commas, each of which costs more memory than its text."""
+MAX_SOURCES = 8_000_000
+"""Bytes of the files whose lines findings show; of further files they show the place alone."""
+MAX_FINDINGS = 1000
+MAX_LINES = 100
+"""Of help, and as many related places, of one finding."""
+MAX_FILES = 20_000
+"""That a process says it read."""
+MAX_NUMBER = 1 << 31
+"""Of a line or column."""
+MAX_DEPTH = 10
+"""Levels of lists in one value."""
+
+_T = TypeVar("_T")
+
+
+class Sources:
+    """The files in which an answer may name places, each read once.
+
+    Args:
+        files: judges which files may be read.
+        known: what was read already.
+    """
+
+    def __init__(self, files: Files, *known: Source) -> None:
+        self._files, self._left = files, MAX_SOURCES
+        self._known = {os.path.abspath(source.path): source for source in known}
+
+    def span(self, path: str, line: int, column: int, length: int) -> Span:
+        """The place that an answer means, numbers beyond measure clamped.
+
+        Raises:
+            OSError, ValueError: no such file may be read.
+        """
+        key = os.path.abspath(path)
+        if key not in self._known:
+            if not self._files.may_read(Path(path)):
+                raise ValueError(path)
+            with open_regular(path) as file:
+                raw = file.read(self._left)
+            self._left -= len(raw)
+            self._known[key] = Source(path, tuple(raw.decode("utf-8", "replace").split("\n")))
+        return Span(self._known[key], *(min(max(number, 1), MAX_NUMBER) for number in (line, column, length)))
+
+
+def read(answer: bytes, kind: type[_T], most: int, span: Callable[..., Span] = Span) -> _T:
+    """An answer of at most so many bytes as a dataclass; `span` makes its places.
+
+    Raises:
+        ProcessError: it is none, or too much.
+    """
+    if len(answer) > most or sum(map(answer.count, (b"[", b"{", b","))) > MAX_PARTS:
+        raise ProcessError(f"answers more than {most // 1_000_000} MB or {MAX_PARTS // 1_000_000} million parts", b"")
+    try:
+        found: _T = typed(kind, json.loads(answer), span)
+    except (ValueError, TypeError, LookupError, AttributeError, RecursionError, OverflowError, OSError):
+        raise ProcessError("sends a malformed answer", b"") from None
+    return found
+
+
+def typed(kind: Any, data: Any, span: Callable[..., Span]) -> Any:
+    """Data of JSON as a type; a text becomes one that can be encoded.
+
+    Raises:
+        ValueError, TypeError, LookupError, AttributeError, OverflowError: it is of another type.
+    """
+    if type(data) is kind:  # first, as most of an answer is texts and numbers
+        return data if kind is not str or data.isascii() else data.encode("utf-8", "replace").decode()
+    origin, inner = _shape(kind)
+    if origin is UnionType:
+        return None if data is None else typed(inner[0], data, span)
+    if kind is Span:
+        return span(typed(str, data[0], span), *[typed(int, number, span) for number in data[1:]])
+    if isinstance(kind, type) and is_dataclass(kind):
+        return kind(**{name: typed(hint, data[name], span) for name, hint in _hints(kind).items()})
+    if origin is dict:
+        return {typed(inner[0], key, span): typed(inner[1], item, span) for key, item in data.items()}
+    if origin in (list, set) and isinstance(data, list) and (inner[0] is not Finding or len(data) <= 20 * MAX_FINDINGS):
+        return origin([typed(inner[0], item, span) for item in data])
+    if origin is tuple and isinstance(data, list):
+        kinds = inner[:1] * len(data) if ... in inner else inner
+        return tuple(typed(one, part, span) for one, part in zip(kinds, data, strict=True))
+    if kind is Any:
+        return _value(data)
+    if kind is float and type(data) is int:
+        return float(data)
+    if origin is Literal and data in inner:
+        return data
+    raise TypeError(kind)
+
+
+def _value(data: Any, depth: int = 0) -> Any:
+    """What an attribute may hold: a text, a number of 64 bits, a truth value, None, or lists of them."""
+    if isinstance(data, list) and depth < MAX_DEPTH:
+        return [_value(item, depth + 1) for item in data]
+    if data is None or (isinstance(data, int) and -(2**63) <= data < 2**64):
+        return data
+    return typed(str if isinstance(data, str) else float, data, Span)
+
+
+@lru_cache(maxsize=200)
+def _shape(kind: Any) -> tuple[Any, tuple[Any, ...]]:
+    return get_origin(kind), get_args(kind)
+
+
+_hints = lru_cache(maxsize=200)(get_type_hints)
+
+
+def take_findings(found: Iterable[Finding], findings: Findings) -> None:
+    """Add the findings of an answer, errors first; of too many the number is reported."""
+    ordered = sorted(found, key=lambda finding: finding.severity != "error")
+    for finding in ordered[:MAX_FINDINGS]:
+        lines, related = map(printable, finding.help[:MAX_LINES]), finding.related[:MAX_LINES]
+        findings.add(finding.code, printable(finding.message), finding.span, *lines, related=related)
+    if len(ordered) > MAX_FINDINGS:
+        findings.add("W302", f"{len(ordered) - MAX_FINDINGS} more findings are left out")
+
+
+def note_used(used: Iterable[str], files: Files) -> None:
+    """Remember the files that a process says it read, those of them that it may read."""
+    for path in list(used)[:MAX_FILES]:
+        if os.path.isfile(path) and files.may_read(Path(path)):
+            files.note(Path(path))
+
+
+def reply() -> IO[str]:
+    """The stream for the answer of this process; what libraries print goes to standard error instead."""
+    stream = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)
+    return stream
+
+
+def answer(stream: IO[str], find: Callable[[], object]) -> NoReturn:
+    """Answer with the dataclass that a function returns and end this process; a shutdown does what its audit hook refuses."""
+    try:
+        stream.write(encoded(find()))
+        stream.flush()
+    except BaseException as error:  # the time may be up at any moment
+        os.write(2, f"ends without an answer: {type(error).__name__}".encode("utf-8", "replace"))
+        os._exit(1)
+    os._exit(0)
+
+
+def encoded(data: object) -> str:
+    """Data as JSON, dataclasses and places in it too."""
+    return json.dumps(data, default=_plain)
+
+
+def _plain(data: Any) -> Any:
+    if isinstance(data, Span):
+        return data.source.path, data.line, data.column, data.length
+    if isinstance(data, set):
+        return sorted(data)
+    return {field.name: getattr(data, field.name) for field in fields(data)}

@@ -1,0 +1,1 @@
+"""The one room that composes physics, network and graphs: from files to a session."""

@@ -1,0 +1,137 @@
+"""Robots that come and go while a session runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from graphengine.compiler.literals import Override
+from graphengine.compiler.namespaces import write_namespaces
+from graphengine.compiler.plan import Plan
+from graphengine.format.diagnostics import Findings
+from graphengine.format.errors import NodeError, UnknownEntityError, UsageError
+from graphengine.format.spec import RobotUse
+from graphengine.format.wording import did_you_mean, listing
+from graphengine.messages.endpoints import EndpointClaim
+from graphengine.runtime import check
+from graphengine.runtime.graph_run import GraphRun, make_graph_run
+from graphengine.runtime.node_context.services import Services
+from graphengine.runtime.simulation_clock import SimulationClock
+from graphengine.scene.uses import plan_graphs, resolve_uses, robot_uses
+
+if TYPE_CHECKING:
+    from graphengine.scene.assembly import Assembly
+
+
+class SceneRoster:
+    """The robots of a session that was built from a scene.
+
+    Args:
+        assembly: of the scene; the plans and claims of robots that come are added to it.
+        services: of the session.
+        clocks: of its ticks and of its physics steps, by what graphs run on.
+        fault: who hears of nodes that raise.
+    """
+
+    def __init__(
+        self,
+        assembly: Assembly,
+        services: Services,
+        clocks: Mapping[str, SimulationClock],
+        fault: Callable[[NodeError], None] | None,
+    ) -> None:
+        from graphengine.physics.population import Population  # not before a scene has brought MuJoCo in
+
+        assert assembly.loaded is not None
+        self._assembly = assembly
+        self._robots, self._scene = assembly.loaded.robots, assembly.loaded.scenery.scene
+        self._population = Population(assembly.loaded)
+        self._services = services
+        self._clocks = clocks
+        self._fault = fault
+
+    @property
+    def spawned(self) -> Sequence[str]:
+        """Names of the robots that came and are still there, oldest first."""
+        stage = self._services.stage
+        return [name for name, robot in self._robots.items() if stage.find(robot.prim_path).facts.get("spawned")]
+
+    def add(self, name: str, use: RobotUse) -> Sequence[GraphRun]:
+        """Put a robot into the scene; its graphs, set up.
+
+        Raises:
+            CheckError: with all that is wrong with it.
+            GraphError: physics, rays or one of its nodes cannot begin. After an error of any kind all is as it was.
+        """
+        self._population.add(name, use, Findings())
+        runs: list[GraphRun] = []
+        try:
+            plans, claims = self._plans(name)
+            for plan in plans:
+                runs.append(make_graph_run(plan, self._services, self._clocks[plan.graph.runs], self._fault))
+                runs[-1].executor.setup()
+        except BaseException:
+            self._dismiss(name, runs)
+            raise
+        self._assembly.plans += plans
+        self._assembly.claims += claims
+        self._services.stage.find(self._robots[name].prim_path).facts["spawned"] = True
+        return runs
+
+    def _plans(self, name: str) -> tuple[list[Plan], list[EndpointClaim]]:
+        """The plans of a robot's graphs, checked beside all others, and the topics that they claim."""
+        assembly, findings = self._assembly, Findings()
+        robot, stage, files, options = self._robots[name], assembly.world.stage, assembly.files, assembly.options
+        uses = robot_uses(robot, stage, files, findings, robot_state=options.robot_state)
+        overrides = Override.parse_all(options.overrides)
+        plans = plan_graphs(resolve_uses(uses, files, assembly.registry, findings, overrides), findings)
+        findings.raise_errors()
+        write_namespaces(self._scene, stage, plans, findings, within=robot.prim_path)
+        beside, claimed = assembly.plans, assembly.claims
+        claims = check.check_plans(
+            plans,
+            assembly.world,
+            findings,
+            prims_known=True,
+            beside=beside,
+            claimed=claimed,
+            permissions=assembly.permissions,
+        )
+        findings.raise_errors()
+        return plans, claims
+
+    def own(self, name: str, graphs: Sequence[GraphRun]) -> Sequence[GraphRun]:
+        """Which of the session's graphs are a robot's, which can be removed.
+
+        Raises:
+            UnknownEntityError: there is no such robot.
+            UsageError: a graph that is not its own reads something of it.
+        """
+        if name not in self._robots:
+            near = did_you_mean(name, self._robots) or listing(self._robots, "robots")
+            raise UnknownEntityError(f"no robot {name!r}\n  {near}")
+        own = [run for run in graphs if _belongs(run.name, name)]
+        for run in graphs:
+            reader = None if run in own else run.contexts.bound(self._robots[name].prim_path)
+            if reader is not None:
+                raise UsageError(f"{name} cannot be removed: {reader} of graph {run.name} reads something of it")
+        return own
+
+    def remove(self, name: str, own: Sequence[GraphRun]) -> None:
+        """Take a robot away, with its graphs and topics."""
+        self._dismiss(name, own)
+        assembly = self._assembly
+        assembly.plans = [plan for plan in assembly.plans if not _belongs(plan.graph.name, name)]
+        assembly.claims = [claim for claim in assembly.claims if not _belongs(claim.graph, name)]
+
+    def _dismiss(self, name: str, own: Sequence[GraphRun]) -> None:
+        """Take a robot away, with its graphs and with what the session keeps for it."""
+        for run in own:
+            run.close()
+        self._services.forget(self._robots[name].prim_path)
+        self._population.remove(name)
+
+
+def _belongs(graph: str, robot: str) -> bool:
+    """Whether a graph is a robot's, by its name."""
+    return graph.startswith(f"{robot}/")

@@ -1,0 +1,111 @@
+"""Graph files that scenes and robots use: found, and then resolved and planned with their parameters bound."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from graphengine.compiler.graph import Graph
+from graphengine.compiler.library import GraphLibrary
+from graphengine.compiler.literals import Override
+from graphengine.compiler.parameters import Use
+from graphengine.compiler.plan import Plan
+from graphengine.compiler.planning import make_plan
+from graphengine.compiler.registry import Registry
+from graphengine.compiler.resolve import resolve
+from graphengine.compiler.template import load_graph
+from graphengine.devices.stage import Stage, normalize
+from graphengine.format import document
+from graphengine.format.diagnostics import Findings
+from graphengine.format.files import Files, NotFoundError
+from graphengine.format.spec import GraphUse
+from graphengine.runtime import check
+
+if TYPE_CHECKING:
+    from graphengine.physics.description.robot_file import RobotFile
+    from graphengine.physics.model.robot import Robot
+
+
+@dataclass(frozen=True, slots=True)
+class GraphFile:
+    """A graph file to be put somewhere, and the name that messages call it by."""
+
+    path: Path
+    name: str
+    parameters: Mapping[str, Any]
+    at: str
+    use: Use | None = None
+    """Where a file says so."""
+    asked_for: bool = False
+    """By an option, whatever the files say."""
+
+
+def robot_uses(robot: Robot, stage: Stage, files: Files, findings: Findings, *, robot_state: bool) -> list[GraphFile]:
+    """The graphs of a robot, in the order of its file."""
+    uses: list[GraphFile] = []
+    prim = stage.find(robot.prim_path)
+    for graph, use in robot.spec.graphs.items():
+        place, folder = use_place(robot.file, graph, use), robot.file.folder("graphs", graph, "use")
+        uses += find_use(use, f"{robot.name}/{graph}", place, folder, {"robot": prim.path}, files, findings)
+    if robot_state or robot.placement.use.robot_state:
+        root = str(prim.facts.get("articulation_root") or prim.facts.get("base_link"))
+        path = files.find("graphs/robot_state.yaml", files.base)
+        parameters = {"robot": prim.path, "root": root}
+        uses.append(GraphFile(path, f"{robot.name}/robot_state", parameters, "", asked_for=robot_state))
+    return uses
+
+
+def use_place(file: document.Document | RobotFile, graph: str, use: GraphUse) -> Use:
+    """Where a file uses a graph."""
+    location = ("graphs", graph, "parameters")
+    keys = {name: file.key_span(*location, name) for name in use.parameters}
+    values = {name: file.span(*location, name) for name in use.parameters}
+    return Use(file.span("graphs", graph, "use"), keys, values)
+
+
+def find_use(
+    use: GraphUse, name: str, place: Use, folder: Path, bindings: Mapping[str, Any], files: Files, findings: Findings
+) -> list[GraphFile]:
+    """The graph file that a scene or robot file names; none, and a finding, if it is not there."""
+    try:
+        path = files.find(use.use, folder)
+    except NotFoundError as error:
+        findings.add("S101", f"graph {name!r}: {error.message}", place.span, *error.help)
+        return []
+    return [GraphFile(path, name, {**bindings, **use.parameters}, use.at, place)]
+
+
+def resolve_uses(
+    uses: Sequence[GraphFile], files: Files, registry: Registry, findings: Findings, overrides: Sequence[Override] = ()
+) -> list[Graph]:
+    """The graphs of files with their parameters bound; those that cannot be read are left out, findings tell of them."""
+    graphs: list[Graph] = []
+    library = GraphLibrary(files)
+    for use in uses:
+        declared = _declared_parameters(library.read(use.path, findings))
+        parameters = {k: v for k, v in use.parameters.items() if k in declared or k not in ("robot", "root")}
+        flat = load_graph(use.path, parameters, library, findings, use.use)
+        if flat is None:
+            continue
+        at = use.at or flat.spec.at or f"/World/{flat.spec.graph}"
+        prim_path = normalize(at) if at.startswith("/") else f"/{at}"
+        graphs.append(resolve(flat, use.name, prim_path, registry, findings, overrides))
+    return graphs
+
+
+def plan_graphs(graphs: Sequence[Graph], findings: Findings) -> list[Plan]:
+    """Their plans; those that run in a circle are left out, findings tell of them."""
+    plans: list[Plan] = []
+    for graph in graphs:
+        plan = make_plan(graph, findings)
+        if plan is not None:
+            plans.append(plan)
+            check.lint_structure(plan, findings)
+    return plans
+
+
+def _declared_parameters(found: document.Document | None) -> Sequence[str]:
+    declared = found.data.get("parameters") if found and isinstance(found.data, dict) else None
+    return list(declared) if isinstance(declared, dict) else []

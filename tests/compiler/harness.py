@@ -1,0 +1,225 @@
+"""Graphs from YAML text to running: one executor for rules of a pass, a real Session for rules of a tick."""
+
+from __future__ import annotations
+
+import importlib
+import textwrap
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from graphengine.compiler.graph import Graph
+from graphengine.compiler.library import GraphLibrary
+from graphengine.compiler.literals import Override
+from graphengine.compiler.plan import Plan
+from graphengine.compiler.planning import make_plan
+from graphengine.compiler.registry import Registry
+from graphengine.compiler.resolve import resolve
+from graphengine.compiler.template import load_graph
+from graphengine.devices.dry_world import DryWorld
+from graphengine.devices.stage import Stage
+from graphengine.format.diagnostics import Findings
+from graphengine.format.errors import NodeError
+from graphengine.format.files import Files
+from graphengine.messages.dry_network import DryEndpoint, DryNetwork
+from graphengine.messages.endpoints import EndpointClaim, OwnedPublisher
+from graphengine.runtime.dropped_values import BadValues, DroppedValues
+from graphengine.runtime.graph_run import GraphRun, make_graph_run
+from graphengine.runtime.node_context.services import Services
+from graphengine.runtime.session import Session
+from graphengine.runtime.simulation_clock import SimulationClock
+from tests.compiler import nodes_for_tests
+
+REGISTRY = Registry()
+REGISTRY.add_module(nodes_for_tests, "tests", built_in=True)
+for flow_control in ("graphengine.nodes.action", "graphengine.nodes.core.flow"):  # by their full names only
+    REGISTRY.add_module(importlib.import_module(flow_control), "graphengine")
+
+
+class Journal(DryNetwork):
+    """A network on which every message is a line of the journal."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+        self.logged: list[str] = []
+        self.frozen = 0
+        self.open = 0
+
+    def publisher(self, claim: EndpointClaim) -> OwnedPublisher:
+        self.open += 1
+        return _Pen(claim.topic, self)
+
+    def freeze(self) -> None:
+        self.frozen += 1
+
+    def log(self, severity: str, message: str) -> None:
+        self.logged.append(f"{severity}: {message}")
+
+    def read(self) -> list[str]:
+        """What was written since it was last read."""
+        lines = list(self.lines)
+        self.lines.clear()
+        return lines
+
+
+class _Pen(DryEndpoint):
+    def __init__(self, topic: str, journal: Journal) -> None:
+        super().__init__(topic)
+        self.journal = journal
+
+    def publish(self, message: Any) -> None:
+        self.journal.lines.append(message)
+
+    def close(self) -> None:
+        self.journal.open -= 1
+
+
+def write(folder: Path, text: str, name: str = "g.yaml") -> Path:
+    """A graph file; `format` and `graph` are added when the text does not say them."""
+    text = textwrap.dedent(text).lstrip("\n")
+    path = folder / name
+    path.write_text(text if "graph:" in text else f"graph: {path.stem}\n{text}", encoding="utf-8")
+    return path
+
+
+def resolved(
+    path: Path, findings: Findings, bindings: Mapping[str, Any] | None = None, overrides: Sequence[Override] = ()
+) -> Graph | None:
+    """A file up to its instances and wires."""
+    flat = load_graph(path, bindings or {}, GraphLibrary(Files.of(path)), findings)
+    return resolve(flat, path.stem, f"/World/{path.stem}", REGISTRY, findings, overrides) if flat is not None else None
+
+
+def planned(path: Path, findings: Findings) -> Plan | None:
+    """A file up to its plan; None when something is wrong with it."""
+    graph = resolved(path, findings)
+    return make_plan(graph, findings) if graph is not None and not findings.errors else None
+
+
+class Bench:
+    """One graph that runs pass by pass, latent nodes after each, without a session."""
+
+    def __init__(self, path: Path, *, keep_going: bool = False, bad_values: BadValues = "drop") -> None:
+        self.findings = Findings()
+        plan = planned(path, self.findings)
+        assert plan is not None, "\n".join(finding.render() for finding in self.findings.items)
+        self.plan = plan
+        self.journal = Journal()
+        self.services = Services(DryWorld(Stage()), self.journal)
+        self.services.dropped = DroppedValues() if bad_values == "drop" else None
+        self.clock = SimulationClock((1, 100))
+        self.faults: list[NodeError] = []
+        fault = self.faults.append if keep_going else None
+        run = make_graph_run(plan, self.services, self.clock, fault)
+        self.executor, self.variables, self.context_of = run.executor, run.variables, run.contexts
+
+    def __getitem__(self, node_id: str) -> Any:
+        """A node by its name in the file."""
+        return self.plan.graph.by_id(node_id).node
+
+    def index(self, node_id: str) -> int:
+        return self.plan.graph.by_id(node_id).index
+
+    def setup(self) -> Bench:
+        self.executor.setup()
+        return self
+
+    def begin_tick(self) -> None:
+        """What a session does before a pass."""
+        for mailbox in self.services.mailboxes.values():
+            mailbox.freeze()
+        for variable in self.variables.values():
+            variable.freeze()
+        self.clock.set_frame(self.clock.frame + 1)
+
+    def tick(self) -> list[str]:
+        """One pass, then the latent nodes; what was written meanwhile."""
+        self.begin_tick()
+        self.executor.run_pass()
+        self.executor.run_latent()
+        return self.journal.read()
+
+    def stop(self) -> None:
+        """As a session stops."""
+        self.executor.stop()
+        for variable in self.variables.values():
+            variable.clear()
+        for mailbox in self.services.mailboxes.values():
+            mailbox.clear()
+        self.clock.stop()
+
+    def ticks(self, count: int) -> list[list[str]]:
+        return [self.tick() for _ in range(count)]
+
+    @property
+    def codes(self) -> list[str]:
+        return [finding.code for finding in self.findings.items]
+
+    def message(self, code: str) -> str:
+        """Message of the only finding with a code."""
+        (found,) = (finding.message for finding in self.findings.items if finding.code == code)
+        return found
+
+
+class Physics(DryWorld):
+    """A world that writes down what the session asks of it."""
+
+    def __init__(self, journal: Journal, tick_period: tuple[int, int], substeps: int) -> None:
+        super().__init__(Stage(), tick_period, substeps)
+        self.journal = journal
+        self.closed = 0
+
+    def step(self) -> None:
+        self.journal.lines.append("step")
+
+    def begin_tick(self, tick: int) -> None:
+        self.journal.lines.append(f"begin {tick}")
+
+    def zero_commands(self) -> None:
+        self.journal.lines.append("zero commands")
+
+    def reset_state(self) -> None:
+        self.journal.lines.append("reset state")
+
+    def reset_time(self) -> None:
+        self.journal.lines.append("reset time")
+
+    def close(self) -> None:
+        self.closed += 1
+
+
+class Play:
+    """A real session of some graphs, in the order given; `play.lines()` is what happened since last asked."""
+
+    def __init__(self, *paths: Path, tick_period: tuple[int, int] = (1, 60), substeps: int = 1) -> None:
+        self.journal = Journal()
+        self.world = Physics(self.journal, tick_period, substeps)
+        self.services = Services(self.world, self.journal)
+        numerator, denominator = tick_period
+        self.clock = SimulationClock(tick_period)
+        self.step_clock = SimulationClock((numerator, denominator * substeps))
+        runs: list[GraphRun] = []
+        self.plans: list[Plan] = []
+        for path in paths:
+            findings = Findings()
+            plan = planned(path, findings)
+            assert plan is not None, "\n".join(finding.render() for finding in findings.items)
+            on_step = plan.graph.runs == "physics_step"
+            run = make_graph_run(plan, self.services, self.step_clock if on_step else self.clock)
+            run.executor.setup()
+            runs.append(run)
+            self.plans.append(plan)
+        self.session = Session(self.services, self.clock, self.step_clock, runs)
+        self.journal.lines.clear()
+
+    def node(self, node_id: str, graph: int = 0) -> Any:
+        return self.plans[graph].graph.by_id(node_id).node
+
+    def tick(self) -> list[str]:
+        """One tick; what the nodes wrote."""
+        self.session.step()
+        return self.lines()
+
+    def lines(self) -> list[str]:
+        """What the nodes wrote since last asked, without what the world did."""
+        return [line for line in self.journal.read() if not line.startswith(("step", "begin"))]

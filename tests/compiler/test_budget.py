@@ -1,0 +1,89 @@
+"""What one graph may hold with all of its subgraphs in place; the files are small, what they amount to is not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from graphengine.compiler.budget import MAX_PARTS
+from graphengine.format import document
+from graphengine.format.diagnostics import MAX_GUESSES, Finding, Findings
+from graphengine.scene import build
+
+
+def findings(folder: Path, **files: str) -> list[Finding]:
+    for name, body in files.items():
+        (folder / f"{name}.yaml").write_text(f"graph: {name}\n{body}")
+    return build.assemble(folder / f"{next(iter(files))}.yaml").findings.items
+
+
+def uses(count: int, file: str, more: str = "") -> str:
+    return "nodes:\n" + "".join(f"  S{i}: {{subgraph: {file}.yaml{more}}}\n" for i in range(count))
+
+
+def tree(leaf: str, more: str = "") -> dict[str, str]:
+    return {f"f{i}": leaf if i == 14 else uses(10, f"f{i + 1}", more) for i in range(15)}
+
+
+PARAMETER = "parameters: {p: {type: string, default: x}}\n"
+HOSTILE = {
+    "nodes": tree("nodes: {A: Counter}\n"),
+    "uses alone": tree(""),
+    "other parameters each": {
+        name: PARAMETER + body for name, body in tree("nodes: {A: Counter}\n", ", parameters: {p: $(p)x}").items()
+    },
+    "variables": {
+        "a": uses(200, "v"),
+        "v": "variables:\n" + "".join(f"  v{i}: {{type: double}}\n" for i in range(5000)),
+    },
+    "wires": {
+        "a": uses(200, "w"),
+        "w": "nodes: {T: OnPlaybackTick, C: Counter}\nconnections:\n" + "  - T.tick -> C.execIn\n" * 5000,
+    },
+}
+
+
+@pytest.mark.parametrize("files", HOSTILE.values(), ids=HOSTILE)
+def test_what_subgraphs_amount_to_is_refused_once_with_the_limit_the_count_and_the_place(
+    files: dict[str, str], tmp_path: Path
+) -> None:
+    (found,) = findings(tmp_path, **files)
+    assert found.code == "G105"
+    assert f"more than {MAX_PARTS} parts in one graph: " in found.message
+    assert found.span is not None
+
+
+def test_values_of_a_file_count_at_every_use(tmp_path: Path) -> None:
+    array = f"nodes: {{A: {{type: ConstantDouble, inputs: {{value: [{'1.0, ' * 50_000}]}}}}}}\n"
+    found = [one for one in findings(tmp_path, a=uses(20, "v"), v=array) if one.code == "G105"]
+    assert [one.message.partition(" values")[0] for one in found] == ["more than 400000"]
+
+
+def test_a_file_is_read_once_however_often_it_is_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    parsed: list[str] = []
+    real = document.parse
+
+    def parse(text: str, shown: str, found: Findings) -> document.Document | None:
+        parsed.append(shown)
+        return real(text, shown, found)
+
+    monkeypatch.setattr(document, "parse", parse)
+    findings(tmp_path, a=uses(100, "b"), b="nodes: {A: Counter}\n")
+    assert len([path for path in parsed if path.endswith("b.yaml")]) == 1
+
+
+def test_a_wire_written_often_is_one_finding_and_one_wire(tmp_path: Path) -> None:
+    body = "nodes: {T: OnPlaybackTick, C: Counter}\nconnections:\n" + "  - T.tick -> C.execIn\n" * 10_000
+    (found,) = findings(tmp_path, a=body)
+    assert (found.code, found.message) == ("W108", "T.tick -> C.execIn is written 10000 times")
+    assert found.span is not None
+    assert (found.span.line, found.related[0][0].line) == (5, 4)
+    assert len(build.assemble(tmp_path / "a.yaml").graphs[0].exec_wires) == 1
+
+
+def test_only_the_first_findings_guess_what_was_meant(tmp_path: Path) -> None:
+    body = "nodes:\n" + "".join(f"  N{i}: Countr{i}\n" for i in range(200))
+    found = findings(tmp_path, a=body)
+    assert {one.code for one in found} == {"G201"}
+    assert sum("did you mean" in one.help[0] for one in found) == MAX_GUESSES

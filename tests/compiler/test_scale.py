@@ -1,0 +1,155 @@
+"""Long, wide and tangled graphs: compiled and run; the generated text grows with the graph and not faster."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import networkx as nx
+import pytest
+
+from graphengine.compiler.planning.regions import MAX_PUSHERS
+from graphengine.format.diagnostics import Findings
+from tests.compiler.harness import Bench, planned, write
+
+
+def make(folder: Path, nodes: list[str], wires: list[str]) -> Bench:
+    path = folder / "g.yaml"
+    lines = ["graph: g", "nodes:", *(f"  {node}" for node in nodes), "connections:", *(f"  - {wire}" for wire in wires)]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return Bench(path).setup()
+
+
+def size(run: Bench) -> int:
+    """Lines of the generated text for each node."""
+    return len(run.executor.source.lines) // len(run.executor.nodes)
+
+
+def test_a_chain_of_2000_executed_nodes(tmp_path: Path) -> None:
+    n = 2000
+    run = make(
+        tmp_path,
+        ["Tick: Tick", *(f"N{i}: {{type: Sum, inputs: {{b: 1.0}}}}" for i in range(n)), "Show: Do"],
+        ["Tick.tick -> N0.execIn"]
+        + [f"N{i}.execOut -> N{i + 1}.execIn" for i in range(n - 1)]
+        + [f"N{i}.sum -> N{i + 1}.a" for i in range(n - 1)]
+        + [f"N{n - 1}.execOut -> Show.execIn", f"N{n - 1}.sum -> Show.a"],
+    )
+    assert run.tick() == ["Show 2000"]
+    assert size(run) < 10
+
+
+def test_a_chain_of_2000_data_nodes(tmp_path: Path) -> None:
+    n = 2000
+    run = make(
+        tmp_path,
+        ["Tick: Tick", *(f"N{i}: {{type: Add, inputs: {{b: 1.0}}}}" for i in range(n)), "Show: Do"],
+        ["Tick.tick -> Show.execIn", "Tick.number -> N0.a", f"N{n - 1}.sum -> Show.a"]
+        + [f"N{i}.sum -> N{i + 1}.a" for i in range(n - 1)],
+    )
+    assert run.ticks(2) == [["Show 2001"], ["Show 2002"]]
+    assert size(run) < 10
+
+
+def test_a_chain_in_which_each_data_node_adds_what_an_executed_one_gave(tmp_path: Path) -> None:
+    n = 300
+    run = make(
+        tmp_path,
+        ["Tick: Tick", "Show: Do"]
+        + [f"S{i}: {{type: Sum, inputs: {{b: 1.0}}}}" for i in range(n)]
+        + [f"A{i}: Add" for i in range(n)],
+        ["Tick.tick -> S0.execIn", f"S{n - 1}.execOut -> Show.execIn", f"A{n - 1}.sum -> Show.a"]
+        + [f"S{i}.execOut -> S{i + 1}.execIn" for i in range(n - 1)]
+        + [f"S{i}.sum -> A{i}.a" for i in range(n)]
+        + [f"A{i}.sum -> A{i + 1}.b" for i in range(n - 1)],
+    )
+    assert run.tick() == ["Show 300"]
+
+
+def test_300_branches_in_a_row(tmp_path: Path) -> None:
+    n = 300
+    run = make(
+        tmp_path,
+        ["Tick: Tick", *(f"B{i}: {{type: Branch, inputs: {{condition: true}}}}" for i in range(n))]
+        + [f"No{i}: Do" for i in range(n)],
+        ["Tick.tick -> B0.execIn"]
+        + [f"B{i}.execTrue -> B{i + 1}.execIn" for i in range(n - 1)]
+        + [f"B{i}.execFalse -> No{i}.execIn" for i in range(n)],
+    )
+    assert len(run.tick()) == n
+    run["B150"].condition = False
+    assert run.tick()[-2:] == ["B150 False", "No150 0"]
+    deepest = max(len(line) - len(line.lstrip()) for line in run.executor.source.lines)
+    assert deepest <= 20  # nothing nests: CPython does not compile 100 nested blocks
+
+
+def test_200_pushers_that_share_a_tail(tmp_path: Path) -> None:
+    pushers, tail = 200, 100
+    run = make(
+        tmp_path,
+        ["Tick: Tick", *(f"P{i}: Sequence" for i in range(pushers)), *(f"T{i}: Sum" for i in range(tail)), "Show: Do"],
+        [f"Tick.tick -> P{i}.execIn" for i in range(pushers)]
+        + [f"P{i}.{port} -> T0.execIn" for i in range(pushers) for port in "ac"]
+        + [f"T{i}.execOut -> T{i + 1}.execIn" for i in range(tail - 1)]
+        + [f"T{tail - 1}.execOut -> Show.execIn"],
+    )
+    assert len(run.tick()) == 2 * pushers
+    assert size(run) < 10
+
+
+def test_200_pushers_in_a_row(tmp_path: Path) -> None:
+    n = 200
+    run = make(
+        tmp_path,
+        ["Tick: Tick", *(f"P{i}: Sequence" for i in range(n)), "Show: Do"],
+        ["Tick.tick -> P0.execIn"]
+        + [f"P{i}.b -> P{i + 1}.execIn" for i in range(n - 1)]
+        + [f"P{n - 1}.a -> Show.execIn"],
+    )
+    assert run.tick() == ["Show 0"]
+
+
+def test_2000_nodes_that_one_tick_fires(tmp_path: Path) -> None:
+    n = 2000
+    run = make(
+        tmp_path,
+        ["Tick: Tick", *(f"N{i}: Counter" for i in range(n)), "Join: Join"],
+        [f"Tick.tick -> N{i}.execIn" for i in range(n)] + [f"N{i}.execOut -> Join.first" for i in range(n)],
+    )
+    assert run.tick()[-1] == "Join first=2000 second=0 hold=0"
+
+
+def test_control_wires_that_lead_forward_are_ordered_without_a_search_each(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    n, has_path = 300, nx.has_path
+    searches: list[tuple[int, int]] = []
+
+    def counted(graph: nx.DiGraph[int], source: int, target: int) -> bool:
+        searches.append((source, target))
+        return bool(has_path(graph, source, target))
+
+    monkeypatch.setattr(nx, "has_path", counted)
+    chain = [f"N{i}.execOut -> N{i + 1}.execIn" for i in range(n - 1)]
+    resets = [f"Tick.tick -> N{i}.reset" for i in range(n)]
+    back = f"N{n - 1}.execOut -> N0.reset"
+    run = make(
+        tmp_path,
+        ["Tick: Tick", *(f"N{i}: Counter" for i in range(n))],
+        ["Tick.tick -> N0.execIn", *chain, *resets, back],
+    )
+    assert searches == [(run.index("N0"), run.index(f"N{n - 1}"))]
+
+
+@pytest.mark.parametrize(("depth", "codes"), [(MAX_PUSHERS, []), (MAX_PUSHERS + 1, ["G105"])])
+def test_pushers_below_pushers_run_to_a_depth_and_beyond_it_are_refused(
+    tmp_path: Path, depth: int, codes: list[str]
+) -> None:
+    nodes = ["T: Tick", *(f"M{i}: Sequence" for i in range(depth)), "Do: Do"]
+    wires = ["T.tick -> M0.execIn", *(f"M{i}.a -> M{i + 1}.execIn" for i in range(depth - 1))]
+    wires.append(f"M{depth - 1}.a -> Do.execIn")
+    path = write(tmp_path, "nodes:\n  " + "\n  ".join(nodes) + "\nconnections: [" + ", ".join(wires) + "]\n")
+    findings = Findings()
+    planned(path, findings)
+    assert [found.code for found in findings.errors] == codes
+    if not codes:
+        assert Bench(path).setup().tick() == ["Do 0"]

@@ -1,0 +1,164 @@
+"""Where references between files may lead, and what is told when they lead nowhere."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from graphengine.format import files
+from graphengine.format.files import Files, NotFoundError, find_given, shipped
+from graphengine.scene import build
+from graphengine.scene.assembly import Options
+
+GRAPH = "graph: inner\nnodes: {Tick: omni.graph.action.OnPlaybackTick}\n"
+Refer = Callable[..., list[str]]
+
+
+@pytest.fixture
+def home(tmp_path: Path) -> Path:
+    """The folder of the given file, with a neighbour outside of it."""
+    folder = tmp_path / "home"
+    (folder / "below").mkdir(parents=True)
+    (folder / "below" / "inner.yaml").write_text(GRAPH)
+    (folder / "inner.yaml").write_text(GRAPH)
+    (tmp_path / "outside").mkdir()
+    (tmp_path / "outside" / "secret.yaml").write_text(GRAPH)
+    return folder
+
+
+@pytest.fixture
+def refer(home: Path) -> Refer:
+    """What is told about a graph that refers to a file."""
+
+    def told(reference: str, *allowed: Path) -> list[str]:
+        path = home / "given.yaml"
+        path.write_text(f"graph: given\nnodes:\n  Inner: {{subgraph: {reference!r}}}\n")
+        findings = build.assemble(path, Options(allowed=allowed)).findings
+        return [f"{finding.code} {finding.message}" for finding in findings.errors]
+
+    return told
+
+
+@pytest.mark.parametrize("reference", ["inner.yaml", "below/inner.yaml", "./inner.yaml", "below/../inner.yaml"])
+def test_files_in_the_given_folder_and_below_are_read(reference: str, refer: Refer) -> None:
+    assert refer(reference) == []
+
+
+@pytest.mark.parametrize("reference", ["clock.yaml", "graphs/clock.yaml", "tutorial/clock.yaml"])
+def test_graphs_that_ship_are_read(reference: str, refer: Refer) -> None:
+    assert refer(reference) == []
+
+
+def test_the_file_beside_wins_over_the_one_that_ships(home: Path) -> None:
+    (home / "clock.yaml").write_text(GRAPH)
+    assert Files.of(home / "given.yaml").find("clock.yaml", home) == home / "clock.yaml"
+
+
+def test_files_outside_are_refused(home: Path, refer: Refer) -> None:
+    secret = home.parent / "outside" / "secret.yaml"
+    (home / "link.yaml").symlink_to(secret)
+    (home / "door").symlink_to(secret.parent)
+    for reference in (
+        "../outside/secret.yaml",
+        str(secret),
+        "link.yaml",
+        "door/secret.yaml",
+        "below/../../outside/secret.yaml",
+    ):
+        assert refer(reference) == [f"G214 subgraph: {reference!r} lies outside the folder of the file you gave"]
+        assert refer(reference, secret.parent) == []
+
+
+def test_a_given_link_reads_what_lies_where_it_leads(home: Path) -> None:
+    link = home.parent / "outside" / "given.yaml"
+    (home / "given.yaml").write_text("graph: given\nnodes:\n  Inner: {subgraph: inner.yaml}\n")
+    link.symlink_to(home / "given.yaml")
+    told = [finding.message for finding in build.assemble(link).findings.errors]
+    assert told == ["subgraph: no file 'inner.yaml'"]  # it is looked for beside the name that was given
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="other system files")
+@pytest.mark.parametrize(
+    "reference", ["/etc/passwd", "/dev/zero", "/proc/self/environ", "~/.ssh/id_rsa", "file:///etc/passwd"]
+)
+def test_system_files_are_not_read(reference: str, refer: Refer) -> None:
+    (message,) = refer(reference)
+    assert message.startswith(f"G214 subgraph: {reference!r} lies outside") or message.endswith(
+        f"no file {reference!r}"
+    )
+
+
+def test_the_checkout_itself_is_not_what_ships(home: Path) -> None:
+    with pytest.raises(NotFoundError, match="lies outside"):
+        Files.of(home / "given.yaml").find(str(Path(files.__file__)), home)
+
+
+@pytest.mark.parametrize("reference", ["", ".", "..", "/", "below", "x" * 300, "y/" * 3000, "a\0b", "inner.yaml/x"])
+def test_names_that_no_file_can_have(reference: str, home: Path) -> None:
+    with pytest.raises(NotFoundError, match="no file"):
+        Files.of(home / "given.yaml").find(reference, home)
+
+
+def test_near_names_are_suggested(home: Path) -> None:
+    reader = Files.of(home / "given.yaml")
+    with pytest.raises(NotFoundError) as missing:
+        reader.find("iner.yaml", home)
+    assert missing.value.help[0] == "did you mean 'inner.yaml'?"
+    with pytest.raises(NotFoundError) as missing:
+        reader.find("below/inner.yml", home)
+    assert missing.value.help[0] == "did you mean 'below/inner.yaml'?"
+    assert missing.value.help[1] == f"looked in {str(home / 'below')!r}, and among the graphs and scenes that ship"
+
+
+def test_nothing_is_told_of_folders_outside(home: Path) -> None:
+    with pytest.raises(NotFoundError) as missing:
+        Files.of(home / "given.yaml").find("../outside/secrets.yaml", home)
+    assert missing.value.help[0] == ""
+
+
+def test_a_folder_that_cannot_be_listed_gives_no_suggestion(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    with pytest.raises(NotFoundError) as missing:
+        Files.of(home / "given.yaml").find("iner.yaml", home)
+    assert missing.value.help[0] == ""
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes in the file system")
+def test_a_reference_to_a_pipe_does_not_hang(home: Path, refer: Refer) -> None:
+    os.mkfifo(home / "pipe.yaml")
+    assert refer("pipe.yaml") == ["G214 subgraph: no file 'pipe.yaml'"]
+
+
+def test_the_command_line_finds_files_and_names_of_what_ships(home: Path) -> None:
+    assert find_given(str(home / "inner.yaml"), "graphs") == home / "inner.yaml"
+    assert find_given("dd100/cmd_vel", "graphs") == shipped() / "graphs" / "dd100" / "cmd_vel.yaml"
+    assert find_given("clock.yaml", "graphs") == shipped() / "graphs" / "clock.yaml"
+    with pytest.raises(NotFoundError) as missing:
+        find_given("dd100/cmdvel", "graphs")
+    assert missing.value.help[0] == "did you mean 'dd100/cmd_vel'?"
+    assert "tutorial/scan" in missing.value.help[1]
+
+
+def test_what_was_read_is_remembered_in_order(home: Path) -> None:
+    found = Files.of(home / "scene.yaml")
+    found.find("graphs/clock.yaml", home)
+    found.find("graphs/clock.yaml", home)
+    other = found.beside(home / "other.yaml")
+    with pytest.raises(NotFoundError):
+        other.find("nowhere.yaml", home)
+    assert list(found.used) == [home / "scene.yaml", shipped() / "graphs/clock.yaml", home / "other.yaml"]
+    assert other.used is found.used
+
+
+def test_what_ships_may_lie_elsewhere(home: Path, tmp_path: Path) -> None:
+    base = tmp_path / "recorded"
+    (base / "graphs").mkdir(parents=True)
+    (base / "graphs/clock.yaml").write_text("graph: other\n", encoding="utf-8")
+    found = Files.of(home / "scene.yaml", base=base)
+    assert found.find("graphs/clock.yaml", home) == base / "graphs/clock.yaml"
+    with pytest.raises(NotFoundError, match="no file"):
+        found.find("graphs/imu.yaml", home)
+    assert not found.may_read(shipped() / "graphs/imu.yaml")

@@ -1,0 +1,103 @@
+"""Files that appear only when they are complete."""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from graphengine.format.files import shipped
+from graphengine.format.output import write_together
+
+
+@pytest.fixture
+def umask() -> Iterator[None]:
+    before = os.umask(0o027)
+    yield
+    os.umask(before)
+
+
+def test_files_appear_and_replace_what_was_there(tmp_path: Path) -> None:
+    (tmp_path / "a").write_text("before", encoding="utf-8")
+    write_together({tmp_path / "a": b"1", tmp_path / "b": b"2"})
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"a": b"1", "b": b"2"}
+
+
+@pytest.mark.parametrize(
+    ("hindrance", "make", "reason"),
+    [("b", Path.mkdir, "Is a directory"), ("b", os.mkfifo, "not a regular file"), ("b", Path.touch, "Not a directory")],
+)
+def test_when_one_cannot_be_written_all_is_as_it_was(
+    tmp_path: Path, hindrance: str, make: Callable[[Path], None], reason: str
+) -> None:
+    make(tmp_path / hindrance)
+    (tmp_path / "a").write_text("before", encoding="utf-8")
+    target = tmp_path / ("b/c" if make is Path.touch else "b")
+    with pytest.raises(OSError, match=reason) as error:
+        write_together({tmp_path / "a": b"1", target: b"2"})
+    assert error.value.filename == str(target)
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(["a", hindrance])
+    assert (tmp_path / "a").read_text(encoding="utf-8") == "before"
+
+
+def test_folders_are_made(tmp_path: Path) -> None:
+    write_together({tmp_path / "some/where/a": b"1"})
+    assert (tmp_path / "some/where/a").read_bytes() == b"1"
+
+
+def test_a_link_is_replaced_and_what_it_leads_to_is_left_alone(tmp_path: Path) -> None:
+    victim, target = tmp_path / "victim", tmp_path / "folder/x.svg"
+    victim.write_text("mine", encoding="utf-8")
+    target.parent.mkdir()
+    for planted in (target, target.with_name(".x.svg.part")):
+        planted.symlink_to(victim)
+    write_together({target: b"drawing"})
+    assert (victim.read_text(encoding="utf-8"), target.read_bytes()) == ("mine", b"drawing")
+    assert not target.is_symlink()
+
+
+def test_the_temporary_name_cannot_be_foreseen_and_its_content_is_on_the_disk_before_it_is_renamed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    names: list[str] = []
+    on_disk: list[int] = []
+    replace, fsync = os.replace, os.fsync
+
+    def synchronise(file: int) -> None:
+        fsync(file)
+        on_disk.append(os.fstat(file).st_size)
+
+    def rename(part: Path, path: Path) -> None:
+        names.append(part.name)
+        assert on_disk == [9] * len(names)
+        replace(part, path)
+
+    monkeypatch.setattr(os, "fsync", synchronise)
+    monkeypatch.setattr(os, "replace", rename)
+    for _ in range(3):
+        write_together({tmp_path / "a": b"nine byte"})
+    assert len(set(names)) == 3
+
+
+@pytest.mark.usefixtures("umask")
+def test_a_new_file_has_the_mode_of_the_umask_and_a_replaced_one_keeps_its_own(tmp_path: Path) -> None:
+    old = tmp_path / "old"
+    old.touch(mode=0o600)
+    old.chmod(0o604)
+    write_together({tmp_path / "new": b"1", old: b"2"})
+    modes = {path.name: stat.S_IMODE(path.stat().st_mode) for path in tmp_path.iterdir()}
+    assert modes == {"new": 0o640, "old": 0o604}
+
+
+def test_no_other_module_writes_files() -> None:
+    writing = re.compile(r"write_text\(|write_bytes\(|(?<!fd)open\(.*[\"'][wax]b?\+?[\"']|NamedTemporary|mkstemp")
+    package = shipped() / "graphengine"
+    found = {
+        str(path.relative_to(package)) for path in package.rglob("*.py") if writing.search(path.read_text("utf-8"))
+    }
+    # What a recording holds is laid out in a new folder that is nobody else's.
+    assert found == {"format/output.py", "recording/writer.py", "recording/sources.py"}

@@ -1,0 +1,83 @@
+"""Graph files and recorded graphs in a form in which two of them compare."""
+
+from __future__ import annotations
+
+import functools
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from graphengine.compiler.graph import Graph
+from graphengine.compiler.library import GraphLibrary
+from graphengine.compiler.registry import default_registry
+from graphengine.compiler.resolve import resolve
+from graphengine.compiler.template import load_graph
+from graphengine.format.diagnostics import Finding, Findings
+from graphengine.format.files import Files
+from graphengine.isaac.graph_file import compose, file_names
+from graphengine.isaac.recorded import RecordedGraph
+from graphengine.isaac.script.reading import read_script
+
+ROOT = Path(__file__).resolve().parents[2]
+SCRIPTS = Path(__file__).parent / "scripts"
+
+
+def resolved(path: Path) -> tuple[Graph, Findings]:
+    """A graph file with its types and wires settled."""
+    findings = Findings()
+    flat = load_graph(path, {}, GraphLibrary(Files.of(path)), findings)
+    assert flat is not None, findings.items
+    return resolve(
+        flat, flat.spec.graph, flat.spec.at or f"/World/{flat.spec.graph}", default_registry(), findings
+    ), findings
+
+
+def meaning(graph: Graph) -> dict[str, Any]:
+    """All that a graph file says but for its name, its words and how it is written."""
+    names = [instance.id.replace("/", "_") for instance in graph.instances]
+    wires = sorted([*graph.data_wires, *graph.exec_wires], key=lambda wire: wire.order)
+    spec = graph.flat.spec
+    return {
+        "at": graph.prim_path,
+        "runs": spec.runs,
+        "evaluator": spec.evaluator,
+        "nodes": [
+            (name, instance.cls.type_name, {f: _value(getattr(instance.node, f)) for f in sorted(instance.literals)})
+            for name, instance in zip(names, graph.instances, strict=True)
+        ],
+        "settled": [{f: str(t) for f, t in sorted(instance.settled.items())} for instance in graph.instances],
+        "wires": [(names[w.source], w.source_field, names[w.target], w.target_field) for w in wires],
+        "variables": {n: (str(graph.variable_types[n]), _value(v)) for n, v in graph.variables.items()},
+        "layout": dict(spec.layout),
+    }
+
+
+def _value(value: Any) -> Any:
+    """By its text, in which a number that is none equals itself."""
+    return repr(value.tolist() if isinstance(value, np.ndarray) else value)
+
+
+@functools.cache
+def recorded(script: Path, *arguments: str) -> tuple[list[RecordedGraph], list[Finding]]:
+    """The graphs of a script and what is told, found out once."""
+    findings = Findings()
+    return read_script(script, findings, arguments, types=default_registry().types), findings.items
+
+
+def imported(script: Path, folder: Path, *arguments: str) -> tuple[list[Path], Findings]:
+    """The graph files that a script gives, and what is told."""
+    findings = Findings()
+    graphs, items = recorded(script, *arguments)
+    for item in items:
+        findings.put(item)
+    written = []
+    for graph, name in zip(graphs, file_names(graphs), strict=True):
+        path = folder / f"{name}.yaml"
+        path.write_text(compose(graph, name, default_registry(), findings, script.name), encoding="utf-8")
+        written.append(path)
+    return written, findings
+
+
+def texts(findings: Findings) -> list[str]:
+    return [finding.render() for finding in findings.sorted()]

@@ -1,0 +1,226 @@
+"""Scripts that lose a part of their graphs on the way and go on: each loss is a warning at its place."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from graphengine.format.diagnostics import Findings
+from graphengine.isaac.recorded import RecordedGraph
+from graphengine.isaac.script.losses import TimeIsUpError
+from graphengine.isaac.script.reading import ScriptOptions, read_script
+from graphengine.isaac.script.run import Run
+
+START = """\
+import omni.graph.core as og
+from isaacsim.sensors.camera import Camera, get_camera
+keys = og.Controller.Keys
+TICK = {"create_nodes": [("Tick", "omni.graph.action.OnTick")]}
+og.Controller.edit("/A", TICK)
+def fails(text="b"):
+    return {}[text]
+def build(path="/B"):
+    og.Controller.edit(path, TICK)
+def publish(name):
+    og.Controller.edit("/A", {
+        keys.CREATE_NODES: [(name, "x.Publish"), (name + "_info", "x.Info")],
+        keys.SET_VALUES: [(name + ".inputs:topic", "")],
+    })
+"""
+LINES = START.count("\n")
+
+
+def told(folder: Path, text: str, **options: Any) -> tuple[list[RecordedGraph], list[str], Findings]:
+    """The graphs of a script, and its warnings with lines counted from the end of the beginning that all share."""
+    (folder / "script.py").write_text(START + text, encoding="utf-8")
+    findings = Findings()
+    graphs = read_script(folder / "script.py", findings, seconds=5.0, options=ScriptOptions(**options))
+    assert findings.errors == []
+    lines = [f"{f.span.line - LINES}: {f.message}" for f in findings.warnings if f.span is not None]
+    return graphs, lines, findings
+
+
+@pytest.mark.parametrize(
+    ("camera", "first", "second"),
+    [
+        ("Camera(prim_path=path).prim_path.split('/')[-1]", "a", "b"),
+        ("Camera(path).name", "<unknown: isaacsim.sensors.camera.Camera().name>", "Camera(#2).name>"),
+        ("get_camera(Camera(path))", "<unknown: isaacsim.sensors.camera.get_camera()>", "get_camera(#2)>"),
+        ("Camera().names[path]", "<unknown: isaacsim.sensors.camera.Camera().names[…]>", "names[…#2]>"),
+        ("Mine(path).prim_path", "/World/a", "/World/b"),
+    ],
+)
+def test_nodes_that_are_called_by_what_a_script_gave_are_told_apart(
+    camera: str, first: str, second: str, tmp_path: Path
+) -> None:
+    text = "class Mine(Camera):\n    def __init__(self, path):\n        super().__init__(prim_path=path)\n"
+    text += f"for path in ('/World/a', '/World/b'):\n    publish('Publish_' + str({camera}).lstrip('/'))"
+    (graph,), warnings, _ = told(tmp_path, text)
+    assert warnings == []
+    names = list(graph.nodes)[1::2]
+    assert names[0] == "Publish_" + first.lstrip("/")
+    assert names[1].endswith(second.lstrip("/"))
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "lost"),
+    [
+        (
+            "for _ in range(2):\n    try:\n        publish(str(get_camera()))\n    except Exception as error: print(error)",
+            -3,
+            (
+                "create_nodes <unknown: isaacsim.sensors.camera.get_camera()>, "
+                "create_nodes <unknown: isaacsim.sensors.camera.get_camera()>_info, "
+                "set_values <unknown: isaacsim.sensors.camera.get_camera()>.inputs:topic"
+            ),
+        ),
+        ("try: og.Controller.edit({'graph_path': '/A'}, TICK)\nexcept Exception: pass", 1, "create_nodes Tick"),
+        (
+            "import contextlib\nwith contextlib.suppress(Exception):\n    og.Controller.edit({'graph_path': '/A'}, TICK)",
+            3,
+            "create_nodes Tick",
+        ),
+        ("try: og.Controller.create_node('/A/Tick', 'x.T')\nexcept Exception: pass", 1, "it"),
+        ("try: og.Controller.graph('/A').create_node('Tick', 'x.T')\nexcept Exception: pass", 1, "it"),
+    ],
+)
+def test_a_refused_call_names_all_that_is_lost(text: str, line: int, lost: str, tmp_path: Path) -> None:
+    _, (warning,), _ = told(tmp_path, text)
+    assert warning.startswith(f"{line}: there is a ")
+    assert warning.endswith(f" already; the script goes on without {lost}")
+
+
+ERROR = "because of the error at line {}: KeyError: 'b'"
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "name", "why"),
+    [
+        ("try:\n    fails()\n    build()\nexcept KeyError: pass", 3, "build", ERROR.format(7)),
+        ("try:\n    {}['b']\n    print('', og.Controller.edit('/B',\n  {'': ''}))\nexcept KeyError: pass",
+            3, "edit", ERROR.format(LINES + 2)),
+        ("try:\n    if True:\n        fails()\n    build()\nexcept KeyError: pass", 4, "build", ERROR.format(7)),
+        ("try:\n    print()\n    og.Controller.edit('/B', fails())\nexcept KeyError: pass", 3, "edit", ERROR.format(7)),
+        ("try:\n    fails()\nexcept KeyError: pass\nelse:\n    build()", 5, "build", ERROR.format(7)),
+        ("def run():\n    try: fails()\n    except KeyError: return\n    build()\nrun()", 4, "build", ERROR.format(7)),
+        ("def run():\n    fails()\n    build()\ntry: run()\nexcept KeyError: pass", 3, "build", ERROR.format(7)),
+        ("for n in (1, 2):\n    try:\n        if n == 1: fails()\n        build('/B')\n    except KeyError: pass",
+            4, "build", ERROR.format(7)),
+        ("import contextlib\nwith contextlib.suppress(KeyError):\n    fails()\n    build()",
+            4, "build", ERROR.format(7)),
+        (
+            "class Q:\n    __enter__ = print\n    def __exit__(self, *_): return True\nwith Q():\n    fails()\n    build()",
+            6,
+            "build",
+            ERROR.format(7),
+        ),
+        ("for n in (1, 2):\n    try:\n        if n == 2 or fails(): build()\n    except KeyError: pass",
+            3, "build", ERROR.format(7)),
+        ("try:\n    if fails(): build()\nexcept KeyError: pass", 2, "build", ERROR.format(7)),
+        (
+            "from threading import Thread\ndef run():\n    fails()\n    build()\nt = Thread(target=run)\nt.start(), t.join()",
+            4,
+            "build",
+            ERROR.format(7),
+        ),
+        ("try:\n    build(n=1)\nexcept TypeError: pass", 2, "build",
+            f"because of the error at line {LINES + 2}: TypeError: build() got an unexpected keyword argument 'n'"),
+        ("def run(): raise SystemExit\nrun()\nbuild()", 3, "build", f"because of the exit at line {LINES + 1}"),
+        ("for n in (1, 2):\n    if fails: continue\n    build()", 3, "build", f"because of the condition at line {LINES + 2}"),
+        ("for n in (1, 2):\n    if n: exit()\nbuild()", 3, "build", f"because of the condition at line {LINES + 2}"),
+    ],
+)  # fmt: skip
+def test_what_an_error_keeps_from_being_built_is_told(
+    text: str, line: int, name: str, why: str, tmp_path: Path
+) -> None:
+    _, (warning,), _ = told(tmp_path, text)
+    assert warning == f"{line}: {name}() is never reached, {why}"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "try:\n    build()\n    fails()\nexcept KeyError: pass",
+        "try:\n    fails()\nexcept KeyError: build()\nelse: print()",
+        "for n in (1, 2):\n    try: fails()\n    except KeyError: pass\n    build(f'/B{n}')",
+        "def run():\n    try: return fails()\n    except KeyError: return 1\nrun()\nbuild()",
+        "def run():\n    with open(__file__): return 1\n    build()\nrun()",
+    ],
+)
+def test_errors_that_cost_nothing_are_not_told(text: str, tmp_path: Path) -> None:
+    assert told(tmp_path, text)[1] == []
+
+
+@pytest.mark.parametrize(
+    ("text", "from_where"),
+    [
+        ("from mine.utils import og", "mine.utils.og"),
+        ("from mine import utils\nog = utils.og", "mine.utils.og"),
+        ("import mine.things\nog = mine.things.get().og", "mine.things.get().og"),
+    ],
+)
+def test_an_og_of_a_module_that_is_not_there_is_omnigraph(text: str, from_where: str, tmp_path: Path) -> None:
+    more = "\nog.Controller.edit({'graph_path': '/B'}, {og.Controller.Keys.CREATE_NODES: [('T', 'x.T')]})"
+    graphs, warnings, findings = told(tmp_path, text + more)
+    assert ([graph.path for graph in graphs], warnings) == (["/A", "/B"], [])
+    assert f"{from_where} is taken to be omni.graph.core" in [finding.message for finding in findings.items]
+
+
+@pytest.mark.parametrize("call", ["Controller.edit", "graphs[0].edit", "Controller().create_node", "build_ros_graphs"])
+def test_graphs_that_a_module_builds_that_is_not_there_are_told_at_each_place(call: str, tmp_path: Path) -> None:
+    text = f"import mine\nmine.{call}('/B', TICK)\nfor n in range(2): mine.{call}('/C', TICK)"
+    _, warnings, _ = told(tmp_path, text)
+    assert [warning.partition(": what mine.")[0] for warning in warnings] == ["2", "3"]
+
+
+ASKS = "import ros\nif not ros.is_there('x'): exit()\n"
+
+
+def test_a_stand_in_that_is_assumed_to_be_true_answers_a_condition(tmp_path: Path) -> None:
+    _, (warning,), findings = told(tmp_path, f"{ASKS}build()", assume=("/World/robot",))
+    assert warning == f"3: build() is never reached, because of the condition at line {LINES + 2}"
+    assert findings.warnings[0].help == ("--assume ros.is_there takes it to be true",)
+    graphs, warnings, _ = told(tmp_path, f"{ASKS}build()", assume=("ros.is_there",))
+    assert ([graph.path for graph in graphs], warnings) == (["/A", "/B"], [])
+
+
+def test_a_script_that_builds_nothing_where_a_stand_in_says_no_is_run_where_it_says_yes(tmp_path: Path) -> None:
+    script = tmp_path / "asks.py"
+    script.write_text(
+        "import ros\nimport omni.graph.core as og\nif not ros.is_there(): exit()\n" + START, encoding="utf-8"
+    )
+    findings = Findings()
+    assert [graph.path for graph in read_script(script, findings)] == ["/A"]
+    assert findings.warnings == []
+
+
+def test_a_script_that_catches_the_end_of_its_time_keeps_what_it_built(tmp_path: Path) -> None:
+    text = "for _ in range(2): print()\ntry:\n    while True: pass\nexcept BaseException: pass"
+    (tmp_path / "script.py").write_text(
+        f"{START}import omni.kit.app\nfor n in range(9):\n    omni.kit.app.get_app().update()\n{text}"
+    )
+    findings = Findings()
+    (graph,) = read_script(tmp_path / "script.py", findings, seconds=1.0)
+    assert (graph.path, [finding.message for finding in findings.warnings]) == ("/A", ["the script takes too long"])
+
+
+def test_the_end_of_the_time_ends_nothing_but_the_script(tmp_path: Path) -> None:
+    lists = dict.fromkeys(("arguments", "allowed", "types", "absent", "assume", "calls"), ())
+    run = Run(
+        {
+            "path": str(tmp_path / "x.py"),
+            "text": "",
+            "stages": {},
+            "impulse_every": 0,
+            "assumed": False,
+            "literals": False,
+            "run": True,
+            **lists,
+        }
+    )
+    run.end()
+    run.running = True
+    with pytest.raises(TimeIsUpError):
+        run.end()

@@ -1,0 +1,257 @@
+"""Scripts in the styles that users of Isaac Sim write: what they build, and what is told of the rest."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from graphengine.isaac.script.places import Script
+from graphengine.isaac.script.plain import evaluate
+from tests.isaac.harness import ROOT, SCRIPTS, imported, meaning, recorded, resolved, texts
+
+TUTORIAL = ("clock", "cmd_vel", "joint_states", "scan")
+BUILDS: dict[str, dict[str, tuple[int, int]]] = {
+    "absolute_paths": {"/World/Robots/absolute": (2, 1)},
+    "async_evaluate": {"/World/async": (2, 1)},
+    "camera_helpers": {"/World/robot/camera_graph": (7, 10)},
+    "change_of_mind": {"/World/changed": (2, 1)},
+    "class_builder": {"/World/leatherback/graphs/joints": (2, 1), "/World/leatherback/graphs/drive": (2, 1)},
+    "clock_plain": {"/World/ClockGraph": (3, 2)},
+    "compound": {"/World/compound": (4, 4)},
+    "config_driven": {"/World/config": (4, 3)},
+    "controller_instance": {"/World/states": (2, 1)},
+    "enabling_extensions": {"/World/tf": (2, 1)},
+    "endless_loop": {"/World/loop": (1, 0)},
+    "extension_started": {"/World/from_extension": (3, 2)},
+    "fleet_factory": {"/World/Graphs/jetbot": (6, 8), "/World/Graphs/carter": (6, 8)},
+    "fstring_paths": {"/World/nova/odometry": (3, 4)},
+    "guarded": {"/World/husky/joints": (2, 1)},
+    "isaac_namespace": {"/World/dingo/base_link/cmd-vel.graph": (2, 1)},
+    "look_around": {"/World/look": (4, 3)},
+    "main_loop": {"/World/drive": (4, 2), "/World/states": (2, 1)},
+    "module_beside": {"/World/jetbot/drive": (3, 3)},
+    "nested_compound": {"/World/nested": (5, 5)},
+    "numpy_values": {"/World/holonomic": (2, 1)},
+    "old_names": {"/ActionGraph": (5, 5)},
+    "old_slashes": {"/ActionGraph": (2, 1)},
+    "physics_step": {"/World/fast": (2, 1)},
+    "piece_by_piece": {"/World/pieces": (3, 3)},
+    "push_graph": {"/World/PushGraph": (3, 2)},
+    "robot_package/build": {"/World/relative": (3, 2)},
+    "run_coroutine": {"/World/awaited": (2, 1), "/World/awaited_too": (2, 1)},
+    "script_node": {"/World/script": (3, 3)},
+    "set_afterwards": {"/ActionGraph": (2, 1)},
+    "several_edits": {"/World/graph": (3, 5)},
+    "standalone_app": {"/ActionGraph": (5, 8)},
+    "string_keys": {"/World/keys": (2, 1)},
+    "try_except": {"/World/good": (1, 0)},
+    "two_robots": {"/World/alpha_00/tf": (3, 6), "/World/beta_01/tf": (3, 6)},
+    "type_probe": {"/World/probe": (3, 2)},
+    "typed_values": {"/World/typed": (5, 4)},
+    "types_in_parts": {"/World/types": (2, 1)},
+    "usd_prims": {"/World/raw": (2, 1)},
+    "usd_relationship": {"/World/relationships": (4, 3)},
+    "variables": {"/World/variables": (3, 2)},
+    "wheel_loop": {"/World/wheels": (7, 6)},
+}
+"""Nodes and wires of the graphs that a script builds, of which a check finds nothing wrong."""
+LACKS: dict[str, str] = {
+    "change_stage": "warning W302: /World/asked: left out is that it is evaluated only when a script asks for it",
+    "extension": "",
+    "from_an_asset": "W302: no graph holds the node '/World/Carter/front_camera/render_product'",
+    "mixed_bag": "the value of Counter.inputs:logicalLoad cannot be told: it comes from omni.isaac.core.World().get_physics_dt",
+    "rtx_lidar": "the value of Lidar.inputs:renderProductPath cannot be told: it comes from omni.replicator.core.create.render",
+    "unknown_places": "W302: the place <unknown: isaacsim.core.api.robots.Robot().prim_path>/joints of a graph cannot be told",
+    "unknown_types": "warning W301: Mine: there is no node type 'my_company.nodes.Blinker' here",
+    "with_arguments": "error G401: the script ends itself: exit(2)",
+}
+"""What is told of scripts that cannot be carried over whole."""
+
+
+@pytest.mark.parametrize("name", TUTORIAL)
+def test_a_script_of_the_tutorial_gives_the_graph_that_ships(name: str, tmp_path: Path) -> None:
+    (path,), findings = imported(SCRIPTS / "tutorial" / f"{name}.py", tmp_path)
+    assert findings.items == []
+    graph, told = resolved(path)
+    assert told.items == []
+    shipped, shipped_as = meaning(resolved(ROOT / "graphs" / "tutorial" / f"{name}.yaml")[0]), meaning(graph)
+    for one in (shipped, shipped_as):
+        one["nodes"], one["settled"] = sorted(one["nodes"]), None  # the two are written in different order
+    assert shipped_as == shipped
+
+
+@pytest.mark.parametrize("name", BUILDS)
+def test_a_script_gives_graphs_that_resolve(name: str, tmp_path: Path) -> None:
+    paths, findings = imported(SCRIPTS / f"{name}.py", tmp_path)
+    assert findings.errors == []
+    graphs = [resolved(path) for path in paths]
+    found = {graph.prim_path: (len(graph.instances), len(graph.data_wires + graph.exec_wires)) for graph, _ in graphs}
+    assert [finding.render() for _, told in graphs for finding in told.items] == []
+    assert found == BUILDS[name]
+
+
+@pytest.mark.parametrize("name", LACKS)
+def test_what_cannot_be_carried_over_is_told(name: str, tmp_path: Path) -> None:
+    paths, findings = imported(SCRIPTS / f"{name}.py", tmp_path)
+    assert LACKS[name] in "\n".join(texts(findings))
+    assert bool(paths) == (name not in ("extension", "with_arguments"))
+
+
+def test_every_script_is_expected_to_give_something() -> None:
+    known = {*BUILDS, *LACKS, "helper_function", "robot_facts"} - {"robot_package/build"}
+    assert known == {path.stem for path in SCRIPTS.glob("*.py")}
+    assert len(known) > 30
+
+
+def test_a_type_that_is_not_here_is_told_at_its_place_and_kept(tmp_path: Path) -> None:
+    (path,), findings = imported(SCRIPTS / "helper_function.py", tmp_path)
+    (finding,) = findings.items
+    assert (finding.code, str(finding.span)) == ("W301", f"{SCRIPTS / 'helper_function.py'}:14:18")
+    assert [f.code for f in resolved(path)[1].errors] == ["G201"]
+
+
+def test_values_have_the_types_of_their_ports(tmp_path: Path) -> None:
+    (path,), _ = imported(SCRIPTS / "camera_helpers.py", tmp_path)
+    product = resolved(path)[0].by_id("Product").node
+    assert (product.width, product.height) == (640, 480)  # type: ignore[attr-defined]
+    (path,), _ = imported(SCRIPTS / "numpy_values.py", tmp_path)
+    drive = resolved(path)[0].by_id("drive").node
+    assert drive.wheel_positions.tolist()[3] == [-0.2, -0.1, 0.0]  # type: ignore[attr-defined]
+    assert drive.wheel_orientations.tolist()[0] == [1.0, 0.0, 0.0, 0.0]  # type: ignore[attr-defined]
+
+
+def test_typed_values_settle_ports_of_several_types(tmp_path: Path) -> None:
+    (path,), _ = imported(SCRIPTS / "typed_values.py", tmp_path)
+    graph, _ = resolved(path)
+    assert str(graph.by_id("Add").settled["sum"]) == "double[3]"
+    assert graph.by_id("Add").node.a == (2.0, 4.0, 6.0)  # type: ignore[attr-defined]
+
+
+def test_values_that_are_set_in_any_way_arrive(tmp_path: Path) -> None:
+    (path,), _ = imported(SCRIPTS / "set_afterwards.py", tmp_path)
+    twist = resolved(path)[0].by_id("SubscribeTwist").entry.spec.inputs
+    assert twist == {"topicName": "robot/cmd_vel", "queueSize": 1, "nodeNamespace": "fleet", "qosProfile": ""}
+    (path,), _ = imported(SCRIPTS / "usd_relationship.py", tmp_path)
+    graph, _ = resolved(path)
+    assert graph.by_id("Odom").entry.spec.inputs == {"chassisPrim": ["/World/robot/base"]}
+    assert graph.by_id("Joints").entry.spec.inputs == {
+        "targetPrim": ["/World/robot"],
+        "topicName": "robot/joint_states",
+    }
+    assert graph.flat.spec.layout == {"Joints": (420.0, -35.5)}
+
+
+def test_variables_keep_types_and_defaults(tmp_path: Path) -> None:
+    (path,), _ = imported(SCRIPTS / "variables.py", tmp_path)
+    graph, _ = resolved(path)
+    assert graph.variables == {"speed": 1.5, "names": ("left", "right"), "home": (0.0, 1.0, 2.0)}
+
+
+def test_types_may_be_put_together_of_their_parts(tmp_path: Path) -> None:
+    (path,), _ = imported(SCRIPTS / "types_in_parts.py", tmp_path)
+    graph, _ = resolved(path)
+    assert {name: str(kind) for name, kind in graph.variable_types.items()} == {
+        "gain": "double",
+        "names": "token[]",
+        "goal": "pointd[3]",
+        "late": "colorf[3]",
+    }
+    assert graph.variables == {"gain": 0.25, "names": ("left", "right"), "goal": (0.0,) * 3, "late": (0.5, 1.0, 0.0)}
+    declared = graph.by_id("script").entry.spec.inputs["attributes"]
+    assert declared == ["inputs:velocity double[3]", "outputs:ok bool", "outputs:wheels double[]"]
+    assert "      script: |\n        def compute(db):\n            db.outputs.ok = True\n" in path.read_text("utf-8")
+
+
+def test_graphs_that_come_with_an_asset_are_told_and_the_others_are_kept(tmp_path: Path) -> None:
+    (path,), findings = imported(SCRIPTS / "from_an_asset.py", tmp_path)
+    assert path.name == "clock.yaml"
+    assert [str(finding.span).rpartition(".py:")[2] for finding in findings.warnings] == ["8:19", "9:1", "17:60"]
+    assert {finding.help for finding in findings.warnings} == {
+        ("a USD file that the script opens may hold it; import that file too",)
+    }
+
+
+def test_a_graph_whose_place_cannot_be_told_is_found_again(tmp_path: Path) -> None:
+    (path,), findings = imported(SCRIPTS / "unknown_places.py", tmp_path)
+    graph, _ = resolved(path)
+    assert (graph.prim_path, graph.by_id("states").entry.spec.inputs) == ("/World/joints", {"topicName": "states"})
+    assert "comes from the default of /World/joints/states.inputs:queueSize" in texts(findings)[-1]
+
+
+def test_modules_above_a_script_are_told_by_their_own_names(tmp_path: Path) -> None:
+    _, findings = imported(SCRIPTS / "robot_package" / "build.py", tmp_path)
+    assert [finding.message for finding in findings.items] == [
+        "module 'common' is not imported",
+        "common.logs.info() belongs to no graph and is left out",
+    ]
+
+
+def test_an_on_demand_graph_of_physics_steps_runs_at_every_physics_step(tmp_path: Path) -> None:
+    (path,), _ = imported(SCRIPTS / "physics_step.py", tmp_path)
+    assert resolved(path)[0].runs == "physics_step"
+    late, asked = imported(SCRIPTS / "change_stage.py", tmp_path)[0]
+    assert (resolved(late)[0].runs, resolved(asked)[0].runs) == ("physics_step", "tick")
+
+
+def test_a_graph_without_an_evaluator_is_a_push_graph(tmp_path: Path) -> None:
+    (path,), findings = imported(SCRIPTS / "push_graph.py", tmp_path)
+    assert resolved(path)[0].flat.spec.evaluator == "push"
+    assert "/World/PushGraph is a push graph" in texts(findings)[0]
+
+
+def test_a_compound_is_taken_apart(tmp_path: Path) -> None:
+    (path,), _ = imported(SCRIPTS / "compound.py", tmp_path)
+    wires = [str(wire) for wire in resolved(path)[0].data_wires]
+    assert wires == [
+        "Doubled_Two.value -> Doubled_Multiply.b",
+        "Tick.deltaSeconds -> Doubled_Multiply.a",
+        "Doubled_Multiply.product -> Diff.dt",
+    ]
+
+
+def test_names_that_a_file_cannot_hold_are_changed_and_told(tmp_path: Path) -> None:
+    (path,), findings = imported(SCRIPTS / "isaac_namespace.py", tmp_path)
+    graph, _ = resolved(path)
+    assert [instance.id for instance in graph.instances] == ["On_Tick", "_1st"]
+    assert graph.by_id("_1st").node.topic_name == "$(cmd)/vel"  # type: ignore[attr-defined]
+    assert path.name == "cmd_vel_graph.yaml"
+    told = "\n".join(texts(findings))
+    assert "node 'On Tick' is called 'On_Tick' in the file" in told
+
+
+def test_old_names_of_types_are_told_and_old_ports_are_left_out(tmp_path: Path) -> None:
+    (path,), findings = imported(SCRIPTS / "old_names.py", tmp_path)
+    graph, _ = resolved(path)
+    assert [f.code for f in findings.sorted()] == ["N101"] * 4 + ["W302"] * 2
+    assert graph.by_id("PublishTF").cls.type_name == "isaacsim.ros2.bridge.ROS2PublishTransformTree"
+    assert graph.by_id("Articulation").entry.spec.inputs == {"targetPrim": ["/World/robot"]}
+
+
+def test_arguments_reach_the_script(tmp_path: Path) -> None:
+    (path,), findings = imported(SCRIPTS / "with_arguments.py", tmp_path, "--rate", "3", "--robot", "/World/r2")
+    graph, _ = resolved(path)
+    assert findings.errors == []
+    assert (graph.prim_path, graph.by_id("Gate").entry.spec.inputs) == ("/World/r2/gate", {"step": 3})
+
+
+def test_a_script_of_literals_is_evaluated_without_being_run_and_gives_the_same() -> None:
+    path = SCRIPTS / "tutorial" / "joint_states.py"
+    plain = evaluate(Script(str(path), path.read_text(encoding="utf-8")))
+    assert plain is not None
+    assert recorded(path, "--an-argument-makes-it-run") == (list(plain.graphs.values()), [])
+
+
+@pytest.mark.parametrize(
+    "name", ["two_robots", "numpy_values", "async_evaluate", "class_builder", "guarded", "with_arguments"]
+)
+def test_a_script_that_does_more_has_to_be_run(name: str) -> None:
+    path = SCRIPTS / f"{name}.py"
+    assert evaluate(Script(str(path), path.read_text(encoding="utf-8"))) is None
+
+
+def test_a_value_that_only_omniverse_knows_is_told_at_its_place(tmp_path: Path) -> None:
+    _, findings = imported(SCRIPTS / "rtx_lidar.py", tmp_path)
+    (warning,) = findings.warnings
+    assert str(warning.span) == f"{SCRIPTS / 'rtx_lidar.py'}:25:14"
+    assert warning.help == ("set it in the file",)

@@ -1,0 +1,197 @@
+"""Graph files of recorded graphs: what they say when they are read back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from graphengine.compiler.registry import default_registry
+from graphengine.format import document
+from graphengine.format.diagnostics import Findings
+from graphengine.isaac.graph_file import compose, file_names
+from graphengine.isaac.recorded import RecordedGraph, RecordedNode, RecordedValue, RecordedWire
+from graphengine.isaac.yaml_text import block, flow, scalar
+from tests.isaac.harness import resolved
+
+TEXTS = st.text(st.characters(codec="utf-8"), max_size=20) | st.sampled_from(
+    [
+        "no",
+        "true",
+        "Null",
+        "1e3",
+        "0x1f",
+        "12:30:00",
+        "~",
+        "-",
+        "- a",
+        "a: b",
+        "#x",
+        "/a/b",
+        "$(x)",
+        "$$",
+        "a #b",
+        ".inf",
+    ]
+)
+VALUES = st.recursive(
+    st.booleans() | st.integers(-(2**63), 2**64) | st.floats(allow_nan=False) | TEXTS,
+    lambda inner: (
+        st.lists(inner, max_size=4) | st.dictionaries(TEXTS.filter(lambda key: key != "<<"), inner, max_size=3)
+    ),
+    max_leaves=12,
+)
+
+
+def dollars(value: Any) -> Any:
+    """With `$$` read as `$`, as a graph file's values are."""
+    if isinstance(value, dict):
+        return {key: dollars(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [dollars(item) for item in value]
+    return value.replace("$$", "$") if isinstance(value, str) else value
+
+
+@given(VALUES)
+def test_what_is_written_is_read(value: Any) -> None:
+    findings = Findings()
+    read = document.parse(f"key: {flow(value)}\n", "test", findings)
+    assert findings.items == []
+    assert read is not None
+    assert dollars(read.data["key"]) == value
+    assert type(read.data["key"]) is type(value)
+
+
+LINES = st.text(st.sampled_from(" \t#'\"\\:$-|>%&*!é\u2028\r{}[]ab"), max_size=6)
+
+
+@given(st.lists(LINES, min_size=1, max_size=6).map("\n".join))
+def test_a_text_of_several_lines_is_read_as_it_was(text: str) -> None:
+    first, *lines = block(text) or [flow(text)]
+    findings = Findings()
+    read = document.parse(
+        "\n".join([f"key: {first}", *(f"  {line}" if line else "" for line in lines), ""]), "t", findings
+    )
+    assert findings.items == []
+    assert read is not None
+    assert dollars(read.data["key"]) == text
+
+
+def test_a_script_is_written_as_a_block() -> None:
+    assert block("def f():\n\n    pass # $x\n") == ["|", "def f():", "", "    pass # $$x"]
+    assert block("one line") == []
+
+
+def test_numbers_that_are_none_are_written_as_yaml_has_them() -> None:
+    assert [scalar(float(text)) for text in ("nan", "inf", "-inf")] == [".nan", ".inf", "-.inf"]
+
+
+def graph(*nodes: RecordedNode, **values: Any) -> RecordedGraph:
+    return RecordedGraph("/World/g", "execution", nodes={node.name: node for node in nodes}, **values)
+
+
+def written(recorded: RecordedGraph, folder: Path) -> tuple[Path, list[str]]:
+    findings = Findings()
+    path = folder / "g.yaml"
+    path.write_text(compose(recorded, "g", default_registry(), findings, "a test"), encoding="utf-8")
+    return path, [f"{finding.code} {finding.message}" for finding in findings.items]
+
+
+def test_graphs_of_one_name_get_names_of_their_own() -> None:
+    paths = ["/World/a/drive", "/World/b/drive", "/World/b/Drive", "/World/a-b/c d", "/", "/World/a/drive/"]
+    names = file_names([RecordedGraph(path) for path in paths])
+    assert names == ["drive", "b_drive", "World_b_Drive", "c_d", "_", "a_drive"]
+    assert len({name.lower() for name in names}) == len(paths)
+
+
+@pytest.mark.parametrize(
+    ("node", "message"),
+    [
+        (RecordedNode("n", "OnTick", {"inputs:speed": RecordedValue(1)}), "n.inputs:speed: OnTick has no such input"),
+        (RecordedNode("n", "OnTick", {"outputs:time": RecordedValue(1)}), "a graph's file holds values of inputs"),
+        (RecordedNode("n", "x.y", {"inputs:a b": RecordedValue(1)}), "it is no name of a port"),
+        (RecordedNode("n", "x.y", {"inputs:a": RecordedValue(None)}), "it has none"),
+    ],
+)
+def test_a_value_that_no_file_holds_is_left_out(node: RecordedNode, message: str, tmp_path: Path) -> None:
+    path, told = written(graph(node), tmp_path)
+    assert message in told[-1]
+    assert resolved(path)[0].flat.spec.nodes["n"].inputs == {}
+
+
+def test_how_to_let_an_impulse_fire_is_told(tmp_path: Path) -> None:
+    findings = Findings()
+    node = RecordedNode("On Impulse", "OnImpulseEvent", {"state:enableImpulse": RecordedValue(True)})
+    compose(graph(node), "g", default_registry(), findings, "a test")
+    assert findings.warnings[0].help == ("while it runs: graphrun ctl impulse On_Impulse",)
+
+
+def test_a_node_without_a_type_is_left_out_with_its_wires(tmp_path: Path) -> None:
+    nodes = RecordedNode("a", "OnTick"), RecordedNode("b", "", position=(1.0, 2.0))
+    path, told = written(graph(*nodes, wires=[RecordedWire("a", "outputs:tick", "b", "inputs:execIn")]), tmp_path)
+    assert told == [
+        "W302 the node /World/g/b is left out: it has no type",
+        "W302 /World/g: left out is the wire a.outputs:tick -> b.inputs:execIn: there is no node 'b'",
+    ]
+    assert list(resolved(path)[0].flat.spec.nodes) == ["a"]
+
+
+def test_a_wire_to_what_is_not_there_is_left_out(tmp_path: Path) -> None:
+    nodes = RecordedNode("a", "OnTick"), RecordedNode("b", "Counter")
+    wires = [
+        RecordedWire("a", "outputs:tick", "b", "inputs:exec"),
+        RecordedWire("a", "outputs:tick", "c", "inputs:execIn"),
+        RecordedWire("a", "outputs:tick", "b", "inputs:execIn"),
+        RecordedWire("a", "outputs:tick", "b", "inputs:execIn"),
+    ]
+    path, told = written(graph(*nodes, wires=wires), tmp_path)
+    assert [line.partition(": left out is ")[2] for line in told] == [
+        "the wire a.outputs:tick -> b.inputs:exec: Counter has no inputs:exec",
+        "the wire a.outputs:tick -> c.inputs:execIn: there is no node 'c'",
+    ]
+    assert [str(wire) for wire in resolved(path)[0].exec_wires] == ["a.tick -> b.execIn"]
+
+
+def test_a_side_is_written_where_a_port_stands_on_both(tmp_path: Path) -> None:
+    nodes = RecordedNode("w", "omni.graph.core.WriteVariable"), RecordedNode("v", "omni.graph.core.WriteVariable")
+    wires = [RecordedWire("w", "inputs:variableName", "v", "inputs:variableName")]
+    wires += [RecordedWire("w", "inputs:value", "v", "inputs:value")]
+    path, _ = written(graph(*nodes, wires=wires), tmp_path)
+    assert "  - w.inputs:value -> v.value\n" in path.read_text(encoding="utf-8")
+    assert "  - w.variableName -> v.variableName\n" in path.read_text(encoding="utf-8")
+
+
+def test_a_lazy_graph_becomes_a_push_graph_and_that_is_told(tmp_path: Path) -> None:
+    recorded = graph(RecordedNode("n", "OnTick"))
+    recorded.evaluator = "dirty_push"
+    path, told = written(recorded, tmp_path)
+    assert resolved(path)[0].flat.spec.evaluator == "push"
+    assert any("computes only what changed" in line for line in told)
+
+
+def test_a_stage_that_there_is_not_here_is_told(tmp_path: Path) -> None:
+    recorded = graph(RecordedNode("n", "OnTick"))
+    recorded.pipeline_stage = "post_render"
+    _, told = written(recorded, tmp_path)
+    assert told == ["W302 /World/g: left out is its pipeline stage post_render; it runs every tick"]
+
+
+def test_inputs_that_pass_events_on_to_each_other_in_many_ways_are_followed_in_bounded_time() -> None:
+    branch, tick = "omni.graph.action.Branch", "omni.graph.action.OnPlaybackTick"
+    nodes = [RecordedNode("Tick", tick), *(RecordedNode(f"{side}{n}", branch) for n in range(100) for side in "ab")]
+    passing = [
+        RecordedWire(f"{source}{n}", "inputs:execIn", f"{target}{n + 1}", "inputs:execIn")
+        for n in range(99)
+        for source in "ab"
+        for target in "ab"
+    ]
+    wires = [RecordedWire("Tick", "outputs:tick", "a0", "inputs:execIn"), *passing]
+    findings = Findings()
+    text = compose(graph(*nodes, wires=wires), "g", default_registry(), findings, "a test")
+    assert text.count("Tick.tick -> ") == 1 + 2 * 99
+    assert {finding.message.partition(": left out is ")[2] for finding in findings.warnings} == {
+        f"the wire b0.inputs:execIn -> {side}1.inputs:execIn: nothing drives b0.inputs:execIn" for side in "ab"
+    }

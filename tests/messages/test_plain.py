@@ -1,0 +1,103 @@
+"""Messages as plain data and back."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from graphengine.messages import messages
+from graphengine.messages.messages import MessageError
+from graphengine.messages.plain import from_plain, to_plain
+from tests.messages.test_messages import TYPES, random_message, same
+
+RANGE = "sensor_msgs/msg/Range"
+
+
+@pytest.mark.parametrize("message_type", TYPES)
+def test_every_message_comes_back_as_it_went_also_through_json(message_type: str) -> None:
+    draw = np.random.default_rng(11)
+    for _ in range(3):
+        message = random_message(message_type, draw)
+        plain = to_plain(message)
+        assert same(from_plain(plain, message_type), message)
+        assert same(from_plain(json.loads(json.dumps(plain)), message_type), message)
+
+
+def test_plain_data_are_the_fields_in_order() -> None:
+    message = messages.TFMessage(
+        [
+            messages.TransformStamped(
+                messages.header(1.5, "odom"),
+                "base",
+                messages.Transform(messages.Vector3(1.0, 2.0, 3.0), messages.Quaternion(0.0, 0.0, 0.0, 1.0)),
+            )
+        ]
+    )
+    assert json.dumps(to_plain(message)) == (
+        '{"transforms": [{"header": {"stamp": {"sec": 1, "nanosec": 500000000}, "frame_id": "odom"}, '
+        '"child_frame_id": "base", "transform": {"translation": {"x": 1.0, "y": 2.0, "z": 3.0}, '
+        '"rotation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}}}]}'
+    )
+
+
+def test_what_is_not_given_is_as_ros_makes_it() -> None:
+    pose = from_plain({"position": {"x": 1}}, "geometry_msgs/msg/Pose")
+    assert pose == messages.Pose(messages.Point(1.0, 0.0, 0.0), messages.Quaternion(0.0, 0.0, 0.0, 1.0))
+
+
+def test_bytes_count_from_0_although_the_encoder_counts_from_minus_128() -> None:
+    message = from_plain({"data": 200}, "std_msgs/msg/Byte")
+    assert messages.encode(message)[4:] == b"\xc8\0\0\0"
+    assert to_plain(message) == {"data": 200}
+    several = from_plain({"data": [0, 200]}, "std_msgs/msg/ByteMultiArray")
+    assert to_plain(several)["data"] == [0, 200]
+
+
+def test_numbers_that_are_none_and_infinite_ones_come_through() -> None:
+    plain = to_plain(from_plain({"range": math.nan, "max_range": math.inf}, RANGE))
+    assert math.isnan(plain["range"])
+    assert plain["max_range"] == math.inf
+
+
+@pytest.mark.parametrize(
+    ("data", "fault"),
+    [
+        (3, "sensor_msgs/msg/Range: expected a mapping of the fields of sensor_msgs/msg/Range, got 3"),
+        ({"rnage": 1}, "sensor_msgs/msg/Range has no field 'rnage'; did you mean 'range'?"),
+        ({1: 1}, "has no field 1; fields: header, "),
+        ({"range": "1"}, "range: expected a number, got '1'"),
+        ({"range": True}, "range: expected a number, got true"),
+        ({"range": 1e39}, "range is 1e+39, not a float32"),
+        ({"range": 10**400}, "range is too large for a float32"),
+        ({"radiation_type": 256}, "radiation_type is 256, not a uint8"),
+        ({"radiation_type": 1.0}, "radiation_type: expected a whole number, got 1.0"),
+        ({"header": []}, "header: expected a mapping of the fields of std_msgs/msg/Header, got a list"),
+        ({"header": {"stamp": {"sec": 1.5}}}, "header.stamp.sec: expected a whole number, got 1.5"),
+        ({"header": {"frame_id": None}}, "header.frame_id: expected text, got nothing"),
+    ],
+)
+def test_an_error_names_the_field(data: Any, fault: str) -> None:
+    with pytest.raises(MessageError) as caught:
+        from_plain(data, RANGE)
+    assert fault in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("message_type", "data", "fault"),
+    [
+        ("std_msgs/msg/Bool", {"data": 1}, "data: expected true or false, got 1"),
+        ("std_msgs/msg/Byte", {"data": -1}, "data is -1, not a byte"),
+        ("std_msgs/msg/UInt8MultiArray", {"data": [1, 300]}, "data[1] is 300, not a uint8"),
+        ("std_msgs/msg/UInt8MultiArray", {"data": 1}, "data: expected a list, got 1"),
+        ("geometry_msgs/msg/PoseWithCovariance", {"covariance": [0.0]}, "covariance has 1 elements, not 36"),
+        ("tf2_msgs/msg/TFMessage", {"transforms": [{}, {"header": 1}]}, "transforms[1].header: expected a mapping"),
+    ],
+)
+def test_an_error_names_the_element(message_type: str, data: Any, fault: str) -> None:
+    with pytest.raises(MessageError) as caught:
+        from_plain(data, message_type)
+    assert fault in str(caught.value)

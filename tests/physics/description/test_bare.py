@@ -1,0 +1,158 @@
+"""Descriptions that a scene, or whoever spawns, uses without a robot file."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from graphengine.devices.entity import Move
+from graphengine.format.diagnostics import Findings
+from graphengine.format.errors import CheckError, UsageError
+from graphengine.format.spec import RobotUse
+from graphengine.physics.loading import LoadedWorld
+from graphengine.physics.population import Population
+from tests.physics.harness import CART, Project
+
+BOX = """<robot name="crate">
+  <link name="crate">
+    <inertial><mass value="3"/><inertia ixx=".1" iyy=".1" izz=".1" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><geometry><box size=".4 .4 .4"/></geometry></collision>
+  </link>
+</robot>
+"""
+TABLE = BOX.replace('<robot name="crate">', '<robot name="table"><link name="world"/>').replace(
+    "</robot>", '<joint name="fixed" type="fixed"><parent link="world"/><child link="crate"/></joint></robot>'
+)
+
+
+def spawn(loaded: LoadedWorld, name: str, use: str) -> None:
+    Population(loaded).add(name, RobotUse(use=use, position=(3.0, 0.0, 1.0)), Findings())
+
+
+@pytest.mark.parametrize(("text", "kind"), [(CART, "robot"), (BOX, "object"), (TABLE, "static")])
+@pytest.mark.parametrize("from_file", [True, False])
+def test_a_description_stands_in_a_scene_as_it_is(project: Project, text: str, kind: str, from_file: bool) -> None:
+    loaded = project.write("thing.urdf", text).load()
+    spawn(loaded, "thing", "thing.urdf" if from_file else text)
+    simulation = loaded.simulation
+    assert {entity.name: entity.kind for entity in simulation.entities.all()} == {"bot": "robot", "thing": kind}
+    assert simulation.entities.state("thing").position == pytest.approx((3, 0, 1))
+    bounds = simulation.entities.bounds("thing")
+    assert bounds is not None
+    assert np.add(bounds.low, bounds.high)[0] / 2 == pytest.approx(3.0, abs=0.05)
+    for _ in range(24):
+        simulation.step()
+    fallen = simulation.entities.state("thing").position[2] < 0.99
+    assert fallen == (kind != "static")
+
+
+def test_what_is_built_on_the_world_stays_where_it_is(project: Project) -> None:
+    loaded = project.load()
+    spawn(loaded, "table", TABLE)
+    with pytest.raises(UsageError, match="its root link is the world itself"):
+        loaded.simulation.entities.place("table", Move((0, 0, 0)))
+
+
+def test_a_scene_file_names_a_description_too(project: Project) -> None:
+    project.write("scene.yaml", "scene: test\nworld: world.xml\nrobots:\n  bot: {use: bot.urdf, position: [0, 0, 1]}\n")
+    loaded = project.load()
+    assert loaded.simulation.articulation(loaded.stage.find("/bot")).joint_names == ("arm_joint",)
+
+
+def test_a_xacro_file_is_expanded(project: Project) -> None:
+    text = BOX.replace('<robot name="crate">', '<robot name="crate" xmlns:xacro="http://www.ros.org/wiki/xacro">')
+    loaded = project.write("box.urdf.xacro", text.replace('value="3"', 'value="${1 + 2}"')).load()
+    spawn(loaded, "crate", "box.urdf.xacro")
+    assert loaded.simulation.model.body("crate/crate").mass[0] == pytest.approx(3.0)
+
+
+def test_a_text_says_where_it_is_wrong_and_nothing_is_left_of_it(project: Project) -> None:
+    loaded = project.load()
+    with pytest.raises(CheckError, match=r"description:4:.* error S103: link 'crate': there is no shape 'blob'"):
+        spawn(loaded, "crate", BOX.replace("<box ", "<blob "))
+    assert [entity.name for entity in loaded.simulation.entities.all()] == ["bot"]
+    spawn(loaded, "crate", BOX)
+
+
+@pytest.mark.parametrize("text", ["<robot", "<", "<robot/>", "<!DOCTYPE x [<!ENTITY a 'b'>]><robot/>"])
+def test_a_text_that_is_no_description_is_an_error(project: Project, text: str) -> None:
+    with pytest.raises(CheckError, match="S103"):
+        spawn(project.load(), "thing", text)
+
+
+def test_a_text_reads_no_file_that_the_scene_may_not(project: Project) -> None:
+    outside = project.folder.parent / "secret.stl"
+    outside.write_bytes(b"solid secret\nendsolid\n")
+    for reference in (f"file://{outside}", "../secret.stl", str(outside)):
+        text = BOX.replace('<box size=".4 .4 .4"/>', f'<mesh filename="{reference}"/>')
+        with pytest.raises(CheckError, match="lies outside the folder of the file you gave"):
+            spawn(project.load(), "thing", text)
+
+
+def test_texts_of_things_that_are_gone_are_not_kept(project: Project) -> None:
+    loaded = project.load()
+    for mass in range(3, 6):
+        spawn(loaded, "crate", BOX.replace('mass value="3"', f'mass value="{mass}"'))
+        Population(loaded).remove("crate")
+    spawn(loaded, "crate", BOX)
+    assert len(loaded.scenery._kinds) == 2
+
+
+# MuJoCo models
+
+CAN = """<mujoco model="can">
+  <option gravity="0 0 5" timestep="0.1"/>
+  <asset><mesh name="cone" vertex="0 0 0  .1 0 0  0 .1 0  0 0 .1"/></asset>
+  <worldbody>
+    <light pos="0 0 3"/>
+    <body name="can"><freejoint/><geom type="cylinder" size=".05 .1" mass="1"/>
+      <body pos="0 0 .2"><joint axis="0 1 0"/><geom type="mesh" mesh="cone" mass=".1"/></body>
+    </body>
+  </worldbody>
+  <keyframe><key qpos="0 0 9 1 0 0 0 0"/></keyframe>
+</mujoco>
+"""
+
+
+@pytest.mark.parametrize("from_file", [True, False])
+def test_a_mujoco_model_of_one_body_stands_in_a_scene(project: Project, from_file: bool) -> None:
+    loaded = project.write("can.xml", CAN).load()
+    simulation = loaded.simulation
+    timestep = simulation.model.opt.timestep
+    spawn(loaded, "can", "can.xml" if from_file else CAN)
+    spawn(loaded, "other", "can.xml" if from_file else CAN)
+    assert [(entity.name, entity.kind) for entity in simulation.entities.all()][1:] == [
+        ("can", "object"),
+        ("other", "object"),
+    ]
+    assert simulation.entities.state("can").position == pytest.approx((3, 0, 1))
+    assert (simulation.model.opt.timestep, simulation.model.opt.gravity[2]) == (timestep, -9.81)
+    simulation.entities.place("other", Move((0, 3, 1)))
+    for _ in range(24):
+        simulation.step()
+    assert simulation.entities.state("can").linear_velocity[2] == pytest.approx(-0.981)
+    Population(loaded).remove("can")
+    assert simulation.entities.state("other").linear_velocity[2] == pytest.approx(-0.981)
+    bounds = simulation.entities.bounds("other", own=True)
+    assert bounds is not None
+    assert (bounds.low[2], bounds.high[2]) == pytest.approx((-0.1, 0.3), abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("<mujoco><worldbody/></mujoco>", "one body, with its geoms in it\n  this has: none"),
+        ("<mujoco><worldbody><body name='a'/><body name='b'/></worldbody></mujoco>", "this has: a, b"),
+        ("<mujoco><worldbody><geom size='1'/><body name='a'/></worldbody></mujoco>", "this has: a, a geom of no body"),
+        ("<mujoco><worldbody><body><geom size='-1'/></body></worldbody></mujoco>", "MuJoCo: size"),
+        ("<mujoco><worldbody><blob/></worldbody></mujoco>", "MuJoCo: Schema violation"),
+        ("<mujoco><include file='/etc/passwd'/></mujoco>", "lies outside the folder of the file you gave"),
+        ("<mujoco><asset><mesh file='../a.stl'/></asset></mujoco>", "lies outside the folder of the file you gave"),
+    ],
+)
+def test_a_mujoco_model_that_cannot_be_one_says_why(project: Project, text: str, words: str) -> None:
+    loaded = project.load()
+    with pytest.raises(CheckError) as caught:
+        spawn(loaded, "thing", text)
+    assert words in "\n".join("\n  ".join((finding.message, *finding.help)) for finding in caught.value.findings)
+    assert [entity.name for entity in loaded.simulation.entities.all()] == ["bot"]

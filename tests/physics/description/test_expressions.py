@@ -1,0 +1,77 @@
+"""What `${…}` of a xacro file may be, and what it may not."""
+
+from __future__ import annotations
+
+import builtins
+import math
+from typing import Any
+
+import pytest
+
+from graphengine.physics.description.expressions import ForbiddenError, evaluate
+
+NAMES = "abs dict enumerate float hash int isinstance len list map max min range repr reversed round set sorted str sum tuple zip"
+
+
+def names() -> dict[str, Any]:
+    wheel = {"radius": 0.3, "sizes": [1, 2, 3]}
+    return {name: getattr(builtins, name) for name in NAMES.split()} | {"pi": math.pi, "wheel": wheel, "side": "left"}
+
+
+@pytest.mark.parametrize(
+    ("expression", "value"),
+    [
+        ("2 * pi * wheel.radius", 2 * math.pi * 0.3),
+        (" -1 if side == 'left' and not 3 in wheel['sizes'][:2] else 1 ", -1),
+        ("[(i, 2 * i) for i in range(4) if i % 2]", [(1, 2), (3, 6)]),
+        ("{k: v for k, v in zip('ab', wheel.sizes)}.items()", {"a": 1, "b": 2}.items()),
+        ("max(wheel.sizes, key=lambda size: -size)", 1),
+        ("sum(size for size in wheel.sizes)", 6),
+        ("'front,rear'.split(',')[1].upper()", "REAR"),
+        ("f'{side}_{wheel.radius:.2f}'", "left_0.30"),
+        ("'%s_wheel' % side", "left_wheel"),
+        ("wheel.get('width', 1)", 1),
+        ("1 < 2 < 3 and (1 | 4) ^ 1", 4),
+    ],
+)
+def test_an_expression_has_the_value_that_python_gives_it(expression: str, value: object) -> None:
+    assert evaluate(expression, names()) == value
+
+
+@pytest.mark.parametrize(
+    "expression",
+    [
+        "__import__('os')",
+        "().__class__.__base__.__subclasses__()",
+        "(lambda: 0).__globals__",
+        "(lambda: ().__class__)()",
+        "[c for c in ().__class__.__mro__]",
+        "(i for i in [1]).gi_frame.f_back.f_globals",
+        "'{0.__class__}'.format(0)",
+        "str.format('{0.__class__}', 0)",
+        "'{x}'.format_map(wheel)",
+        "f'{().__class__}'",
+        "len.__self__",
+        "wheel.items.__self__",
+        "wheel.sizes.__len__()",
+        "dict(__class__=1)",
+        "(lambda __builtins__: 0)(1)",
+        "[0 for wheel.radius in [1]]",
+        "(radius := 1)",
+        "[await x for x in []]",
+        "(yield 1)",
+        "str.mro()",
+        "'a'.encode().hex()",
+        "0 .to_bytes(2, 'big')",
+    ],
+)
+def test_no_expression_reaches_what_python_is_made_of(expression: str) -> None:
+    with pytest.raises((ForbiddenError, SyntaxError)):
+        evaluate(expression, names())
+
+
+def test_a_name_that_is_not_there_is_told_as_python_does() -> None:
+    with pytest.raises(NameError, match="'open' is not defined"):
+        evaluate("open('/etc/passwd')", names())
+    with pytest.raises(NameError, match="there is no 'width' in it"):
+        evaluate("wheel.width", names())

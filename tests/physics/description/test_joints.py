@@ -1,0 +1,141 @@
+"""Joints of all types: what mimics, what is bolted down, what moves freely."""
+
+from __future__ import annotations
+
+import pytest
+
+from graphengine.physics.engine import mujoco
+from tests.physics.harness import CART, ROBOT, Project
+
+INERTIA = '<inertia ixx=".01" iyy=".01" izz=".01" ixy="0" ixz="0" iyz="0"/>'
+LINK = f'<link name="{{}}"><inertial><mass value="{{}}"/>{INERTIA}</inertial></link>'
+
+
+def joint(name: str, kind: str, parent: str, child: str, more: str = "") -> str:
+    ends = f'<parent link="{parent}"/><child link="{child}"/>'
+    return f'<joint name="{name}" type="{kind}">{ends}<axis xyz="0 0 1"/>{more}</joint>'
+
+
+def robot(root: str, *parts: str) -> str:
+    return f'<robot name="r">{root}{"".join(parts)}</robot>'
+
+
+def mimicking(project: Project) -> Project:
+    """A lift, a wrist that follows it, and a hook that carries 3 kg and follows the wrist."""
+    limit = '<limit lower="-2" upper="2" effort="0" velocity="1"/>'
+    parts = [
+        *(LINK.format(name, mass) for name, mass in (("base", 9), ("lift", 1), ("wrist", 1), ("hook", 3))),
+        joint("lift_joint", "prismatic", "base", "lift", limit),
+        joint("wrist_joint", "continuous", "base", "wrist", '<mimic joint="lift_joint" multiplier="-2" offset="0.5"/>'),
+        joint("hook_joint", "prismatic", "base", "hook", f'{limit}<mimic joint="wrist_joint" multiplier="0.5"/>'),
+    ]
+    project.write("bot.urdf", robot("", *parts))
+    drive = "joints: {lift_joint: {drive: {damping: 400, stiffness: 40000}}}"
+    return project.write("bot.yaml", f"robot: bot\nurdf: bot.urdf\nbase_link: base\nfixed_base: true\n{drive}\n")
+
+
+def test_a_joint_follows_the_one_that_it_mimics(project: Project) -> None:
+    world, findings = mimicking(project).try_load()
+    assert world is not None
+    assert findings.items == []
+    simulation = world.simulation
+    joints = simulation.articulation(world.stage.find("/bot"))
+    joints.select(["lift_joint"]).command(positions=[0.3])
+    for _ in range(120):
+        simulation.step()
+    lift, wrist, hook = joints.positions()
+    assert lift == pytest.approx(0.3, abs=1e-2)
+    assert wrist == pytest.approx(0.5 - 2 * lift, abs=1e-4)
+    assert hook == pytest.approx(0.5 * wrist, abs=1e-4)
+
+
+def test_joints_that_mimic_each_other_in_a_ring_are_told(project: Project) -> None:
+    mimicking(project)
+    text = (project.folder / "bot.urdf").read_text(encoding="utf-8")
+    project.write("bot.urdf", text.replace("<limit", '<mimic joint="hook_joint"/><limit', 1))
+    assert any("joint 'lift_joint' mimics itself" in error for error in project.errors())
+
+
+@pytest.mark.parametrize("limit", ["", '<limit effort="40" velocity="1"/>', '<limit lower="1" upper="-1"/>'])
+def test_a_joint_whose_limits_leave_no_range_moves_freely_and_that_is_told(project: Project, limit: str) -> None:
+    project.write("bot.urdf", CART.replace('<limit lower="-1" upper="1" effort="40" velocity="1"/>', limit))
+    world, findings = project.try_load()
+    assert world is not None
+    assert not world.simulation.model.joint("bot/arm_joint").limited[0]
+    (note,) = findings.items
+    assert (note.message, note.help) == ("between equal limits, or none, a joint moves freely", ("joints: arm_joint",))
+
+
+@pytest.mark.parametrize("fixed", [True, False])
+def test_a_base_is_bolted_to_the_world_where_the_robot_file_says_so(project: Project, fixed: bool) -> None:
+    project.write("bot.yaml", ROBOT + ("fixed_base: true\n" if fixed else ""))
+    world = project.load()
+    assert world.simulation.model.nv == (1 if fixed else 7)
+    for _ in range(60):
+        world.simulation.step()
+    height = world.simulation.body(world.stage.find("/bot/base_link")).pose()[0][2]
+    assert (height == 0.1) == fixed
+
+
+def test_a_robot_whose_root_is_called_world_is_bolted_to_it(project: Project) -> None:
+    bolt = joint("bolt", "fixed", "world", "base_link", '<origin xyz="0 0 2"/>')
+    project.write("bot.urdf", CART.replace("</robot>", f'<link name="world"/>{bolt}</robot>'))
+    project.write("bot.yaml", ROBOT + "base_link: world\n")
+    world = project.load()
+    assert world.simulation.model.nv == 1
+    assert world.stage.find("/bot").facts["base_link"] == "/bot/Geometry/world"
+    for path, height in (("/bot", 0.1), ("/bot/world", 0.1), ("/bot/world/base_link", 2.1)):
+        assert world.simulation.body(world.stage.find(path)).pose()[0] == (0, 0, height)
+    world.simulation.step()
+    assert world.simulation.body(world.stage.find("/bot/world/base_link")).pose()[0] == (0, 0, 2.1)
+
+
+def test_a_world_link_with_colliders_is_part_of_the_world(project: Project) -> None:
+    table = '<link name="world"><collision><geometry><box size="1 1 1"/></geometry></collision></link>'
+    bolt = joint("bolt", "fixed", "world", "base_link", '<origin xyz="0 0 2"/>')
+    project.write("bot.urdf", CART.replace("</robot>", f"{table}{bolt}</robot>"))
+    project.write("bot.yaml", ROBOT + "base_link: world\n")
+    model = project.load().simulation.model
+    boxes = [i for i in range(model.ngeom) if model.geom_type[i] == mujoco.mjtGeom.mjGEOM_BOX]
+    assert [int(model.geom_bodyid[i]) for i in boxes] == [0, model.body("bot/base_link").id]
+    excluded = {(int(pair) >> 16, int(pair) & 0xFFFF) for pair in model.exclude_signature}
+    assert excluded == {(model.body("bot/base_link").id, model.body("bot/arm").id)}
+
+
+def test_a_floating_joint_below_an_empty_root_is_the_robots_own_freedom(project: Project) -> None:
+    project.write(
+        "bot.urdf",
+        CART.replace("</robot>", f'<link name="odom"/>{joint("odom_joint", "floating", "odom", "base_link")}</robot>'),
+    )
+    world, findings = project.try_load()
+    assert world is not None
+    assert world.robots["bot"].urdf.root == "base_link"
+    assert world.simulation.model.nv == 7
+    (note,) = findings.items
+    assert note.message.startswith("joint 'odom_joint': the robot moves freely without it, and without link 'odom'")
+
+
+def test_a_floating_joint_elsewhere_is_told(project: Project) -> None:
+    solid = LINK.format("odom", 1) + joint("odom_joint", "floating", "odom", "base_link")
+    project.write("bot.urdf", CART.replace("</robot>", f"{solid}</robot>"))
+    error = project.error()
+    assert "joint 'odom_joint': type 'floating' cannot be simulated here" in error
+    assert "only the joint between an empty root link and the rest of the robot can be floating" in error
+
+
+def test_links_and_joints_keep_their_names_and_nothing_fuses(project: Project) -> None:
+    plate = CART.replace(
+        '<link name="plate"/>', '<link name="plate"><visual><geometry><box size="1 1 1"/></geometry></visual></link>'
+    )
+    model = project.write("bot.urdf", plate).load().simulation.model
+    assert [model.body(i).name for i in range(1, model.nbody)] == ["bot/base_link", "bot/arm", "bot/plate"]
+    assert [model.joint(i).name for i in range(model.njnt)] == ["bot/root", "bot/arm_joint"]
+
+
+def test_a_massless_root_becomes_a_free_body(project: Project) -> None:
+    foot = joint("foot", "fixed", "base_footprint", "base_link", '<origin xyz="0 0 0.05"/>')
+    project.write("bot.urdf", CART.replace("</robot>", f'<link name="base_footprint"/>{foot}</robot>'))
+    project.write("bot.yaml", ROBOT + "base_link: base_footprint\n")
+    model = project.load().simulation.model
+    assert model.body("bot/base_footprint").jntnum[0] == 1
+    assert model.body_subtreemass[model.body("bot/base_footprint").id] == pytest.approx(6)

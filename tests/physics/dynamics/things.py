@@ -1,0 +1,31 @@
+"""A world of a few things, which tests of entities have in common."""
+
+from __future__ import annotations
+
+from graphengine.format.diagnostics import Findings
+from graphengine.format.spec import RobotUse
+from graphengine.physics.loading import LoadedWorld
+from graphengine.physics.population import Population
+from graphengine.physics.simulation import Simulation
+from tests.physics.harness import Project
+
+BALL = '<body name="ball" pos="5 0 1"><freejoint/><geom size=".1" mass="2"/></body>'
+SHELF = '<body name="shelf" pos="1 2 3"><geom type="box" size=".1 .2 .3"/></body>'
+DOOR = '<body name="door" pos="8 0 1"><joint name="hinge" axis="0 0 1"/><geom type="box" pos=".4 0 0" size=".4 .05 .9"/></body>'
+SPACE = '<option gravity="0 0 0"/>'
+IMU = "sensors: {unit: {type: imu, profile: imu, parent: base_link, position: [0, 0, 0.3]}}\n"
+
+
+def world(project: Project, *bodies: str, options: str = "") -> LoadedWorld:
+    floor = '<geom name="floor" type="plane" size="0 0 1" friction="0.8"/>'
+    project.write("world.xml", f"<mujoco>{options}<worldbody>{floor}{''.join(bodies)}</worldbody></mujoco>")
+    return project.load()
+
+
+def run(simulation: Simulation, seconds: float) -> None:
+    for _ in range(round(seconds / simulation.model.opt.timestep)):
+        simulation.step()
+
+
+def add(loaded: LoadedWorld, name: str, x: float = -4.0) -> None:
+    Population(loaded).add(name, RobotUse(use="bot.yaml", position=(x, 0.0, 0.1)), Findings())

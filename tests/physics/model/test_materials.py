@@ -1,0 +1,161 @@
+"""Physics materials: PhysX's rules, resolved against the floor."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from graphengine.format.spec import MaterialSpec
+from graphengine.physics.engine import mujoco
+from graphengine.physics.model.materials import against_floor, combine, sentences, stronger
+from graphengine.physics.simulation import Simulation
+from tests.physics.harness import FLOOR, ROBOT, Project
+
+RULES = ("average", "min", "multiply", "max")  # PhysX's order: the later one wins
+Frictions = st.floats(0, 2, allow_subnormal=False)
+
+
+def collider(project: Project) -> mujoco._structs._MjModelGeomViews:
+    model = project.load().simulation.model
+    return model.geom(int(model.body("bot/base_link").geomadr[0]))
+
+
+def bound(project: Project, material: str) -> Project:
+    return project.write("bot.yaml", ROBOT + f"materials: {{Rubber: {{{material}, bind: [base_link]}}}}\n")
+
+
+@pytest.mark.parametrize(
+    ("rule", "friction", "words"),
+    [
+        ("average", 0.5, "the average of its dynamic 0.2 and the floor's 0.8"),
+        ("min", 0.2, "the lesser of its dynamic 0.2 and the floor's 0.8"),
+        ("multiply", 0.16, "the product of its dynamic 0.2 and the floor's 0.8"),
+        ("max", 0.8, "the greater of its dynamic 0.2 and the floor's 0.8"),
+    ],
+)
+def test_a_material_is_mixed_with_the_floor_as_physx_would(
+    project: Project, rule: str, friction: float, words: str
+) -> None:
+    bound(project, f"static_friction: 0.3, dynamic_friction: 0.2, combine: {rule}")
+    geom = collider(project)
+    assert geom.friction[0] == pytest.approx(friction)
+    assert (geom.condim[0], geom.priority[0]) == (3, 1)
+    (note,) = project.try_load()[1].items
+    assert note.message == f"material 'Rubber': friction {friction:g} on the floor, {words}"
+    assert note.help == ("left out, as MuJoCo has no such thing: static friction (0.3)",)
+
+
+def test_physx_default_is_the_average(project: Project) -> None:
+    assert collider(bound(project, "dynamic_friction: 0.2")).friction[0] == pytest.approx((0.2 + 0.8) / 2)
+
+
+def test_the_friction_of_the_floor_is_the_worlds(project: Project) -> None:
+    project.write("world.xml", FLOOR.replace('friction="0.8"', 'friction="0.1"'))
+    assert collider(bound(project, "dynamic_friction: 0.2")).friction[0] == pytest.approx(0.15)
+
+
+@pytest.mark.parametrize(
+    "material", ["static_friction: 0, dynamic_friction: 0, combine: multiply", "dynamic_friction: 0, combine: min"]
+)
+def test_a_contact_without_friction_wins_over_every_other(project: Project, material: str) -> None:
+    geom = collider(bound(project, material))
+    assert (geom.condim[0], geom.priority[0]) == (1, 2)
+    assert "material 'Rubber': no friction on the floor" in project.try_load()[1].items[0].message
+
+
+def test_what_has_no_counterpart_is_told_with_its_numbers() -> None:
+    material = MaterialSpec(static_friction=0.9, dynamic_friction=0.6, restitution=0.5)
+    _, left_out = sentences("Rubber", material, 0.8)
+    assert left_out == "left out, as MuJoCo has no such thing: static friction (0.9), restitution (0.5)"
+    assert len(sentences("Plain", MaterialSpec(), 0.8)) == 1
+
+
+@given(st.sampled_from(RULES), st.sampled_from(RULES))
+def test_where_two_rules_differ_the_later_one_counts(one: str, other: str) -> None:
+    assert stronger(one, other) == stronger(other, one) == RULES[max(RULES.index(one), RULES.index(other))]
+
+
+@given(Frictions, Frictions, st.sampled_from(RULES))
+def test_combining_is_symmetric_and_keeps_equals(one: float, other: float, rule: str) -> None:
+    mixed = combine(one, other, rule)
+    assert mixed == combine(other, one, rule)
+    if rule == "multiply":
+        assert mixed == one * other
+    else:
+        assert min(one, other) <= mixed <= max(one, other)
+
+
+@given(Frictions, Frictions, st.sampled_from(RULES), st.booleans())
+def test_only_a_contact_without_friction_has_one_dimension(own: float, floor: float, rule: str, wheel: bool) -> None:
+    material = MaterialSpec.model_validate({"dynamic_friction": own, "combine": rule})
+    contact = against_floor(material, floor, wheel=wheel)
+    assert contact.friction == combine(own, floor, rule)
+    assert (contact.condim == 1) == (contact.friction == 0.0)
+
+
+def test_a_box_slides_down_a_slope_with_the_friction_that_was_resolved(project: Project) -> None:
+    # at 30 degrees a friction of 0.3 leaves g (sin 30 - 0.3 cos 30); MuJoCo's own rule, the greater, would leave half of that
+    slope = '<geom name="floor" type="plane" size="0 0 1" friction="0.4" euler="0 30 0"/>'
+    project.write("world.xml", f"<mujoco><worldbody>{slope}</worldbody></mujoco>")
+    placed = "bot: {use: bot.yaml, position: [0, 0, 0.06], orientation: {rpy_deg: [0, 30, 0]}}"
+    project.write("scene.yaml", f"scene: t\nworld: world.xml\nrobots:\n  {placed}\n")
+    bound(project, "dynamic_friction: 0.2")
+    with (project.folder / "bot.yaml").open("a") as file:
+        file.write("joints: {arm_joint: {enabled: false, weld: true}}\n")
+    world = project.load()
+    base = world.simulation.body(world.stage.find("/bot/base_link"))
+    speeds = []
+    for step in range(240):
+        world.simulation.step()
+        if step in (119, 239):
+            speeds.append(math.hypot(*base.velocity()[0]))
+    expected = 9.81 * (math.sin(math.radians(30)) - 0.3 * math.cos(math.radians(30)))
+    assert (speeds[1] - speeds[0]) / 0.5 == pytest.approx(expected, rel=0.02)
+
+
+@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize("friction", [0.0, 0.7])
+def test_a_friction_that_is_written_is_mixed_as_one_that_was_built(
+    project: Project, rule: str, friction: float
+) -> None:
+    def told(simulation: Simulation) -> list[list[float]]:
+        model = simulation.model
+        arrays = (model.geom_friction, model.geom_condim, model.geom_priority, model.geom_solref)
+        return [array.tolist() for array in arrays]
+
+    def built_with(dynamic: float) -> Simulation:
+        bound(project, f"dynamic_friction: {dynamic}, combine: {rule}")
+        return project.load().simulation
+
+    project.write("world.xml", FLOOR.replace('friction="0.8"', 'friction="0.1"'))
+    wanted, simulation = told(built_with(friction)), built_with(0.2 if rule == "max" else 0.05)
+    built = told(simulation)
+    simulation.set_friction(simulation.stage.find("/bot/Materials/Rubber"), (0.5, friction))
+    assert told(simulation) == wanted != built
+    simulation.reset()
+    assert told(simulation) == built
+
+
+def test_a_link_has_one_material_and_a_collider_to_bind_it_to(project: Project) -> None:
+    project.write("bot.yaml", ROBOT + "materials: {A: {bind: [arm]}, B: {bind: [arm, plate, arn]}}\n")
+    errors = project.errors()
+    assert any("link 'arm' has two materials" in error for error in errors)
+    assert any("the robot has no link 'arn'" in error and "did you mean 'arm'" in error for error in errors)
+    project.write("bot.yaml", ROBOT + "materials: {B: {bind: [plate]}}\n")
+    assert "link 'plate' has no collider to bind a material to" in project.error()
+
+
+@pytest.mark.parametrize(
+    ("value", "told"),
+    [
+        ("dynamic_friction: -0.1", "dynamic_friction: expected a value ≥ 0, got -0.1"),
+        ("static_friction: -1", "static_friction: expected a value ≥ 0, got -1"),
+        ("restitution: 1.1", "restitution: expected a value ≤ 1, got 1.1"),
+        ("combine: mean", "combine: expected 'average', 'min', 'multiply' or 'max', got 'mean'"),
+    ],
+)
+def test_numbers_that_no_material_has_are_errors(project: Project, value: str, told: str) -> None:
+    assert f"error G109: {told}" in bound(project, value).error()

@@ -1,0 +1,289 @@
+"""Mistakes in scenes, worlds, robot files and descriptions: each is told where it stands, none shows a traceback."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.physics.harness import CART, FLOOR, ROBOT, SCENE, Project
+
+
+def test_files_that_are_not_there_are_told_with_the_nearest(project: Project) -> None:
+    project.write("scene.yaml", SCENE.replace("world.xml", "word.xml"))
+    assert "scene.yaml:2:8: error S101: no file 'word.xml'" in project.error()
+    assert "did you mean 'world.xml'?" in project.error()
+    project.write("scene.yaml", SCENE.replace("bot.yaml", "bott.yaml"))
+    assert "scene.yaml:4:14: error S101: no file 'bott.yaml'" in project.error()
+    project.write("scene.yaml", SCENE).write("bot.yaml", "robot: bot\nurdf: cart.urdf\n")
+    assert "bot.yaml:2:7: error S101: no file 'cart.urdf'" in project.error()
+    project.write("bot.yaml", "robot: bot\n")
+    assert "bot.yaml:1:1: error G107: missing key 'urdf'" in project.error()
+    project.write("bot.yaml", "robot: bot\nextends: cart.yaml\n")
+    assert "bot.yaml:2:10: error S101: no file 'cart.yaml'" in project.error()
+
+
+def test_every_mistake_of_a_scene_is_told_in_one_run(project: Project) -> None:
+    project.write("world.xml", "<mujoco>").write("bot.urdf", CART.replace('"plate_joint"', '"arm_joint"'))
+    codes = [line.split("error ")[1][:4] for line in project.errors()]
+    assert codes == ["S102", "S105"]
+
+
+@pytest.mark.parametrize(
+    ("world", "told"),
+    [
+        ("", "world.xml:1:1: error S102: XML syntax: no element found"),
+        ("<mujoco>\n  <worldbody></mujoco>", "world.xml:2:16: error S102: XML syntax: mismatched tag"),
+        ("<robot/>", "world.xml:1:1: error S102: a world begins with <mujoco>, not <robot>"),
+        ('<mujoco>\n  <option timestp="1"/></mujoco>', "world.xml:2:3: error S102: MuJoCo: Schema violation"),
+        (
+            '<mujoco>\n\n  <worldbody><geom type="cube"/></worldbody></mujoco>',
+            "world.xml:3:14: error S102: MuJoCo: invalid",
+        ),
+        (
+            '<mujoco>\n <worldbody>\n  <body><geom name="g" type="box" size="1 1"/></body></worldbody></mujoco>',
+            "world.xml:3:9: error S106: MuJoCo: size 2 must be positive in geom",
+        ),
+        (
+            '<!DOCTYPE x [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]>\n<mujoco model="&b;"/>',
+            "world.xml:1:13: error S102: a document type is not allowed",
+        ),
+        ("<mujoco>" + "<worldbody>" * 300, "error S102: nested more than 200 levels deep"),
+        ("<mujoco>" + f"<a/>{'t' * 80}" * 100_000, "error S102: XML syntax: no element found"),
+        ('<?xml version="1.0" encoding="klingon"?><mujoco/>', "error S102: XML syntax: unknown encoding"),
+    ],
+)
+def test_a_world_that_cannot_be_loaded(project: Project, world: str, told: str) -> None:
+    assert told in project.write("world.xml", world).error()
+
+
+def test_what_mujoco_warns_of_is_told(project: Project) -> None:
+    hinges = '<joint axis="0 0 1"/><joint axis="0 0 1"/>'
+    body = f'<body name="door">{hinges}<geom type="box" size="1 1 1"/></body>'
+    findings = project.write("world.xml", f"<mujoco><worldbody>{body}</worldbody></mujoco>").try_load()[1]
+    (lint,) = (finding for finding in findings.warnings if finding.code == "W205")
+    assert (lint.code, lint.help) == ("W205", ("degree of freedom 0 belongs to 'door'",))
+    assert lint.message.startswith("MuJoCo: Inertia matrix is too close to singular")
+    assert "Time" not in lint.message
+
+
+def test_what_mujoco_warned_of_does_not_end_a_run_as_if_it_had_diverged(project: Project) -> None:
+    hinges = '<joint axis="0 0 1"/><joint axis="0 0 1"/>'
+    body = f'<body name="door">{hinges}<geom type="box" size="1 1 1"/></body>'
+    simulation = project.write("world.xml", f"<mujoco><worldbody>{body}</worldbody></mujoco>").load().simulation
+    for _ in range(10):
+        simulation.step()
+    assert np.isfinite(simulation.data.qpos).all()
+
+
+def test_a_world_that_is_too_large_is_not_read(project: Project) -> None:
+    project.write("world.xml", "<mujoco>" + " " * 16_000_001 + "</mujoco>")
+    assert "is larger than 16 MB" in project.error()
+
+
+@pytest.mark.parametrize(
+    "element",
+    [
+        '<asset><mesh file="../secret.stl"/></asset>',
+        '<asset><mesh file="{outside}/secret.stl"/></asset>',
+        '<asset><mesh file="link.stl"/></asset>',
+        '<compiler meshdir=".."/><asset><mesh file="secret.stl"/></asset>',
+        '<compiler assetdir="{outside}"/><asset><hfield name="h" size="1 1 1 1" file="secret.stl"/></asset>',
+        '<compiler texturedir=".."/><asset><texture type="2d" file="secret.stl"/></asset>',
+        '<asset><texture type="cube" fileup="../secret.stl"/></asset>',
+        '<asset><model name="m" file="../secret.xml"/></asset>',
+        '<include file="../secret.xml"/>',
+        '<worldbody><include file="{outside}/secret.xml"/></worldbody>',
+        '<include file="inner.xml"/>',
+    ],
+)
+def test_a_world_names_no_file_outside_its_folder(project: Project, element: str) -> None:
+    outside = project.folder.parent / f"{project.folder.name}_outside"
+    outside.mkdir()
+    for name in ("secret.stl", "secret.xml"):
+        (outside / name).write_text("<mujoco/>", encoding="utf-8")
+    (project.folder / "link.stl").symlink_to(outside / "secret.stl")
+    text = element.replace("..", f"../{outside.name}").format(outside=outside)
+    project.write("inner.xml", f'<mujoco><include file="../{outside.name}/secret.xml"/></mujoco>')
+    project.write("world.xml", FLOOR.replace("<worldbody>", f"{text}<worldbody>", 1))
+    error = project.error()
+    assert "error S102" in error
+    assert "lies outside the folder of the file you gave" in error
+    assert "allow it with --allow" in error
+
+
+@pytest.mark.parametrize("mesh", ["../x.stl", "/etc/passwd", "file:///etc/passwd", "package://../../etc/passwd"])
+def test_a_description_names_no_file_outside_its_folder(project: Project, mesh: str) -> None:
+    project.write("bot.urdf", CART.replace('<box size=".4 .3 .1"/>', f'<mesh filename="{mesh}"/>'))
+    error = project.error()
+    assert "bot.urdf:4:42: error S10" in error
+    assert "lies outside" in error or "no file" in error
+
+
+def test_a_file_included_twice_or_by_itself_is_told(project: Project) -> None:
+    project.write("world.xml", FLOOR.replace("<worldbody>", '<include file="a.xml"/><worldbody>'))
+    project.write("a.xml", '<mujoco><include file="world.xml"/></mujoco>')
+    assert "a.xml:1:24: error S102: 'world.xml' is included twice" in project.error()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("<robot", "<mujoco", "bot.urdf:1:1: error S103: a robot description begins with <robot>, not <mujoco>"),
+        ('<link name="plate"/>', "<link/>", "bot.urdf:10:3: error S103: a link without a name"),
+        ('<link name="plate"/>', '<link name="arm"/>', "bot.urdf:10:15: error S105: two links named 'arm'"),
+        ('<parent link="arm"/>', '<parent link="amr"/>', "error S103: joint 'plate_joint': no parent link 'amr'"),
+        ('<parent link="arm"/>', '<parent link="amr"/>', "did you mean 'arm'?"),
+        ('<parent link="arm"/>', '<parent link="plate"/>', "error S103: the links do not form one tree"),
+        ('<parent link="base_link"/>', '<parent link="plate"/>', "error S103: the links do not form one tree"),
+        ('type="fixed"', 'type="floating"', "joint 'plate_joint': type 'floating' cannot be simulated"),
+        ('type="revolute"', 'type="revolut"', "did you mean 'revolute'?"),
+        ('type="fixed"', 'type="planar"', "write two prismatic joints and a continuous one"),
+        ('<mass value="5"/>', '<mass value="heavy"/>', "bot.urdf:3:28: error S103: mass 'heavy' is not a number of kg"),
+        ('<mass value="5"/>', '<mass value="-5"/>', "bot.urdf:3:28: error S103: mass '-5' is not a number of kg"),
+        ('xyz=".1 0 .1"', 'xyz=".1 0"', "joint 'arm_joint': origin xyz is three numbers, not '.1 0'"),
+        ('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>', "axis xyz is three numbers, not all of them zero, not '0 0 0'"),
+        ("<limit", '<mimic joint="plate_joint"/><limit', "'arm_joint' mimics 'plate_joint', which is no moving joint"),
+        ("<limit", '<mimic joint="arm_jont"/><limit', "did you mean 'arm_joint'?"),
+        ("<limit", '<mimic joint="arm_joint"/><limit', "bot.urdf:13:19: error S103: joint 'arm_joint' mimics itself"),
+        ('<child link="plate"/>', '<child link="arm"/>', "link 'arm' has two parents"),
+        (
+            'size=".4 .3 .1"',
+            'size=".4 .3"',
+            "bot.urdf:4:37: error S103: link 'base_link': box size is three numbers, not '.4 .3'",
+        ),
+        ('size=".4 .3 .1"', "", "bot.urdf:4:26: error S103: MuJoCo: required attribute missing: 'size'"),
+        ('radius=".05"', 'radius="nan"', "bot.urdf:8:64: error S103: link 'arm': sphere radius is a number, not 'nan'"),
+        ('xyz="0 0 .2"', 'xyz="0 0 inf"', "link 'arm': origin xyz is three numbers, not '0 0 inf'"),
+        ('effort="40"', 'effort="1e999"', "joint 'arm_joint': limit effort is a number, not '1e999'"),
+        ('lower="-1"', 'lower=""', "joint 'arm_joint': limit lower is a number, not ''"),
+        ("<limit", '<dynamics damping="-1"/><limit', "dynamics damping is a number, not below zero, not '-1'"),
+        (
+            '<link name="plate"/>',
+            '<link name="plate"><visual/></link>',
+            "link 'plate': a visual without a shape in its",
+        ),
+        ("<sphere", "<spehre", "did you mean 'sphere'?"),
+        (
+            '<sphere radius=".05"/>',
+            '<mesh filename="http://a.b/c.stl"/>',
+            "meshes are named by their path, or with package",
+        ),
+        ('<sphere radius=".05"/>', '<mesh filename="package://"/>', "error S101: no file 'package://'"),
+        (
+            '<sphere radius=".05"/>',
+            '<mesh filename="file:///%00.stl"/>',
+            "error S103: cannot look up 'file:///%00.stl'",
+        ),
+        (
+            '<sphere radius=".05"/>',
+            '<mesh filename="missing.stl"/>',
+            "bot.urdf:8:64: error S101: no file 'missing.stl'",
+        ),
+        (
+            'ixx=".01"',
+            'ixx="1 2"',
+            "bot.urdf:7:32: error S103: link 'arm': an inertia is made of six numbers, in kg m2",
+        ),
+    ],
+)
+def test_a_description_that_cannot_be_loaded(project: Project, old: str, new: str, told: str) -> None:
+    assert old in CART
+    description = CART.replace(old, new, 1)
+    if new == "<mujoco":
+        description = description.replace("</robot>", "</mujoco>")
+    project.write("bot.urdf", description)
+    errors = project.errors()
+    assert told in "\n".join(errors)
+
+
+@pytest.mark.parametrize(
+    ("keys", "told"),
+    [
+        ("joints: {arm_jont: {}}", "bot.yaml:3:10: error S104: the robot has no joint 'arm_jont'\n"),
+        ("joints: {arm_jont: {}}", "did you mean 'arm_joint'?"),
+        ("keep_only_joints: [arm]", "bot.yaml:3:20: error S104: the robot has no joint 'arm'"),
+        ("articulation_root: plat", "bot.yaml:3:20: error S104: the robot has no link 'plat'"),
+        ("base_link: arm", "bot.yaml:3:12: error S104: 'arm' is not the description's root link"),
+        ("wheel_colliders: {amr: ellipsoid}", "bot.yaml:3:19: error S104: the robot has no link 'amr'"),
+        ("wheel_colliders: {arm: ellipsoid}", "link 'arm' is no wheel: an ellipsoid replaces one cylinder"),
+        ("materials: {M: {bind: [arm, wheel]}}", "bot.yaml:3:29: error S104: the robot has no link 'wheel'"),
+        ("materials: {M: {bind: [plate]}}", "link 'plate' has no collider to bind a material to"),
+        ("materials: {M: {bind: [arm]}, N: {bind: [arm]}}", "bot.yaml:3:42: error S105: link 'arm' has two materials"),
+        ("joints: {plate_joint: {drive: {damping: 1}}}", "joint 'plate_joint' is fixed: a drive has nothing to move"),
+        ("frames: {f: {parent: arrm}}", "bot.yaml:3:22: error S104: the robot has no prim 'arrm'"),
+        ("frames: {f: {parent: arrm}}", "did you mean 'arm'?"),
+        (
+            "frames: {f: {parent: /bot/Geometry/base_link/arm}}",
+            "a robot file writes paths from the robot on: Geometry/base_link/arm",
+        ),
+        ("namespaces: {/bot/base_link: x}", "a robot file writes paths from the robot on: base_link"),
+        ("frames: {arm: {parent: base_link}}", "bot.yaml:3:10: error S105: two prims at /bot/Geometry/base_link/arm"),
+        ("frames: {arm: {parent: plate}, f: {parent: arm}}", "'arm' could mean 2 prims"),
+        ("namespaces: {amr: x}", "bot.yaml:3:14: error S104: the robot has no prim 'amr'"),
+        ("name_overrides: {amr: x}", "bot.yaml:3:18: error S104: the robot has no prim 'amr'"),
+        ("sensors: {s: {type: lidar, parent: arm}}", "bot.yaml:3:11: error G107: sensor 's': a lidar needs a profile"),
+        (
+            "sensors: {s: {type: lidar, profile: lidar_350, parent: arm}}",
+            "bot.yaml:3:37: error S101: no sensor profile 'lidar_350'",
+        ),
+        ("sensors: {s: {type: lidar, profile: lidar_350, parent: arm}}", "did you mean 'lidar_360'?"),
+        ("sensors: {s: {type: lidar, profile: realsense_d455, parent: arm}}", "'realsense_d455' is not one of a lidar"),
+        (
+            "frames: {f: {parent: arm, orientation: {quaternion_xyzw: [0, 0, 0, 0]}}}",
+            "error G109: orientation: a quaternion that is a rotation has length 1",
+        ),
+    ],
+)
+def test_a_robot_file_that_does_not_fit_its_description(project: Project, keys: str, told: str) -> None:
+    project.write("bot.yaml", ROBOT + keys + "\n")
+    assert told in "\n".join(project.errors())
+
+
+def test_a_tick_that_is_too_long_for_physics_is_told(project: Project) -> None:
+    project.write("scene.yaml", SCENE + "physics: {tick_rate: 1e-320}\n")
+    assert "scene.yaml:5:22: error G109: tick_rate: physics needs at least 0.1 ticks a second" in project.error()
+
+
+def test_a_robot_cannot_take_the_worlds_place(project: Project) -> None:
+    project.write("scene.yaml", SCENE.replace("bot:", "World:"))
+    assert "scene.yaml:4:3: error S105: a robot cannot be named 'World'" in project.error()
+
+
+def test_a_scene_that_diverges_while_it_settles_is_told(project: Project) -> None:
+    project.write("scene.yaml", SCENE + "settle: true\n")
+    project.write("world.xml", FLOOR.replace("<worldbody>", '<option gravity="0 0 -1e30"/><worldbody>'))
+    assert "scene.yaml:5:1: error S106: the simulation diverged at t = " in project.error()
+
+
+def test_a_scene_that_mujoco_gives_up_on_is_told(project: Project) -> None:
+    ball = '<body pos="3 3 3"><joint/><geom size="1e308" mass="1"/></body>'
+    ball += '<body pos="1 3 9"><freejoint/><geom type="ellipsoid" size="1 1 1"/></body>'
+    project.write("world.xml", FLOOR.replace("</worldbody>", f"{ball}</worldbody>"))
+    assert "scene.yaml:2:1: error S106: at t = 0.0000 s MuJoCo gave up: " in project.error()
+
+
+def test_includes_meshes_and_models_of_a_world_are_found(project: Project) -> None:
+    """A tetrahedron, by `meshdir`, from an included file in a folder of its own and from an attached model."""
+    tetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    project.write("meshes/tetra.obj", tetrahedron)
+    project.write(
+        "parts/shelf.xml", '<mujoco><asset><mesh file="tetra.obj"/></asset><include file="body.xml"/></mujoco>'
+    )
+    project.write(
+        "parts/body.xml",
+        '<mujoco><worldbody><body name="one"><geom type="mesh" mesh="tetra"/></body></worldbody></mujoco>',
+    )
+    project.write(
+        "sub.xml",
+        '<mujoco><asset><mesh name="m" file="meshes/tetra.obj"/></asset><worldbody><body name="b">'
+        '<geom type="mesh" mesh="m"/></body></worldbody></mujoco>',
+    )
+    project.write(
+        "world.xml",
+        '<mujoco><compiler meshdir="meshes"/><include file="parts/shelf.xml"/>'
+        '<asset><model name="sub" file="sub.xml"/></asset>'
+        '<worldbody><geom type="plane" size="0 0 1"/><attach model="sub" body="b" prefix="two_"/></worldbody></mujoco>',
+    )
+    world = project.load()
+    assert sorted(world.stage.find("/World").children) == ["one", "two_b"]
+    assert world.simulation.model.nmesh == 2

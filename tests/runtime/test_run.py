@@ -1,0 +1,216 @@
+"""How a run goes on: its pace, its pauses, and when it ends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from graphengine.format.errors import StateError
+from graphengine.runtime.pacer import Pacer
+from graphengine.runtime.session import IDLE, Session
+from tests.compiler.conftest import MakePlay
+
+SHOWS_TIME = """
+    nodes: {Tick: Tick, Show: Do}
+    connections:
+      - Tick.tick -> Show.execIn
+      - Tick.time -> Show.a
+"""
+
+
+class Time:
+    """A wall clock that only sleeping moves."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.now = 100.0
+        self.slept: list[float] = []
+        monkeypatch.setattr("time.perf_counter", lambda: self.now)
+        monkeypatch.setattr("time.sleep", self.sleep)
+
+    def sleep(self, seconds: float) -> None:
+        self.slept.append(seconds)
+        self.now += seconds
+
+
+class ScriptedDesk:
+    """A desk at which, each time that the session would sleep, the next thing happens."""
+
+    def __init__(self, time: Time, *script: Callable[[Session], object]) -> None:
+        self.time = time
+        self.script = list(script)
+        self.due: list[Callable[[Session], object]] = []
+        self.waits: list[float] = []
+        self.closed = ""
+
+    def serve(self, session: Session) -> None:
+        for happens in self.due:
+            happens(session)
+        self.due.clear()
+
+    def wait(self, seconds: float) -> None:
+        self.waits.append(seconds)
+        if self.script:
+            self.due.append(self.script.pop(0))
+        else:
+            self.time.now += seconds
+
+    def wake(self) -> None:
+        pass
+
+    def close(self, reason: str) -> None:
+        self.closed = reason
+
+
+@pytest.fixture
+def time(monkeypatch: pytest.MonkeyPatch) -> Time:
+    return Time(monkeypatch)
+
+
+# Pace
+
+
+def test_ticks_are_at_equal_distances_of_wall_time_however_long_they_take(play: MakePlay, time: Time) -> None:
+    run, begun = play(SHOWS_TIME, tick_period=(1, 4)), []
+
+    def take(session: Session) -> bool:
+        begun.append(time.now)
+        time.now += 0.1
+        return True
+
+    run.session.run(1.5, pace=0.5, on_tick=take)
+    assert begun == pytest.approx([100.0, 100.5, 101.0, 101.5, 102.0, 102.5])
+    assert time.slept == pytest.approx([0.4] * 5)
+
+
+def test_a_run_that_cannot_keep_up_does_not_race_to_catch_up(play: MakePlay, time: Time) -> None:
+    run = play(SHOWS_TIME, tick_period=(1, 4))
+
+    def stumble(session: Session) -> bool:
+        time.now += 10.0 if session.clock.frame == 2 else 0.0
+        return True
+
+    run.session.run(2.0, pace=1.0, on_tick=stumble)
+    assert time.slept == pytest.approx(
+        [0.25] * 5
+    )  # after the stumble one tick runs at once, and the count begins there
+
+
+def test_a_little_delay_is_made_up_for() -> None:
+    pacer = Pacer(0.25)
+    pacer.begin()
+    due = pacer.early()
+    for _ in range(4):
+        pacer.count()
+    assert 0.9 < pacer.early() - due <= 1.0
+
+
+def test_a_change_of_pace_counts_from_then_on(play: MakePlay, time: Time) -> None:
+    run = play(SHOWS_TIME, tick_period=(1, 4))
+
+    def change(session: Session) -> bool:
+        if session.clock.frame == 2:
+            session.pace = 0.1
+        return True
+
+    run.session.run(1.25, pace=1.0, on_tick=change)
+    assert time.slept == pytest.approx([0.25, 2.5, 2.5])
+
+
+# Pauses
+
+
+def test_with_a_desk_a_run_sleeps_through_a_pause_and_goes_on(play: MakePlay, time: Time) -> None:
+    run = play(SHOWS_TIME, tick_period=(1, 4))
+    desk = run.session.desk = ScriptedDesk(time, lambda _: None, lambda _: None, Session.play)
+    run.session.run(0.5, paused=True)
+    assert desk.waits == [IDLE] * 3
+    assert run.lines() == ["Show 0.25", "Show 0.5"]
+
+
+def test_the_time_of_a_run_is_that_of_the_simulation_stops_and_all(play: MakePlay, time: Time) -> None:
+    run = play(SHOWS_TIME, tick_period=(1, 4))
+    run.session.desk = desk = ScriptedDesk(time, Session.play)
+
+    def stop(session: Session) -> bool:
+        if session.ticks == 2:
+            session.stop()
+        return True
+
+    run.session.run(1.0, on_tick=stop)
+    assert desk.waits == [IDLE]
+    assert [line for line in run.lines() if line.startswith("Show")] == ["Show 0.25", "Show 0.5"] * 2
+    assert run.session.ticks == 4
+
+
+def test_the_count_of_the_pace_begins_anew_after_a_pause(play: MakePlay, time: Time) -> None:
+    run = play(SHOWS_TIME, tick_period=(1, 4))
+
+    def later(session: Session) -> None:
+        time.now += 100.0
+        session.play()
+
+    run.session.desk = desk = ScriptedDesk(time, Session.pause, later)
+    run.session.run(1.0, pace=1.0)
+    assert desk.waits == pytest.approx([0.25, IDLE, 0.25, 0.25])
+
+
+def test_what_is_asked_for_between_two_ticks_does_not_bring_the_next_one_forward(play: MakePlay, time: Time) -> None:
+    run = play(SHOWS_TIME, tick_period=(1, 4))
+    run.session.desk = desk = ScriptedDesk(time, lambda _: None, lambda _: None)
+    run.session.run(0.5, pace=1.0)
+    assert desk.waits == pytest.approx([0.25] * 3)
+    assert time.now == pytest.approx(100.25)
+
+
+def test_single_ticks_of_a_paced_run_do_not_wait_and_wait_for_their_pictures(play: MakePlay, time: Time) -> None:
+    run, realtime = play(SHOWS_TIME, tick_period=(1, 4)), []
+
+    def look(session: Session) -> bool:
+        realtime.append(session.services.world.realtime)
+        return True
+
+    run.session.desk = ScriptedDesk(time, lambda session: session.advance(3), Session.play)
+    run.session.run(1.0, pace=1.0, on_tick=look, paused=True)
+    assert realtime == [False, False, False, False, False, True]  # two sleeps, three single ticks, one of the play
+    assert time.now == 100.0
+
+
+def test_a_session_that_plays_does_no_single_ticks(play: MakePlay) -> None:
+    run = play(SHOWS_TIME)
+    run.session.play()
+    with pytest.raises(StateError, match="pause it"):
+        run.session.advance(1)
+
+
+# The end
+
+
+def test_an_interrupted_run_ends_wherever_it_is_and_may_begin_again(play: MakePlay, time: Time) -> None:
+    run = play(SHOWS_TIME, tick_period=(1, 4))
+    run.session.desk = ScriptedDesk(time, Session.interrupt)
+    run.session.run(paused=True)
+    assert run.session.ticks == 0
+    run.session.run(1.0)
+    assert run.session.ticks == 4
+
+
+def test_after_an_interruption_no_tick_begins(play: MakePlay, time: Time) -> None:
+    run = play(SHOWS_TIME, tick_period=(1, 4))
+    run.session.desk = desk = ScriptedDesk(time)
+    desk.due.append(Session.interrupt)
+    run.session.run()
+    assert run.session.ticks == 0
+
+
+def test_an_interruption_that_comes_before_the_run_ends_it(play: MakePlay) -> None:
+    run = play(SHOWS_TIME)
+    run.session.interrupt()
+    run.session.run()
+    assert run.session.ticks == 0
+
+
+def test_a_session_that_is_left_closes_its_desk(play: MakePlay, time: Time) -> None:
+    with play(SHOWS_TIME).session as session:
+        session.desk = desk = ScriptedDesk(time)
+    assert desk.closed == "the run has ended"

@@ -1,0 +1,90 @@
+"""Targets to edges of a TF tree, and what their frames are called."""
+
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from graphengine.devices.dry_world import DryBody
+from graphengine.devices.stage import Prim, Stage
+from graphengine.runtime.transform_tree import expand, frame_names
+
+
+def named(*paths: str, **overrides: str) -> dict[str, str]:
+    """Frame names by path; an override is given by the path's last element."""
+    prims = [Prim(path, "frame", None, name_override=overrides.get(path.rpartition("/")[2], "")) for path in paths]
+    return {prim.path: name for prim, name in frame_names(prims).items()}
+
+
+def edges(stage: Stage, *targets: str, parent: str = "") -> list[tuple[str, str]]:
+    links = expand(stage, [stage.find(t) for t in targets], stage.find(parent) if parent else None, DryBody)
+    return [(link.parent_name, link.child_name) for link in links]
+
+
+# Names
+
+
+def test_a_frame_is_called_like_the_last_element_of_its_path_or_as_its_override_says() -> None:
+    assert named("/a/base", "/a/lidar", lidar="front_lidar") == {"/a/base": "base", "/a/lidar": "front_lidar"}
+
+
+def test_of_prims_that_want_one_name_the_longest_path_keeps_it() -> None:
+    assert named("/robot/lidar", "/robot/base/lidar") == {"/robot/base/lidar": "lidar", "/robot/lidar": "robot_lidar"}
+
+
+def test_of_equally_long_paths_the_first_keeps_it() -> None:
+    assert named("/r/a/x", "/r/b/x") == {"/r/a/x": "x", "/r/b/x": "b_x"}
+
+
+def test_others_fall_back_to_their_last_element_then_to_ancestors_from_below_the_first() -> None:
+    assert named("/r/left", "/r/right/arm", left="tool", arm="tool") == {"/r/right/arm": "tool", "/r/left": "left"}
+    assert named("/r/one/two/x", "/r/one/two/y/x", "/s/one/b/x")["/s/one/b/x"] in ("one_x", "b_x")
+
+
+def test_the_last_resort_is_the_whole_path() -> None:
+    assert named("/a/x", "/b/x") == {"/a/x": "x", "/b/x": "b_x"}
+
+
+@given(st.lists(st.lists(st.sampled_from("abc"), min_size=1, max_size=4).map(lambda parts: "/" + "/".join(parts))))
+def test_no_two_frames_have_one_name(paths: list[str]) -> None:
+    names = named(*paths)
+    assert len(names) == len(set(names.values())) == len(set(paths))
+
+
+# Edges
+
+
+def robot() -> Stage:
+    stage = Stage()
+    base = "/r/Geometry/base"
+    stage.add("/r", "robot", facts={"base_link": base, "articulation_root": f"{base}/chassis"})
+    stage.add(base, "link")
+    stage.add(f"{base}/chassis", "link")
+    stage.add(f"{base}/chassis/mount/wheel", "link")
+    stage.add(f"{base}/chassis/lidar", "lidar")
+    stage.add("/box", "body")
+    return stage
+
+
+def test_a_prim_gives_one_edge_to_the_parent_or_the_world() -> None:
+    assert edges(robot(), "/r/base/chassis/lidar") == [("world", "lidar")]
+    assert edges(robot(), "/r/base/chassis/lidar", "/box", parent="/r/base") == [("base", "lidar"), ("base", "box")]
+
+
+def test_what_stands_for_a_robot_gives_every_link_with_its_nearest_link_above() -> None:
+    whole = [("world", "base"), ("base", "chassis"), ("chassis", "wheel")]
+    assert edges(robot(), "/r") == edges(robot(), "/r/base") == edges(robot(), "/r/base/chassis") == whole
+
+
+def test_a_link_that_does_not_stand_for_the_robot_is_one_edge() -> None:
+    assert edges(robot(), "/r/base/chassis/mount/wheel", parent="/r/base") == [("base", "wheel")]
+
+
+def test_the_parent_is_no_child_of_itself() -> None:
+    assert edges(robot(), "/r", parent="/r/base/chassis") == [("chassis", "base"), ("chassis", "wheel")]
+
+
+def test_a_prim_that_is_targeted_twice_is_one_edge() -> None:
+    assert edges(robot(), "/box", "/r", "/box", "/r/base") == [
+        *(("world", "box"), ("world", "base"), ("base", "chassis"), ("chassis", "wheel"))
+    ]

@@ -1,0 +1,231 @@
+"""The second wall around xacro: what a confined process cannot do even if an expression got out."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from graphengine.sandbox.borders import missing
+from graphengine.sandbox.confinement import ProcessError, ask
+from graphengine.sandbox.seccomp import TIERS
+
+CONFINED = """
+import os, socket, subprocess, sys, ctypes
+from pathlib import Path
+from graphengine.format.files import Files
+from graphengine.sandbox.confinement import confine
+from graphengine.sandbox.seccomp import TIERS
+confine(Files((Path({folder!r}),)), TIERS["xacro"])
+try:
+    {attempt}
+except BaseException as error:
+    sys.stdout.write(f"{{type(error).__name__}}: {{error}}")
+else:
+    sys.stdout.write("done")
+sys.stdout.flush()
+os._exit(0)
+"""
+
+
+def confined(attempt: str, folder: Path) -> str:
+    code = CONFINED.format(attempt=attempt, folder=str(folder))
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60).stdout
+
+
+def test_what_may_be_read_is_read(tmp_path: Path) -> None:
+    (tmp_path / "a.txt").write_text("a", encoding="utf-8")
+    assert confined(f"assert open({str(tmp_path / 'a.txt')!r}).read() == 'a'", tmp_path) == "done"
+    assert confined(f"assert os.listdir({str(tmp_path)!r}) == ['a.txt']", tmp_path) == "done"
+
+
+@pytest.mark.parametrize(
+    "attempt",
+    [
+        "open('/etc/passwd')",
+        "os.listdir('/etc')",
+        "open('{folder}/../secret')",
+        "open('{folder}/new', 'w')",
+        "os.open('{folder}/new', os.O_CREAT | os.O_RDWR)",
+        "os.remove('{folder}/a.txt')",
+        "os.system('touch {folder}/new')",
+        "subprocess.run(['true'])",
+        "os.fork()",
+        "os.kill(os.getppid(), 0)",
+        "socket.socket()",
+        "ctypes.CDLL(None)",
+        "import http.client",
+    ],
+)
+def test_everything_else_is_refused(tmp_path: Path, attempt: str) -> None:
+    (tmp_path / "a.txt").write_text("a", encoding="utf-8")
+    assert confined(attempt.format(folder=tmp_path), tmp_path).startswith("RefusedError: ")
+    assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
+
+
+UNJUDGED = """
+from graphengine.sandbox import confinement
+from graphengine.sandbox.seccomp import TIERS
+confinement.check_readable = lambda *_: None
+confinement.confine(Files((Path({folder!r}), Path({share!r})), installed=(Path({share!r}),)), TIERS[{tier!r}])
+found = {{}}
+for name in {names!r}:
+    try:
+        open(name).close()
+    except OSError as error:
+        found[name] = type(error).__name__
+    else:
+        found[name] = "read"
+sys.stdout.write(json.dumps(found))
+sys.stdout.flush()
+os._exit(0)
+"""
+
+
+@pytest.mark.skipif(bool(missing()), reason="this machine lacks a border")
+@pytest.mark.parametrize("tier", TIERS)
+def test_of_installed_packages_the_kernel_lets_those_be_read_that_are_named_and_where_their_links_lead(
+    tier: str, tmp_path: Path
+) -> None:
+    places = ["own", "source/cart/meshes", "source/other", "share/cart", "share/other"]
+    for place in places:
+        (tmp_path / place).mkdir(parents=True)
+        (tmp_path / place / "a").write_text("a", encoding="utf-8")
+    (tmp_path / "share/cart/meshes").symlink_to(tmp_path / "source/cart/meshes")
+    (tmp_path / "share/cart/b").symlink_to(tmp_path / "source/cart/meshes/a")
+    names = [
+        f"{tmp_path}/{name}" for name in (*(f"{place}/a" for place in places), "share/cart/meshes/a", "share/cart/b")
+    ]
+    folders = {"folder": str(tmp_path / "own"), "share": str(tmp_path / "share/cart")}
+    code = "import json, os, sys\nfrom pathlib import Path\nfrom graphengine.format.files import Files"
+    code += UNJUDGED.format(**folders, names=names, tier=tier)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
+    read = {"own/a", "source/cart/meshes/a", "share/cart/a", "share/cart/meshes/a", "share/cart/b"}
+    expected = {
+        n: "read" if n.removeprefix(f"{tmp_path}/") in read and tier != "mesh" else "PermissionError" for n in names
+    }
+    assert json.loads(done.stdout) == expected
+
+
+def test_a_border_that_cannot_be_put_up_ends_the_process() -> None:
+    """Landlock binds one thread, so that another one would run without it."""
+    code = "import threading, time\nfrom graphengine.format.files import Files\n"
+    code += "from graphengine.sandbox.confinement import confine\nfrom graphengine.sandbox.seccomp import TIERS\n"
+    code += "threading.Thread(target=time.sleep, args=[1], daemon=True).start()\nconfine(Files(()), TIERS['script'])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 1
+    assert "Landlock restricts one thread, and 2 run" in done.stderr
+
+
+def test_a_confined_process_holds_nothing_open_but_its_pipes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "telling.py").write_text("import os\nprint(sorted(os.listdir('/proc/self/fd')))", encoding="utf-8")
+    with open("/etc/passwd") as file:
+        os.set_inheritable(file.fileno(), True)
+        assert ask("telling", b"", 60) == b"['0', '1', '2', '3']\n"  # the last is the listing's own
+
+
+ENDING = """
+import os, sys, time
+from pathlib import Path
+from graphengine.format.files import Files
+from graphengine.sandbox.confinement import confine
+from graphengine.sandbox.seccomp import TIERS
+confine(Files(()), TIERS["script"])
+os.write({word}, b"up")
+time.sleep(30)
+os.write({word}, b"late")
+os._exit(0)
+"""
+
+
+@pytest.mark.skipif(bool(missing()), reason="this machine lacks a border")
+def test_a_confined_process_ends_with_its_parent() -> None:
+    reader, writer = os.pipe()
+    child = [sys.executable, "-c", ENDING.format(word=writer)]
+    launch = f"import subprocess\nsubprocess.run({child!r}, pass_fds=[{writer}])"
+    parent = subprocess.Popen([sys.executable, "-c", launch], pass_fds=[writer], stdout=subprocess.PIPE)
+    os.close(writer)
+    assert os.read(reader, 2) == b"up"
+    parent.kill()
+    assert os.read(reader, 4) == b""
+    os.close(reader)
+    parent.communicate()
+
+
+@pytest.mark.skipif(bool(missing()), reason="this machine lacks a border")
+def test_a_confined_process_whose_parent_ended_before_ends() -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run([sys.executable, "-c", ENDING.format(word=2)], stdout=writer, stderr=subprocess.PIPE)
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (1, b"")
+
+
+@pytest.mark.skipif(bool(missing()), reason="this machine lacks a border")
+def test_threads_of_a_confined_process_are_counted_also_those_of_root() -> None:
+    code = "import threading\nfrom pathlib import Path\nfrom graphengine.format.files import Files\n"
+    code += "from graphengine.sandbox import confinement\nfrom graphengine.sandbox.seccomp import TIERS\n"
+    code += "events = ['_thread.start_new_thread', '_thread.start_joinable_thread']\n"
+    code += "confinement.MAX_THREADS = 1\nconfinement.confine(Files(()), TIERS['script'], also=events)\n"
+    code += "threading.Thread(target=print).start()"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert "can't start new thread" in done.stderr
+
+
+def test_a_confined_process_queues_no_signals(tmp_path: Path) -> None:
+    assert (
+        confined("import resource; assert resource.getrlimit(resource.RLIMIT_SIGPENDING) == (0, 0)", tmp_path) == "done"
+    )
+
+
+def test_the_environment_is_empty_and_memory_ends(tmp_path: Path) -> None:
+    assert confined("assert not os.environ", tmp_path) == "done"
+    assert confined("'a' * 10 ** 10", tmp_path).startswith("MemoryError")
+
+
+@pytest.mark.parametrize(
+    ("code", "told"),
+    [
+        ("import os; os.kill(os.getpid(), 11)", "breaks off: Segmentation fault"),
+        ("import os; os.kill(os.getpid(), 9)", "takes more time or memory than it may"),
+        ("raise ValueError('this')", "ValueError: this"),
+        ("raise SystemExit(3)", "ended with 3"),
+    ],
+)
+def test_a_process_that_does_not_answer_says_why(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, code: str, told: str
+) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "answering.py").write_text(f"print('half', flush=True)\n{code}\n", encoding="utf-8")
+    with pytest.raises(ProcessError) as caught:
+        ask("answering", b"", 60)
+    assert (str(caught.value), caught.value.answer) == (told, b"half\n")
+
+
+@pytest.mark.parametrize("code", ["time.sleep(600)", "import os; os.fork() or time.sleep(600)"])
+def test_a_process_that_takes_too_long_is_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, code: str) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "answering.py").write_text(f"print('half', flush=True)\nimport time\n{code}\n", encoding="utf-8")
+    for seconds in (0.5, 5, 50):  # a busy machine may not have started it sooner
+        with pytest.raises(ProcessError) as caught:
+            ask("answering", b"", seconds)
+        assert str(caught.value) == f"takes more than {seconds} s"
+        if caught.value.answer:
+            break
+    assert caught.value.answer == b"half\n"
+
+
+def test_a_process_sees_no_environment_and_ends_with_its_seconds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv("SECRET", "1")
+    code = "import os, resource, sys\nfrom graphengine.sandbox.confinement import bound\nbound()\n"
+    code += "print('SECRET' in os.environ, resource.getrlimit(resource.RLIMIT_CPU), sys.stdin.read())"
+    (tmp_path / "telling.py").write_text(code, encoding="utf-8")
+    assert ask("telling", b"request", 60) == b"False (20, 20) request\n"
