@@ -2,65 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from fractions import Fraction
 from typing import TypeVar
 
-import numpy as np
-
-from graphengine.devices.rotation import Pose
-from graphengine.devices.sensor import Friction, Light, Vector3
-from graphengine.devices.stage import Prim, PrimKind, Stage, at_or_below
-from graphengine.format.errors import PrimError
-from graphengine.format.wording import listing
+from graphengine.devices.stage import Prim, PrimKind, Stage
+from graphengine.physics.core import SimulationCore
 from graphengine.physics.dynamics.entities import Entities
-from graphengine.physics.dynamics.force_limits import ForceLimits
-from graphengine.physics.dynamics.forces import Forces
-from graphengine.physics.dynamics.frictions import Frictions
-from graphengine.physics.dynamics.handle_table import HandleTable
-from graphengine.physics.dynamics.handles import CarriedPrim, Handle, Joints
-from graphengine.physics.dynamics.lights import Lights
-from graphengine.physics.dynamics.mounts import Mounts
+from graphengine.physics.dynamics.handle_table import Handle
+from graphengine.physics.dynamics.handles import CarriedPrim, Joints
 from graphengine.physics.dynamics.placing import PlacedBody, find_mover
-from graphengine.physics.dynamics.pushes import Pushes
-from graphengine.physics.dynamics.set_points import SetPoints
-from graphengine.physics.dynamics.settling import settle as settle_bodies
-from graphengine.physics.dynamics.transfer import Transfer
-from graphengine.physics.dynamics.trouble import diverged, gave_up, out_of_range
-from graphengine.physics.engine import data_at_start, mujoco, round_weights, sort_geoms, wake
-from graphengine.physics.model.drives import Drive
+from graphengine.physics.engine import mujoco
 from graphengine.physics.pictures.studio import Studio
 from graphengine.physics.sensors.camera import PinholeCamera, native_size
 from graphengine.physics.sensors.contact import BodyContactSensor
 from graphengine.physics.sensors.imu import InertialUnit
 from graphengine.physics.sensors.lidar import RayLidar
-from graphengine.physics.sensors.rays import Rays, RaysChoice
-from graphengine.physics.sensors.select import select_rays
-
-_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
-"""What it takes to go on bit by bit."""
+from graphengine.physics.sensors.rays import RaysChoice
 
 H = TypeVar("H", bound=Handle)
 
 
-class Simulation:
-    """Physics and sensors of a scene.
-
-    A step is `mj_step2`, then `mj_step1`: the trajectory of `mj_step` bit by bit, but poses and velocities belong to the state
-    after the step, where `mj_step` leaves those of the state before it.
-
-    Args:
-        model: compiled; its timestep is one substep.
-        stage: prims whose `body` names bodies of the model.
-        tick_rate: ticks a second.
-        substeps: physics steps in a tick.
-        seed: of the sensors' noise.
-        settle: let everything come to rest first; what then is, is the state at the start.
-        rays: what lidars see with; `rays.name` tells what `auto` came to.
-
-    Raises:
-        PhysicsError: it cannot begin, or diverged while it settled.
-    """
+class Simulation(SimulationCore):
+    """Physics and sensors of a scene: what nodes hold of it, by prim; arguments and errors are those of its core."""
 
     def __init__(
         self,
@@ -73,290 +36,14 @@ class Simulation:
         settle: bool = False,
         rays: RaysChoice = "auto",
     ) -> None:
-        self.stage = stage
-        self.tick_period = (tick_rate.denominator, tick_rate.numerator)
-        self.substeps = substeps
-        self.seed = seed
-        self.tick = 0
-        self.steps = 0
-        """Physics steps since the start."""
-        self.settled_after: float | None = None
-        """Seconds that settling took; None when it was not asked for, or did not come to an end."""
-        self.realtime = False
-        """Whether a picture that is late is dropped, in place of being waited for."""
-        self.dropped_pictures: dict[str, int] = {}
-        """How many were since play, by prim path of the camera."""
-        self.clamps_commands = True
-        """Whether a command beyond what a joint can do is clamped, or set as it is."""
-        self.clamped_commands: dict[str, int] = {}
-        """Number of commands that were clamped, by kind, joint and limit."""
         self.studio = Studio(self)
-        self._rays_choice = rays
-        self._rays: Rays | None = None
-        self._handles = HandleTable()
-        self.entities = Entities(self)
-        self._mounts = Mounts()
-        self._frictions = Frictions(stage)
-        self._lights = Lights(stage)
-        self.pushes = Pushes()
-        self.held: list[PlacedBody] = []
-        """Bodies that stay where they were put."""
-        self._built_gravity = model.opt.gravity.copy()
-        self.rebind(model, data_at_start(model))
-        if settle:
-            self.settled_after = settle_bodies(self.model, self.data, self.step)
-            self.steps = 0
-        self._remember_start()
-        self._start_commands()
-
-    def rebind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Go on with another model, such as one with a body more; every handle finds its place in it.
-
-        The state that comes with it is what `reset` then goes back to.
-
-        Raises:
-            PhysicsError: MuJoCo cannot begin there.
-            UsageError: the rays that were asked for cannot meet the model. After an error of either kind all is as it was.
-        """
-        # A diverged state must stay where it can be seen; by default MuJoCo silently begins anew.
-        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
-        sort_geoms(model)
-        round_weights(model)
-        try:
-            mujoco.mj_step1(model, data)
-        except mujoco.FatalError as error:
-            raise gave_up(data, error) from error
-        if data.warning[mujoco.mjtWarning.mjWARN_BADQPOS].number:
-            raise out_of_range(model, data)
-        self._rays = select_rays(self._rays_choice, model, data) if self._rays is not None else None
-        self.model, self.data = model, data
-        self.forces = Forces(model, data)
-        drives = list(self._drives())
-        self.set_points = SetPoints(model, data, drives)
-        self.limits = ForceLimits(model, data, drives)
-        # A model that is close to singular from the start was told to be, when it was built; most of them do move.
-        singular = bool(data.warning[mujoco.mjtWarning.mjWARN_INERTIA].number)
-        self._warnings = data.warning.number[mujoco.mjtWarning.mjWARN_INERTIA + singular :]
-        self._remember_start()
-        self.pushes.bind(model, data)
-        self._handles.bind()
-        if self.held:
-            self.refresh()
-
-    def continue_with(self, model: mujoco.MjModel, *, awake: bool = False) -> None:
-        """Go on with a model that has a robot more or less; what is in both keeps its state, its commands and its start.
-
-        Args:
-            model: compiled.
-            awake: with all that sleeps awake, as what it stands on may be gone.
-        """
-        self._mounts.carry_over(model)
-        self._frictions.carry_over(model)
-        self._lights.carry_over(model)
-        model.opt.gravity = self.model.opt.gravity
-        before, origin, points, limits = self.data, mujoco.MjData(self.model), self.set_points, self.limits
-        mujoco.mj_setState(self.model, origin, self._start, _STATE)
-        transfer, data, start = Transfer(self.model, model), data_at_start(model), data_at_start(model)
-        transfer.carry_over(before, data)
-        if awake:
-            wake(model, data)
-        transfer.carry_over(origin, start)
-        self.rebind(model, data)
-        mujoco.mj_getState(model, start, self._start, _STATE)
-        self._start_commands()
-        transfer.carry_over_commands(points, self.set_points)
-        self.limits.carry_over(limits)
-
-    def move_mount(self, body: int, pose: Pose) -> None:
-        """Put a body that is bolted to the world elsewhere.
-
-        Raises:
-            PhysicsError: MuJoCo cannot go on from there; all is as it was.
-        """
-        for held in self.held:
-            held.soften()  # what is copied is to be as it was built
-        before = self._mounts
-        self._mounts, model = before.moved(self.model, body, pose)
-        try:
-            self.continue_with(model, awake=True)
-        except BaseException:
-            self._mounts = before
-            for held in self.held:
-                held.bind()
-            raise
-        for handle in self._handles.watching:
-            handle.see_displacement()
-
-    def let_go(self, body: int) -> None:
-        """Let physics move a body, whoever put it somewhere to stay there."""
-        for held in [held for held in self.held if held.body == body]:
-            held.release()
-            self.held.remove(held)
-
-    def refresh(self) -> None:
-        """Take over a state that was written from outside.
-
-        Raises:
-            PhysicsError: MuJoCo cannot go on from there.
-        """
-        try:
-            mujoco.mj_step1(self.model, self.data)
-        except mujoco.FatalError as error:
-            raise gave_up(self.data, error) from error
-        self.forces.forget()
-        self.pushes.apply()
-        for handle in self._handles.watching:
-            handle.see_displacement()
-
-    def _remember_start(self) -> None:
-        self._start = np.empty(mujoco.mj_stateSize(self.model, _STATE))
-        mujoco.mj_getState(self.model, self.data, self._start, _STATE)
-
-    def _start_commands(self) -> None:
-        self.set_points.start()
-        self.limits.start()
-
-    def _drives(self) -> Iterator[tuple[str, Drive]]:
-        """Joints that have a drive, by their names in the model."""
-        for prim in self.stage.prims("joint"):
-            robot, drive = self.stage.robot_of(prim), prim.facts["drive"]
-            if robot is not None and drive is not None:
-                yield f"{robot.entity_name}/{prim.facts['joint']}", drive
-
-    @property
-    def time(self) -> float:
-        """Simulation time of this tick, s."""
-        return self.tick * self.tick_period[0] / self.tick_period[1]
-
-    @property
-    def stepping(self) -> bool:
-        """Whether a tick's physics steps are under way: who asks now belongs to a graph that runs at each of them."""
-        return self.steps > self.tick * self.substeps
-
-    def step(self) -> None:
-        """Take over what joints were told and integrate one substep.
-
-        Raises:
-            PhysicsError: the state is not finite any more, or MuJoCo could not go on properly.
-        """
-        if self.limits.joints:
-            self.limits.observe()
-        self.set_points.take_over()
-        if self.limits.joints:
-            self.limits.apply(self.set_points.efforts)
-        try:
-            mujoco.mj_step2(self.model, self.data)
-            self.steps += 1
-            for handle in self._handles.watching:
-                handle.see_forces()  # mj_step1 finds the contacts of the state after the step, whose forces nobody knows yet
-            for body in self.held:
-                body.hold()
-            mujoco.mj_step1(self.model, self.data)
-        except mujoco.FatalError as error:
-            raise gave_up(self.data, error) from error
-        if any(self._warnings.tolist()):
-            raise diverged(self.model, self.data)
-        self.forces.forget()
-        if self.pushes:
-            self.pushes.advance()
-        for handle in self._handles.watching:
-            handle.see_motion()
-
-    def begin_tick(self, tick: int) -> None:
-        """Tell the sensors that this is tick n, at n times the tick period."""
-        self.tick = tick
-
-    def zero_commands(self) -> None:
-        """Set the target velocity and effort of every robot's joints to zero; drives bring them there."""
-        self.set_points.zero()
-
-    def reset(self) -> None:
-        """Go back to the start; what follows is the same again, bit by bit."""
-        self.reset_state()
-        self.reset_time()
-
-    def reset_state(self) -> None:
-        """Put bodies, joints and commands back to what they were at the start, and let go of forces; ticks count on."""
-        for body in self.held:
-            body.release()
-        self.held.clear()
-        self.pushes.clear()
-        if (built := self._mounts.put_back(self.model)) is not None:
-            self.continue_with(built)
-        self.model.opt.gravity = self._built_gravity
-        self._frictions.put_back(self.model)
-        self._lights.put_back(self.model)
-        mujoco.mj_resetData(self.model, self.data)
-        mujoco.mj_setState(self.model, self.data, self._start, _STATE)
-        mujoco.mj_step1(self.model, self.data)
-        self._start_commands()
-        self.forces.forget()
-        self._handles.reset()
-
-    def reset_time(self) -> None:
-        """Count ticks from 0 again, and sensors' samples with them; bodies and joints stay where they are."""
-        self.tick = self.steps = 0
-        self._handles.reset()
-        self.dropped_pictures.clear()
+        self.entities = Entities(self, self.body)
+        super().__init__(model, stage, tick_rate, substeps, seed=seed, settle=settle, rays=rays)
 
     def close(self) -> None:
         """Forget the handles, and end what draws for them."""
-        self._handles.clear()
+        super().close()
         self.studio.close()
-
-    @property
-    def rays(self) -> Rays:
-        """What the rays of lidars meet in the present model; found when first asked for, as a scene may have no lidar.
-
-        Raises:
-            UsageError: `fast` was asked for and cannot be.
-        """
-        if self._rays is None:
-            self._rays = select_rays(self._rays_choice, self.model, self.data)
-        return self._rays
-
-    @property
-    def rays_in_use(self) -> str:
-        """Name of the rays that lidars cast; empty while nobody has asked for a lidar."""
-        return self._rays.name if self._rays is not None else ""
-
-    @property
-    def gravity(self) -> Vector3:
-        """Acceleration of free fall in the world frame, m/s2."""
-        x, y, z = self.model.opt.gravity.tolist()
-        return x, y, z
-
-    def set_gravity(self, gravity: Vector3) -> None:
-        """Let bodies fall otherwise from the next step on; the second half of it has been begun, and is begun again."""
-        if gravity == self.gravity:  # a graph may write it each tick, and then nothing would ever sleep
-            return
-        self.model.opt.gravity = gravity
-        wake(self.model, self.data)
-        self.refresh()
-
-    def friction(self, prim: Prim) -> Friction:
-        """Static and dynamic friction of a material prim."""
-        self._expect(prim, "material")
-        return self._frictions.of(prim)
-
-    def set_friction(self, prim: Prim, friction: Friction) -> None:
-        """Let colliders of a material slide otherwise from the next step on, whose contacts are found anew."""
-        self._expect(prim, "material")
-        if friction == self._frictions.of(prim):
-            return
-        self._frictions.write(self.model, prim, friction)
-        wake(self.model, self.data)
-        self.refresh()
-
-    def light(self, prim: Prim) -> Light:
-        """Intensity and colour of a light prim."""
-        self._expect(prim, "light")
-        return self._lights.of(prim)
-
-    def set_light(self, prim: Prim, light: Light) -> None:
-        """Let a light shine otherwise in the pictures to come."""
-        self._expect(prim, "light")
-        self._lights.write(self.model, prim, light)
 
     def body(self, prim: Prim) -> CarriedPrim:
         """The rigid body at, or carrying, a prim."""
@@ -388,7 +75,7 @@ class Simulation:
         self._expect(prim, "camera")
         width, height = size or native_size(prim)
         place = f"{prim.path}/{width}x{height}"
-        return self._handles.find(PinholeCamera, place, lambda: PinholeCamera(self, prim, (width, height)))
+        return self._handles.find(PinholeCamera, place, lambda: PinholeCamera(self, self.studio, prim, (width, height)))
 
     def imu(self, prim: Prim) -> InertialUnit:
         """The inertial unit at an imu prim."""
@@ -398,19 +85,7 @@ class Simulation:
         """The contact sensor at a contact prim."""
         return self._handle(BodyContactSensor, prim, "contact")
 
-    def forget(self, prim_path: str) -> None:
-        """Let go of the handles of a prim and of all below it."""
-        self.held = [body for body in self.held if not at_or_below(body.prim_path, prim_path)]
-        self._handles.forget(prim_path)
-
     def _handle(self, make: type[H], prim: Prim, kind: PrimKind | None = None) -> H:
         if kind is not None:
             self._expect(prim, kind)
         return self._handles.find(make, prim.path, lambda: make(self, prim))
-
-    def _expect(self, prim: Prim, kind: PrimKind) -> None:
-        if prim.kind != kind:
-            near = [other.path for other in prim.descendants() if other.kind == kind] or [
-                other.path for other in self.stage.prims(kind)
-            ]
-            raise PrimError(f"{prim.path} is a {prim.kind}, not a {kind}", prim.path, listing(near, f"each {kind}"))

@@ -6,7 +6,7 @@ import contextlib
 import math
 import time
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import Literal, Protocol
 
 from graphengine.devices.entity import Move, warning
 from graphengine.devices.sensor import Quaternion, Vector3
@@ -19,9 +19,6 @@ from graphengine.runtime.node_context.services import Services
 from graphengine.runtime.pacer import Pacer
 from graphengine.runtime.simulation_clock import SimulationClock
 from graphengine.runtime.ticker import SCOPES, ResetScope, Ticker
-
-if TYPE_CHECKING:
-    from graphengine.scene.roster import SceneRoster
 
 SessionState = Literal["stopped", "playing", "paused"]
 
@@ -45,6 +42,37 @@ class Desk(Protocol):
         """Refuse what was asked for and not done, and all that will be."""
 
 
+class Roster:
+    """The robots of a session, which a scene adds and removes; without a scene there are none."""
+
+    @property
+    def spawned(self) -> Sequence[str]:
+        """Names of the robots that came and are still there, oldest first."""
+        return ()
+
+    def add(self, name: str, use: RobotUse) -> Sequence[GraphRun]:
+        """Put a robot into the scene; its graphs, set up.
+
+        Raises:
+            CheckError: with all that is wrong with it.
+            GraphError: physics, rays or one of its nodes cannot begin. After an error of any kind all is as it was.
+        """
+        raise UsageError("a session without a scene has no place for robots")
+
+    def own(self, name: str, graphs: Sequence[GraphRun]) -> Sequence[GraphRun]:
+        """Which of the session's graphs are a robot's, which can be removed.
+
+        Raises:
+            UnknownEntityError: there is no such robot.
+            UsageError: a graph that is not its own reads something of it.
+        """
+        raise UnknownEntityError("a session without a scene has no robots")
+
+    def remove(self, name: str, own: Sequence[GraphRun]) -> None:
+        """Take a robot away, with its graphs and topics."""
+        raise NotImplementedError
+
+
 class Session:
     """Owns world, network and graphs.
 
@@ -65,7 +93,7 @@ class Session:
         clock: SimulationClock,
         step_clock: SimulationClock,
         graphs: Sequence[GraphRun],
-        roster: SceneRoster | None = None,
+        roster: Roster | None = None,
     ) -> None:
         self.services = services
         self.clock = clock
@@ -75,7 +103,7 @@ class Session:
         """Where what comes from outside is read, or was; to be exchanged before the first tick."""
         self.desk: Desk | None = None
         """Where others ask for what can be done; with one, a run goes on while it is paused or stopped."""
-        self._roster = roster
+        self._roster = roster or Roster()
         self._until = 0
         self._pace: float | None = None
         self._pacer: Pacer | None = None
@@ -101,7 +129,7 @@ class Session:
     @property
     def spawned(self) -> Sequence[str]:
         """Names of the robots that came while the session ran and are still there, oldest first."""
-        return self._roster.spawned if self._roster is not None else ()
+        return self._roster.spawned
 
     def spawn(self, name: str, use: RobotUse) -> str:
         """Put a robot into the scene, between two ticks: time goes on, what others do and publish stays as it is.
@@ -121,8 +149,6 @@ class Session:
             UsageError: the session has no scene, or is within a tick.
         """
         self._refuse_within_tick()
-        if self._roster is None:
-            raise UsageError("a session without a scene has no place for robots")
         self._ticker.take([*self.graphs, *self._roster.add(name, use)])
         self.inbox.command("spawn", {"name": name, "use": use.model_dump(mode="json")})
         return self._warn_of_overlaps(name)
@@ -135,8 +161,6 @@ class Session:
             UsageError: a graph that is not its own reads something of it, or within a tick.
         """
         self._refuse_within_tick()
-        if self._roster is None:
-            raise UnknownEntityError("a session without a scene has no robots")
         own = self._roster.own(name, self.graphs)
         self._ticker.tell("at_close", own)
         self._roster.remove(name, own)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 from graphengine.compiler.literals import Override
 from graphengine.compiler.namespaces import write_namespaces
@@ -16,14 +15,13 @@ from graphengine.messages.endpoints import EndpointClaim
 from graphengine.runtime import check
 from graphengine.runtime.graph_run import GraphRun, make_graph_run
 from graphengine.runtime.node_context.services import Services
+from graphengine.runtime.session import Roster
 from graphengine.runtime.simulation_clock import SimulationClock
+from graphengine.scene.assembly import Assembly
 from graphengine.scene.uses import plan_graphs, resolve_uses, robot_uses
 
-if TYPE_CHECKING:
-    from graphengine.scene.assembly import Assembly
 
-
-class SceneRoster:
+class SceneRoster(Roster):
     """The robots of a session that was built from a scene.
 
     Args:

@@ -6,7 +6,7 @@ An entity is a topmost body with all that hangs on it; that of a robot whose roo
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,7 +23,8 @@ from graphengine.physics.engine import mujoco
 from graphengine.physics.model.extents import extents
 
 if TYPE_CHECKING:
-    from graphengine.physics.simulation import Simulation
+    from graphengine.physics.core import SimulationCore
+    from graphengine.physics.dynamics.handles import CarriedPrim
 
 MOST = 1e6
 """Of every number that comes from outside, in SI units: a thousand kilometres, a hundred tons' weight."""
@@ -35,10 +36,12 @@ class Entities:
 
     Args:
         simulation: its present model and state are asked for each time.
+        body: finds the handle of a prim.
     """
 
-    def __init__(self, simulation: Simulation) -> None:
+    def __init__(self, simulation: SimulationCore, body: Callable[[Prim], CarriedPrim]) -> None:
         self._simulation = simulation
+        self._body = body
 
     def all(self) -> list[Entity]:
         """Robots in the order of the stage, then the world's own bodies."""
@@ -89,7 +92,7 @@ class Entities:
     def state(self, name: str) -> EntityState:
         """Where an entity is, and how it moves."""
         simulation, prim = self._simulation, self._find(name)
-        handle = simulation.body(prim)
+        handle = self._body(prim)
         acceleration = np.zeros(6)
         model, data = simulation.model, simulation.forces.now()
         mujoco.mj_objectAcceleration(model, data, mujoco.mjtObj.mjOBJ_XBODY, handle.body, acceleration, 0)
@@ -102,7 +105,7 @@ class Entities:
         model, data, prim = self._simulation.model, self._simulation.data, self._find(name)
         geoms = np.flatnonzero(np.isin(model.body_rootid[model.geom_bodyid], self.roots(prim)))
         if own:
-            body = self._simulation.body(prim).body
+            body = self._body(prim).body
             found = extents(model, data, geoms, data.xpos[body], data.xmat[body].reshape(3, 3))
         else:
             found = extents(model, data, geoms)
@@ -133,7 +136,7 @@ class Entities:
         """Put an entity elsewhere; see `backend.Entities`."""
         prim = self._find(name)
         linear, angular = move.linear or REST, move.angular or REST
-        now = self._simulation.body(prim).pose()
+        now = self._body(prim).pose()
         velocity = (*linear, *angular)
         for what, values in (("position", move.position), ("orientation", move.orientation), ("velocity", velocity)):
             _check(name, what, values or ())

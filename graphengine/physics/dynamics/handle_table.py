@@ -1,12 +1,48 @@
-"""The handles of a simulation: one for each prim and kind, whoever asks."""
+"""A handle, which is a prim's place in a simulation, and the table of all: one for each prim and kind."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TypeVar
+from typing import TYPE_CHECKING, ClassVar, TypeVar
 
-from graphengine.devices.stage import at_or_below
-from graphengine.physics.dynamics.handles import Handle
+from graphengine.devices.stage import Prim, at_or_below
+
+if TYPE_CHECKING:
+    from graphengine.physics.core import SimulationCore
+
+
+class Handle:
+    """A prim's place in a simulation."""
+
+    sees_steps: ClassVar[bool] = False
+    """Whether it is told of every physics step, by the methods below."""
+
+    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
+        self._simulation = simulation
+        self._prim = prim
+        self.bind()
+
+    @property
+    def prim_path(self) -> str:
+        """Path of the prim."""
+        return self._prim.path
+
+    def bind(self) -> None:
+        """Find ids and views in the simulation's present model."""
+        raise NotImplementedError
+
+    def reset(self) -> None:
+        """Forget what was seen since the start."""
+
+    def see_forces(self) -> None:
+        """Look at what acts in a step: contacts and their forces are known, bodies are where they were before it."""
+
+    def see_motion(self) -> None:
+        """Look at where the step led."""
+
+    def see_displacement(self) -> None:
+        """Take note that something was put elsewhere between two steps, which is no motion."""
+
 
 H = TypeVar("H", bound=Handle)
 

@@ -7,7 +7,7 @@ the model was compiled anew.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,49 +16,16 @@ from graphengine.devices.backend import select_joints
 from graphengine.devices.poses import NOWHERE, carrier
 from graphengine.devices.rotation import multiply, rotate
 from graphengine.devices.sensor import Quaternion, Vector3
-from graphengine.devices.stage import Prim
 from graphengine.format.errors import BadValueError
 from graphengine.physics.dynamics.command_limits import Kind, command_limits
+from graphengine.physics.dynamics.handle_table import Handle
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.drives import Drive, position_servo, servos, velocity_servo
 
 if TYPE_CHECKING:
-    from graphengine.physics.simulation import Simulation
+    from graphengine.physics.core import SimulationCore
 
 Floats = NDArray[np.float64]
-
-
-class Handle:
-    """A prim's place in a simulation."""
-
-    sees_steps: ClassVar[bool] = False
-    """Whether it is told of every physics step, by the methods below."""
-
-    def __init__(self, simulation: Simulation, prim: Prim) -> None:
-        self._simulation = simulation
-        self._prim = prim
-        self.bind()
-
-    @property
-    def prim_path(self) -> str:
-        """Path of the prim."""
-        return self._prim.path
-
-    def bind(self) -> None:
-        """Find ids and views in the simulation's present model."""
-        raise NotImplementedError
-
-    def reset(self) -> None:
-        """Forget what was seen since the start."""
-
-    def see_forces(self) -> None:
-        """Look at what acts in a step: contacts and their forces are known, bodies are where they were before it."""
-
-    def see_motion(self) -> None:
-        """Look at where the step led."""
-
-    def see_displacement(self) -> None:
-        """Take note that something was put elsewhere between two steps, which is no motion."""
 
 
 class CarriedPrim(Handle):
@@ -193,7 +160,7 @@ class SelectedJoints:
 
     __slots__ = ("_chosen", "_joints", "_simulation", "names")
 
-    def __init__(self, simulation: Simulation, joints: Joints, chosen: Sequence[int]) -> None:
+    def __init__(self, simulation: SimulationCore, joints: Joints, chosen: Sequence[int]) -> None:
         self._simulation = simulation
         self._joints = joints
         self._chosen = tuple(chosen)

@@ -19,11 +19,11 @@ from graphengine.devices.rotation import Pose, compose, conjugate, multiply, rel
 from graphengine.devices.sensor import Quaternion, Vector3
 from graphengine.devices.stage import Prim, Stage
 from graphengine.format.errors import PhysicsError
-from graphengine.physics.dynamics.handles import Handle
+from graphengine.physics.dynamics.handle_table import Handle
 from graphengine.physics.engine import mujoco
 
 if TYPE_CHECKING:
-    from graphengine.physics.simulation import Simulation
+    from graphengine.physics.core import SimulationCore
 
 Floats = NDArray[np.float64]
 
@@ -56,7 +56,7 @@ def find_mover(model: mujoco.MjModel, stage: Stage, prim: Prim) -> tuple[int, Po
 class PlacedBody(Handle):
     """The body that carries a prim, which stays where the prim was put last until the simulation is reset."""
 
-    def __init__(self, simulation: Simulation, prim: Prim) -> None:
+    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         self._coordinates: Floats | None = None
         self._loose: list[Floats] = []
         super().__init__(simulation, prim)

@@ -29,7 +29,7 @@ from graphengine.physics.pictures.rendering import Image, Renderer
 from graphengine.physics.pictures.solids import Solids
 
 if TYPE_CHECKING:
-    from graphengine.physics.simulation import Simulation
+    from graphengine.physics.core import SimulationCore
 
 NICENESS = 10
 """How much drawing stands back for the thread that steps."""
@@ -52,7 +52,7 @@ _Jobs = SimpleQueue[_Job | None]
 class Studio:
     """Captures in the thread that steps the simulation, and draws in another."""
 
-    def __init__(self, simulation: Simulation) -> None:
+    def __init__(self, simulation: SimulationCore) -> None:
         self._simulation = simulation
         self._captures: Captures | None = None
         self._solids: Solids | None = None

@@ -30,7 +30,8 @@ from graphengine.physics.pictures.rendering import Image
 from graphengine.physics.sensors.sampling import Sampled, Sampling
 
 if TYPE_CHECKING:
-    from graphengine.physics.simulation import Simulation
+    from graphengine.physics.core import SimulationCore
+    from graphengine.physics.pictures.studio import Studio
 
 NEAREST = 0.05
 """Distance (m) from which on everything hides what is behind it. Nearer would cost precision, and does in proportion."""
@@ -57,11 +58,12 @@ class PinholeCamera(Sampled):
 
     Args:
         simulation: what it sees.
+        studio: of the simulation.
         prim: where it is.
         size: width and height of its pictures, pixels; at any it sees the same from left to right.
     """
 
-    def __init__(self, simulation: Simulation, prim: Prim, size: tuple[int, int]) -> None:
+    def __init__(self, simulation: SimulationCore, studio: Studio, prim: Prim, size: tuple[int, int]) -> None:
         facts = prim.facts
         self.rate: float = facts.get("rate", 30.0)
         self.size = size
@@ -78,7 +80,8 @@ class PinholeCamera(Sampled):
         self._skipped = 0
         self._segmented = False
         self._delivery: tuple[int, Picture | None] = (0, None)
-        simulation.studio.expect(self._lens)
+        self._studio = studio
+        studio.expect(self._lens)
         super().__init__(simulation, prim)
 
     def bind(self) -> None:
@@ -97,7 +100,7 @@ class PinholeCamera(Sampled):
     @property
     def labels(self) -> Mapping[int, str]:
         """Prim path of each number of a segmentation."""
-        return self._simulation.studio.labels
+        return self._studio.labels
 
     def request(self, *, segmentation: bool = False) -> None:
         """Capture this tick's sample if one is due; however many ask, it is rendered once."""
@@ -153,7 +156,7 @@ class PinholeCamera(Sampled):
         counts[path] = counts.get(path, 0) + 1
 
     def _expose(self, segmentation: bool) -> Future[Picture]:
-        studio, index = self._simulation.studio, self.index
+        studio, index = self._studio, self.index
         generator = self._sampling.random(index) if any(self._noise) else None
         pose = self._mount.pose()
         shot = studio.capture(pose, self._lens, segmentation=segmentation)

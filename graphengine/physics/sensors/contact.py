@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from graphengine.devices.sensor import ContactReading
 from graphengine.devices.stage import Prim
-from graphengine.physics.dynamics.handles import CarriedPrim, Handle
+from graphengine.physics.dynamics.handle_table import Handle
+from graphengine.physics.dynamics.handles import CarriedPrim
 from graphengine.physics.engine import mujoco
 
 if TYPE_CHECKING:
-    from graphengine.physics.simulation import Simulation
+    from graphengine.physics.core import SimulationCore
 
 Floats = NDArray[np.float64]
 
@@ -27,7 +28,7 @@ class BodyContactSensor(Handle):
 
     sees_steps = True
 
-    def __init__(self, simulation: Simulation, prim: Prim) -> None:
+    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         self._threshold: float = prim.facts["threshold"]
         self._limit: float = prim.facts["limit"]
         self._radius: float = prim.facts["radius"] or math.inf

@@ -16,11 +16,12 @@ import numpy as np
 from graphengine.devices.rotation import unrotate
 from graphengine.devices.sensor import ImuSample, Quaternion, Vector3
 from graphengine.devices.stage import Prim
-from graphengine.physics.dynamics.handles import CarriedPrim, Handle
+from graphengine.physics.dynamics.handle_table import Handle
+from graphengine.physics.dynamics.handles import CarriedPrim
 from graphengine.physics.sensors.sampling import Sampling
 
 if TYPE_CHECKING:
-    from graphengine.physics.simulation import Simulation
+    from graphengine.physics.core import SimulationCore
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +74,7 @@ class InertialUnit(Handle):
 
     sees_steps = True
 
-    def __init__(self, simulation: Simulation, prim: Prim) -> None:
+    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         facts = prim.facts
         self.rate: float = facts["rate"]
         seconds, ticks = simulation.tick_period

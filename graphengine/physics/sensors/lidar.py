@@ -21,7 +21,7 @@ from graphengine.physics.sensors.rays import geom_colours
 from graphengine.physics.sensors.sampling import Sampled, Sampling
 
 if TYPE_CHECKING:
-    from graphengine.physics.simulation import Simulation
+    from graphengine.physics.core import SimulationCore
 
 Floats = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 class RayLidar(Sampled):
     """The ray-casting sensor at a lidar prim, whose facts are its profile."""
 
-    def __init__(self, simulation: Simulation, prim: Prim) -> None:
+    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         facts = prim.facts
         self.rate: float = facts["rate"]
         self.angles: tuple[float, float, float] = facts["angles"]

@@ -12,7 +12,7 @@ from fractions import Fraction
 import numpy as np
 
 from graphengine.devices.seeds import key_of
-from graphengine.physics.dynamics.handles import Handle
+from graphengine.physics.dynamics.handle_table import Handle
 
 
 class Sampling:

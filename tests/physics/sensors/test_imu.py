@@ -219,9 +219,10 @@ def test_before_the_first_step_it_feels_gravity_alone() -> None:
 
 
 def test_a_prim_of_another_kind_is_refused_with_the_units_that_there_are() -> None:
-    imu = carried(TURNTABLE)
+    simulation = carried(TURNTABLE)._simulation
+    assert isinstance(simulation, Simulation)
     with pytest.raises(PrimError, match="is a body, not a imu\neach imu: /it/Imu"):
-        imu._simulation.imu(imu._simulation.stage.find("/it"))
+        simulation.imu(simulation.stage.find("/it"))
 
 
 def test_the_unit_of_a_camera_on_a_robot_that_stands_feels_gravity_in_its_own_frame(ship: Ship) -> None:
