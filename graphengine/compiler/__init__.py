@@ -1,1 +1,1 @@
-"""From a file's nodes and wires to Python that runs: `template`, `resolve`, `planning`, `codegen`, `executor`, in this order."""
+"""From a file's nodes and wires to generated Python: `template`, `resolve`, `planning`, `codegen`, in this order."""

@@ -1,1 +1,1 @@
-"""Stand-ins for world and network, for checks and for tests of nodes."""
+"""The interfaces of devices and of the world that has them, the prim tree, and a world without physics for checks."""

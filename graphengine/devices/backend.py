@@ -1,4 +1,4 @@
-"""What the engine asks of the world and of the network."""
+"""What the engine asks of the world."""
 
 from __future__ import annotations
 

@@ -2,13 +2,13 @@
 
 Each of these imports from those above it only:
 
-- `engine` is MuJoCo as all of it is used here, `poses` are those of files and of the stage.
+- `engine` is MuJoCo as all of it is used here.
 - `files`: what strangers wrote, read within bounds.
 - `description`: what a robot consists of.
 - `model`: the world and its robots, for MuJoCo to compile and as prims.
-- `physics`: what acts on a model while it runs.
+- `dynamics`: what acts on a model while it runs.
 - `pictures`: what cameras see of it.
 - `sensors`: what robots sense with.
-- `simulation`: all of that behind one face, `backend.World`.
+- `core`: the model and its state, which handles and sensors see too. `simulation`: all of that as a `backend.World`.
 - `loading` makes a simulation of a scene file, `population` puts robots into it and takes them out, `occupancy` draws its map.
 """

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
 
-from graphengine.format.errors import RenderError
 from graphengine.format.version import __version__
 from graphengine.scene.assembly import Assembly
 
@@ -30,8 +29,8 @@ def describe(assembly: Assembly) -> dict[str, str]:
     found |= {package: _version(package) for package in packages}
     if rays:
         found["rays"] = rays
-    if any(claim.message_type in _OF_CAMERAS for claim in assembly.claims):
-        found["OpenGL"] = _opengl()
+    if assembly.loaded is not None and any(claim.message_type in _OF_CAMERAS for claim in assembly.claims):
+        found["OpenGL"] = assembly.loaded.simulation.studio.driver()
     return found
 
 
@@ -59,12 +58,3 @@ def _processor() -> str:
         lines = []
     models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     return models[0] if models else platform.machine()
-
-
-def _opengl() -> str:
-    from graphengine.physics.pictures import opengl
-
-    try:
-        return opengl.driver()
-    except RenderError:
-        return "not there"

@@ -1,1 +1,1 @@
-"""The ROS 2 seam: message definitions, names, and the transports that carry them."""
+"""The ROS 2 network: endpoints of a session, discovery of peers, and the transports that carry messages."""

@@ -1,1 +1,1 @@
-"""What a session is made of: the tick and its pace, what comes in from outside, and what the graphs of a run share."""
+"""Sessions: the tick and its pace, the execution of plans, the contexts of nodes, checks, and the queue of commands."""

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from graphengine.devices.rotation import Pose
 from graphengine.devices.sensor import Picture
+from graphengine.format.errors import RenderError
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.housings import housing_of
 from graphengine.physics.pictures import opengl
@@ -68,6 +69,14 @@ class Studio:
         """Prim path of each number in a segmentation; a prim keeps its number."""
         self._present()
         return self._labels
+
+    @staticmethod
+    def driver() -> str:
+        """Name and version of the OpenGL driver that draws; `not there` where there is none."""
+        try:
+            return opengl.driver()
+        except RenderError:
+            return "not there"
 
     def expect(self, lens: Lens) -> None:
         """Prepare for pictures through a lens, so that what draws need not be set up anew for the first of them."""
