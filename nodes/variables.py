@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from graphengine.node import Context, ExecIn, ExecOut, In, Node, Out, State, Variable
-from graphengine.node.context import find_variable
 from graphengine.node.types import PortType, Target, Token
+from graphengine.node.variable import find_variable
 
 _IGNORED = "means nothing, as in the reference"
 

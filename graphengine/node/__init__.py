@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from graphengine.node.context import Clock, Context, Keyboard, Mailbox, PrimAttribute, Prims, RobotDescription, Variable
+from graphengine.node.clock import Clock
+from graphengine.node.context import Context, PrimAttribute, Prims, RobotDescription
+from graphengine.node.keys import Keyboard
+from graphengine.node.mailbox import Mailbox
 from graphengine.node.node_class import Fire, Node, Numbered, Pushes, node
 from graphengine.node.port import ExecIn, ExecOut, In, Out, State
+from graphengine.node.variable import Variable
 
 __all__ = ["Node", "ExecIn", "ExecOut", "In", "Out", "State", "node", "Fire", "Pushes", "Numbered"]
 __all__ += ["Context", "Clock", "Variable", "Mailbox", "Keyboard", "Prims", "PrimAttribute", "RobotDescription"]

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, Protocol, TypedDict, TypeVar, Unpack
+from typing import Any, Literal, Protocol, TypedDict, Unpack
 
 import numpy as np
 
@@ -23,9 +23,11 @@ from graphengine.devices.sensor import (
     Quaternion,
     Vector3,
 )
-from graphengine.format.errors import ContextError
-from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages.endpoints import Publisher, ServiceClient, ServiceServer, Subscription
+from graphengine.node.clock import Clock
+from graphengine.node.keys import Keyboard
+from graphengine.node.mailbox import Mailbox
+from graphengine.node.variable import Variable
 
 
 class EndpointOptions(TypedDict, total=False):
@@ -53,34 +55,6 @@ class ServiceOptions(EndpointOptions, total=False):
 
     collects_namespace: bool
     """An empty namespace is collected from the prims above the node."""
-
-
-class Clock(Protocol):
-    """Simulation time as the running graph sees it; constant within one pass."""
-
-    @property
-    def time(self) -> float:
-        """Seconds since play; the first tick is at one tick period."""
-
-    @property
-    def monotonic_time(self) -> float:
-        """Seconds of simulation since the session began, continuing over stop and play."""
-
-    @property
-    def wall_time(self) -> float:
-        """Seconds since the epoch when the tick began; the only time that is not simulation's."""
-
-    @property
-    def delta(self) -> float:
-        """Seconds between two passes of this graph."""
-
-    @property
-    def period(self) -> tuple[int, int]:
-        """The same as a fraction: numerator and denominator."""
-
-    @property
-    def frame(self) -> int:
-        """Number of this tick since play; the first is 1."""
 
 
 class Prims(Protocol):
@@ -127,41 +101,6 @@ class PrimAttribute(Protocol):
         Raises:
             ContextError: to that it cannot be changed.
         """
-
-
-class Variable(Protocol):
-    """A graph's variable."""
-
-    value: Any
-
-    @property
-    def changed(self) -> bool:
-        """Whether the value at the start of this tick differs from the one at the start of the tick before."""
-
-
-class Keyboard(Protocol):
-    """Keys by OmniGraph's names, as they are for the whole of a tick."""
-
-    @property
-    def held(self) -> frozenset[str]:
-        """Those that are held down in this tick."""
-
-    @property
-    def before(self) -> frozenset[str]:
-        """Those that were in the tick before."""
-
-    def any_of(self, modifier: str) -> bool:
-        """Whether one of the keys of a modifier is held: `shift`, `alt` or `ctrl`."""
-
-
-class Mailbox(Protocol):
-    """Impulses and custom events by name: what is posted in one tick is taken in the next."""
-
-    def post(self, item: Any = None) -> None:
-        """Queue an item for the next tick."""
-
-    def take(self) -> Sequence[Any]:
-        """Items posted before this tick, oldest first, once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -337,21 +276,3 @@ class Context(Protocol):
 
     def log(self, severity: Literal["info", "warning", "error"], message: str) -> None:
         """Tell the user, once for each different message."""
-
-
-IMPULSE = "impulse:"
-"""Before a node's prim path: the name of the queue of its impulses."""
-
-T = TypeVar("T")
-
-
-def find_variable(variables: Mapping[str, T], name: str) -> T:
-    """What is known of a graph's variable, by its name.
-
-    Raises:
-        ContextError: the graph has none of that name.
-    """
-    if name not in variables:
-        near = did_you_mean(name, variables) or listing(variables, "variables")
-        raise ContextError(f"the graph has no variable {name!r}", name, near)
-    return variables[name]

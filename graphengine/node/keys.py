@@ -50,12 +50,17 @@ KEYS = (
 """Every key there is, in OmniGraph's order."""
 
 
-class HeldKeys:
-    """What is held down: in the tick that runs, and in the one before it."""
+class Keyboard:
+    """Keys by OmniGraph's names, as they are for the whole of a tick.
+
+    Attributes:
+        held: keys that are held down in this tick.
+        before: keys that were held down in the tick before.
+        asked: whether a node asked for the keyboard.
+    """
 
     def __init__(self) -> None:
         self.asked = False
-        """Whether a node asked for it."""
         self.held: frozenset[str] = frozenset()
         self.before: frozenset[str] = frozenset()
         self._down: set[str] = set()
@@ -86,7 +91,7 @@ class HeldKeys:
         self._tapped.clear()
 
     def clear(self) -> None:
-        """Nothing has been held."""
+        """Forget which keys were held in this tick and in the one before."""
         self.before = self.held = frozenset()
 
     def any_of(self, modifier: str) -> bool:

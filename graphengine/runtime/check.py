@@ -19,9 +19,9 @@ from graphengine.format.errors import ContextError, GraphError, JointError, Prim
 from graphengine.format.permissions import Permissions
 from graphengine.messages.dry_network import DryNetwork
 from graphengine.messages.endpoints import EndpointClaim
+from graphengine.node.clock import Clock
 from graphengine.runtime.graph_run import make_graph_run
 from graphengine.runtime.node_context.services import Services
-from graphengine.runtime.simulation_clock import SimulationClock
 
 
 def check_plans(
@@ -187,10 +187,10 @@ def lint_rates(plans: Sequence[Plan], world: World, findings: Findings) -> None:
             findings.add("W106", f"{gate.part_of} is to run {often}", gate.span, remedy, related=gate.entry.via)
 
 
-def _clock(plan: Plan, world: World) -> SimulationClock:
+def _clock(plan: Plan, world: World) -> Clock:
     """Counts the passes of a graph."""
     numerator, denominator = world.tick_period
-    return SimulationClock((numerator, denominator * (world.substeps if plan.graph.runs == "physics_step" else 1)))
+    return Clock((numerator, denominator * (world.substeps if plan.graph.runs == "physics_step" else 1)))
 
 
 def lint_claims(context: LintContext) -> None:

@@ -10,19 +10,17 @@ from graphengine.compiler.graph import visible
 from graphengine.compiler.plan import Plan
 from graphengine.devices.stage import Prim, at_or_below
 from graphengine.format.errors import BadValueError, NodeError
+from graphengine.node.clock import Clock
+from graphengine.node.variable import Variable
 from graphengine.runtime.executor import Executor
-from graphengine.runtime.graph_variable import GraphVariable
 from graphengine.runtime.node_context.context import NodeContext
 from graphengine.runtime.node_context.services import Services
-from graphengine.runtime.simulation_clock import SimulationClock
 
 
 class GraphContexts:
     """Hands out the context of each node, by its index; a new one closes what the old one handed out."""
 
-    def __init__(
-        self, plan: Plan, services: Services, clock: SimulationClock, variables: dict[str, GraphVariable]
-    ) -> None:
+    def __init__(self, plan: Plan, services: Services, clock: Clock, variables: dict[str, Variable]) -> None:
         self._plan = plan
         self._services = services
         self._clock = clock
@@ -80,7 +78,7 @@ class GraphRun:
     """A graph that runs."""
 
     executor: Executor
-    variables: dict[str, GraphVariable]
+    variables: dict[str, Variable]
     contexts: GraphContexts
 
     @property
@@ -100,7 +98,7 @@ class GraphRun:
 
 
 def make_graph_run(
-    plan: Plan, services: Services, clock: SimulationClock, fault: Callable[[NodeError], None] | None = None
+    plan: Plan, services: Services, clock: Clock, fault: Callable[[NodeError], None] | None = None
 ) -> GraphRun:
     """Make the run of a graph, not set up yet; `fault` receives the faults of nodes, else the first one ends the run."""
     graph, dropped = plan.graph, services.dropped
@@ -115,7 +113,7 @@ def make_graph_run(
             where = f"{instance.span}: {instance.cls.type_name} in graph {graph.name}"
             services.warn(node, "\n  ".join([f"{what}; dropped at tick {clock.frame}{others}", where, *more]))
 
-    variables = {name: GraphVariable(default) for name, default in plan.graph.variables.items()}
+    variables = {name: Variable(default) for name, default in plan.graph.variables.items()}
     contexts = GraphContexts(plan, services, clock, variables)
     dropping = drop if dropped is not None else None
     executor = Executor(plan, contexts, lambda: (clock.frame, clock.time), fault, dropping)

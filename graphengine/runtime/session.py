@@ -12,12 +12,12 @@ from graphengine.devices.entity import Move, warning
 from graphengine.devices.sensor import Quaternion, Vector3
 from graphengine.format.errors import GraphError, StateError, TransportError, UnknownEntityError, UsageError
 from graphengine.format.spec import RobotUse
+from graphengine.node.clock import Clock
+from graphengine.node.mailbox import find_impulses
 from graphengine.runtime.graph_run import GraphRun
 from graphengine.runtime.inbox import Inbox, LiveInbox
-from graphengine.runtime.mailbox import find_impulses
 from graphengine.runtime.node_context.services import Services
 from graphengine.runtime.pacer import Pacer
-from graphengine.runtime.simulation_clock import SimulationClock
 from graphengine.runtime.ticker import SCOPES, ResetScope, Ticker
 
 SessionState = Literal["stopped", "playing", "paused"]
@@ -90,8 +90,8 @@ class Session:
     def __init__(
         self,
         services: Services,
-        clock: SimulationClock,
-        step_clock: SimulationClock,
+        clock: Clock,
+        step_clock: Clock,
         graphs: Sequence[GraphRun],
         roster: Roster | None = None,
     ) -> None:
@@ -232,9 +232,9 @@ class Session:
             UsageError: there is no such node, there are several, or within a tick.
         """
         self._refuse_within_tick()
-        path, mailbox = find_impulses(self.services.mailboxes, node)
-        if not mailbox.waiting:
-            mailbox.post()
+        path, queue = find_impulses(self.services.queues, node)
+        if not queue.waiting:
+            queue.post()
         self.inbox.command("impulse", {"node": path})
 
     def press(self, *keys: str) -> None:

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from typing import Literal
 
 from graphengine.format.errors import GraphError, TransportError
+from graphengine.node.clock import Clock
 from graphengine.node.node_class import Ending
 from graphengine.runtime.graph_run import GraphRun
 from graphengine.runtime.inbox import Inbox
 from graphengine.runtime.node_context.services import Services
-from graphengine.runtime.simulation_clock import SimulationClock
 
 ResetScope = Literal["time", "state", "spawned"]
 SCOPES: tuple[ResetScope, ...] = ("time", "state", "spawned")
@@ -27,9 +27,7 @@ class Ticker:
         graphs: in the order they run.
     """
 
-    def __init__(
-        self, services: Services, clock: SimulationClock, step_clock: SimulationClock, graphs: Sequence[GraphRun]
-    ) -> None:
+    def __init__(self, services: Services, clock: Clock, step_clock: Clock, graphs: Sequence[GraphRun]) -> None:
         self.count = 0
         """Ticks that ran; those before a stop count too."""
         self.running = False
@@ -98,8 +96,8 @@ class Ticker:
         self._clock.wall_time = self._step_clock.wall_time = inbox.begin_tick()
         self._services.network.freeze()
         self._services.keys.freeze()
-        for mailbox in self._services.mailboxes.values():
-            mailbox.freeze()
+        for queue in self._services.queues.values():
+            queue.freeze()
         for run in self.graphs:
             for variable in run.variables.values():
                 variable.freeze()
@@ -135,8 +133,8 @@ class Ticker:
             for variable in run.variables.values():
                 variable.clear()
         services.keys.clear()
-        for mailbox in services.mailboxes.values():
-            mailbox.clear()
+        for queue in services.queues.values():
+            queue.clear()
         for path in services.generators:
             services.reseed(path)
         for product in services.render_products.values():

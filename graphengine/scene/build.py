@@ -22,13 +22,13 @@ from graphengine.format.files import Files, NotFoundError
 from graphengine.format.spec import SceneSpec
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages.endpoints import Network
+from graphengine.node.clock import Clock
 from graphengine.node.node_class import UNKNOWN_PRIM
 from graphengine.runtime import check
 from graphengine.runtime.dropped_values import BadValues, DroppedValues
 from graphengine.runtime.graph_run import make_graph_run
 from graphengine.runtime.node_context.services import Services
 from graphengine.runtime.session import Session
-from graphengine.runtime.simulation_clock import SimulationClock
 from graphengine.scene.assembly import Assembly, Options
 from graphengine.scene.roster import SceneRoster
 from graphengine.scene.uses import GraphFile, find_use, plan_graphs, resolve_uses, robot_uses, use_place
@@ -228,9 +228,9 @@ def start(
     world.clamps_commands = bad_values == "drop"
     if log is not None:
         services.log = log
-    clock = SimulationClock(world.tick_period)
+    clock = Clock(world.tick_period)
     numerator, denominator = world.tick_period
-    step_clock = SimulationClock((numerator, denominator * world.substeps))
+    step_clock = Clock((numerator, denominator * world.substeps))
     clocks = {"tick": clock, "physics_step": step_clock}
     runs = [make_graph_run(plan, services, clocks[plan.graph.runs], fault) for plan in assembly.plans]
     try:

@@ -12,11 +12,11 @@ from graphengine.format.errors import NodeError, UnknownEntityError, UsageError
 from graphengine.format.spec import RobotUse
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages.endpoints import EndpointClaim
+from graphengine.node.clock import Clock
 from graphengine.runtime import check
 from graphengine.runtime.graph_run import GraphRun, make_graph_run
 from graphengine.runtime.node_context.services import Services
 from graphengine.runtime.session import Roster
-from graphengine.runtime.simulation_clock import SimulationClock
 from graphengine.scene.assembly import Assembly
 from graphengine.scene.uses import plan_graphs, resolve_uses, robot_uses
 
@@ -35,7 +35,7 @@ class SceneRoster(Roster):
         self,
         assembly: Assembly,
         services: Services,
-        clocks: Mapping[str, SimulationClock],
+        clocks: Mapping[str, Clock],
         fault: Callable[[NodeError], None] | None,
     ) -> None:
         from graphengine.physics.population import Population  # not before a scene has brought MuJoCo in

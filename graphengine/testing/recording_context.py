@@ -4,31 +4,29 @@ from __future__ import annotations
 
 from typing import Any
 
+from graphengine.node.clock import Clock
 from graphengine.node.node_class import Node
+from graphengine.node.variable import Variable
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
-from graphengine.runtime.graph_variable import GraphVariable
 from graphengine.runtime.node_context.context import NodeContext
 from graphengine.runtime.node_context.services import Services
-from graphengine.runtime.simulation_clock import SimulationClock
 from graphengine.testing.recording_world import RecordingWorld
 
 
 class RecordingContext(NodeContext):
     """One node's door to a world and a network of a test; `wanted` says whether somebody listens to all topics."""
 
-    clock: SimulationClock
-
     def __init__(
         self, prim_path: str = "/World/graph/node", *, wanted: bool = True, ros_domain_id: int | None = None
     ) -> None:
         self.world, self._memory = RecordingWorld(), MemoryTransport(wants_all=wanted)
         self.logged: list[tuple[str, str]] = []  # severity and text
-        self.variables: dict[str, GraphVariable] = {}
+        self.variables: dict[str, Variable] = {}
         network = LiveNetwork(lambda _: self._memory, 0, lambda text: self.logged.append(("network", text)))
         self.services = Services(self.world, network, domain_from_environment=ros_domain_id)
         self.services.log = lambda severity, _, message: self.logged.append((severity, message))
-        clock = SimulationClock(self.world.tick_period)
+        clock = Clock(self.world.tick_period)
         super().__init__(self.services, clock, "graph", prim_path, 1.0 / clock.delta, self.variables)
 
     @property
@@ -41,7 +39,7 @@ class RecordingContext(NodeContext):
         """Begin the next tick: time goes on, what arrived becomes visible."""
         for _ in range(ticks):
             shared = self.services
-            frozen: list[Any] = [shared.network, shared.keys, *shared.mailboxes.values(), *self.variables.values()]
+            frozen: list[Any] = [shared.network, shared.keys, *shared.queues.values(), *self.variables.values()]
             for part in frozen:
                 part.freeze()
             self.clock.set_frame(self.clock.frame + 1)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from graphengine.compiler.lint_registry import lint
 from graphengine.node import Context, ExecOut, Fire, In, Mailbox, Node, State
-from graphengine.node.context import IMPULSE
+from graphengine.node.mailbox import IMPULSE
 from graphengine.node.types import Token
 from graphengine.nodes.clocked import ClockNode
 

@@ -24,11 +24,11 @@ from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
 from graphengine.messages.dry_network import DryNetwork
 from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out
+from graphengine.node.clock import Clock
 from graphengine.runtime.executor import Executor
 from graphengine.runtime.graph_run import make_graph_run
 from graphengine.runtime.node_context.context import NodeContext
 from graphengine.runtime.node_context.services import Services
-from graphengine.runtime.simulation_clock import SimulationClock
 
 
 class Tick(Node, type="bench.Tick"):
@@ -164,7 +164,7 @@ def built(text: str) -> tuple[float, float]:
         plan = make_plan(resolve(flat, "graph", "/graph", default_registry(), findings), findings)
     findings.raise_errors()
     assert plan is not None
-    clock = SimulationClock((1, 60))
+    clock = Clock((1, 60))
     run = make_graph_run(plan, Services(DryWorld(Stage()), DryNetwork()), clock)
     run.executor.setup()
     needed = time.process_time() - start

@@ -23,11 +23,11 @@ from graphengine.format.errors import NodeError
 from graphengine.format.files import Files
 from graphengine.messages.dry_network import DryEndpoint, DryNetwork
 from graphengine.messages.endpoints import EndpointClaim, OwnedPublisher
+from graphengine.node.clock import Clock
 from graphengine.runtime.dropped_values import BadValues, DroppedValues
 from graphengine.runtime.graph_run import GraphRun, make_graph_run
 from graphengine.runtime.node_context.services import Services
 from graphengine.runtime.session import Session
-from graphengine.runtime.simulation_clock import SimulationClock
 from tests.compiler import nodes_for_tests
 
 REGISTRY = Registry()
@@ -107,7 +107,7 @@ class Bench:
         self.journal = Journal()
         self.services = Services(DryWorld(Stage()), self.journal)
         self.services.dropped = DroppedValues() if bad_values == "drop" else None
-        self.clock = SimulationClock((1, 100))
+        self.clock = Clock((1, 100))
         self.faults: list[NodeError] = []
         fault = self.faults.append if keep_going else None
         run = make_graph_run(plan, self.services, self.clock, fault)
@@ -126,8 +126,8 @@ class Bench:
 
     def begin_tick(self) -> None:
         """What a session does before a pass."""
-        for mailbox in self.services.mailboxes.values():
-            mailbox.freeze()
+        for queue in self.services.queues.values():
+            queue.freeze()
         for variable in self.variables.values():
             variable.freeze()
         self.clock.set_frame(self.clock.frame + 1)
@@ -144,8 +144,8 @@ class Bench:
         self.executor.stop()
         for variable in self.variables.values():
             variable.clear()
-        for mailbox in self.services.mailboxes.values():
-            mailbox.clear()
+        for queue in self.services.queues.values():
+            queue.clear()
         self.clock.stop()
 
     def ticks(self, count: int) -> list[list[str]]:
@@ -196,8 +196,8 @@ class Play:
         self.world = Physics(self.journal, tick_period, substeps)
         self.services = Services(self.world, self.journal)
         numerator, denominator = tick_period
-        self.clock = SimulationClock(tick_period)
-        self.step_clock = SimulationClock((numerator, denominator * substeps))
+        self.clock = Clock(tick_period)
+        self.step_clock = Clock((numerator, denominator * substeps))
         runs: list[GraphRun] = []
         self.plans: list[Plan] = []
         for path in paths:

@@ -14,9 +14,9 @@ from graphengine.compiler.gates import EveryHz, EveryTicks
 from graphengine.devices.dry_world import DryWorld
 from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
+from graphengine.node.clock import Clock
 from graphengine.nodes.core.flow import IsaacSimulationGate, OgnIsaacRunOneSimulationFrame
 from graphengine.runtime import check
-from graphengine.runtime.simulation_clock import SimulationClock
 from graphengine.testing import RecordingContext
 from tests.compiler.conftest import MakeBench, MakeFile, MakePlay
 from tests.compiler.harness import Bench, planned, write
@@ -78,7 +78,7 @@ def test_a_graph_of_physics_steps_counts_the_time_of_steps(play: MakePlay) -> No
 @given(st.fractions(min_value="1/100", max_value=500), st.integers(1, 300), st.lists(st.booleans(), max_size=100))
 def test_hz_keeps_to_the_rule_whatever_the_rates(hz: Fraction, tick_rate: int, executed: list[bool]) -> None:
     rate, context = float(hz), RecordingContext()
-    context.clock = SimulationClock((1, tick_rate))
+    context.clock = Clock((1, tick_rate))
     gate, due = EveryHz(hz=rate), 0
     gate.setup(context)
     for frame, runs in enumerate(executed, 1):
@@ -95,7 +95,7 @@ def test_a_rate_that_changes_while_the_graph_runs_holds_from_there_on(
     before: float, after: float, expected: list[int]
 ) -> None:
     context = RecordingContext()
-    context.clock = clock = SimulationClock((1, 4))
+    context.clock = clock = Clock((1, 4))
     gate = EveryHz(hz=before)
     gate.setup(context)
     for frame in range(1, 8):
@@ -144,7 +144,7 @@ def test_an_event_that_runs_several_times_in_a_tick_counts_each(bench: MakeBench
         """
     )
     for value in range(5):
-        run.services.mailboxes["messages"].post(float(value))
+        run.services.queues["messages"].post(float(value))
     assert run.tick() == ["Do 1", "Do 3"]
 
 

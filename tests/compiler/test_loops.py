@@ -117,7 +117,7 @@ def test_r13_an_event_that_pushes_runs_its_region_once_for_each_message(bench: M
           - Twice.value -> B.a
           - OnMessage.done -> End.execIn
     """)
-    box = run.services.mailboxes["messages"]
+    box = run.services.queues["messages"]
     assert run.tick() == ["End 0"]
     box.post(1.0)
     box.post(2.0)
@@ -134,7 +134,7 @@ def test_r13_plain_events_beside_a_pushing_one_fire_as_ever(bench: MakeBench) ->
           - OnMessage.value -> A.a
           - A.sum -> B.a
     """)
-    run.services.mailboxes["messages"].post(4.0)
+    run.services.queues["messages"].post(4.0)
     assert run.tick() == ["A 4", "B 4"]
     assert run.tick() == ["B 4"]
 

@@ -236,7 +236,7 @@ def play(run: Bench) -> list[Any]:
     """Journal and outputs after each pass and each ending, with messages before the first two passes."""
     told = []
     for number in range(PASSES):
-        box = run.services.mailboxes.get("messages")
+        box = run.services.queues.get("messages")
         if box is not None and number < 2:
             box.post(float(number))
         told.append((run.tick(), outputs(run.executor.nodes)))
@@ -256,7 +256,7 @@ def play_both(path: Path) -> tuple[list[Any], list[Any]]:
     done = play(engine)
     said: list[Any] = []
     for number in range(PASSES):
-        box = other.services.mailboxes.get("messages")
+        box = other.services.queues.get("messages")
         if box is not None and number < 2:
             box.post(float(number))
         other.begin_tick()

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from graphengine.format.errors import CheckError
+from graphengine.node.clock import Clock
 from graphengine.nodes.action.events import OnPlaybackTick, OnTick
-from graphengine.runtime.simulation_clock import SimulationClock
 from graphengine.testing import RecordingContext, RecordingWorld
 from tests.nodes.harness import Player, ready
 
@@ -44,7 +44,7 @@ def test_the_first_tick_is_frame_1_at_one_period() -> None:
 @given(frame=st.integers(1, 10**9), rate=st.integers(1, 1000), denominator=st.integers(1, 1001))
 def test_time_is_the_frame_times_the_period_and_nothing_adds_up(frame: int, rate: int, denominator: int) -> None:
     context = RecordingContext()
-    context.clock = SimulationClock((denominator, rate))
+    context.clock = Clock((denominator, rate))
     node = ticking(context)
     context.clock.set_frame(frame)
     node.compute()

@@ -14,7 +14,7 @@ from graphengine.format.permissions import Permissions
 from graphengine.node import Node
 from graphengine.node.port import Port
 from graphengine.node.types import UnionType, coerce, equal, parse
-from graphengine.runtime.graph_variable import GraphVariable
+from graphengine.node.variable import Variable
 from graphengine.testing import RecordingContext, check_node
 from tests.nodes.data import needed as data
 from tests.nodes.harness import HERE, facts
@@ -203,7 +203,7 @@ NEEDED: dict[str, dict[str, Any]] = {
 def surroundings() -> RecordingContext:
     """A robot with a lidar and a camera that see something, an inertial unit and a contact sensor."""
     context = RecordingContext()
-    context.variables["speed"] = GraphVariable(1.0)
+    context.variables["speed"] = Variable(1.0)
     context.services.permissions = Permissions(Files.of(HERE / "graph.yaml"), {"ROBOT": "dd100"}, scripts=True)
     context.world.add_robot("/robot", ["left", "right"])
     lidar = context.world.add_lidar("/robot/Geometry/base_link/Lidar", angles=(0.0, 1.0, 1.0))

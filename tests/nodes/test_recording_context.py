@@ -13,7 +13,7 @@ from graphengine.devices.motion import Articulation, Body, Frame, JointSelection
 from graphengine.devices.sensor import Lidar, Vector3
 from graphengine.format.errors import ContextError, PrimError, TransportError
 from graphengine.node import Context
-from graphengine.runtime.graph_variable import GraphVariable
+from graphengine.node.variable import Variable
 from graphengine.testing import RecordingBody, RecordingContext, RecordingWorld
 from tests.nodes.harness import matrix, twist, yaw
 
@@ -137,7 +137,7 @@ def test_a_topic_that_nobody_reads_cannot_be_fed() -> None:
 
 def test_ticks_move_time_mailboxes_and_variables() -> None:
     context = RecordingContext()
-    context.variables["speed"] = GraphVariable(1.0)
+    context.variables["speed"] = Variable(1.0)
     mailbox, variable = context.mailbox("event"), context.variable("speed")
     mailbox.post("now")
     variable.value = 2.0

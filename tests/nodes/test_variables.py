@@ -5,16 +5,16 @@ from __future__ import annotations
 import pytest
 
 from graphengine.format.errors import CheckError
+from graphengine.node.variable import Variable
 from graphengine.nodes.action.events import OnVariableChange
 from graphengine.nodes.variables import ReadVariable, WriteVariable
-from graphengine.runtime.graph_variable import GraphVariable
 from graphengine.testing import RecordingContext
 from tests.nodes.harness import Player, ready
 
 
 def context() -> RecordingContext:
     made = RecordingContext()
-    made.variables["speed"] = GraphVariable(1.5)
+    made.variables["speed"] = Variable(1.5)
     return made
 
 
@@ -41,7 +41,7 @@ def test_a_change_is_an_event_of_the_next_tick_only() -> None:
 
 
 def test_a_number_that_stays_none_does_not_change() -> None:
-    variable = GraphVariable(float("nan"))
+    variable = Variable(float("nan"))
     variable.value = float("nan")
     variable.freeze()
     assert not variable.changed

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from graphengine.format.errors import ContextError, NodeError, PhysicsError
-from graphengine.runtime.graph_variable import GraphVariable
+from graphengine.node.variable import Variable
 from tests.compiler.conftest import MakePlay
 from tests.compiler.harness import Play
 
@@ -150,7 +150,7 @@ def test_r2_an_event_that_raises_itself_does_so_once_a_tick(play: MakePlay) -> N
           - OnMessage.received -> Again.execIn
           - Again.execOut -> Received.execIn
     """)
-    run.services.mailboxes["messages"].post(0.0)
+    run.services.queues["messages"].post(0.0)
     assert [run.tick() for _ in range(3)] == [["Received 0"]] * 3
 
 
@@ -189,7 +189,7 @@ def test_r2_a_change_of_a_variable_is_seen_in_the_next_tick(play: MakePlay) -> N
 
 
 def test_a_variable_that_holds_an_array_tells_whether_it_changed() -> None:
-    variable = GraphVariable(np.zeros(3))
+    variable = Variable(np.zeros(3))
     variable.freeze()
     assert not variable.changed
     variable.value = np.zeros(2)

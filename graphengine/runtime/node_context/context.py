@@ -8,10 +8,10 @@ from typing import Literal
 
 import numpy as np
 
-from graphengine.node.context import Clock, find_variable
-from graphengine.node.keys import HeldKeys
-from graphengine.runtime.graph_variable import GraphVariable
-from graphengine.runtime.mailbox import NodeMailbox, QueueMailbox
+from graphengine.node.clock import Clock
+from graphengine.node.keys import Keyboard
+from graphengine.node.mailbox import EventQueue, Mailbox
+from graphengine.node.variable import Variable, find_variable
 from graphengine.runtime.node_context.endpoints import OwnedEndpoints
 from graphengine.runtime.node_context.handles import WorldHandles
 from graphengine.runtime.node_context.services import Services
@@ -27,7 +27,7 @@ class NodeContext(WorldHandles, OwnedEndpoints):
         graph: str,
         prim_path: str,
         rate: float | None,
-        variables: Mapping[str, GraphVariable],
+        variables: Mapping[str, Variable],
         runs: Literal["tick", "physics_step"] = "tick",
         wired: Mapping[str, int] | None = None,
         graph_path: str = "",
@@ -49,13 +49,13 @@ class NodeContext(WorldHandles, OwnedEndpoints):
         """How many wires end at an execution input of the node; one, where there is no graph."""
         return 1 if self._wired is None else self._wired.get(pin, 0)
 
-    def variable(self, name: str) -> GraphVariable:
+    def variable(self, name: str) -> Variable:
         """A variable of the node's graph."""
         return find_variable(self._variables, name)
 
-    def mailbox(self, name: str) -> NodeMailbox:
+    def mailbox(self, name: str) -> Mailbox:
         """A named queue of the session."""
-        return NodeMailbox(self._services.mailboxes.setdefault(name, QueueMailbox(name)))
+        return Mailbox(self._services.queues.setdefault(name, EventQueue(name)))
 
     def environment(self, name: str) -> str:
         """A variable of the environment."""
@@ -69,7 +69,7 @@ class NodeContext(WorldHandles, OwnedEndpoints):
         """Refuse to go on unless the user lets graphs run Python."""
         self._services.permissions.require_scripts()
 
-    def keyboard(self) -> HeldKeys:
+    def keyboard(self) -> Keyboard:
         """The keys of whoever runs the session."""
         self._services.keys.asked = True
         return self._services.keys

@@ -12,9 +12,9 @@ from graphengine.devices.seeds import key_of
 from graphengine.devices.stage import Stage, at_or_below
 from graphengine.format.permissions import Permissions
 from graphengine.messages.endpoints import EndpointClaim, Network, OwnedServer
-from graphengine.node.keys import HeldKeys
+from graphengine.node.keys import Keyboard
+from graphengine.node.mailbox import EventQueue
 from graphengine.runtime.dropped_values import DroppedValues
-from graphengine.runtime.mailbox import QueueMailbox
 from graphengine.runtime.render_product import RenderProduct
 
 
@@ -35,9 +35,9 @@ class Services:
     """Servers that are open, by their handles."""
     handles: dict[tuple[str, int], int] = field(default_factory=dict)
     """Of the n-th server of each node, by its prim path; a node that is set up again has those that it had."""
-    mailboxes: dict[str, QueueMailbox] = field(default_factory=dict)
+    queues: dict[str, EventQueue] = field(default_factory=dict)
     permissions: Permissions = field(default_factory=Permissions)
-    keys: HeldKeys = field(default_factory=HeldKeys)
+    keys: Keyboard = field(default_factory=Keyboard)
     generators: dict[str, np.random.Generator] = field(default_factory=dict)
     """Random numbers of each node that asked for them, by its prim path."""
     render_products: dict[str, RenderProduct] = field(default_factory=dict)

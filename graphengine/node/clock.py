@@ -1,10 +1,21 @@
-"""Simulation time in ticks, as a running session counts it."""
+"""Simulation time in ticks."""
 
 from __future__ import annotations
 
 
-class SimulationClock:
-    """Time counted in ticks: `tick * numerator / denominator`, so that nothing adds up."""
+class Clock:
+    """Simulation time as the running graph sees it; constant within one pass.
+
+    Time is `tick * numerator / denominator`, so rounding errors do not accumulate.
+
+    Attributes:
+        time: seconds since play; the first tick is at one tick period.
+        monotonic_time: seconds of simulation since the session began, continuing over stop and play.
+        delta: seconds between two passes of this graph.
+        period: the same as a fraction: numerator and denominator.
+        frame: number of this tick since play; the first is 1.
+        wall_time_was_read: whether a node read `wall_time` in this tick.
+    """
 
     __slots__ = (
         "_denominator",
@@ -28,7 +39,7 @@ class SimulationClock:
 
     @property
     def wall_time(self) -> float:
-        """Seconds since 1970 when the tick began."""
+        """Seconds since the epoch when the tick began; the only time that is not simulation's."""
         self.wall_time_was_read = True
         return self._wall_time
 
@@ -38,12 +49,12 @@ class SimulationClock:
         self.wall_time_was_read = False
 
     def set_frame(self, frame: int) -> None:
-        """Go to a tick since play."""
+        """Set the number of the tick since play."""
         self.frame = frame
         self.time: float = frame * self._numerator / self._denominator
         self.monotonic_time: float = (self._past + frame) * self._numerator / self._denominator
 
     def stop(self) -> None:
-        """Back to 0; monotonic time stays where it is."""
+        """Reset the time to 0; monotonic time stays where it is."""
         self._past += self.frame
         self.set_frame(0)

@@ -7,10 +7,12 @@ from typing import Any
 
 from graphengine.format.errors import ContextError, UsageError
 from graphengine.format.wording import did_you_mean, listing
-from graphengine.node.context import IMPULSE
+
+IMPULSE = "impulse:"
+"""Before a node's prim path: the name of the queue of its impulses."""
 
 
-class QueueMailbox:
+class EventQueue:
     """Items by tick: posted in one, visible in the next; more than 1000 in a tick are an error."""
 
     LIMIT = 1000
@@ -18,7 +20,7 @@ class QueueMailbox:
     def __init__(self, name: str) -> None:
         self.name = name
         self.visible: Sequence[Any] = ()
-        """What was posted in the tick before; whoever did not take it by the end of this one has missed it."""
+        """Items posted during the previous tick; they are discarded at the end of this one."""
         self.ticks = 0
         self._posted: list[Any] = []
 
@@ -45,40 +47,47 @@ class QueueMailbox:
         self.ticks += 1
 
     def clear(self) -> None:
-        """Forget everything."""
+        """Discard all items."""
         self.visible, self._posted = (), []
 
 
-class NodeMailbox:
-    """A queue as one node sees it: each item reaches every node that takes, once."""
+class Mailbox:
+    """Impulses or custom events of one name, as one node sees them: what is posted in one tick is taken in the next.
 
-    def __init__(self, queue: QueueMailbox) -> None:
+    Each item reaches every node that takes, once.
+    """
+
+    def __init__(self, queue: EventQueue) -> None:
         self._queue = queue
         self._taken = 0
 
     def post(self, item: Any = None) -> None:
-        """Queue an item for the next tick."""
+        """Queue an item for the next tick.
+
+        Raises:
+            ContextError: the queue is full.
+        """
         self._queue.post(item)
 
     def take(self) -> Sequence[Any]:
-        """Items posted before this tick."""
+        """Items posted before this tick, oldest first, once."""
         if self._taken == self._queue.ticks:
             return ()
         self._taken = self._queue.ticks
         return self._queue.visible
 
 
-def find_impulses(mailboxes: Mapping[str, QueueMailbox], node: str) -> tuple[str, QueueMailbox]:
+def find_impulses(queues: Mapping[str, EventQueue], node: str) -> tuple[str, EventQueue]:
     """The prim path of a node that waits for impulses, and its queue.
 
     Args:
-        mailboxes: of the session.
+        queues: of the session.
         node: its prim path, or as much of the end as no other has: `graph/Node`, `Node`.
 
     Raises:
         UsageError: there is no such node, or there are several.
     """
-    known = {name.removeprefix(IMPULSE): box for name, box in mailboxes.items() if name.startswith(IMPULSE)}
+    known = {name.removeprefix(IMPULSE): queue for name, queue in queues.items() if name.startswith(IMPULSE)}
     wanted = node.strip("/")
     meant = [path for path in known if f"/{path.strip('/')}".endswith(f"/{wanted}")] if wanted else []
     if len(meant) != 1:

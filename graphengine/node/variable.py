@@ -1,0 +1,51 @@
+"""Variables of graphs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+from graphengine.format.errors import ContextError
+from graphengine.format.wording import did_you_mean, listing
+from graphengine.node import types
+
+T = TypeVar("T")
+
+
+class Variable:
+    """A graph's variable.
+
+    Attributes:
+        value: what was last written, or the default.
+        default: the value before the first tick and after a stop.
+    """
+
+    __slots__ = ("_before", "_now", "default", "value")
+
+    def __init__(self, default: Any) -> None:
+        self.default = self.value = self._before = self._now = default
+
+    @property
+    def changed(self) -> bool:
+        """Whether the value at the start of this tick differs from the one at the start of the tick before."""
+        return not types.equal(self._before, self._now)
+
+    def freeze(self) -> None:
+        """Begin a tick: note the value for `changed`."""
+        self._before, self._now = self._now, self.value
+
+    def clear(self) -> None:
+        """Reset the value to the default."""
+        self.value = self._before = self._now = self.default
+
+
+def find_variable(variables: Mapping[str, T], name: str) -> T:
+    """What is known of a graph's variable, by its name.
+
+    Raises:
+        ContextError: the graph has none of that name.
+    """
+    if name not in variables:
+        near = did_you_mean(name, variables) or listing(variables, "variables")
+        raise ContextError(f"the graph has no variable {name!r}", name, near)
+    return variables[name]
