@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from graphengine.node.clock import Clock
-from graphengine.node.context import Context, PrimAttribute, Prims, RobotDescription
+from graphengine.node.context import Context, RobotDescription
 from graphengine.node.keys import Keyboard
 from graphengine.node.mailbox import Mailbox
 from graphengine.node.node_class import Fire, Node, Numbered, Pushes, node
 from graphengine.node.port import ExecIn, ExecOut, In, Out, State
+from graphengine.node.prims.stage_prims import PrimAttribute, Prims
 from graphengine.node.variable import Variable
 
 __all__ = ["Node", "ExecIn", "ExecOut", "In", "Out", "State", "node", "Fire", "Pushes", "Numbered"]

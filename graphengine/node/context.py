@@ -7,10 +7,10 @@ a value is returned.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, Protocol, TypedDict, Unpack
+from typing import Literal, Protocol, TypedDict, Unpack
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from graphengine.messages.endpoints import Publisher, ServiceClient, ServiceServ
 from graphengine.node.clock import Clock
 from graphengine.node.keys import Keyboard
 from graphengine.node.mailbox import Mailbox
+from graphengine.node.prims.stage_prims import PrimAttribute, Prims
 from graphengine.node.variable import Variable
 
 
@@ -55,52 +56,6 @@ class ServiceOptions(EndpointOptions, total=False):
 
     collects_namespace: bool
     """An empty namespace is collected from the prims above the node."""
-
-
-class Prims(Protocol):
-    """The prims of the stage, with their types and attributes as USD has them; attributes are read and written as JSON."""
-
-    def below(self, path: str) -> Sequence[tuple[str, str]]:
-        """Paths and types of a prim and of all below it, depth first.
-
-        Raises:
-            PrimError: there is no such prim.
-        """
-
-    def attributes(self, path: str) -> Mapping[str, str]:
-        """Types of a prim's attributes by their names.
-
-        Raises:
-            PrimError: there is no such prim.
-        """
-
-    def read(self, path: str, attribute: str) -> tuple[str, Any]:
-        """The type and the value of an attribute.
-
-        Raises:
-            ContextError: there is no such prim or attribute.
-        """
-
-    def write(self, path: str, attribute: str, value: Any) -> None:
-        """Change an attribute.
-
-        Raises:
-            GraphError: there is no such prim or attribute, it cannot be changed, or not to that.
-        """
-
-
-class PrimAttribute(Protocol):
-    """One attribute of a prim, with its value as ports carry it: quaternions are (x, y, z, w)."""
-
-    def read(self) -> Any:
-        """Its value now."""
-
-    def write(self, value: Any) -> None:
-        """Change it, and what it stands for.
-
-        Raises:
-            ContextError: to that it cannot be changed.
-        """
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,8 +11,8 @@ from graphengine.devices.stage import Prim, PrimKind
 from graphengine.format.errors import ContextError, PrimError
 from graphengine.format.wording import listing
 from graphengine.node.context import RobotDescription
+from graphengine.node.prims.stage_prims import PrimAttribute, Prims
 from graphengine.runtime.node_context.services import Services
-from graphengine.runtime.prims.stage_prims import BoundAttribute, StagePrims
 from graphengine.runtime.render_product import ProductCamera, RenderProduct
 from graphengine.runtime.transform_tree import expand
 
@@ -209,10 +209,10 @@ class WorldHandles:
         """The contact sensor at a prim."""
         return self._services.world.contact_sensor(self._find(prim, "contact"))
 
-    def stage(self) -> StagePrims:
+    def stage(self) -> Prims:
         """All prims of the stage."""
-        return StagePrims(self._services.world)
+        return Prims(self._services.world)
 
-    def attribute(self, prim: str, name: str, *, writable: bool = False) -> BoundAttribute:
+    def attribute(self, prim: str, name: str, *, writable: bool = False) -> PrimAttribute:
         """An attribute of a prim."""
-        return StagePrims(self._services.world).attribute(self._find(prim).path, name, writable=writable)
+        return Prims(self._services.world).attribute(self._find(prim).path, name, writable=writable)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from graphengine.format.errors import BadValueError, CheckError, ContextError, NodeError
+from graphengine.node.prims.stage_prims import Prims
 from graphengine.node.usd_types import PORT_TYPES, type_of_attribute
 from graphengine.nodes.prims import (
     GetPrimDirectionVector,
@@ -17,7 +18,6 @@ from graphengine.nodes.prims import (
     ReadPrimLocalTransform,
     WritePrimAttribute,
 )
-from graphengine.runtime.prims.stage_prims import StagePrims
 from tests.nodes.harness import Player, matrix, ready, yaw
 from tests.nodes.prims.harness import BOX, READING, READING_WIRES, arm, box
 
@@ -178,7 +178,7 @@ def test_what_cannot_be_written_is_told_before_the_run(play: Player) -> None:
 
 def test_the_types_by_name_are_those_that_prims_have(play: Player) -> None:
     playing = arm(play, DRIVE, WIRES)
-    prims, seen = StagePrims(playing.session.services.world), set()
+    prims, seen = Prims(playing.session.services.world), set()
     for path, _ in prims.below("/"):
         for name, kind in prims.attributes(path).items():
             assert type_of_attribute(name) == PORT_TYPES[kind]

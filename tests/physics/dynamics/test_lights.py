@@ -14,11 +14,11 @@ from graphengine.devices.stage import Prim, Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import PrimError
 from graphengine.format.spec import RobotUse
+from graphengine.node.prims.stage_prims import Prims
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.world_prims import add_world
 from graphengine.physics.population import Population
 from graphengine.physics.simulation import Simulation
-from graphengine.runtime.prims.stage_prims import StagePrims
 from tests.physics.harness import FLOOR, Project
 from tests.physics.pictures.harness import EYE, FORWARD, camera_of, needs_opengl
 
@@ -84,7 +84,7 @@ def test_a_light_without_a_name_is_numbered_and_hangs_on_its_body() -> None:
 
 
 def test_lights_have_the_types_of_usd() -> None:
-    prims = StagePrims(lit())
+    prims = Prims(lit())
     assert [kind for _, kind in prims.below("/World/sun")] == ["DistantLight"]
     assert [kind for _, kind in prims.below("/World/lamp/light_1")] == ["SphereLight"]
 

@@ -10,7 +10,7 @@ from graphengine.devices.backend import World
 from graphengine.devices.stage import Prim
 from graphengine.format.errors import ContextError
 from graphengine.format.wording import shown
-from graphengine.runtime.prims.attribute import Attribute, numbers
+from graphengine.node.prims.attribute import Attribute, numbers
 
 STRONGEST_GRAVITY = 1000.0
 """m/s2, some forty times that of Jupiter."""

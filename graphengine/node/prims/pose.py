@@ -8,7 +8,7 @@ from graphengine.devices.backend import World
 from graphengine.devices.entity import Move
 from graphengine.devices.rotation import Pose, compose, relative
 from graphengine.devices.stage import Prim
-from graphengine.runtime.prims.attribute import Attribute, numbers
+from graphengine.node.prims.attribute import Attribute, numbers
 
 
 class _Pose:

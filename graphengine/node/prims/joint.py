@@ -8,7 +8,7 @@ from typing import Any
 from graphengine.devices.backend import World
 from graphengine.devices.motion import Articulation
 from graphengine.devices.stage import Prim
-from graphengine.runtime.prims.attribute import Attribute, numbers
+from graphengine.node.prims.attribute import Attribute, numbers
 
 
 class _Joint:

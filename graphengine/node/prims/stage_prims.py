@@ -1,10 +1,9 @@
 """The prims of a world with their attributes.
 
-Attributes are those that something here stands behind: poses relative to the parent prim, masses, what joints and their drives
-do, gravity, friction of materials, lights, the clipping range of cameras, and the two names that the reference writes on prims.
-Angles are in degrees, as USD has them. What the physics and the cameras can be told while they run can be written: where a robot
-or a free body is, the targets of drives, gravity, friction, and lights. Bodies slide by the dynamic friction; the static one,
-which MuJoCo does not have, is kept and does nothing.
+Readable attributes: poses relative to the parent prim, masses, states of joints, targets of drives, gravity, friction of
+materials, lights, the clipping range of cameras, `isaac:nameOverride` and `isaac:namespace`. Angles are in degrees, as in USD.
+Attributes that can be written while the simulation runs: poses of robots and free bodies, targets of drives, gravity, friction
+and lights. Bodies slide by the dynamic friction; the static friction, which MuJoCo does not have, is stored and has no effect.
 """
 
 from __future__ import annotations
@@ -16,18 +15,18 @@ from typing import Any
 from graphengine.devices.backend import World
 from graphengine.format.errors import ContextError
 from graphengine.format.wording import did_you_mean, listing, shown
+from graphengine.node.prims.attribute import Attribute
+from graphengine.node.prims.joint import joint_attributes
+from graphengine.node.prims.pose import pose_attributes
+from graphengine.node.prims.scenery import friction_attributes, gravity_attributes, light_attributes
 from graphengine.node.types import coerce
 from graphengine.node.usd_types import PORT_TYPES, is_physics_scene, usd_type
-from graphengine.runtime.prims.attribute import Attribute
-from graphengine.runtime.prims.joint import joint_attributes
-from graphengine.runtime.prims.pose import pose_attributes
-from graphengine.runtime.prims.scenery import friction_attributes, gravity_attributes, light_attributes
 
 _WITHOUT_POSE = ("scope", "joint", "material", "graph")
 
 
-class StagePrims:
-    """The prims of a world."""
+class Prims:
+    """The prims of the stage, with their types and attributes as USD has them; attributes are read and written as JSON."""
 
     def __init__(self, world: World) -> None:
         self._world = world
@@ -61,23 +60,23 @@ class StagePrims:
         """Change an attribute.
 
         Raises:
-            GraphError: there is no such prim or attribute, it cannot be changed, or not to that.
+            GraphError: there is no such prim or attribute, it cannot be changed, or the value is not valid for it.
         """
         found = self._find(path, attribute)
         if found.write is None:
             raise self._fixed(path, attribute)
         found.write(value)
 
-    def attribute(self, path: str, name: str, *, writable: bool) -> BoundAttribute:
-        """An attribute to keep.
+    def attribute(self, path: str, name: str, *, writable: bool) -> PrimAttribute:
+        """A handle of an attribute.
 
         Raises:
-            ContextError: there is no such prim or attribute, or it cannot be changed although it has to be.
+            ContextError: there is no such prim or attribute, or it is to be writable and cannot be changed.
         """
         found = self._find(path, name)
         if writable and found.write is None:
             raise self._fixed(path, name)
-        return BoundAttribute(f"{name} of {path}", found)
+        return PrimAttribute(f"{name} of {path}", found)
 
     def _fixed(self, path: str, name: str) -> ContextError:
         changing = [other for other, attribute in self._of(path).items() if attribute.write is not None]
@@ -115,8 +114,8 @@ class StagePrims:
         return found
 
 
-class BoundAttribute:
-    """An attribute of a prim, with its value as ports carry it."""
+class PrimAttribute:
+    """One attribute of a prim, with its value as ports carry it: quaternions are (x, y, z, w)."""
 
     def __init__(self, place: str, attribute: Attribute) -> None:
         self._place = place
@@ -124,7 +123,7 @@ class BoundAttribute:
         self._type = PORT_TYPES[attribute.type]
 
     def read(self) -> Any:
-        """Its value now."""
+        """Return the present value."""
         value = self._attribute.read()
         if self._type.role == "quat":
             w, x, y, z = value
@@ -132,10 +131,10 @@ class BoundAttribute:
         return tuple(value) if isinstance(value, list) else value
 
     def write(self, value: Any) -> None:
-        """Change it.
+        """Set the value, in the simulation too.
 
         Raises:
-            ContextError: to that it cannot be changed.
+            ContextError: the value is not valid for the attribute.
         """
         assert self._attribute.write is not None  # it was asked for to be written
         try:
