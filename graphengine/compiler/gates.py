@@ -14,7 +14,7 @@ from graphengine.compiler.template import WireEnd, WireEntry
 from graphengine.format.diagnostics import Findings
 from graphengine.format.spec import MAX_HZ, NodeSpec
 from graphengine.node.clock import Clock
-from graphengine.node.context import Context
+from graphengine.node.context.context import Context
 from graphengine.node.node_class import Fire, Node
 from graphengine.node.port import ExecIn, ExecOut, In, State
 from graphengine.node.types import UInt

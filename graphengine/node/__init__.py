@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from graphengine.node.clock import Clock
-from graphengine.node.context import Context, RobotDescription
+from graphengine.node.context.context import Context
+from graphengine.node.context.handles import RobotDescription
 from graphengine.node.keys import Keyboard
 from graphengine.node.mailbox import Mailbox
 from graphengine.node.node_class import Fire, Node, Numbered, Pushes, node

@@ -42,7 +42,7 @@ from graphengine.node.types import EXECUTION, PortType
 
 if TYPE_CHECKING:
     from graphengine.messages.definitions import Definitions
-    from graphengine.node.context import Context
+    from graphengine.node.context.context import Context
 
 Kind = Literal["data", "action", "event", "pusher", "latent"]
 Numbered = Mapping[str, Callable[[], Any]]

@@ -9,10 +9,10 @@ from typing import Annotated, Any, Literal, Self, cast
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from graphengine.format.errors import RecordingError
+from graphengine.node.context.services import Services
+from graphengine.node.dropped_values import BadValues
 from graphengine.recording import machine
 from graphengine.recording.sources import SourceNames
-from graphengine.runtime.dropped_values import BadValues
-from graphengine.runtime.node_context.services import Services
 from graphengine.scene.assembly import Assembly
 
 FORMAT = 1

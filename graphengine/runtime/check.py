@@ -20,8 +20,8 @@ from graphengine.format.permissions import Permissions
 from graphengine.messages.dry_network import DryNetwork
 from graphengine.messages.endpoints import EndpointClaim
 from graphengine.node.clock import Clock
+from graphengine.node.context.services import Services
 from graphengine.runtime.graph_run import make_graph_run
-from graphengine.runtime.node_context.services import Services
 
 
 def check_plans(

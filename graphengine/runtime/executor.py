@@ -11,7 +11,7 @@ from graphengine.compiler import codegen
 from graphengine.compiler.plan import Copy, Plan
 from graphengine.format.errors import BadValueError, ContextError, GraphError, NodeError
 from graphengine.node import types
-from graphengine.node.context import Context
+from graphengine.node.context.context import Context
 from graphengine.node.node_class import Ending
 
 ContextFactory = Callable[[int], Context]

@@ -11,10 +11,10 @@ from graphengine.compiler.plan import Plan
 from graphengine.devices.stage import Prim, at_or_below
 from graphengine.format.errors import BadValueError, NodeError
 from graphengine.node.clock import Clock
+from graphengine.node.context.context import Context
+from graphengine.node.context.services import Services
 from graphengine.node.variable import Variable
 from graphengine.runtime.executor import Executor
-from graphengine.runtime.node_context.context import NodeContext
-from graphengine.runtime.node_context.services import Services
 
 
 class GraphContexts:
@@ -25,20 +25,20 @@ class GraphContexts:
         self._services = services
         self._clock = clock
         self._variables = variables
-        self._contexts: dict[int, NodeContext] = {}
+        self._contexts: dict[int, Context] = {}
         self._wired: defaultdict[int, Counter[str]] = defaultdict(Counter)
         for wire in plan.graph.data_wires:
             self._wired[wire.source][wire.source_field] += 1
         for wire in plan.graph.exec_wires:
             self._wired[wire.target][wire.target_field] += 1
 
-    def __call__(self, index: int) -> NodeContext:
+    def __call__(self, index: int) -> Context:
         """The context of one node."""
         if index in self._contexts:
             self._contexts[index].close()
         graph = self._plan.graph
         instance = graph.instances[index]
-        context = NodeContext(
+        context = Context(
             self._services,
             self._clock,
             graph.name,

@@ -13,10 +13,10 @@ from graphengine.devices.sensor import Quaternion, Vector3
 from graphengine.format.errors import GraphError, StateError, TransportError, UnknownEntityError, UsageError
 from graphengine.format.spec import RobotUse
 from graphengine.node.clock import Clock
+from graphengine.node.context.services import Services
 from graphengine.node.mailbox import find_impulses
 from graphengine.runtime.graph_run import GraphRun
 from graphengine.runtime.inbox import Inbox, LiveInbox
-from graphengine.runtime.node_context.services import Services
 from graphengine.runtime.pacer import Pacer
 from graphengine.runtime.ticker import SCOPES, ResetScope, Ticker
 

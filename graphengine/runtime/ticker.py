@@ -8,10 +8,10 @@ from typing import Literal
 
 from graphengine.format.errors import GraphError, TransportError
 from graphengine.node.clock import Clock
+from graphengine.node.context.services import Services
 from graphengine.node.node_class import Ending
 from graphengine.runtime.graph_run import GraphRun
 from graphengine.runtime.inbox import Inbox
-from graphengine.runtime.node_context.services import Services
 
 ResetScope = Literal["time", "state", "spawned"]
 SCOPES: tuple[ResetScope, ...] = ("time", "state", "spawned")

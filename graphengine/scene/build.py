@@ -23,11 +23,11 @@ from graphengine.format.spec import SceneSpec
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages.endpoints import Network
 from graphengine.node.clock import Clock
+from graphengine.node.context.services import Services
+from graphengine.node.dropped_values import BadValues, DroppedValues
 from graphengine.node.node_class import UNKNOWN_PRIM
 from graphengine.runtime import check
-from graphengine.runtime.dropped_values import BadValues, DroppedValues
 from graphengine.runtime.graph_run import make_graph_run
-from graphengine.runtime.node_context.services import Services
 from graphengine.runtime.session import Session
 from graphengine.scene.assembly import Assembly, Options
 from graphengine.scene.roster import SceneRoster

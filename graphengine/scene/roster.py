@@ -13,9 +13,9 @@ from graphengine.format.spec import RobotUse
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages.endpoints import EndpointClaim
 from graphengine.node.clock import Clock
+from graphengine.node.context.services import Services
 from graphengine.runtime import check
 from graphengine.runtime.graph_run import GraphRun, make_graph_run
-from graphengine.runtime.node_context.services import Services
 from graphengine.runtime.session import Roster
 from graphengine.scene.assembly import Assembly
 from graphengine.scene.uses import plan_graphs, resolve_uses, robot_uses

@@ -5,16 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 from graphengine.node.clock import Clock
+from graphengine.node.context.context import Context
+from graphengine.node.context.services import Services
 from graphengine.node.node_class import Node
 from graphengine.node.variable import Variable
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
-from graphengine.runtime.node_context.context import NodeContext
-from graphengine.runtime.node_context.services import Services
 from graphengine.testing.recording_world import RecordingWorld
 
 
-class RecordingContext(NodeContext):
+class RecordingContext(Context):
     """One node's door to a world and a network of a test; `wanted` says whether somebody listens to all topics."""
 
     def __init__(

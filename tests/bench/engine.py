@@ -25,10 +25,10 @@ from graphengine.format.files import Files
 from graphengine.messages.dry_network import DryNetwork
 from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out
 from graphengine.node.clock import Clock
+from graphengine.node.context.context import Context
+from graphengine.node.context.services import Services
 from graphengine.runtime.executor import Executor
 from graphengine.runtime.graph_run import make_graph_run
-from graphengine.runtime.node_context.context import NodeContext
-from graphengine.runtime.node_context.services import Services
 
 
 class Tick(Node, type="bench.Tick"):
@@ -102,8 +102,8 @@ def generated(size: int, gated: bool) -> tuple[Callable[[], None], Executor]:
     return executor.run_pass, executor
 
 
-def _no_context() -> NodeContext:
-    return NodeContext.__new__(NodeContext)
+def _no_context() -> Context:
+    return Context.__new__(Context)
 
 
 def by_hand(size: int) -> tuple[Callable[[], None], list[float]]:

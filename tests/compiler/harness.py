@@ -24,9 +24,9 @@ from graphengine.format.files import Files
 from graphengine.messages.dry_network import DryEndpoint, DryNetwork
 from graphengine.messages.endpoints import EndpointClaim, OwnedPublisher
 from graphengine.node.clock import Clock
-from graphengine.runtime.dropped_values import BadValues, DroppedValues
+from graphengine.node.context.services import Services
+from graphengine.node.dropped_values import BadValues, DroppedValues
 from graphengine.runtime.graph_run import GraphRun, make_graph_run
-from graphengine.runtime.node_context.services import Services
 from graphengine.runtime.session import Session
 from tests.compiler import nodes_for_tests
 

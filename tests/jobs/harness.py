@@ -13,10 +13,10 @@ from graphengine.format.errors import NodeError
 from graphengine.format.files import find_given
 from graphengine.messages import messages
 from graphengine.messages.endpoints import EndpointClaim
+from graphengine.node.dropped_values import BadValues
 from graphengine.physics.sensors.rays import RaysChoice
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
-from graphengine.runtime.dropped_values import BadValues
 from graphengine.scene import build
 from graphengine.scene.assembly import Assembly, Options
 

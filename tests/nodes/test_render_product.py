@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from graphengine.format.errors import CheckError, ContextError, PrimError
+from graphengine.node.context.context import Context
 from graphengine.nodes.core.render_product import (
     IsaacCreateRenderProduct,
     IsaacReadCameraInfo,
     IsaacSetCameraOnRenderProduct,
 )
-from graphengine.runtime.node_context.context import NodeContext
 from graphengine.testing import RecordingContext, RecordingWorld
 from tests.nodes.harness import Player, dd100, ready
 
@@ -185,7 +185,7 @@ def test_the_size_is_that_of_the_render_product(cameras: RecordingContext) -> No
 def test_whoever_reads_a_product_reads_its_camera_which_then_cannot_go(cameras: RecordingContext) -> None:
     path = cameras.render_product("/robot/wide", 320, 200)
     info(cameras, path)
-    later = NodeContext(cameras.services, cameras.clock, "graph", "/World/graph/later", None, {})
+    later = Context(cameras.services, cameras.clock, "graph", "/World/graph/later", None, {})
     later.camera(path)
     assert later.prims == {"/robot/wide"}
 

@@ -13,10 +13,10 @@ from mcap.writer import CompressionType, Writer
 
 from graphengine.format.files import find_given
 from graphengine.messages import messages
+from graphengine.node.dropped_values import BadValues
 from graphengine.recording.recorder import Recorder
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
-from graphengine.runtime.dropped_values import BadValues
 from graphengine.runtime.session import Session
 from graphengine.scene import build
 from graphengine.scene.assembly import Options

@@ -1,20 +1,31 @@
-"""What a node is handed out of the stage and the world: bodies, robots and sensors by the paths of prims."""
+"""The part of a context that hands out bodies, robots and sensors of the world, by the paths of prims."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 from graphengine.devices.motion import Articulation, Body, Frame, FrameLink, Placement
-from graphengine.devices.sensor import LARGEST_PICTURE, Camera, ContactSensor, Imu, Lidar
+from graphengine.devices.sensor import LARGEST_PICTURE, Camera, ContactSensor, Imu, Lidar, Quaternion, Vector3
 from graphengine.devices.stage import Prim, PrimKind
 from graphengine.format.errors import ContextError, PrimError
 from graphengine.format.wording import listing
-from graphengine.node.context import RobotDescription
+from graphengine.node.context.render_product import ProductCamera, RenderProduct
+from graphengine.node.context.services import Services
+from graphengine.node.context.transform_tree import expand
 from graphengine.node.prims.stage_prims import PrimAttribute, Prims
-from graphengine.runtime.node_context.services import Services
-from graphengine.runtime.render_product import ProductCamera, RenderProduct
-from graphengine.runtime.transform_tree import expand
+
+
+@dataclass(frozen=True, slots=True)
+class RobotDescription:
+    """A robot as robot_state_publisher describes it."""
+
+    urdf: str
+    fixed: tuple[tuple[str, str, Vector3, Quaternion], ...]
+    """Parent frame, child frame, translation (m) and rotation of every fixed joint."""
+    moving: tuple[FrameLink, ...]
+    """Links that joints move, below the links that carry them."""
 
 
 def _named(kind: PrimKind) -> str:
@@ -33,17 +44,20 @@ _VIEWPORTS = "/Render/viewports/"
 
 
 class WorldHandles:
-    """Part of a node's context. Handles need no closing: they live as long as the world."""
+    """Handles of the world's bodies, robots and sensors. They need no closing: they live as long as the world.
+
+    A path that no prim has is a PrimError in every method; so is a prim of the wrong kind.
+    """
 
     def __init__(self, services: Services, runs: Literal["tick", "physics_step"]) -> None:
         self._services = services
         self.runs: Literal["tick", "physics_step"] = runs
         self.asked: dict[str, Prim] = {}
-        """The prims that it handed something out of, by the paths that the node gave."""
+        """Prims that the node got handles of, by the paths that it gave."""
 
     @property
     def prims(self) -> set[str]:
-        """Paths of the prims that it handed something out of."""
+        """Paths of the prims that the node got handles of."""
         return {prim.path for prim in self.asked.values()}
 
     def _find(self, path: str, *kinds: PrimKind) -> Prim:
@@ -74,11 +88,17 @@ class WorldHandles:
         return self._services.world.frame(self._find(prim))
 
     def placement(self, prim: str) -> Placement | None:
-        """What puts a prim somewhere; None for one that neither moves by itself nor stands for a robot that does."""
+        """A handle that places a prim and holds it; None for a prim that neither moves by itself nor stands for such a robot."""
         return self._services.world.placement(self._find(prim))
 
     def transform_tree(self, targets: Sequence[str], parent: str = "", *, loops: bool = True) -> Sequence[FrameLink]:
-        """The edges that target prims expand to."""
+        """The edges that OmniGraph expands target prims to: a robot to its links, any other prim to one edge.
+
+        Args:
+            targets: paths of prims.
+            parent: path of the parent frame's prim; empty for the world.
+            loops: whether a link or body that is the parent and a target has an edge from itself to itself.
+        """
         stage = self._services.stage
         return expand(
             stage,
@@ -107,7 +127,7 @@ class WorldHandles:
         return self._services.world.articulation(self._robot(prim))
 
     def joint_names(self, prim: str) -> Sequence[str]:
-        """Names under which a robot's joints are published."""
+        """Names under which a robot's joints are published: `isaac:nameOverride`, else the joint's own."""
         robot = self._robot(prim)
         overrides = {p.facts.get("joint", p.name): p.name_override for p in robot.descendants() if p.kind == "joint"}
         return tuple(overrides.get(name) or name for name in robot.facts.get("joints", ()))
@@ -126,7 +146,16 @@ class WorldHandles:
         return RobotDescription(robot.facts.get("urdf", ""), tuple(robot.facts.get("fixed_transforms", ())), carried)
 
     def render_product(self, prim: str, width: int, height: int) -> str:
-        """Path of the render product of a sensor or camera prim."""
+        """Path of the render product of a lidar or camera prim; the same for the same arguments.
+
+        Args:
+            prim: path of the prim.
+            width: of a camera's pictures, pixels.
+            height: of a camera's pictures, pixels.
+
+        Raises:
+            ContextError: a camera cannot take pictures of that size.
+        """
         found = self._find(prim, "lidar", "camera")
         if found.kind == "camera":
             _expect_size(width, height)
@@ -136,7 +165,16 @@ class WorldHandles:
         return path
 
     def viewport(self, name: str, size: tuple[int, int] | None = None, *, make: bool = False) -> str:
-        """Path of the render product of a viewport."""
+        """Path of the render product of a viewport, which shows the first camera that `exchange_camera` is asked for.
+
+        Args:
+            name: of the viewport; "Viewport" is always there.
+            size: width and height of its pictures from now on, pixels; None keeps them, at first 1280 x 720.
+            make: create the viewport if it does not exist.
+
+        Raises:
+            ContextError: there is no such viewport, or it cannot have that size.
+        """
         path, products = f"{_VIEWPORTS}{name}", self._services.render_products
         if make or name == "Viewport":
             products.setdefault(path, RenderProduct("", (1280, 720)))
@@ -162,13 +200,21 @@ class WorldHandles:
             )
 
     def lidar(self, render_product: str) -> Lidar:
-        """The lidar behind a render product, or at a prim path."""
+        """The lidar behind a render product, or at a prim path.
+
+        Raises:
+            ContextError: the node's graph runs at every physics step.
+        """
         self._expect_ticks("lidar")
         product = self._services.render_products.get(render_product)
         return self._services.world.lidar(self._find(product.prim if product else render_product, "lidar"))
 
     def camera(self, render_product: str) -> Camera:
-        """The camera behind a render product, in the product's size, or at a prim path in its own."""
+        """The camera behind a render product, in the product's size, or at a prim path, in its own.
+
+        Raises:
+            ContextError: the node's graph runs at every physics step, or a viewport shows no camera yet.
+        """
         self._expect_ticks("camera")
         product = self._services.render_products.get(render_product)
         if product is None:
@@ -176,7 +222,11 @@ class WorldHandles:
         return self._camera_of(product)
 
     def exchange_camera(self, render_product: str, prim: str) -> Callable[[], None]:
-        """What lets a render product show what another camera sees."""
+        """A function that makes a render product show another camera, for all nodes that hold its camera.
+
+        Raises:
+            ContextError: there is no such render product, or the node's graph runs at every physics step.
+        """
         product = self._services.render_products.get(render_product)
         if product is None:
             known = listing(self._services.render_products, "render products")
@@ -210,9 +260,18 @@ class WorldHandles:
         return self._services.world.contact_sensor(self._find(prim, "contact"))
 
     def stage(self) -> Prims:
-        """All prims of the stage."""
+        """All prims of the stage, those of spawned robots included."""
         return Prims(self._services.world)
 
     def attribute(self, prim: str, name: str, *, writable: bool = False) -> PrimAttribute:
-        """An attribute of a prim."""
+        """An attribute of a prim.
+
+        Args:
+            prim: path of the prim.
+            name: of the attribute, as USD spells it.
+            writable: the node writes it.
+
+        Raises:
+            ContextError: there is no such attribute, or it is to be writable and cannot be changed while the simulation runs.
+        """
         return Prims(self._services.world).attribute(self._find(prim).path, name, writable=writable)

@@ -1,4 +1,4 @@
-"""One node's door to the session."""
+"""The context of one node: the only door between the node library and the world outside it."""
 
 from __future__ import annotations
 
@@ -9,16 +9,26 @@ from typing import Literal
 import numpy as np
 
 from graphengine.node.clock import Clock
+from graphengine.node.context.endpoints import OwnedEndpoints
+from graphengine.node.context.handles import WorldHandles
+from graphengine.node.context.services import Services
 from graphengine.node.keys import Keyboard
 from graphengine.node.mailbox import EventQueue, Mailbox
 from graphengine.node.variable import Variable, find_variable
-from graphengine.runtime.node_context.endpoints import OwnedEndpoints
-from graphengine.runtime.node_context.handles import WorldHandles
-from graphengine.runtime.node_context.services import Services
 
 
-class NodeContext(WorldHandles, OwnedEndpoints):
-    """All that a node may touch."""
+class Context(WorldHandles, OwnedEndpoints):
+    """What a node can ask for in `setup`. Everything handed out is owned, and closed, by the context.
+
+    Handles stay valid for the life of the session: after a robot is added or removed the engine rebinds them in place. Units
+    are SI; quaternions are (x, y, z, w); frames are named where a value is returned.
+
+    Attributes:
+        prim_path: the node's own prim: its graph's prim, then its name.
+        graph_path: the prim that the node's graph is put at.
+        clock: simulation time.
+        runs: how often the node's graph runs: once a `tick` or once a `physics_step`.
+    """
 
     def __init__(
         self,
@@ -42,15 +52,22 @@ class NodeContext(WorldHandles, OwnedEndpoints):
         self._variables = variables
 
     def wired(self, output: str) -> bool:
-        """Whether a wire takes an output of the node; every output, where there is no graph."""
+        """Whether a wire reads an output of the node, given by its field; always true where there is no graph.
+
+        A node need not compute what no wire reads.
+        """
         return self._wired is None or output in self._wired
 
     def wires_into(self, pin: str) -> int:
-        """How many wires end at an execution input of the node; one, where there is no graph."""
+        """Number of wires that end at an execution input of the node, given by its field; 1 where there is no graph."""
         return 1 if self._wired is None else self._wired.get(pin, 0)
 
     def variable(self, name: str) -> Variable:
-        """A variable of the node's graph."""
+        """A variable of the node's graph.
+
+        Raises:
+            ContextError: the graph has no variable of that name.
+        """
         return find_variable(self._variables, name)
 
     def mailbox(self, name: str) -> Mailbox:
@@ -58,19 +75,37 @@ class NodeContext(WorldHandles, OwnedEndpoints):
         return Mailbox(self._services.queues.setdefault(name, EventQueue(name)))
 
     def environment(self, name: str) -> str:
-        """A variable of the environment."""
+        """Value of an environment variable; empty where the user lets graphs read it and it is not set.
+
+        Raises:
+            ContextError: the user does not let graphs read it.
+        """
         return self._services.permissions.variable(name)
 
     def read_file(self, path: str) -> tuple[Path, str]:
-        """A text file, named from the folder of the graph file."""
+        """Read a text file.
+
+        Args:
+            path: relative to the folder of the graph file.
+
+        Returns:
+            The file's path and its text.
+
+        Raises:
+            ContextError: the file does not exist, may not be read, is too large, or is not UTF-8.
+        """
         return self._services.permissions.read(path, self._folder)
 
     def allow_scripts(self) -> None:
-        """Refuse to go on unless the user lets graphs run Python."""
+        """Check that the user lets graphs run Python.
+
+        Raises:
+            ContextError: the user does not.
+        """
         self._services.permissions.require_scripts()
 
     def keyboard(self) -> Keyboard:
-        """The keys of whoever runs the session."""
+        """The keyboard of the user who runs the session."""
         self._services.keys.asked = True
         return self._services.keys
 
@@ -81,5 +116,5 @@ class NodeContext(WorldHandles, OwnedEndpoints):
         return self._services.generators[self.prim_path]
 
     def log(self, severity: Literal["info", "warning", "error"], message: str) -> None:
-        """Tell the user."""
+        """Print a message for the user; a repeated message is printed once."""
         self._services.log(severity, self.prim_path, message)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from graphengine.devices.dry_world import DryBody
 from graphengine.devices.stage import Prim, Stage
-from graphengine.runtime.transform_tree import expand, frame_names
+from graphengine.node.context.transform_tree import expand, frame_names
 
 
 def named(*paths: str, **overrides: str) -> dict[str, str]:

@@ -12,10 +12,10 @@ from graphengine.devices.seeds import key_of
 from graphengine.devices.stage import Stage, at_or_below
 from graphengine.format.permissions import Permissions
 from graphengine.messages.endpoints import EndpointClaim, Network, OwnedServer
+from graphengine.node.context.render_product import RenderProduct
+from graphengine.node.dropped_values import DroppedValues
 from graphengine.node.keys import Keyboard
 from graphengine.node.mailbox import EventQueue
-from graphengine.runtime.dropped_values import DroppedValues
-from graphengine.runtime.render_product import RenderProduct
 
 
 @dataclass(slots=True)

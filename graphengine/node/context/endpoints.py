@@ -1,9 +1,9 @@
-"""What a node is handed out of the network: topics and services under their full names, closed when it is done with them."""
+"""The part of a context that opens topics and services, under their full names, and closes them with the node."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, Unpack
+from typing import Any, TypedDict, Unpack
 
 from graphengine.format.errors import ContextError, TopicError
 from graphengine.messages import names, qos
@@ -16,19 +16,45 @@ from graphengine.messages.endpoints import (
     ServiceServer,
     Subscription,
 )
-from graphengine.node.context import ServiceOptions, TopicOptions
-from graphengine.runtime.node_context.services import Services
+from graphengine.node.context.services import Services
+
+
+class EndpointOptions(TypedDict, total=False):
+    """Options of a topic or service besides its type and name."""
+
+    namespace: str
+    """Used verbatim when not empty."""
+    qos_profile: str
+    """JSON text of a QoS profile; empty for reliable, volatile, keep-last."""
+    ros_context: int
+    """Handle from `ros_context`."""
+
+
+class TopicOptions(EndpointOptions, total=False):
+    """Options of a topic; an empty namespace is collected from prims."""
+
+    outermost_namespace: bool
+    """Keep only the outermost collected value, as TF nodes do."""
+    queue_size: int
+    """History depth without a profile; 10 by default."""
+
+
+class ServiceOptions(EndpointOptions, total=False):
+    """Options of a service."""
+
+    collects_namespace: bool
+    """An empty namespace is collected from the prims above the node."""
 
 
 class _Closing:
-    """Something to be done once, when what a node was handed out is closed."""
+    """A function that is called when the node's endpoints are closed."""
 
     def __init__(self, function: Callable[[], None]) -> None:
         self.close = function
 
 
 class OwnedEndpoints:
-    """Part of a node's context. Claims tell everybody else what there is."""
+    """Topics and services of a node. Its claims are what `check` and `graphrun topics` know of them."""
 
     def __init__(self, services: Services, graph: str, prim_path: str, rate: float | None) -> None:
         self._services = services
@@ -40,7 +66,7 @@ class OwnedEndpoints:
         self._servers: list[int] = []
 
     def close(self) -> None:
-        """Close what was handed out, before the node is set up again or when its session ends."""
+        """Close all endpoints; the engine calls it before the node is set up again and when the session ends."""
         for endpoint in self._owned:
             endpoint.close()
         self._owned.clear()
@@ -52,11 +78,19 @@ class OwnedEndpoints:
         self._servers.clear()
 
     def when_closed(self, function: Callable[[], None]) -> None:
-        """Have something done at the end."""
+        """Call a function when the node is set up again, and when the session ends."""
         self._owned.append(_Closing(function))
 
     def ros_context(self, domain_id: int, use_environment: bool) -> int:
-        """Handle of a ROS 2 domain: the domain's number and one."""
+        """Handle of a ROS 2 domain: its number plus 1. Endpoints take 0 for the session's own domain.
+
+        Args:
+            domain_id: number of the domain.
+            use_environment: take ROS_DOMAIN_ID instead where the environment has it.
+
+        Raises:
+            TopicError: the number is not that of a domain.
+        """
         environment = self._services.domain_from_environment
         domain = environment if use_environment and environment is not None else domain_id
         if not 0 <= domain <= 232:
@@ -86,7 +120,7 @@ class OwnedEndpoints:
         return names.join_namespaces(self._services.stage.namespaces(start), outermost)
 
     def _note(self, direction: str, message_type: str, full: str, **facts: Any) -> EndpointClaim:
-        """A claim of the node, which ends with what it was handed out."""
+        """Add a claim of the node; it is withdrawn when the endpoints are closed."""
         claim = EndpointClaim(self.prim_path, self._graph, full, message_type, direction, **facts)
         self._services.claims.append(claim)
         self._claims.append(claim)
@@ -104,7 +138,21 @@ class OwnedEndpoints:
         transforms: Sequence[tuple[str, str]] = (),
         **options: Unpack[TopicOptions],
     ) -> Publisher:
-        """A topic to write to."""
+        """A topic to write to.
+
+        Args:
+            message_type: ROS 2 name, as in `nav_msgs/msg/Odometry`.
+            topic: name below the namespace; leading and trailing non-alphanumerics are dropped.
+            namespace_from: prim where collection of the namespace starts; the node's own prim when empty.
+            latched: transient local with depth 1, whatever the profile says.
+            rate: messages a second where the node knows better than its place in the graph.
+            frame_id: what goes into the header, for the table of topics.
+            transforms: (parent, child) pairs that will be published, for the checks of the TF tree.
+            options: as `TopicOptions` lists them.
+
+        Raises:
+            TopicError: the name, the namespace or the QoS profile is not valid.
+        """
         rate = rate if rate is not None else self._rate
         facts: dict[str, Any] = {"rate": rate, "frame_id": frame_id, "transforms": tuple(transforms)}
         claim = self._claim("publish", message_type, topic, namespace_from, latched=latched, **options, **facts)
@@ -115,7 +163,10 @@ class OwnedEndpoints:
     def subscription(
         self, message_type: str, topic: str, *, alternatives: Sequence[str] = (), **options: Unpack[TopicOptions]
     ) -> Subscription:
-        """A topic to read from."""
+        """A topic to read from; arguments and errors as for `publisher`.
+
+        `alternatives` are message types that replace `message_type` when other nodes publish the topic with one of them.
+        """
         claim = self._claim("subscribe", message_type, topic, **options, alternatives=tuple(alternatives))
         subscription = self._services.network.subscription(claim)
         self._owned.append(subscription)
@@ -139,7 +190,16 @@ class OwnedEndpoints:
         return self._note(direction, service_type, full, qos=quality, ros_context=ros_context)
 
     def service_server(self, service_type: str, service: str, **options: Unpack[ServiceOptions]) -> ServiceServer:
-        """A service to offer."""
+        """A service to offer.
+
+        Args:
+            service_type: ROS 2 name, as in `std_srvs/srv/SetBool`.
+            service: name below the namespace; leading and trailing non-alphanumerics are dropped.
+            options: as `ServiceOptions` lists them.
+
+        Raises:
+            TopicError: the name, the namespace or the QoS profile is not valid.
+        """
         claim = self._service("serve", service_type, service, **options)
         handles = self._services.handles
         handle = handles.setdefault((self.prim_path, len(self._servers)), len(handles) + 1)
@@ -150,16 +210,16 @@ class OwnedEndpoints:
         return server
 
     def service_client(self, service_type: str, service: str, **options: Unpack[ServiceOptions]) -> ServiceClient:
-        """A service to call."""
+        """A service to call; arguments and errors as for `service_server`."""
         client = self._services.network.client(self._service("call", service_type, service, **options))
         self._owned.append(client)
         return client
 
     def server(self, handle: int) -> ServiceServer:
-        """The server of that handle.
+        """The server with a handle, opened by any node.
 
         Raises:
-            ContextError: there is none.
+            ContextError: no open server has the handle.
         """
         if handle not in self._services.servers:
             raise ContextError(
