@@ -21,7 +21,7 @@ from graphengine.cli.units import duration, rate
 
 if TYPE_CHECKING:
     from graphengine.ros.network import LiveNetwork
-    from graphengine.runtime.desk import CommandDesk
+    from graphengine.runtime.desk import Desk
     from graphengine.runtime.session import Session
     from graphengine.scene.assembly import Assembly
 
@@ -71,7 +71,7 @@ def execute(arguments: argparse.Namespace) -> int:
     """0 when it ran to its end or was stopped, 1 with errors."""
     from graphengine.cli.common import assemble_to_run, clean, counted
     from graphengine.format.errors import UsageError
-    from graphengine.runtime.desk import CommandDesk
+    from graphengine.runtime.desk import Desk
     from graphengine.scene import build
 
     atexit.register(gc.freeze)  # the process ends with what it holds; to look through all of it takes a second
@@ -93,7 +93,7 @@ def execute(arguments: argparse.Namespace) -> int:
         fault=console.fault if arguments.keep_going else None,
         bad_values=arguments.bad_values,
     )
-    session.desk = desk = CommandDesk()
+    session.desk = desk = Desk()
     with (
         _Signals(session),
         _channel(arguments, desk, console),
@@ -154,7 +154,7 @@ def _recorder(
     )
 
 
-def _channel(arguments: argparse.Namespace, desk: CommandDesk, console: Console) -> AbstractContextManager[object]:
+def _channel(arguments: argparse.Namespace, desk: Desk, console: Console) -> AbstractContextManager[object]:
     """Where `graphrun ctl` finds the run; the run goes on without, if that cannot be."""
     from graphengine.control.channel import Channel
     from graphengine.format.errors import ControlError
@@ -219,7 +219,7 @@ def _open_network(
 
 
 def _offer_simulation_interfaces(
-    arguments: argparse.Namespace, desk: CommandDesk, assembly: Assembly, network: LiveNetwork
+    arguments: argparse.Namespace, desk: Desk, assembly: Assembly, network: LiveNetwork
 ) -> None:
     """The services by which ROS 2 programs control simulators, if they are wanted, until the network is closed."""
     if arguments.simulation_interfaces is not None:

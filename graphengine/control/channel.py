@@ -20,7 +20,7 @@ from typing import Any
 from graphengine.control import runs
 from graphengine.control.lines import MAX_REQUEST, BadLineError, Lines
 from graphengine.format.errors import ControlError, GraphError
-from graphengine.runtime.desk import CommandDesk
+from graphengine.runtime.desk import Desk
 
 MAX_CLIENTS = 32
 ENDING = 1.0
@@ -39,7 +39,7 @@ class Channel:
         ControlError: there is no place for the socket.
     """
 
-    def __init__(self, desk: CommandDesk, name: str, environment: Mapping[str, str]) -> None:
+    def __init__(self, desk: Desk, name: str, environment: Mapping[str, str]) -> None:
         self._desk = desk
         self._clients: dict[threading.Thread, socket.socket] = {}
         self._idle: dict[threading.Thread, None] = {}

@@ -13,7 +13,7 @@ import numpy as np
 from graphengine.control.offers import Handle, Offers
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.ros.transport import Transport
-from graphengine.runtime.desk import CommandDesk
+from graphengine.runtime.desk import Desk
 from graphengine.runtime.pacer import SLOWEST
 from graphengine.runtime.session import Session
 
@@ -49,7 +49,7 @@ class Parameters:
         MessageTypeError: the transport does not know the services' types.
     """
 
-    def __init__(self, desk: CommandDesk, transport: Transport, complain: Callable[[str], None]) -> None:
+    def __init__(self, desk: Desk, transport: Transport, complain: Callable[[str], None]) -> None:
         self._desk = desk
         self._offers = Offers(transport, complain)
         handles: Mapping[str, Handle] = {

@@ -1,4 +1,4 @@
-"""A desk at which any thread leaves word for a session, and hears what came of it."""
+"""The queue of commands by which other threads control a session."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from graphengine.runtime.commands import Step, parse
 from graphengine.runtime.session import Session
 
 MAX_WAITING = 1000
-"""Commands that nobody has taken up yet; more are refused."""
+"""Maximum number of waiting commands; more are refused."""
 SHARE = 0.01
-"""Seconds of the processor after which what else was asked for waits until a tick ran."""
+"""CPU time for commands between two ticks, s; the other commands wait for the next tick."""
 
 
 class Doable(Protocol):
-    """Something to do with a session; one of `commands`, or what only looks."""
+    """Something to do with a session: one of `commands`, or a query."""
 
     def apply(self, session: Session) -> Any:
-        """Do it; what came of it."""
+        """Do it, and return the result."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,14 +36,14 @@ class _Request:
     answer: Future[Any]
 
 
-class CommandDesk:
-    """Commands wait here until the session looks, between two ticks; it does them in order of arrival.
+class Desk:
+    """Commands from any thread; the session carries them out between two ticks, in order of arrival.
 
-    Futures end in the session's thread, callbacks included. They fail with what the session raised; also with `UsageError` for
-    commands that make no sense, and with `StateError` for those that come too late or are too many.
+    Futures end in the session's thread, callbacks included. They fail with what the session raised, with `UsageError` for a
+    command that is not valid, and with `StateError` for one that comes after the end or while too many wait.
 
     Args:
-        clock: seconds, of the processor in this thread.
+        clock: CPU time of the session's thread, s.
     """
 
     def __init__(self, clock: Callable[[], float] = time.thread_time) -> None:
@@ -55,7 +55,7 @@ class CommandDesk:
         self._closed = ""
 
     def submit(self, name: str, arguments: Mapping[str, Any] | None = None) -> Future[Any]:
-        """Ask for one of `commands.COMMANDS`; from any thread."""
+        """Queue one of `commands.COMMANDS`; thread-safe."""
         try:
             return self.ask(parse(name, arguments))
         except UsageError as error:
@@ -64,7 +64,7 @@ class CommandDesk:
             return answer
 
     def ask(self, command: Doable) -> Future[Any]:
-        """Ask for something to be done; from any thread."""
+        """Queue a command; thread-safe."""
         answer: Future[Any] = Future()
         try:
             with self._lock:
@@ -78,7 +78,7 @@ class CommandDesk:
         return answer
 
     def serve(self, session: Session) -> None:
-        """Do what has arrived; what arrives meanwhile, or would take too long together, waits, so that ticks go on."""
+        """Carry out the commands that have arrived; those that arrive meanwhile, or exceed `SHARE`, wait for the next tick."""
         self._end_steps(session)
         waiting = len(self._taken) + self._arrived.qsize()
         end = self._clock() + SHARE
@@ -114,7 +114,7 @@ class CommandDesk:
                 answer.set_result(result)
 
     def _end_steps(self, session: Session) -> None:
-        """Tell whoever asked for single ticks that they ran, or that they were cut short."""
+        """Complete the command `step` when its ticks ran or were cut short."""
         if self._stepping is None or session.advancing:
             return
         (last, answer), self._stepping = self._stepping, None
@@ -125,7 +125,7 @@ class CommandDesk:
             answer.set_result(None)
 
     def wait(self, seconds: float) -> None:
-        """Sleep until something is asked for, but no longer than so."""
+        """Sleep until a command arrives, at most for a time."""
         if self._taken:
             return
         with contextlib.suppress(queue.Empty):
@@ -136,7 +136,7 @@ class CommandDesk:
         self._arrived.put(None)
 
     def close(self, reason: str) -> None:
-        """Refuse what was asked for and not done, and all that will be."""
+        """Refuse all commands that wait or arrive later, with a StateError that gives the reason."""
         with self._lock:
             self._closed = self._closed or reason
         left = [self._stepping[1]] if self._stepping is not None else []

@@ -6,7 +6,7 @@ import contextlib
 import math
 import time
 from collections.abc import Callable, Sequence
-from typing import Literal, Protocol
+from typing import TYPE_CHECKING, Literal
 
 from graphengine.devices.entity import Move, warning
 from graphengine.devices.sensor import Quaternion, Vector3
@@ -20,26 +20,13 @@ from graphengine.runtime.inbox import Inbox, LiveInbox
 from graphengine.runtime.pacer import Pacer
 from graphengine.runtime.ticker import SCOPES, ResetScope, Ticker
 
+if TYPE_CHECKING:
+    from graphengine.runtime.desk import Desk
+
 SessionState = Literal["stopped", "playing", "paused"]
 
 IDLE = 0.25
 """Seconds between two looks at whether a run that is paused is to end, where no desk wakes it."""
-
-
-class Desk(Protocol):
-    """Where other threads leave word for a session, which looks there between two ticks."""
-
-    def serve(self, session: Session) -> None:
-        """Do what was asked for."""
-
-    def wait(self, seconds: float) -> None:
-        """Sleep until something is asked for, but no longer than so."""
-
-    def wake(self) -> None:
-        """End a `wait`; safe in a signal handler."""
-
-    def close(self, reason: str) -> None:
-        """Refuse what was asked for and not done, and all that will be."""
 
 
 class Roster:

@@ -14,7 +14,7 @@ from graphengine.format.files import shipped
 from graphengine.format.spec import RobotUse
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
-from graphengine.runtime.desk import CommandDesk
+from graphengine.runtime.desk import Desk
 from graphengine.scene.assembly import Options
 from tests.cli.harness import Graphrun
 from tests.jobs.harness import twist
@@ -196,7 +196,7 @@ def test_what_is_asked_for_at_the_desk_is_done_again_to_the_last_bit(graphrun: G
         67: [("spawn", {"name": "late", "use": {"use": str(own), **late}})],
         71: [("stop", {}), ("move", {"entity": "late", "angular": [0.0, 0.0, 1.0]})],
     }
-    desk, refused = CommandDesk(lambda: 0.0), list[Any]()  # all that is asked for in a tick is done in it
+    desk, refused = Desk(lambda: 0.0), list[Any]()  # all that is asked for in a tick is done in it
 
     def ask(tick: int, run: Run) -> None:
         answers = [desk.submit(name, arguments) for name, arguments in asked.get(tick, [])]

@@ -7,7 +7,7 @@ import threading
 from collections.abc import Iterator
 from typing import Any
 
-from graphengine.runtime.desk import CommandDesk
+from graphengine.runtime.desk import Desk
 from graphengine.runtime.session import Session
 from tests.waiting import PATIENCE
 
@@ -17,7 +17,7 @@ class Controlled:
 
     def __init__(self, session: Session, **how: Any) -> None:
         self.session = session
-        self.desk = session.desk = CommandDesk()
+        self.desk = session.desk = Desk()
         self.error: BaseException | None = None
         self._thread = threading.Thread(target=self._run, kwargs=how)
         self._thread.start()

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from graphengine.format.errors import NodeError, StateError, UsageError
-from graphengine.runtime.desk import MAX_WAITING, SHARE, CommandDesk
+from graphengine.runtime.desk import MAX_WAITING, SHARE, Desk
 from graphengine.runtime.session import Session
 from tests.control.conftest import MakeTicking
 from tests.control.harness import controlled
@@ -37,14 +37,14 @@ def test_another_thread_asks_and_is_answered(ticking: MakeTicking) -> None:
 
 def test_commands_are_done_in_the_order_in_which_they_came(ticking: MakeTicking) -> None:
     run = ticking()
-    desk = CommandDesk()
+    desk = Desk()
     asked = [desk.submit(name) for name in ("play", "state", "pause", "state", "stop", "state")]
     desk.serve(run.session)
     assert [answer.result(0)["state"] for answer in asked[1::2]] == ["playing", "paused", "stopped"]
 
 
 def test_what_is_asked_for_meanwhile_waits_for_the_next_tick(ticking: MakeTicking) -> None:
-    desk, asked = CommandDesk(), list[Future[Any]]()
+    desk, asked = Desk(), list[Future[Any]]()
     first = desk.submit("play")
     first.add_done_callback(lambda _: asked.append(desk.submit("state")))
     session = ticking().session
@@ -64,7 +64,7 @@ class Long:
 
 def test_a_flood_of_commands_leaves_ticks_their_turn(ticking: MakeTicking) -> None:
     now = [0.0]
-    desk, session = CommandDesk(lambda: now[0]), ticking().session
+    desk, session = Desk(lambda: now[0]), ticking().session
     asked = [desk.ask(Long(now)) for _ in range(3)]
     for done in (1, 2, 3):
         desk.serve(session)
@@ -101,14 +101,14 @@ def test_a_mistake_in_what_answers_leaves_the_run_going_and_is_told(ticking: Mak
 
 
 def test_what_was_cancelled_in_time_is_not_done(ticking: MakeTicking) -> None:
-    session, desk = ticking().session, CommandDesk()
+    session, desk = ticking().session, Desk()
     assert desk.submit("play").cancel()
     desk.serve(session)
     assert session.state == "stopped"
 
 
 def test_more_than_can_wait_are_refused() -> None:
-    desk = CommandDesk()
+    desk = Desk()
     waiting = [desk.submit("play") for _ in range(MAX_WAITING)]
     with pytest.raises(StateError, match="no more are taken"):
         desk.submit("play").result(0)
@@ -147,7 +147,7 @@ def test_a_session_that_plays_does_no_single_ticks(ticking: MakeTicking) -> None
 
 @pytest.mark.parametrize("other", ["pause", "stop", "play", "reset"])
 def test_single_ticks_are_cut_short_by_what_ends_them(ticking: MakeTicking, other: str) -> None:
-    session, desk = ticking().session, CommandDesk()
+    session, desk = ticking().session, Desk()
     steps = desk.submit("step", {"ticks": 1_000_000})
     desk.serve(session)
     again = desk.submit("step")
@@ -175,7 +175,7 @@ def test_a_node_that_raises_in_a_single_tick_ends_the_run_and_says_so(ticking: M
 
 def test_after_the_end_nothing_is_taken_and_nobody_waits_for_ever(ticking: MakeTicking) -> None:
     session = ticking().session
-    session.desk = desk = CommandDesk()
+    session.desk = desk = Desk()
     waiting = desk.submit("play")
     stepping = desk.submit("step")
     session.close()
@@ -192,13 +192,13 @@ def test_a_run_that_is_quit_ends(ticking: MakeTicking) -> None:
 
 
 def test_a_desk_that_waits_can_be_woken() -> None:
-    desk = CommandDesk()
+    desk = Desk()
     threading.Timer(0.01, desk.wake).start()
     desk.wait(10 * PATIENCE)  # it would hang for as long
 
 
 def test_waiting_ends_when_something_is_asked_for(ticking: MakeTicking) -> None:
-    desk, session = CommandDesk(), ticking().session
+    desk, session = Desk(), ticking().session
     threading.Timer(0.01, desk.submit, ("play",)).start()
     desk.wait(10 * PATIENCE)
     desk.wait(10 * PATIENCE)  # what has come still waits

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import pytest
 
 from graphengine.format.errors import StateError
+from graphengine.runtime.desk import Desk
 from graphengine.runtime.pacer import Pacer
 from graphengine.runtime.session import IDLE, Session
 from tests.compiler.conftest import MakePlay
@@ -33,33 +35,31 @@ class Time:
         self.now += seconds
 
 
-class ScriptedDesk:
+@dataclass
+class Happening:
+    """Something that happens to a session when it looks at its desk."""
+
+    what: Callable[[Session], object]
+
+    def apply(self, session: Session) -> object:
+        return self.what(session)
+
+
+class ScriptedDesk(Desk):
     """A desk at which, each time that the session would sleep, the next thing happens."""
 
     def __init__(self, time: Time, *script: Callable[[Session], object]) -> None:
+        super().__init__(lambda: 0.0)
         self.time = time
         self.script = list(script)
-        self.due: list[Callable[[Session], object]] = []
         self.waits: list[float] = []
-        self.closed = ""
-
-    def serve(self, session: Session) -> None:
-        for happens in self.due:
-            happens(session)
-        self.due.clear()
 
     def wait(self, seconds: float) -> None:
         self.waits.append(seconds)
         if self.script:
-            self.due.append(self.script.pop(0))
+            self.ask(Happening(self.script.pop(0)))
         else:
             self.time.now += seconds
-
-    def wake(self) -> None:
-        pass
-
-    def close(self, reason: str) -> None:
-        self.closed = reason
 
 
 @pytest.fixture
@@ -198,7 +198,7 @@ def test_an_interrupted_run_ends_wherever_it_is_and_may_begin_again(play: MakePl
 def test_after_an_interruption_no_tick_begins(play: MakePlay, time: Time) -> None:
     run = play(SHOWS_TIME, tick_period=(1, 4))
     run.session.desk = desk = ScriptedDesk(time)
-    desk.due.append(Session.interrupt)
+    desk.ask(Happening(Session.interrupt))
     run.session.run()
     assert run.session.ticks == 0
 
@@ -213,4 +213,5 @@ def test_an_interruption_that_comes_before_the_run_ends_it(play: MakePlay) -> No
 def test_a_session_that_is_left_closes_its_desk(play: MakePlay, time: Time) -> None:
     with play(SHOWS_TIME).session as session:
         session.desk = desk = ScriptedDesk(time)
-    assert desk.closed == "the run has ended"
+    with pytest.raises(StateError, match="the run has ended"):
+        desk.submit("pause").result(0)

@@ -19,7 +19,7 @@ from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
 from graphengine.ros.transport import Transport
 from graphengine.runtime.commands import MAX_TICKS
-from graphengine.runtime.desk import CommandDesk
+from graphengine.runtime.desk import Desk
 
 TYPE = "simulation_interfaces/action/SimulateSteps"
 _STATUS = QoS(history="keepLast", depth=1, reliability="reliable", durability="transientLocal")
@@ -64,7 +64,7 @@ class SimulateSteps:
         MessageTypeError: the transport does not know the action's types.
     """
 
-    def __init__(self, desk: CommandDesk, transport: Transport, complain: Callable[[str], None], name: str) -> None:
+    def __init__(self, desk: Desk, transport: Transport, complain: Callable[[str], None], name: str) -> None:
         self._desk = desk
         self._lock = threading.RLock()
         self._goals: dict[bytes, _Goal] = {}

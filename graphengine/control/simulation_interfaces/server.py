@@ -17,7 +17,7 @@ from graphengine.control.simulation_interfaces.spawning import Spawning
 from graphengine.format.errors import GraphError
 from graphengine.messages.interfaces import MessageTypeError
 from graphengine.ros.transport import Transport
-from graphengine.runtime.desk import CommandDesk, Doable
+from graphengine.runtime.desk import Desk, Doable
 from graphengine.runtime.session import Session
 from graphengine.scene.assembly import Assembly
 
@@ -56,7 +56,7 @@ class SimulationInterfaces:
 
     def __init__(
         self,
-        desk: CommandDesk,
+        desk: Desk,
         assembly: Assembly,
         transport: Transport,
         complain: Callable[[str], None],
