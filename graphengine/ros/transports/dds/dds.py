@@ -26,16 +26,16 @@ from graphengine.format.errors import TransportError
 from graphengine.messages import names
 from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.messages.endpoints import QoS
-from graphengine.messages.qos import PARAMETER_EVENTS, ROSOUT, settled
+from graphengine.messages.qos import PARAMETER_EVENTS, settled
 from graphengine.ros.domain import Domain
-from graphengine.ros.graph import Direction, Graph, full_name
-from graphengine.ros.transports import rosout
+from graphengine.ros.graph import Direction, Graph
 from graphengine.ros.transports.dds import cyclone, dds_services, discovery
 from graphengine.ros.transports.dds.cyclone_log import LOG
 from graphengine.ros.transports.dds.dds_endpoints import DdsReader, DdsWriter, gid_of
 from graphengine.ros.transports.dds.dds_services import DdsClient, DdsServer, Pair
 from graphengine.ros.transports.dds.discovery import Discovery
 from graphengine.ros.transports.dds.idl import idl_type
+from graphengine.ros.transports.ros_node import ROSOUT, RosNode
 
 _FOREVER = duration(infinite=True)
 
@@ -54,7 +54,7 @@ class _Topic:
     endpoints: int = 0
 
 
-class DdsTransport:
+class DdsTransport(RosNode):
     """A ROS 2 node on a DDS network.
 
     Args:
@@ -81,25 +81,16 @@ class DdsTransport:
         *,
         patient: bool = False,
     ) -> None:
-        names.check_node_name(node_name)
-        names.check_namespace(node_namespace)
+        super().__init__(node_name, node_namespace, definitions)
         self.description = f"dds (Eclipse Cyclone DDS), {domain}" + (f"; {because}" if because else "")
         self.spin_time = 0.0 if domain.discovery_range == "OFF" else 0.5
         self._domain = domain
-        self._definitions = definitions
         self._patient = patient
-        self._name = node_name
-        self._namespace = node_namespace
-        self.node = full_name(node_namespace, node_name)
-        self._lock = threading.RLock()
         self._hearing = threading.Lock()
         """Held while the graph is searched, which may take long; it is taken before the other lock."""
-        self._closed = False
         self._topics: dict[str, _Topic] = {}
         self._writers: list[DdsWriter] = []
         self._readers: list[DdsReader] = []
-        self._mistyped = Counter[str]()
-        """Messages of other definitions that came to readers which are closed."""
         self._services: list[DdsServer | DdsClient] = []
         self._service_numbers = itertools.count(1)
         self._delivering: DdsReader | DdsServer | DdsClient | None = None
@@ -113,7 +104,7 @@ class DdsTransport:
             self._waitset = WaitSet(self._participant)
             self._waitset.attach(self._wake)
             self._told = self._endpoint(DataWriter, discovery.TOPIC, discovery.TYPE, discovery.TELLING)
-            self._rosout = self.writer(rosout.TOPIC, rosout.TYPE, ROSOUT)
+            self._rosout = self.writer(*ROSOUT)
             self.writer("/parameter_events", "rcl_interfaces/msg/ParameterEvent", PARAMETER_EVENTS)
         except BaseException:
             cyclone.leave(domain, self._participant)
@@ -207,18 +198,11 @@ class DdsTransport:
         """
         with self._hearing:
             with self._lock:
-                if self._closed:
-                    raise TransportError("the transport is closed")
+                self._admit()
                 if self._discovery is None:
                     nodes = self._endpoint(DataReader, discovery.TOPIC, discovery.TYPE, discovery.HEARING)
                     self._discovery = Discovery(self._participant, nodes)
             return self._discovery.graph()
-
-    def log(self, severity: str, text: str) -> None:
-        """Tell people who watch /rosout; severities are info, warning and error."""
-        with self._lock:
-            if not self._closed:
-                self._rosout.write(rosout.record(self._namespace, self._name, severity, text))
 
     def close(self) -> None:
         """Withdraw the node, end the thread, and leave the network; safe to call twice."""
@@ -240,8 +224,7 @@ class DdsTransport:
     def _endpoint(self, make: Callable[..., Any], topic: str, message_type: str, qos: QoS, identity: str = "") -> Any:
         """A writer or reader of a DDS topic; those of services have an identity."""
         shown = names.ros_name(topic)
-        if self._closed:
-            raise TransportError(f"{shown}: the transport is closed")
+        self._admit(shown)
         known = self._topics.get(topic)
         if known and known.message_type != message_type:
             raise TransportError(

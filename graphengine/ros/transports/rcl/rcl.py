@@ -15,17 +15,15 @@ from functools import partial
 from typing import Any, get_args
 
 from graphengine.format.errors import TransportError
-from graphengine.messages import names
 from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.interfaces import MessageTypeError
-from graphengine.messages.qos import ROSOUT
 from graphengine.ros.domain import Domain
-from graphengine.ros.graph import Direction, Graph, full_name
-from graphengine.ros.transports import rosout
+from graphengine.ros.graph import Direction, Graph
 from graphengine.ros.transports.rcl.rcl_endpoints import RclReader, RclWriter
 from graphengine.ros.transports.rcl.rcl_profiles import part_of_action, to_endpoint, to_profile
 from graphengine.ros.transports.rcl.rcl_services import RclClient, RclServer
+from graphengine.ros.transports.ros_node import ROSOUT, RosNode
 
 _log = logging.getLogger(__name__)
 _environment_lock = threading.Lock()
@@ -45,7 +43,7 @@ def import_error() -> str | None:
     return None
 
 
-class RclTransport:
+class RclTransport(RosNode):
     """A node of rclpy in a context of its own.
 
     Args:
@@ -71,8 +69,7 @@ class RclTransport:
         because: str = "",
         definitions: Definitions = DEFINITIONS,
     ) -> None:
-        names.check_node_name(node_name)
-        names.check_namespace(node_namespace)
+        super().__init__(node_name, node_namespace, definitions)
         missing = import_error()
         if missing:
             raise TransportError(f"rclpy cannot be used: {missing}")
@@ -80,15 +77,7 @@ class RclTransport:
         from rclpy.executors import SingleThreadedExecutor
         from rclpy.node import Node
 
-        self._definitions = definitions
-        self._name = node_name
-        self._namespace = node_namespace
-        self.node = full_name(node_namespace, node_name)
-        self._lock = threading.RLock()
-        self._closed = False
         self._endpoints: list[RclWriter | RclReader] = []
-        self._mistyped = Counter[str]()
-        """Messages that readers which are closed dropped."""
         self._services: list[RclServer | RclClient] = []
         self._context = rclpy.Context()
         try:
@@ -99,7 +88,7 @@ class RclTransport:
             )
             self._executor = SingleThreadedExecutor(context=self._context)
             self._executor.add_node(self._node)
-            self._rosout = self.writer(rosout.TOPIC, rosout.TYPE, ROSOUT)
+            self._rosout = self.writer(*ROSOUT)
         except Exception as error:
             self._context.try_shutdown()
             raise TransportError(f"rclpy cannot join {domain}: {error}") from error
@@ -229,12 +218,6 @@ class RclTransport:
         known = [(name, kind) for name, kinds in services for kind in kinds]
         return Graph(found, named=all(end.node for end in found), services=known)
 
-    def log(self, severity: str, text: str) -> None:
-        """Tell people who watch /rosout; severities are info, warning and error."""
-        with self._lock:
-            if not self._closed:
-                self._rosout.write(rosout.record(self._namespace, self._name, severity, text))
-
     def close(self) -> None:
         """Remove the node, end the thread, and shut the context down; safe to call twice."""
         with self._lock:
@@ -264,18 +247,13 @@ class RclTransport:
             reader.publishers = number
         return reader.agrees
 
-    def _admit(self) -> None:
-        if self._closed:
-            raise TransportError("the transport is closed")
-
     @contextlib.contextmanager
     def _opening(self, topic: str, message_type: str, find: str) -> Iterator[Any]:
         """The class of a type, which a function of rosidl_runtime_py finds."""
         from rosidl_runtime_py import utilities
 
         with self._lock:
-            if self._closed:
-                raise TransportError(f"{topic}: the transport is closed")
+            self._admit(topic)
             try:
                 message = part_of_action(message_type) or getattr(utilities, find)(message_type)
             except (AttributeError, ImportError, RuntimeError, ValueError) as error:
