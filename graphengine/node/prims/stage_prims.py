@@ -15,10 +15,8 @@ from typing import Any
 from graphengine.devices.backend import World
 from graphengine.format.errors import ContextError
 from graphengine.format.wording import did_you_mean, listing, shown
-from graphengine.node.prims.attribute import Attribute
-from graphengine.node.prims.joint import joint_attributes
-from graphengine.node.prims.pose import pose_attributes
-from graphengine.node.prims.scenery import friction_attributes, gravity_attributes, light_attributes
+from graphengine.node.prims import attributes
+from graphengine.node.prims.attributes import Attribute
 from graphengine.node.types import coerce
 from graphengine.node.usd_types import PORT_TYPES, is_physics_scene, usd_type
 
@@ -84,27 +82,27 @@ class Prims:
         return ContextError(f"{name} of {path} cannot be changed while the simulation runs", name, hint)
 
     def _find(self, path: str, attribute: str) -> Attribute:
-        attributes = self._of(path)
-        if attribute not in attributes:
-            near = did_you_mean(attribute, attributes) or listing(attributes, "attributes")
+        known = self._of(path)
+        if attribute not in known:
+            near = did_you_mean(attribute, known) or listing(known, "attributes")
             raise ContextError(f"{path} has no attribute {attribute!r}", attribute, near)
-        return attributes[attribute]
+        return known[attribute]
 
     def _of(self, path: str) -> dict[str, Attribute]:
         world, prim = self._world, self._world.stage.find(path)
         found: dict[str, Attribute] = {}
         if prim.kind not in _WITHOUT_POSE:
-            found |= pose_attributes(world, prim)
+            found |= attributes.of_pose(world, prim)
         if prim.body is not None:
             found["physics:mass"] = Attribute("float", partial(world.mass, prim))
         if is_physics_scene(prim):
-            found |= gravity_attributes(world)
+            found |= attributes.of_gravity(world)
         if prim.kind == "joint":
-            found |= joint_attributes(world, prim)
+            found |= attributes.of_joint(world, prim)
         if prim.kind == "material":
-            found |= friction_attributes(world, prim)
+            found |= attributes.of_friction(world, prim)
         if prim.kind == "light":
-            found |= light_attributes(world, prim)
+            found |= attributes.of_light(world, prim)
         if prim.kind == "camera":
             found["clippingRange"] = Attribute("float2", lambda: list(world.camera(prim).clip))
         if prim.namespace:

@@ -1,0 +1,227 @@
+"""Attributes of prims by what stands behind them: poses, joints and their drives, gravity, friction and lights."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from graphengine.devices.backend import World
+from graphengine.devices.motion import Articulation
+from graphengine.devices.entity import Move
+from graphengine.devices.rotation import Pose, compose, relative
+from graphengine.devices.stage import Prim
+from graphengine.format.errors import ContextError
+from graphengine.format.wording import shown
+
+STRONGEST_GRAVITY = 1000.0
+"""m/s2, some forty times that of Jupiter."""
+BRIGHTEST = 1e6
+"""Of intensities and colours: far more than any picture shows, and their product is a number to OpenGL."""
+
+
+@dataclass(frozen=True, slots=True)
+class Attribute:
+    """One attribute of a prim.
+
+    Attributes:
+        type: as USD calls it.
+        read: its value, as JSON has it.
+        write: changes it; None where it cannot be changed while the simulation runs.
+    """
+
+    type: str
+    read: Callable[[], Any]
+    write: Callable[[Any], None] | None = None
+
+
+def numbers(value: Any, count: int) -> list[float]:
+    """Finite numbers of a JSON array.
+
+    Raises:
+        ContextError: it holds anything else.
+    """
+    if isinstance(value, list) and len(value) == count and all(type(number) in (int, float) for number in value):
+        with contextlib.suppress(OverflowError):
+            found = [float(number) for number in value]
+            if all(map(math.isfinite, found)):
+                return found
+    what = "a finite number" if count == 1 else f"an array of {count} finite numbers"
+    several = isinstance(value, list) and len(value) == count
+    given = f"[{', '.join(map(shown, value))}]" if several and count > 1 else shown(value[0] if several else value)
+    raise ContextError(f"it has to be {what}, not {given}", value)
+
+
+class _Pose:
+    """Where a prim is, relative to its parent."""
+
+    def __init__(self, world: World, prim: Prim) -> None:
+        self.movable = any(entity.prim_path == prim.path for entity in world.entities.all())
+        self._world = world
+        self._prim = prim
+
+    def translate(self) -> list[float]:
+        """Position, m."""
+        return list(self._read()[0])
+
+    def orient(self) -> list[float]:
+        """Orientation, the real part first."""
+        x, y, z, w = self._read()[1]
+        return [w, x, y, z]
+
+    def set_translate(self, value: Any) -> None:
+        """Move it, and leave its orientation."""
+        x, y, z = numbers(value, 3)
+        self._put(((x, y, z), self._read()[1]))
+
+    def set_orient(self, value: Any) -> None:
+        """Turn it, and leave its position."""
+        w, x, y, z = numbers(value, 4)
+        self._put((self._read()[0], (x, y, z, w)))
+
+    def _parent(self) -> Pose:
+        assert self._prim.parent is not None  # the root has no pose
+        return self._world.frame(self._prim.parent).pose()
+
+    def _read(self) -> Pose:
+        return relative(self._parent(), self._world.frame(self._prim).pose())
+
+    def _put(self, pose: Pose) -> None:
+        """Let it go on from there as fast as it was."""
+        there = Move(*compose(self._parent(), pose), *self._world.body(self._prim).velocity())
+        self._world.entities.place(self._prim.path, there)
+
+
+def of_pose(world: World, prim: Prim) -> dict[str, Attribute]:
+    """Position and orientation."""
+    pose = _Pose(world, prim)
+    return {
+        "xformOp:translate": Attribute("double3", pose.translate, pose.set_translate if pose.movable else None),
+        "xformOp:orient": Attribute("quatd", pose.orient, pose.set_orient if pose.movable else None),
+    }
+
+
+class _Joint:
+    """A joint that moves, in degrees or metres."""
+
+    def __init__(self, articulation: Articulation, name: str) -> None:
+        self._articulation = articulation
+        self._selection = articulation.select([name])
+        self._index = articulation.joint_names.index(name)
+        slides = articulation.prismatic[self._index]
+        self.kind, self.unit = ("linear", 1.0) if slides else ("angular", math.degrees(1.0))
+
+    def position(self) -> float:
+        """Where it is."""
+        return float(self._articulation.positions()[self._index]) * self.unit
+
+    def velocity(self) -> float:
+        """How fast it moves, in units a second."""
+        return float(self._articulation.velocities()[self._index]) * self.unit
+
+    def target_position(self) -> float:
+        """Where its drive wants it; NaN without stiffness."""
+        return float(self._articulation.set_points()[0][self._index]) * self.unit
+
+    def target_velocity(self) -> float:
+        """How fast its drive wants it; NaN without damping."""
+        return float(self._articulation.set_points()[1][self._index]) * self.unit
+
+    def set_target_position(self, value: Any) -> None:
+        """Tell the drive."""
+        self._selection.command(positions=[numbers([value], 1)[0] / self.unit])
+
+    def set_target_velocity(self, value: Any) -> None:
+        """Tell the drive."""
+        self._selection.command(velocities=[numbers([value], 1)[0] / self.unit])
+
+
+def of_joint(world: World, prim: Prim) -> dict[str, Attribute]:
+    """What a joint does, and what its drive is told."""
+    found = {"physics:jointEnabled": Attribute("bool", lambda: bool(prim.facts.get("enabled", True)))}
+    robot, name = world.stage.robot_of(prim), prim.facts.get("joint", prim.name)
+    if robot is None or name not in robot.facts.get("joints", ()):
+        return found
+    joint = _Joint(world.articulation(robot), name)
+    state, drive = f"state:{joint.kind}:physics", f"drive:{joint.kind}:physics"
+    found[f"{state}:position"] = Attribute("float", joint.position)
+    found[f"{state}:velocity"] = Attribute("float", joint.velocity)
+    if not math.isnan(joint.target_position()):
+        found[f"{drive}:targetPosition"] = Attribute("float", joint.target_position, joint.set_target_position)
+    if not math.isnan(joint.target_velocity()):
+        found[f"{drive}:targetVelocity"] = Attribute("float", joint.target_velocity, joint.set_target_velocity)
+    return found
+
+
+def of_gravity(world: World) -> dict[str, Attribute]:
+    """How bodies fall: which way, as a vector of length 1, and how fast, m/s2."""
+
+    def direction() -> list[float]:
+        size = math.hypot(*world.gravity)
+        return [part / size for part in world.gravity] if size else [0.0, 0.0, -1.0]
+
+    def fall(way: Sequence[float], magnitude: float) -> None:
+        size = math.hypot(*way)
+        if not 0.0 < size < math.inf or not 0.0 <= magnitude <= STRONGEST_GRAVITY:
+            raise ContextError(
+                f"gravity has a direction, and a magnitude of 0 to {STRONGEST_GRAVITY:g} m/s2", magnitude
+            )
+        x, y, z = (magnitude * part / size for part in way)
+        world.set_gravity((x, y, z))
+
+    return {
+        "physics:gravityDirection": Attribute(
+            "vector3f", direction, lambda value: fall(numbers(value, 3), math.hypot(*world.gravity))
+        ),
+        "physics:gravityMagnitude": Attribute(
+            "float", lambda: math.hypot(*world.gravity), lambda value: fall(direction(), numbers([value], 1)[0])
+        ),
+    }
+
+
+def of_friction(world: World, prim: Prim) -> dict[str, Attribute]:
+    """How a material slides; each of the two numbers is written alone, and neither where a collider is the world's."""
+
+    def static(value: Any) -> None:
+        world.set_friction(prim, (_not_negative(value), world.friction(prim)[1]))
+
+    def dynamic(value: Any) -> None:
+        world.set_friction(prim, (world.friction(prim)[0], _not_negative(value)))
+
+    reachable = len(prim.facts["bodies"]) == len(prim.facts["bind"])
+    return {
+        "physics:staticFriction": Attribute("float", lambda: world.friction(prim)[0], static if reachable else None),
+        "physics:dynamicFriction": Attribute("float", lambda: world.friction(prim)[1], dynamic if reachable else None),
+    }
+
+
+def of_light(world: World, prim: Prim) -> dict[str, Attribute]:
+    """How bright a light is, in times of what it is at the start, and its colour."""
+
+    def brighten(value: Any) -> None:
+        world.set_light(prim, (_bright(numbers([value], 1))[0], world.light(prim)[1]))
+
+    def colour(value: Any) -> None:
+        red, green, blue = _bright(numbers(value, 3))
+        world.set_light(prim, (world.light(prim)[0], (red, green, blue)))
+
+    return {
+        "inputs:intensity": Attribute("float", lambda: world.light(prim)[0], brighten),
+        "inputs:color": Attribute("color3f", lambda: list(world.light(prim)[1]), colour),
+    }
+
+
+def _bright(found: list[float]) -> list[float]:
+    for number in found:
+        if not 0 <= number <= BRIGHTEST:
+            raise ContextError(f"it has to be 0 to {BRIGHTEST:g}, not {shown(number)}", number)
+    return found
+
+
+def _not_negative(value: Any) -> float:
+    (number,) = numbers([value], 1)
+    if number < 0:
+        raise ContextError(f"it has to be 0 or more, not {shown(value)}", value)
+    return number
