@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.devices.backend import select_joints
-from graphengine.devices.entity import Box, Entity, EntityState, Move, Overlap
+from graphengine.devices.entity import Entity
 from graphengine.devices.motion import Body, Frame, Placement
 from graphengine.devices.sensor import (
     ContactReading,
@@ -37,28 +38,11 @@ class DryEntities:
         robots = [Entity(prim.entity_name, prim.path, "robot", False) for prim in self._stage.prims("robot")]
         return [*robots, *(Entity(prim.name, prim.path, "object", False) for prim in self._stage.prims("body"))]
 
-    def state(self, name: str) -> EntityState:
-        """There is none."""
-        raise self._unknown(name)
+    def _refuse(self, name: str, *_: Any, **__: Any) -> Any:
+        """Raise `UnknownEntityError`: none of them can be asked for its state, or moved."""
+        raise UnknownEntityError(f"no entity {name!r}: the world has no physics")
 
-    def bounds(self, name: str, *, own: bool = False) -> Box | None:
-        """There is none."""
-        raise self._unknown(name)
-
-    def overlaps(self, name: str) -> Sequence[Overlap]:
-        """There is none."""
-        raise self._unknown(name)
-
-    def place(self, name: str, move: Move) -> None:
-        """There is none."""
-        raise self._unknown(name)
-
-    def push(self, name: str, force: Vector3, duration: float, point: Vector3 | None = None) -> None:
-        """There is none."""
-        raise self._unknown(name)
-
-    def _unknown(self, name: str) -> UnknownEntityError:
-        return UnknownEntityError(f"no entity {name!r}: the world has no physics")
+    state = bounds = overlaps = place = push = _refuse
 
 
 class DryWorld:
