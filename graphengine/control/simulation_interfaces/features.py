@@ -1,4 +1,4 @@
-"""What this simulator offers, told by the standard's numbers."""
+"""What this simulator offers, told by the standard's numbers, and the one world that it has."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from graphengine.control.simulation_interfaces.resources import FORMATS
+from graphengine.control.simulation_interfaces.results import UNSUPPORTED, RefusedError
 from graphengine.format.version import __version__
 from graphengine.runtime.session import Session
 from graphengine.scene.assembly import Assembly
@@ -33,7 +34,7 @@ OF_SERVICES: Mapping[str, tuple[int, ...]] = {
 """Codes of SimulatorFeatures that a service stands for."""
 
 
-def features(assembly: Assembly, offered: Sequence[str]) -> Callable[[Session, Any, Any], None]:
+def get_features(assembly: Assembly, offered: Sequence[str]) -> Callable[[Session, Any, Any], None]:
     """What answers GetSimulatorFeatures; `offered` grows while services are offered."""
 
     def answer(session: Session, request: Any, response: Any) -> None:
@@ -41,5 +42,23 @@ def features(assembly: Assembly, offered: Sequence[str]) -> Callable[[Session, A
         response.features.features = np.array(codes, np.uint16)
         response.features.spawn_formats = list(FORMATS) if "spawn_entity" in offered else []
         response.features.custom_info = f"graphengine {__version__}; a step is a tick of {session.clock.delta:g} s"
+
+    return answer
+
+
+def unsupported(session: Session, request: Any, response: Any) -> None:
+    """Answer what this simulator does not do."""
+    raise RefusedError(UNSUPPORTED, "not a feature of this simulator, or of a session without a scene")
+
+
+def get_current_world(assembly: Assembly) -> Callable[[Session, Any, Any], None]:
+    """What answers GetCurrentWorld."""
+
+    def answer(session: Session, request: Any, response: Any) -> None:
+        assert assembly.loaded is not None
+        scene = assembly.loaded.scenery.scene.spec
+        response.world.name = scene.scene
+        response.world.description = scene.doc
+        response.world.world_resource.uri = scene.world
 
     return answer

@@ -9,9 +9,8 @@ from typing import Any
 
 from graphengine.control.offers import Offers
 from graphengine.control.parameters import Parameters
-from graphengine.control.simulation_interfaces import entities, states, worlds
+from graphengine.control.simulation_interfaces import entities, features, states
 from graphengine.control.simulation_interfaces.action import SimulateSteps
-from graphengine.control.simulation_interfaces.features import features
 from graphengine.control.simulation_interfaces.results import OK, code_of, text_of
 from graphengine.control.simulation_interfaces.spawning import Spawning
 from graphengine.format.errors import GraphError
@@ -70,7 +69,7 @@ class SimulationInterfaces:
         for name, answer in self._answers(assembly, offered).items():
             try:
                 self._offer(name, answer)
-                offered += [name] if answer is not worlds.unsupported else []
+                offered += [name] if answer is not features.unsupported else []
             except MessageTypeError:
                 missing.append(name)
         self._parts: list[Offers | SimulateSteps | Parameters] = [self._offers]
@@ -87,7 +86,7 @@ class SimulationInterfaces:
     def _answers(self, assembly: Assembly, offered: list[str]) -> Mapping[str, Answer | None]:
         """What answers each service of the package; None for single steps, which take their time."""
         answers: dict[str, Answer | None] = {
-            "get_simulator_features": features(assembly, offered),
+            "get_simulator_features": features.get_features(assembly, offered),
             "get_simulation_state": states.get_state,
             "set_simulation_state": states.set_state,
             "reset_simulation": states.reset,
@@ -106,11 +105,11 @@ class SimulationInterfaces:
             "spawn_entities": spawning.spawn_entities,
             "delete_entity": entities.delete_entity,
             "get_spawnables": spawning.get_spawnables,
-            "get_current_world": worlds.get_current_world(assembly),
+            "get_current_world": features.get_current_world(assembly),
         }
         if assembly.loaded is None:
-            of_scenes = dict.fromkeys(of_scenes, worlds.unsupported)
-        return {**answers, **of_scenes, **dict.fromkeys(_LEFT_OUT, worlds.unsupported)}
+            of_scenes = dict.fromkeys(of_scenes, features.unsupported)
+        return {**answers, **of_scenes, **dict.fromkeys(_LEFT_OUT, features.unsupported)}
 
     def _offer(self, name: str, answer: Answer | None) -> None:
         kind = f"{PACKAGE}/srv/{''.join(part.capitalize() for part in name.split('_'))}"
