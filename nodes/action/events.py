@@ -7,13 +7,8 @@ from graphengine.node import Clock, Context, ExecOut, Fire, In, Node, Out, State
 from graphengine.node.types import Token, UInt
 
 
-class OnPlaybackTick(Node, type="omni.graph.action.OnPlaybackTick"):
-    """Fires once a tick while the simulation plays, in a graph with `runs: tick`, which is what graphs do by default."""
-
-    tick = ExecOut(doc="fires every tick")
-    delta_seconds: float = Out(unit="s", doc="time between two ticks")
-    frame: float = Out(doc="number of the tick since play; the first is 1")
-    time: float = Out(unit="s", doc="simulation time; the first tick is at one tick period")
+class TickEvent(Node):
+    """An event of graphs that run once a tick, which reads the clock."""
 
     clock: Clock = State()
 
@@ -23,7 +18,22 @@ class OnPlaybackTick(Node, type="omni.graph.action.OnPlaybackTick"):
         Raises:
             ContextError: the graph runs at every physics step.
         """
-        self.clock = tick_clock(context)
+        if context.runs != "tick":
+            raise ContextError(
+                "it fires in graphs that run once a tick, and this one runs at every physics step",
+                None,
+                "use OnPhysicsStep, or write `runs: tick` into the graph file",
+            )
+        self.clock = context.clock
+
+
+class OnPlaybackTick(TickEvent, type="omni.graph.action.OnPlaybackTick"):
+    """Fires once a tick while the simulation plays, in a graph with `runs: tick`, which is what graphs do by default."""
+
+    tick = ExecOut(doc="fires every tick")
+    delta_seconds: float = Out(unit="s", doc="time between two ticks")
+    frame: float = Out(doc="number of the tick since play; the first is 1")
+    time: float = Out(unit="s", doc="simulation time; the first tick is at one tick period")
 
     def compute(self) -> None:
         """Read the clock."""
@@ -33,7 +43,7 @@ class OnPlaybackTick(Node, type="omni.graph.action.OnPlaybackTick"):
         self.time = clock.time
 
 
-class OnTick(Node, type="omni.graph.action.OnTick", gated=True):
+class OnTick(TickEvent, type="omni.graph.action.OnTick", gated=True):
     """Fires at the first tick since play and at every other, or with a frame period of n at every (n + 1)-th after it.
 
     Its graph has `runs: tick`, which is what graphs do by default.
@@ -49,18 +59,9 @@ class OnTick(Node, type="omni.graph.action.OnTick", gated=True):
     absolute_sim_time: float = Out(unit="s", doc="simulation time since the session began, over all plays")
     time_since_start: float = Out(unit="s", doc="the same")
 
-    clock: Clock = State()
     accumulated_seconds: float = State(default=0.0)
     frame_count: UInt = State(default=0)
     fired: bool = State(default=False)
-
-    def setup(self, context: Context) -> None:
-        """Bind the clock, which counts ticks.
-
-        Raises:
-            ContextError: the graph runs at every physics step.
-        """
-        self.clock = tick_clock(context)
 
     def compute(self) -> Fire:
         """Count, and read the clock."""
@@ -97,18 +98,3 @@ class OnVariableChange(Node, type="omni.graph.action.OnVariableChange", gated=Tr
     def compute(self) -> Fire:
         """Compare."""
         return self.changed if self.variable.changed else None
-
-
-def tick_clock(context: Context) -> Clock:
-    """The clock of a graph that runs once a tick.
-
-    Raises:
-        ContextError: it runs at every physics step.
-    """
-    if context.runs != "tick":
-        raise ContextError(
-            "it fires in graphs that run once a tick, and this one runs at every physics step",
-            None,
-            "use OnPhysicsStep, or write `runs: tick` into the graph file",
-        )
-    return context.clock

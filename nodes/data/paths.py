@@ -77,33 +77,31 @@ class GetParentPath(Node, type="omni.graph.nodes.GetParentPath"):
         self.parent_path = parent_of(path) if isinstance(path, str) else tuple(map(parent_of, path))
 
 
-class GraphTarget(Node, type="omni.graph.nodes.GraphTarget"):
-    """Path of the prim that the node's graph is put at."""
-
-    target_path: Token = In(default="", doc="means nothing, as in the reference")
-    prim_path: Token = Out()
+class GraphPathNode(Node):
+    """A node that tells where its graph is put."""
 
     path: str = State()
 
     def setup(self, context: Context) -> None:
-        """Ask for it."""
+        """Ask for the path of that prim."""
         self.path = context.graph_path
+
+
+class GraphTarget(GraphPathNode, type="omni.graph.nodes.GraphTarget"):
+    """Path of the prim that the node's graph is put at."""
+
+    target_path: Token = In(default="", doc="means nothing, as in the reference")
+    prim_path: Token = Out()
 
     def compute(self) -> None:
         """Tell it."""
         self.prim_path = self.path
 
 
-class GetGraphTargetPrim(Node, type="omni.graph.nodes.GetGraphTargetPrim"):
+class GetGraphTargetPrim(GraphPathNode, type="omni.graph.nodes.GetGraphTargetPrim"):
     """The prim that the node's graph is put at."""
 
     prim: Target = Out(doc="that prim")
-
-    path: str = State()
-
-    def setup(self, context: Context) -> None:
-        """Ask for it."""
-        self.path = context.graph_path
 
     def compute(self) -> None:
         """Tell it."""
