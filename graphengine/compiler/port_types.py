@@ -66,9 +66,7 @@ def settle_types(graph: Graph, findings: Findings) -> None:
             message = f"{wire.entry.source} is {with_article(gives)}, {wire.entry.target} takes {with_article(legal)}"
             findings.add("G206", message, wire.span, hint, related=wire.entry.via)
         else:
-            checked.append(
-                Wire(wire.source, wire.source_field, wire.target, wire.target_field, converter, wire.entry, wire.order)
-            )
+            checked.append(replace(wire, converter=converter))
     graph.data_wires = checked + _tell_untold(graph, untold, findings)
     for instance in graph.instances:
         instance.node.settled = instance.settled
