@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import atexit
-import gc
 import math
 import os
 import re
@@ -74,7 +72,6 @@ def execute(arguments: argparse.Namespace) -> int:
     from graphengine.runtime.desk import Desk
     from graphengine.scene import build
 
-    atexit.register(gc.freeze)  # the process ends with what it holds; to look through all of it takes a second
     _check_recording(arguments)
     assembly = assemble_to_run(arguments)
     if assembly is None:
