@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from graphengine.devices.backend import World
-from graphengine.devices.motion import Articulation
 from graphengine.devices.entity import Move
+from graphengine.devices.motion import Articulation
 from graphengine.devices.rotation import Pose, compose, relative
 from graphengine.devices.stage import Prim
 from graphengine.format.errors import ContextError
