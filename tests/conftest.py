@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,6 +14,7 @@ pytest.register_assert_rewrite(
     "tests.nodes.isaac", "tests.nodes.harness", "tests.nodes.firing"
 )  # before any test imports them
 
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # each program that a test starts would compile all modules anew
 ONE_AT_A_TIME = ("cli", "control", "jobs", "readme", "ros")
 
 

@@ -49,7 +49,7 @@ class Port:
     @property
     def is_exec(self) -> bool:
         """Whether it carries execution rather than a value."""
-        return self.type == EXECUTION
+        return isinstance(self.type, PortType) and self.type.base == EXECUTION.base
 
     @property
     def constraint(self) -> str:

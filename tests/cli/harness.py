@@ -78,6 +78,8 @@ class Live:
         out: bool = False,
     ):
         self.said = ""
+        if arguments[0] == "run" and "--rays" not in arguments:
+            arguments += ("--rays", "mujoco")  # numba starts slowly; which rays a run takes is tested in this process
         if columns:
             self._reading, writing = pty.openpty()
             fcntl.ioctl(writing, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))

@@ -83,25 +83,36 @@ def write(folder: Path, text: str, name: str = "g.yaml") -> Path:
 
 
 def resolved(
-    path: Path, findings: Findings, bindings: Mapping[str, Any] | None = None, overrides: Sequence[Override] = ()
+    path: Path,
+    findings: Findings,
+    bindings: Mapping[str, Any] | None = None,
+    overrides: Sequence[Override] = (),
+    library: GraphLibrary | None = None,
 ) -> Graph | None:
-    """A file up to its instances and wires."""
-    flat = load_graph(path, bindings or {}, GraphLibrary(Files.of(path)), findings)
+    """A file up to its instances and wires; a library reads it once for all its uses."""
+    flat = load_graph(path, bindings or {}, library or GraphLibrary(Files.of(path)), findings)
     return resolve(flat, path.stem, f"/World/{path.stem}", REGISTRY, findings, overrides) if flat is not None else None
 
 
-def planned(path: Path, findings: Findings) -> Plan | None:
+def planned(path: Path, findings: Findings, library: GraphLibrary | None = None) -> Plan | None:
     """A file up to its plan; None when something is wrong with it."""
-    graph = resolved(path, findings)
+    graph = resolved(path, findings, library=library)
     return make_plan(graph, findings) if graph is not None and not findings.errors else None
 
 
 class Bench:
     """One graph that runs pass by pass, latent nodes after each, without a session."""
 
-    def __init__(self, path: Path, *, keep_going: bool = False, bad_values: BadValues = "drop") -> None:
+    def __init__(
+        self,
+        path: Path,
+        *,
+        keep_going: bool = False,
+        bad_values: BadValues = "drop",
+        library: GraphLibrary | None = None,
+    ) -> None:
         self.findings = Findings()
-        plan = planned(path, self.findings)
+        plan = planned(path, self.findings, library)
         assert plan is not None, "\n".join(finding.render() for finding in self.findings.items)
         self.plan = plan
         self.journal = Journal()

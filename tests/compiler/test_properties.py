@@ -14,7 +14,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from graphengine.compiler import codegen
+from graphengine.compiler.library import GraphLibrary
 from graphengine.format.diagnostics import Findings
+from graphengine.format.files import Files
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.node import Node, types
 from graphengine.node.node_class import ENDINGS, grown
@@ -248,9 +250,10 @@ def play(run: Bench) -> list[Any]:
 
 def play_both(path: Path) -> tuple[list[Any], list[Any]]:
     """Journal and outputs after each pass and each ending: of the engine, and of the rules."""
-    engine = Bench(path).setup()
-    other = Bench(path)
-    graph = resolved(path, Findings())
+    library = GraphLibrary(Files.of(path))
+    engine = Bench(path, library=library).setup()
+    other = Bench(path, library=library)
+    graph = resolved(path, Findings(), library=library)
     assert graph is not None
     rules = Reference(graph, other.context_of)
     done = play(engine)
@@ -305,7 +308,7 @@ def test_any_graph_of_flow_control_does_what_the_rules_say(folder: Path, random:
     assert done == said
 
 
-@settings(QUICK, max_examples=200)
+@settings(QUICK, max_examples=100)  # as many as find a fault of the kind that the next test plants
 @given(st.randoms(use_true_random=False), st.integers(2, 16), st.booleans())
 def test_any_graph_in_which_nodes_drop_values_does_what_the_rules_say(
     folder: Path, random: Random, size: int, push: bool
