@@ -62,6 +62,12 @@ class Frames:
             self.over, self.number = True, self.number + 1
         return self._asked[call] <= TURNS
 
+    def tire(self) -> bool:
+        """Whether a loop asks something for so long that it waits for another answer."""
+        call, loops = self.stack()
+        self._asked[call] += bool(loops)
+        return self._asked[call] > TURNS
+
     def draw(self) -> None:
         """Draw a frame. The first that a loop draws shows which of its changes belong to frames: they are taken back."""
         call, loops = self.stack()

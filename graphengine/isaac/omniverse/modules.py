@@ -6,6 +6,7 @@ from types import ModuleType
 from typing import Any
 
 from graphengine.isaac.omniverse import og, usd, usd_values
+from graphengine.isaac.omniverse.og_edit import OPENED
 from graphengine.isaac.omniverse.recorder import Place, Recorder
 from graphengine.isaac.omniverse.stand_in import StandIn, StandInModule
 from graphengine.isaac.omniverse.waiting import Task, finish
@@ -59,6 +60,9 @@ def make_modules(recorder: Recorder) -> dict[str, ModuleType]:
             prim.set_property(str(attribute), list(targets))
 
     def set_target_prims(primPath: Any, targetPrimPaths: Any, inputName: Any = "inputs:targetPrim") -> None:  # noqa: N803
+        if recorder.assumed and not recorder.graph_of(str(primPath)):
+            recorder.leave_out(f"what is set at {primPath}.{inputName}: no graph holds that node", "", OPENED)
+            return
         graph, node = recorder.find_node(None, str(primPath))
         recorder.set_value(recorder.inner(Place(graph, node, str(inputName))), list(targetPrimPaths))
 

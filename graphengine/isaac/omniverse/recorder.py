@@ -102,6 +102,10 @@ class Recorder:
         """Modules of Omniverse that are known, by name."""
         self._alike: dict[str, dict[Any, int]] = {}
         """Numbers of the arguments with which stand-ins were called, by the name that the results would share."""
+        self.lacking: set[str] = set()
+        """Modules that the script imports and that are not there."""
+        self.starred: list[str] = []
+        """Modules that are not there and of which the script imports everything."""
         self.said: deque[str] = deque(maxlen=3)
         """Lines that the script printed last."""
         self.idle_calls = 0
@@ -348,6 +352,8 @@ class Recorder:
 
     def value(self, place: Place) -> Any:
         """What an attribute was set to; None where it was not."""
+        if place.name.startswith("outputs:"):
+            self.pass_over(f"what the script does with {place.path}")
         known = place.graph.nodes.get(place.node)
         found = known.values.get(place.name) if known else None
         return found.data if found else None

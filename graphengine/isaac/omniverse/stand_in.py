@@ -1,7 +1,7 @@
 """What takes the place of everything of Omniverse that builds no graphs: it can be called, read and set, and does nothing.
 
 A stand-in is false and empty, so that loops over it and loops that wait for it end; taken apart it gives as many as are wanted.
-It is no number: `float` and `int` of it are itself, so that no value is invented.
+It is no number: what is computed of it, `max(0.0, …)` too, is a stand-in, so that no value is invented.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping
 from types import FrameType, ModuleType
 from typing import Any
 
-from graphengine.isaac.omniverse.plain_data import UnknownError, unknown
+from graphengine.isaac.omniverse.plain_data import MAX_DEPTH, UnknownError, unknown
 from graphengine.isaac.omniverse.recorder import Recorder
 
 MAX_CALLS = 20_000
@@ -47,6 +47,11 @@ _QUESTION = re.compile(r"(is|has|enable|set|add|load|open|create)(_|[A-Z])|exist
 
 _CALLS = re.compile(r"\(\)|\(#\d+\)|#\d+")
 """Parts of a stand-in's name that its calls leave there."""
+
+_NUMBERS = frozenset(("complex", "divmod", "float", "int", "map", "max", "min", "pow", "range", "round"))
+"""Of Python's own functions those of numbers."""
+_NUMERIC = frozenset(("math", "numpy", "random", "statistics"))
+"""Modules all of whose functions are."""
 
 _UNPACK = dis.opmap["UNPACK_SEQUENCE"]
 
@@ -96,7 +101,8 @@ class StandIn:
     def __bool__(self) -> bool:
         name = _CALLS.sub("", self._name)
         asks = self._name.endswith(")") and _QUESTION.match(name.rpartition(".")[2])
-        return bool(asks and self._recorder.assumed) or self._recorder.holds(name)
+        yes = asks and self._recorder.assumed and not self._recorder.frames.tire()
+        return bool(yes) or self._recorder.holds(name)
 
     def __len__(self) -> int:
         return 0
@@ -146,19 +152,52 @@ class StandIn:
     __or__ = __ror__ = __and__ = __rand__ = __pow__ = __rpow__ = __matmul__ = __rmatmul__ = __mod__ = __rmod__ = _same
     __floordiv__ = __rfloordiv__ = __pos__ = __abs__ = __invert__ = __round__ = __xor__ = __rxor__ = __enter__ = _same
 
+    __array_ufunc__ = __copy__ = __deepcopy__ = _same
+    __hash__ = object.__hash__
+
+    def __eq__(self, other: object) -> bool:
+        return self is other or self._recorder.holds(f"{_CALLS.sub('', self._name)} == {other}")
+
+    def _compare(self, sign: str, other: Any) -> Any:
+        return StandIn(f"{self._name} {sign} {other}", self._recorder)
+
+    __lt__ = __le__ = functools.partialmethod(_compare, "<")
+    __gt__ = __ge__ = functools.partialmethod(_compare, ">")
+
     def _never(self, _: Any) -> bool:
         return False
 
-    __lt__ = __gt__ = __le__ = __ge__ = __contains__ = __instancecheck__ = _never
+    __contains__ = __instancecheck__ = _never
 
     def plain_data(self) -> Any:
         """Nobody knows."""
         raise UnknownError(f"it comes from {self._name}")
 
 
-def to_number(kind: Any, *values: Any, **named: Any) -> Any:
-    """`float` or `int` of a value; a stand-in, and what a script computes with it, remains unknown."""
-    return values[0] if values and isinstance(values[0], StandIn) else kind(*values, **named)
+def of_unknown(function: Any) -> Any:
+    """What a script calls; for a function of numbers, one that gives the first stand-in among its arguments."""
+    if type(function).__module__ not in ("builtins", "numpy"):
+        return function
+    module = str(getattr(function, "__module__", None) or type(function).__module__).partition(".")[0]
+    if module not in _NUMERIC and (module != "builtins" or function.__name__ not in _NUMBERS):
+        return function
+
+    def called(*given: Any, **named: Any) -> Any:
+        found = next(_stand_ins((*given, *named.values()), 1 if function is map else MAX_DEPTH), None)
+        if found is not None:
+            return found
+        return map(of_unknown(given[0]), *given[1:]) if function is map else function(*given, **named)
+
+    return called
+
+
+def _stand_ins(values: Any, depth: int) -> Iterator[StandIn]:
+    """Stand-ins among values, and in lists of them."""
+    for value in values if depth else ():
+        if isinstance(value, StandIn):
+            yield value
+        elif isinstance(value, list | tuple):
+            yield from _stand_ins(value, depth - 1)
 
 
 @functools.lru_cache(4096)
@@ -239,6 +278,17 @@ def told(recorder: Recorder, name: str) -> None:
         recorder.pass_over(f"{name}()")
 
 
+class Builtins(dict[str, Any]):
+    """Names that a script finds without defining them: what it imports by `*` of a module that is not there is a stand-in."""
+
+    recorder: Recorder
+
+    def __missing__(self, name: str) -> Any:
+        if not self.recorder.starred:
+            raise KeyError(name)
+        return member(self.recorder.starred[-1], name, self.recorder)
+
+
 class StandInModule(ModuleType):
     """A module of stand-ins, but for what was put into it and for the modules below it that are known."""
 
@@ -251,4 +301,6 @@ class StandInModule(ModuleType):
         self.__dict__["_known"] = known
 
     def __getattr__(self, name: str) -> Any:
+        if name == "__all__":  # `from … import *`
+            self._recorder.starred.append(self.__name__)
         return self._known.get(f"{self.__name__}.{name}") or member(self.__name__, name, self._recorder)

@@ -128,6 +128,11 @@ class Quaternion:
         self.real = real
         self.imaginary = Vector(*imaginary)
 
+    @classmethod
+    def GetIdentity(cls) -> Quaternion:
+        """No rotation."""
+        return cls(1.0, 0.0, 0.0, 0.0)
+
     def GetReal(self) -> float:
         """The scalar."""
         return self.real

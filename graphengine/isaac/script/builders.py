@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import NamedTuple
 
 BUILDING = frozenset(("edit", "create_node", "create_graph"))
@@ -28,9 +28,9 @@ class Builder(NamedTuple):
     node: Function
 
 
-def builders(*trees: ast.Module) -> list[Builder]:
-    """All of a script and of the modules beside it."""
-    functions = [function for tree in trees for node in tree.body for function in _functions(node)]
+def builders(*trees: ast.Module, foreign: Collection[str] = ()) -> list[Builder]:
+    """All of a script and of the modules beside it; functions of foreign modules build no graphs."""
+    functions = [function for tree in trees for node in tree.body for function in _functions(node, foreign)]
     building: list[Builder] = []
     while True:
         names = BUILDING | {builder.name for builder in building}
@@ -40,9 +40,9 @@ def builders(*trees: ast.Module) -> list[Builder]:
         building = more
 
 
-def entries(tree: ast.Module) -> list[Builder]:
+def entries(tree: ast.Module, foreign: Collection[str]) -> list[Builder]:
     """Those that no other one calls."""
-    building = builders(tree)
+    building = builders(tree, foreign=foreign)
     called = {name for builder in building for name in builder.calls - {builder.name}}
     return [builder for builder in building if builder.name not in called] or building
 
@@ -55,27 +55,28 @@ def handed_over(tree: ast.Module) -> set[str]:
     return {str(getattr(node, "id", getattr(node, "attr", ""))) for node in used}
 
 
-def called(call: ast.AST) -> str:
-    """The last name of what is called; empty for anything but a call, and for one of ROS's own."""
+def called(call: ast.AST, foreign: Collection[str] = ()) -> str:
+    """The last name of what is called; empty for anything but a call, and for a function of a foreign module."""
     function = getattr(call, "func", None)
-    if getattr(getattr(function, "value", None), "id", "") == "rclpy":
+    owner = getattr(function, "value", function)
+    if getattr(owner, "id", "") in foreign:
         return ""
     return str(getattr(function, "id", getattr(function, "attr", "")))
 
 
-def _functions(node: ast.stmt, owner: str = "", instance: str = "") -> Iterator[Builder]:
+def _functions(node: ast.stmt, foreign: Collection[str], owner: str = "", instance: str = "") -> Iterator[Builder]:
     """Functions and methods in a statement of a module or of a class, of which `instance` makes an instance."""
     if isinstance(node, ast.ClassDef):
         start = next((part for part in node.body if isinstance(part, Function) and part.name == "__init__"), None)
         for part in node.body:
-            yield from _functions(part, node.name, f"{node.name}({_arguments(start, 1) if start else ''})")
+            yield from _functions(part, foreign, node.name, f"{node.name}({_arguments(start, 1) if start else ''})")
     elif isinstance(node, Function):
         kinds = {getattr(kind, "id", "") for kind in node.decorator_list}
         text = f"{node.name}({_arguments(node, int(bool(owner) and 'staticmethod' not in kinds))})"
         if owner:
             text = f"{owner if kinds & {'staticmethod', 'classmethod'} else instance}.{text}"
         later = _in_lambdas(node)
-        calls = {called(part) for part in ast.walk(node) if id(part) not in later} - {""}
+        calls = {called(part, foreign) for part in ast.walk(node) if id(part) not in later} - {""}
         makes = bool(owner) and node.name == "__init__"
         yield Builder(owner if makes else node.name, instance if makes else text, calls, node)
 

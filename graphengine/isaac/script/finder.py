@@ -56,6 +56,7 @@ class Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
             known = _known(name)
             if "." not in known:
                 place = self.recorder.where(known)
+                self.recorder.lacking.add(known)
                 self.recorder.findings.add("N302", f"module {known!r} is not imported", place, *self._remedy(known))
         return self._stand_in(name)
 

@@ -15,7 +15,8 @@ from graphengine.isaac.omniverse.recorder import MAX_PARTS, Recorder
 from graphengine.isaac.omniverse.spellings import NotThereError, OmniGraphError
 from graphengine.isaac.omniverse.stand_in import EndlessError
 from graphengine.isaac.script.builders import BUILDING, builders, called, entries, handed_over
-from graphengine.isaac.script.reach import Failure, Unreached, Why, holds
+from graphengine.isaac.script.places import Script
+from graphengine.isaac.script.reach import Failure, Unreached, Why, asking, holds
 from graphengine.isaac.script.stack import Scripts
 from graphengine.sandbox.confinement import MAX_MEMORY_BYTES, RefusedError
 
@@ -35,6 +36,8 @@ class TimeIsUpError(BaseException):
     """The script runs too long."""
 
 
+UNFORGIVEN = (OmniGraphError, RefusedError, RecursionError, MemoryError)
+"""Errors that a script would make with Omniverse too."""
 _LATER = "what it would have built later is not in the graphs"
 _ARGUMENTS = "give it arguments behind `--`: graphrun import FILE.py -- ARGUMENT …"
 _ENDS = {EndlessError: "stop", TimeIsUpError: "stop", SystemExit: "exit"}
@@ -68,8 +71,8 @@ class Losses:
 
     def report_skipped(self, error: BaseException) -> None:
         """Add the finding of an error in a statement that a forgiving script goes on behind."""
-        self.stopped, what = True, f"{_text(error)}; what --call calls is built without that"
-        self.recorder.findings.add("W302", what, self.scripts.place(error), *_advice(error))
+        self.stopped, what = True, f"{_text(error)}; what follows is built without that"
+        self.recorder.findings.add("W302", what, self.scripts.place(error), *_advice(error), *self._around(error))
 
     def report_end(self, error: BaseException) -> None:
         """Add the finding of what ended the script.
@@ -107,10 +110,7 @@ class Losses:
             self.stopped = True
             findings.add("W302", what, place, f"the script goes no further; {_LATER}", *advice)
         else:
-            for script, (line, *_) in list(self.scripts.trace(error))[-1:]:
-                around = (node for node in ast.walk(script.tree) if isinstance(node, ast.If) and holds(node, line))
-                advice = [*advice, *(one for node in around for one in self._remedies(script.source.path, node.lineno))]
-            findings.add("G401", what, place, *advice, *self.hints())
+            findings.add("G401", what, place, *advice, *self._around(error), *self.hints())
 
     def report_refused(self) -> None:
         """Add findings of the calls that OmniGraph refuses too, and without which the script went on."""
@@ -125,17 +125,20 @@ class Losses:
     def report_unreached(self) -> None:
         """Add findings of what would have built graphs, and was not called."""
         scripts = list(self.scripts)
-        names = BUILDING | {builder.name for builder in builders(*(script.tree for script in scripts))}
+        foreign = self.recorder.lacking
+        names = BUILDING | {one.name for one in builders(*(script.tree for script in scripts), foreign=foreign)}
         failures = {failure: None for caught in self._caught for failure in self._failures(*caught)}
         for script in scripts:
-            for call, why in Unreached(script, self.ran, names, failures).calls():
+            unreached = Unreached(script, self.ran, names, failures)
+            unreached.foreign = foreign
+            for call, why in unreached.calls():
                 what = f"{called(call)}() is never reached, because of {why.text}"
                 place = script.span(call.lineno, call.end_lineno, call.col_offset)
-                remedies = *self._remedies(script.source.path, why.condition), *why.advice
+                remedies = *self._remedies(script, why.condition), *why.advice
                 self.recorder.findings.add("W302", what, place, *remedies)
         main = self.scripts.main
         reach = Unreached(main, self.ran)
-        never = [builder for builder in entries(main.tree) if not any(map(reach.ran, builder.node.body))]
+        never = [builder for builder in entries(main.tree, foreign) if not any(map(reach.ran, builder.node.body))]
         if never and self.recorder.graphs:
             texts = ", ".join(f"{builder.text} (line {builder.node.lineno})" for builder in never[:MOST_ASKED])
             more = f" and {len(never) - MOST_ASKED} more" if len(never) > MOST_ASKED else ""
@@ -143,20 +146,39 @@ class Losses:
             lost = handed_over(main.tree) & {builder.node.name for builder in never}
             self.recorder.findings.add("W302" if lost else "N302", what, None, "--call calls one of them instead")
 
+    def report_conditions(self) -> None:
+        """Add the finding of what the script asked for and only Omniverse knows, where that decides what it builds."""
+        missed = ((name, *place) for place, names in self.recorder.missed.items() for name in names)
+        made = self.recorder.graph_of
+        asked = [f"{name} (line {line} of {Path(path).name})" for name, path, line in missed if not made(name)]
+        if asked and self.recorder.graphs:
+            what = f"taken to be false or absent, as only Omniverse knows it: {', '.join(asked[:MOST_CALLABLE])}"
+            what += f" and {len(asked) - MOST_CALLABLE} more" if len(asked) > MOST_CALLABLE else ""
+            self.recorder.findings.add("N302", what, None, "--assume NAME takes it to be true or there")
+
     def hints(self) -> Iterator[str]:
         """What the script printed last, as one does of an error that it catches; what in it builds graphs if it is called."""
         yield from (f"it printed: {line}" for line in self.recorder.said)
         main = self.scripts.main
-        found, reach = entries(main.tree), Unreached(main, self.ran)
+        found, reach = entries(main.tree, self.recorder.lacking), Unreached(main, self.ran)
         if any(reach.ran(part) for builder in found for part in builder.node.body):
-            found = builders(main.tree)  # calling what failed fails again
+            found = builders(main.tree, foreign=self.recorder.lacking)  # calling what failed fails again
         if found:
             yield "it defines what builds graphs; call it with --call, such as --call \"build('/World/robot', rate=2)\":"
             yield from (f"  {builder.text}, line {builder.node.lineno}" for builder in found[:MOST_CALLABLE])
 
-    def _remedies(self, path: str, line: int) -> Iterator[str]:
+    def _around(self, error: BaseException) -> Iterator[str]:
+        """What the user may say to have the conditions hold around the place of an error."""
+        for script, (line, *_) in list(self.scripts.trace(error))[-1:]:
+            for node in ast.walk(script.tree):
+                if isinstance(node, ast.If) and holds(node, line):
+                    yield from self._remedies(script, node.lineno)
+
+    def _remedies(self, script: Script, line: int) -> Iterator[str]:
         """What the user may say to have a condition at a line hold, of what it asks."""
-        for name, said in list(self.recorder.missed.get((path, line), {}).items())[:MOST_ASKED]:
+        missed, path = self.recorder.missed, script.source.path
+        asked = {name: said for at in asking(script.tree, line) for name, said in missed.get((path, at), {}).items()}
+        for name, said in list(asked.items())[:MOST_ASKED]:
             yield f"--assume {shlex.quote(name)} takes {said}"
 
     def _failures(self, error: BaseException, handler: int) -> Iterator[Failure]:

@@ -46,6 +46,9 @@ ENVIRONMENT = {"ISAAC_PATH": "/isaac-sim", "EXP_PATH": "/isaac-sim/apps", "CARB_
 ENVIRONMENT |= {"ROS_DISTRO": "jazzy", "ROS_DOMAIN_ID": "0", "HOME": "/root"}
 """What scripts find of Isaac Sim's and ROS's environment; of the user's nothing."""
 
+OURS, PYTHON = str(Path(__file__).parents[2]), os.path.dirname(os.__file__)
+"""Folders of our modules, whose questions are no script's, and of Python's."""
+
 MAX_LINE = 200
 """Characters of what a script prints that are told."""
 
@@ -131,8 +134,12 @@ def _with_stages(run: Run) -> Any:
         try:
             return real(path, *arguments, **named)
         except OSError:
-            folder = not {"is_dir", "isdir"}.isdisjoint(sys._getframe(depth).f_code.co_name for depth in (1, 2))
-            found = isinstance(path, str | os.PathLike) and run.assumed(os.fsdecode(path), folder=folder)
+            codes = [sys._getframe(depth).f_code for depth in (2, 3, 4)]  # 1 is this function
+            folder = not {"is_dir", "isdir"}.isdisjoint(code.co_name for code in codes[:2])
+            files = (code.co_filename for code in codes)
+            asker = next((file for file in files if not file.startswith((PYTHON, "<frozen"))), "")
+            asks = isinstance(path, str | os.PathLike) and not asker.startswith(OURS)
+            found = asks and run.assumed(os.fsdecode(path), folder=folder)
             if not found:
                 raise
             return real(found)

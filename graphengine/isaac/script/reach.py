@@ -12,7 +12,7 @@ from graphengine.isaac.script.places import Script
 MARK = "__ran__"
 """Function that each statement calls before it runs, with the file, the line and the column."""
 NUMBER = "__number__"
-"""Function that a script calls in the place of `float` and `int`, with these as its first argument."""
+"""Function that gives a script what it calls in the place of a function that it would call."""
 FAILED = -1
 """The column of the mark of a statement that failed."""
 Ran = Collection[tuple[str, int, int]]
@@ -25,20 +25,28 @@ _EXITS = (ast.Return, ast.Raise, ast.Continue, ast.Break)
 _BLOCKS = ("body", "orelse", "finalbody", "handlers", "cases")
 
 
-def marked(text: str | bytes, path: str, *, forgiving: bool = False) -> ast.Module:
-    """A script whose statements say that they run; a forgiving one goes on behind those that fail, and marks these too.
+def marked(text: str | bytes, path: str, *, forgiving: type[ast.AST] | None = None) -> ast.Module:
+    """A script whose statements say that they run, and whose functions of numbers take stand-ins.
 
-    Its `float` and `int` let a stand-in pass.
+    Args:
+        text: of the script.
+        path: its file.
+        forgiving: owner of the statements behind which it goes on if they fail, which it marks too: a module, or any.
     """
     tree = ast.parse(text, path)
-    for node in list(ast.walk(tree)):
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ("float", "int"):
-            node.args.insert(0, node.func)
-            node.func = ast.copy_location(ast.Name(NUMBER, ast.Load()), node.func)
+    nodes = list(ast.walk(tree))
+    tried = {id(part) for node in nodes if isinstance(node, ast.Try) for block in node.body for part in ast.walk(block)}
+    for node in nodes:
+        if isinstance(node, ast.Call) and (node.args or node.keywords):
+            chosen = ast.Call(ast.Name(NUMBER, ast.Load()), [node.func], [])
+            ast.fix_missing_locations(ast.copy_location(chosen, node.func))
+            node.func = chosen
+        forgives = forgiving is not None and isinstance(node, forgiving) and id(node) not in tried
         for name in _BLOCKS[:3]:
             block = getattr(node, name, None)
             if isinstance(block, list):
-                parts = [part for statement in block for part in _with_mark(node, statement, path, forgiving)]
+                goes_on = forgives and not (isinstance(node, ast.Try) and name == "body")
+                parts = [part for statement in block for part in _with_mark(node, statement, path, goes_on)]
                 setattr(node, name, parts)
     return tree
 
@@ -60,7 +68,7 @@ def _with_mark(owner: ast.AST, statement: ast.stmt, path: str, forgiving: bool) 
     first = first or (isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant))  # a docstring
     if first and isinstance(owner, ast.Module):
         return (statement,)
-    if forgiving and isinstance(owner, ast.Module):
+    if forgiving:
         handler = ast.ExceptHandler(ast.parse("Exception, SystemExit", mode="eval").body, None, [failed])
         attempt = ast.Try([statement], [handler], [], [])
         return mark, ast.fix_missing_locations(ast.copy_location(attempt, statement))
@@ -112,6 +120,9 @@ class Unreached:
         names: functions and methods that build graphs.
         failures: errors of the run.
     """
+
+    foreign: Collection[str] = ()
+    """Modules that are not there, nothing of which builds graphs."""
 
     def __init__(self, script: Script, ran: Ran, names: Collection[str] = (), failures: Iterable[Failure] = ()) -> None:
         self.script, self._ran, self._names = script, ran, names
@@ -180,13 +191,38 @@ class Unreached:
     def _building(self, tree: ast.AST) -> Iterator[ast.Call]:
         """Calls that build graphs."""
         for node in ast.walk(tree):
-            if isinstance(node, ast.Call) and called(node) in self._names:
+            if isinstance(node, ast.Call) and called(node, self.foreign) in self._names:
                 yield node
 
 
 def holds(statement: ast.stmt, line: int) -> bool:
     """Whether a line is one of a statement's."""
     return statement.lineno <= line <= (statement.end_lineno or 0)
+
+
+def asking(tree: ast.Module, line: int) -> list[int]:
+    """Lines that decide whether a condition at a line holds: its own, and those that make what it names."""
+    nodes = [node for node in ast.walk(tree) if isinstance(node, ast.stmt)]
+    asked = [node for node in nodes if node.lineno == line and _asks(node)][:1]
+    parts: list[ast.AST] = [
+        getattr(node, name) for node in asked for name in ("test", "iter", "subject") if hasattr(node, name)
+    ]
+    lines = [line]
+    for part in parts:  # grows
+        lines += range(part.lineno, (part.end_lineno or 0) + 1)  # type: ignore[attr-defined]
+        names = {getattr(inner, "id", getattr(inner, "attr", "")) for inner in ast.walk(part)} - {""}
+        made = [node for node in nodes if node not in parts and _makes(node) & names]
+        parts += [node for node in made if isinstance(node, Function)]
+        parts += [node for node in made if node.lineno < line and not isinstance(node, Function)][-1:]
+    return lines
+
+
+def _makes(statement: ast.stmt) -> set[str]:
+    """Names that a statement gives a value."""
+    if isinstance(statement, Function):
+        return {statement.name}
+    targets = getattr(statement, "targets", [getattr(statement, "target", None)])
+    return {getattr(target, "id", getattr(target, "attr", "")) for target in targets if target}
 
 
 def _asks(statement: ast.stmt) -> bool:

@@ -106,6 +106,7 @@ def read_script(
         "run": trusted or not missing(),
         "stages": {},
         "assumed": False,
+        "forgiving": False,
         "absent": [],
     }
     chosen = _run(path, request, findings, read_stage)
@@ -153,12 +154,15 @@ def _run(
         request["literals"] = False  # it is executed on the stages
         first = _run_once(path, request)
     chosen = first
-    if first.may_differ and (first.failed or first.stopped or not first.graphs):
-        other = _run_on_a_full_stage(path, request, first)
-        whole = first.failed or (not other.stopped and first.nodes <= other.nodes)
-        if other.graphs and not other.failed and whole:
+    for forgiving in (False, True):
+        if not first.may_differ or not (chosen.failed or chosen.stopped or not (chosen.graphs or forgiving)):
+            break
+        other = _run_on_a_full_stage(path, {**request, "forgiving": forgiving}, first)
+        more = chosen.failed or (chosen.nodes < other.nodes if forgiving else chosen.nodes <= other.nodes)
+        if other.graphs and not other.failed and more and (forgiving or chosen.failed or not other.stopped):
             chosen = other
-            findings.add("N302", "what the script asks for and does not make is taken to be there", start)
+    if chosen is not first:
+        findings.add("N302", "what the script asks for and does not make is taken to be there", start)
     return chosen
 
 

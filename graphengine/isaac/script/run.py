@@ -16,12 +16,12 @@ from typing import Any
 from graphengine.format.diagnostics import Source, Span
 from graphengine.isaac.omniverse.modules import make_modules
 from graphengine.isaac.omniverse.recorder import Recorder
-from graphengine.isaac.omniverse.stand_in import StandIn, to_number
+from graphengine.isaac.omniverse.stand_in import Builtins, StandIn, of_unknown
 from graphengine.isaac.omniverse.waiting import asyncio_stand_in, finish
 from graphengine.isaac.recorded import IMPULSE, RecordedGraph, RecordedValue
 from graphengine.isaac.script.answers import ScriptAnswer
 from graphengine.isaac.script.finder import PACKAGE
-from graphengine.isaac.script.losses import Losses, TimeIsUpError
+from graphengine.isaac.script.losses import UNFORGIVEN, Losses, TimeIsUpError
 from graphengine.isaac.script.plain import evaluate
 from graphengine.isaac.script.reach import FAILED, MARK, NUMBER, marked
 from graphengine.isaac.script.stack import Scripts
@@ -40,11 +40,13 @@ class Run:
         self.text: str = request["text"]
         self.allowed: bool = request["run"]
         """Whether it may be executed."""
+        self.forgiving = ast.AST if request["forgiving"] else ast.Module if self.calls else None
+        """Owner of the statements behind which it goes on if they fail."""
         self.executed = False
         self.time_is_up = False
         self.running = False
         """Whether the time may be up: the script runs."""
-        vars(builtins).update({MARK: self._mark, NUMBER: to_number})
+        vars(builtins).update({MARK: self._mark, NUMBER: of_unknown})
         self.folders: list[str] = [str(Path(self.path).absolute().parent), *request["allowed"]]
         self.scripts = Scripts(self.folders)
         types, absent = frozenset(request["types"]), frozenset(request["absent"])
@@ -70,6 +72,8 @@ class Run:
         if error is not None and self.running:
             self.losses.note(error, line)
             if column == FAILED:
+                if self.request["forgiving"] and isinstance(error, UNFORGIVEN):
+                    raise error
                 self.losses.report_skipped(error)
 
     def run(self) -> None:
@@ -84,7 +88,11 @@ class Run:
         sys.argv[:] = [self.path, *self.request["arguments"]]
         module = types.ModuleType("__main__")
         name = f"{PACKAGE}.{Path(self.path).stem}"
-        vars(module).update(__file__=self.path, __package__=PACKAGE, __builtins__=builtins)
+        names: dict[str, Any] = vars(builtins)
+        if "import *" in self.text:  # as a script's names are slower to find so
+            names = Builtins(names)
+            names.recorder = self.recorder
+        vars(module).update(__file__=self.path, __package__=PACKAGE, __builtins__=names)
         vars(module).update(__name__=name if self.calls else "__main__")
         sys.modules["__main__"] = sys.modules[name] = module
         for path, graphs in self.request["stages"].items():
@@ -94,6 +102,7 @@ class Run:
         self.recorder.graphs = {**self.recorder.removed, **self.recorder.graphs}
         self._settle_impulses()
         self.losses.report_unreached()
+        self.losses.report_conditions()
         hints = list(self.losses.hints())
         if self.allowed and hints and not self.recorder.graphs and not self.recorder.findings.errors:
             self.recorder.findings.add("W302", "the script builds nothing", None, *hints)
@@ -109,7 +118,7 @@ class Run:
                     return
                 self.executed = True
                 if self.allowed:
-                    tree = marked(self.text, self.path, forgiving=bool(self.calls))
+                    tree = marked(self.text, self.path, forgiving=self.forgiving)
                     exec(compile(tree, self.path, "exec"), namespace)
                     self._call(namespace)
                 if self.time_is_up:
@@ -143,16 +152,15 @@ class Run:
     def assumed(self, file: str, *, folder: bool) -> str:
         """The path that stands for a file, or a folder, that is not there and is taken to be; empty where it is not."""
         file, suffix = file.rstrip("/"), os.path.splitext(file)[1]
-        if self.recorder.assumed and ".usd" in suffix:
-            return self.path
         known = f"{file}/" in self.recorder.prims
-        if not known and not self.recorder.holds(file, "it to be there"):
+        if not known and not self.recorder.assumed and not self.recorder.holds(file, "it to be there"):
             return ""
         return self.folders[0] if folder or known or not suffix else self.path
 
     def compiled(self, text: bytes, path: str) -> types.CodeType | None:
         """A module that lies where the script may read; None for any other one."""
-        return compile(marked(text, path), path, "exec", dont_inherit=True) if self.scripts.at(path) else None
+        own = self.scripts.at(path)
+        return compile(marked(text, path, forgiving=self.forgiving), path, "exec", dont_inherit=True) if own else None
 
     def answer(self) -> ScriptAnswer:
         """What is known after the run."""

@@ -112,7 +112,7 @@ def test_a_script_that_fails_lists_what_can_be_called_and_a_call_goes_on_behind_
     assert main([*given, "--call", "build(Place('/World/' + 'g'), world)"]) == 0
     out, said = capsys.readouterr()
     assert "note: world in the call: taken to be what only Omniverse knows" in out
-    assert "3:24: warning W302: NameError: name 'arguments' is not defined; what --call calls is built without" in said
+    assert "3:24: warning W302: NameError: name 'arguments' is not defined; what follows is built without" in said
     assert (tmp_path / "g.yaml").is_file()
 
 

@@ -119,7 +119,7 @@ while app.is_running():
     ("text", "complaint"),
     [
         ("while app.is_running():\n    og.Controller.set('/G/c.inputs:x', 1)", "OmniGraphError"),
-        ("while app.is_running():\n    kit.update()\n    range(timeline.get_current_time())", "TypeError"),
+        ("while app.is_running():\n    kit.update()\n    memoryview(timeline.get_current_time())", "TypeError"),
         ("while app.is_running():\n    app.update()\n    while True: pass", "the script takes too long"),
         ("while app.is_running():\n    app.update()\n    open('/etc/passwd')", "the script may not do this"),
     ],

@@ -215,6 +215,7 @@ def test_the_end_of_the_time_ends_nothing_but_the_script(tmp_path: Path) -> None
             "stages": {},
             "impulse_every": 0,
             "assumed": False,
+            "forgiving": False,
             "literals": False,
             "run": True,
             **lists,
@@ -224,3 +225,52 @@ def test_the_end_of_the_time_ends_nothing_but_the_script(tmp_path: Path) -> None
     run.running = True
     with pytest.raises(TimeIsUpError):
         run.end()
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        "max(0.0, mass)",
+        "min(mass, 1)",
+        "round(mass / 2, 3)",
+        "math.sqrt(mass)",
+        "np.array([mass, 1.0], dtype=float)",
+        "np.array([1.0, 2.0]) * mass",
+        "np.clip(float(mass), 0, 1)",
+        "next(map(float, [mass]))",
+        "map(float, mass)",
+        "deepcopy(mass)",
+        "2.0 if mass is None else mass % 3",
+    ],
+)
+def test_a_number_that_is_made_of_an_unknown_one_is_unknown(value: str, tmp_path: Path) -> None:
+    text = "import math\nimport numpy as np\nfrom copy import deepcopy\nmass = Camera().get_mass()\n"
+    (graph,), warnings, _ = told(tmp_path, f"{text}og.Controller.set('/A/Tick.inputs:x', {value})")
+    assert "inputs:x" not in graph.nodes["Tick"].values
+    assert ["the value of Tick.inputs:x cannot be told" in warning for warning in warnings] == [True]
+
+
+def test_what_decides_between_values_and_is_unknown_is_told_and_may_be_assumed(tmp_path: Path) -> None:
+    text = "mass = Camera().get_mass()\nog.Controller.set('/A/Tick.inputs:x', 2 if 3 < mass else 1)"
+    for assume, value in (((), 1), (("isaacsim.sensors.camera.Camera.get_mass > 3",), 2)):
+        (graph,), warnings, findings = told(tmp_path, text, assume=assume)
+        assert (graph.nodes["Tick"].values["inputs:x"].data, warnings) == (value, [])
+        notes = [finding.message for finding in findings.items if "taken to be false" in finding.message]
+        assert [note.partition(": ")[2] for note in notes] == [
+            f"isaacsim.sensors.camera.Camera.get_mass > 3 (line {LINES + 2} of script.py)"
+        ] * (value == 1)
+
+
+def test_an_output_that_a_script_reads_itself_is_noted(tmp_path: Path) -> None:
+    _, warnings, findings = told(tmp_path, "print(og.Controller.attribute('/A/Tick.outputs:time').get())")
+    assert warnings == []
+    said = [finding.message for finding in findings.items]
+    assert "what the script does with /A/Tick.outputs:time belongs to no graph and is left out" in said
+
+
+def test_a_loop_that_waits_for_something_to_be_over_ends_where_the_stage_holds_all(tmp_path: Path) -> None:
+    text = "import omni.kit.app\nif not Camera().is_valid(): raise OSError\n"
+    text += "while Camera().is_loading(): omni.kit.app.get_app().update()\n{}['b']\nbuild()"
+    graphs, warnings, _ = told(tmp_path, text)
+    assert [graph.path for graph in graphs] == ["/A", "/B"]
+    assert warnings == ["4: KeyError: 'b'; what follows is built without that"]

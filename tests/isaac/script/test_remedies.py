@@ -36,12 +36,20 @@ def paths(script: Path, text: str, *assume: str, calls: tuple[str, ...] = ()) ->
 def test_a_file_or_folder_of_another_machine_is_offered_and_assumed(
     condition: str, offered: str, given: str, tmp_path: Path
 ) -> None:
-    text = f"if not ({condition}): raise OSError\n" + EDIT.format(path="'/G'")
-    _, findings = paths(tmp_path / "asks.py", text)
-    said = f"--assume {offered} takes it to be there"
-    assert [(finding.code, finding.help) for finding in findings.items] == [("G401", (said,)), ("W302", (said,))]
+    first, second = (EDIT.format(path=path) for path in ("'/F'", "'/G'"))
+    text = f"{first}if {condition}:\n    {second}"
+    built, findings = paths(tmp_path / "asks.py", text)
+    assert (built, findings.warnings[0].help) == (["/F"], (f"--assume {offered} takes it to be there",))
     if given:
-        assert paths(tmp_path / "asks.py", text, given)[0] == ["/G"]
+        assert paths(tmp_path / "asks.py", text, given)[0] == ["/F", "/G"]
+
+
+@pytest.mark.parametrize("condition", ["os.path.isfile('/isaac/robot.usd')", "Path('/isaac/lib').is_dir()"])
+def test_a_script_that_is_nothing_without_a_file_of_another_machine_finds_it(condition: str, tmp_path: Path) -> None:
+    text = f"if not {condition}: raise OSError\n" + EDIT.format(path="'/G'")
+    built, findings = paths(tmp_path / "asks.py", text)
+    assert (built, findings.errors + findings.warnings) == (["/G"], [])
+    assert [finding.code for finding in findings.items] == ["N302"]
 
 
 def test_enabling_an_extension_works_where_the_stage_holds_all(tmp_path: Path) -> None:
@@ -58,9 +66,29 @@ def test_calls_alone_decide_what_is_built(before: str, tmp_path: Path) -> None:
 
 
 def test_a_builder_inside_a_function_that_failed_is_listed(tmp_path: Path) -> None:
-    text = f"{BUILD}def main():\n    {{}}['robot']\n    build('/A')\nmain()\n"
+    text = f"{BUILD}def main():\n    open('/etc/passwd')\n    build('/A')\nmain()\n"
     (error,) = paths(tmp_path / "fails.py", text)[1].errors
-    assert error.help[1:] == ("  build(path), line 4", "  main(), line 6")
+    assert error.help[-2:] == ("  build(path), line 4", "  main(), line 6")
+
+
+def test_a_script_goes_on_behind_what_fails_in_a_function_but_for_what_it_tries_itself(tmp_path: Path) -> None:
+    text = f"{BUILD}def main():\n    {{}}['robot']\n    build('/A')\n"
+    text += "    try:\n        {}['tried']\n        build('/B')\n    except KeyError: build('/C')\nmain()\n"
+    built, findings = paths(tmp_path / "fails.py", text)
+    assert (built, findings.errors) == (["/A", "/C"], [])
+    said = [(warning.span.line, warning.message) for warning in findings.warnings if warning.span]
+    assert said[0] == (7, "KeyError: 'robot'; what follows is built without that")
+    assert said[1] == (11, "build() is never reached, because of the error at line 10: KeyError: 'tried'")
+
+
+def test_what_a_condition_asked_before_is_offered_too(tmp_path: Path) -> None:
+    text = f"{BUILD}import omni.usd\nstage = omni.usd.get_context().get_stage()\nbuild('/A')\n"
+    text += "def there():\n    return stage.GetPrimAtPath('/World/a').IsValid()\n"
+    text += "found = there() and\\\n    stage.GetPrimAtPath('/World/b').IsValid()\nif found: build('/B')\n"
+    (warning,) = paths(tmp_path / "asks.py", text)[1].warnings
+    assert warning.help == ("--assume /World/a takes a prim to be there",)
+    (warning,) = paths(tmp_path / "asks.py", text, "/World/a")[1].warnings
+    assert warning.help == ("--assume /World/b takes a prim to be there",)
 
 
 def test_only_what_a_condition_asks_is_offered_and_a_node_of_ros_is_no_graph(tmp_path: Path) -> None:
