@@ -11,8 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from graphengine.format.errors import BadValueError
-from graphengine.node import Node
-from graphengine.node.types import PortType
+from graphengine.node import Node, PortType
 
 T = TypeVar("T")
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from graphengine.node import Context, ExecIn, ExecOut, In, Node, Out, State, Variable
-from graphengine.node.types import PortType, Target, Token
+from graphengine.node import Context, ExecIn, ExecOut, In, Node, Out, PortType, State, Target, Token, Variable
 from graphengine.node.variable import find_variable
 
 _IGNORED = "means nothing, as in the reference"

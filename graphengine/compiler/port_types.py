@@ -22,10 +22,9 @@ from graphengine.compiler.graph import (
 )
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import ContextError
-from graphengine.node import types
+from graphengine.node import PortType, UnionType, types
 from graphengine.node.node_class import Node
 from graphengine.node.port import Port
-from graphengine.node.types import PortType, UnionType
 
 _BETWEEN = {("token", "string"): "ToString", ("string", "token"): "ToToken"}
 """Nodes that make one type of text of another."""

@@ -15,9 +15,8 @@ from graphengine.compiler.gates import EveryOnce, EveryTicks
 from graphengine.compiler.graph import Graph, Instance
 from graphengine.format.diagnostics import Findings
 from graphengine.isaac.graph_file import SCRIPT_NODE, unique
-from graphengine.node import types
+from graphengine.node import PortType, UnionType, types
 from graphengine.node.port import ExecOut, Port
-from graphengine.node.types import PortType, UnionType
 
 OWN = "graphengine."
 """How names of node types begin that only this engine has."""

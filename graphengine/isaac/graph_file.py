@@ -19,10 +19,9 @@ from graphengine.format.wording import listing
 from graphengine.isaac.recorded import IMPULSE, RecordedGraph, RecordedNode, RecordedValue, RecordedWire
 from graphengine.isaac.replaced import modernize, replacement
 from graphengine.isaac.yaml_text import block, comment, flow, scalar
-from graphengine.node import types
+from graphengine.node import PortType, types
 from graphengine.node.node_class import Node, grown
 from graphengine.node.port import Port
-from graphengine.node.types import PortType
 
 WIDTH = 120
 SCRIPT_NODE = "omni.graph.scriptnode.ScriptNode"

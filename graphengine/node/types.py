@@ -26,6 +26,13 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
+__all__ = [
+    "PortType", "UnionType", "Buffer", "String", "Target", "Token", "Tokens", "Bools", "UChar", "UChars", "Int", "Ints", "Int64",
+    "UInt", "UInts", "UInt64", "Float", "Floats", "Float2", "Float3", "Double", "Doubles", "Double2", "Double3", "Double3s",
+    "Double4s", "Matrix4d", "Point3fs", "Quaterniond", "Vector3d",
+]  # fmt: skip
+"""What authors of nodes write."""
+
 _INTEGERS = {"uchar": (0, 2**8 - 1), "int": (-(2**31), 2**31 - 1), "uint": (0, 2**32 - 1)}
 _INTEGERS |= {"int64": (-(2**63), 2**63 - 1), "uint64": (0, 2**64 - 1)}
 _REALS = ("half", "float", "double", "timecode")

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Numbered, Pushes, State
-from graphengine.node.types import Token
+from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Numbered, Pushes, State, Token
 
 
 class Branch(Node, type="omni.graph.action.Branch"):

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from graphengine.node import Context, ExecIn, ExecOut, In, Mailbox, Node, Out, Pushes, State
-from graphengine.node.types import Token
+from graphengine.node import Context, ExecIn, ExecOut, In, Mailbox, Node, Out, Pushes, State, Token
 
 
 class SendCustomEvent(Node, type="omni.graph.action.SendCustomEvent"):

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from graphengine.format.errors import ContextError
-from graphengine.node import Clock, Context, ExecOut, Fire, In, Node, Out, State, Variable
-from graphengine.node.types import Token, UInt
+from graphengine.node import Clock, Context, ExecOut, Fire, In, Node, Out, State, Token, UInt, Variable
 
 
 class TickEvent(Node):

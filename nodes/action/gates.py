@@ -7,8 +7,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from graphengine.node import Context, ExecIn, ExecOut, Fire, In, Node, Numbered, Out, State
-from graphengine.node.types import Int, Int64, UInt64
+from graphengine.node import Context, ExecIn, ExecOut, Fire, In, Int, Int64, Node, Numbered, Out, State, UInt64
 
 
 class Gate(Node, type="omni.graph.action.Gate", gated=True, counts=True):

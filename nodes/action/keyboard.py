@@ -7,9 +7,8 @@ modifiers alone, and none with the arrows.
 
 from __future__ import annotations
 
-from graphengine.node import Context, ExecOut, Fire, In, Keyboard, Node, Out, State
+from graphengine.node import Context, ExecOut, Fire, In, Keyboard, Node, Out, State, Token
 from graphengine.node.keys import KEYS, MODIFIERS
-from graphengine.node.types import Token
 
 
 class OnKeyboardInput(Node, type="omni.graph.action.OnKeyboardInput"):

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from graphengine.node import Context, ExecIn, ExecOut, In, Node, State
-from graphengine.node.types import String, Token
+from graphengine.node import Context, ExecIn, ExecOut, In, Node, State, String, Token
 from graphengine.nodes.checked import one_of
 
 _SEVERITIES = {"Verbose": "info", "Info": "info", "Warn": "warning", "Warning": "warning", "Error": "error"}

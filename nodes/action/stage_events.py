@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from graphengine.compiler.lint_registry import lint
-from graphengine.node import Context, ExecOut, Fire, In, Mailbox, Node, State
+from graphengine.node import Context, ExecOut, Fire, In, Mailbox, Node, State, Token
 from graphengine.node.mailbox import IMPULSE
-from graphengine.node.types import Token
 from graphengine.nodes.clocked import ClockNode
 
 if TYPE_CHECKING:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out, State
-from graphengine.node.types import Float, Int
+from graphengine.node import ExecIn, ExecOut, Fire, Float, In, Int, Node, Out, State
 from graphengine.nodes.checked import finite
 from graphengine.nodes.clocked import ClockNode
 

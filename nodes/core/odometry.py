@@ -7,8 +7,7 @@ from collections.abc import Iterable
 
 from graphengine.devices import rotation
 from graphengine.devices.motion import Body
-from graphengine.node import Clock, Context, ExecIn, ExecOut, In, Node, Out, State
-from graphengine.node.types import Quaterniond, Target, Vector3d
+from graphengine.node import Clock, Context, ExecIn, ExecOut, In, Node, Out, Quaterniond, State, Target, Vector3d
 from graphengine.nodes.touched import reading_poses
 
 

@@ -7,8 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from graphengine.node import Context, In, Node, Out, State
-from graphengine.node.types import String
+from graphengine.node import Context, In, Node, Out, State, String
 
 
 class IsaacReadEnvVar(Node, type="isaacsim.core.nodes.IsaacReadEnvVar"):

@@ -7,8 +7,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from graphengine.devices.sensor import Camera
-from graphengine.node import Context, ExecIn, ExecOut, Fire, In, Node, Out, State
-from graphengine.node.types import Float, Floats, Target, Token, UInt
+from graphengine.node import Context, ExecIn, ExecOut, Fire, Float, Floats, In, Node, Out, State, Target, Token, UInt
 
 
 class IsaacCreateRenderProduct(Node, type="isaacsim.core.nodes.IsaacCreateRenderProduct", gated=True):

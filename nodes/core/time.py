@@ -9,8 +9,7 @@ import math
 from typing import Any
 
 from graphengine.format.errors import BadValueError
-from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
-from graphengine.node.types import Float, Int, UInt, UInt64
+from graphengine.node import ExecIn, ExecOut, Float, In, Int, Node, Out, State, UInt, UInt64
 from graphengine.nodes.clocked import ClockNode
 
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from graphengine.node import In, Node, Out
-from graphengine.node.types import Token
+from graphengine.node import In, Node, Out, Token
 from graphengine.nodes.data.unions import NUMERICS
 
 

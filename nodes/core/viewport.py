@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from graphengine.node import Context, ExecIn, ExecOut, In, Node, Out, State
-from graphengine.node.types import Token, UInt
+from graphengine.node import Context, ExecIn, ExecOut, In, Node, Out, State, Token, UInt
 
 DEFAULT = "Viewport"
 """The name of the one that is there from the start."""

@@ -19,8 +19,7 @@ from typing import Any
 import numpy as np
 
 from graphengine.format.errors import BadValueError
-from graphengine.node import types
-from graphengine.node.types import PortType
+from graphengine.node import PortType, types
 
 Operation = Callable[..., Any]
 

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.node import Context, In, Out, State
-from graphengine.node.types import PortType, Token
+from graphengine.node import Context, In, Out, PortType, State, Token
 from graphengine.nodes.checked import one_of, same_length
 from graphengine.nodes.data.broadcast import Operand, Operation, lift
 from graphengine.nodes.data.elementwise import Elementwise, TypedNode

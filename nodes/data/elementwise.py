@@ -7,8 +7,7 @@ import operator
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
 
-from graphengine.node import Context, In, Node, Numbered, State
-from graphengine.node.types import PortType, UnionType
+from graphengine.node import Context, In, Node, Numbered, PortType, State, UnionType
 from graphengine.nodes.data.broadcast import Operand, Operation, common, lift, type_of
 from graphengine.nodes.data.unions import NUMERICS
 

@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.format.errors import BadValueError
-from graphengine.node import In, Node, Out
-from graphengine.node.types import Float, Floats, Int, PortType, Token
+from graphengine.node import Float, Floats, In, Int, Node, Out, PortType, Token
 from graphengine.nodes.checked import one_of, same_length
 from graphengine.nodes.data.broadcast import Operand, Operation, common, lift
 from graphengine.nodes.data.elementwise import Elementwise

@@ -6,8 +6,7 @@ import operator
 from collections.abc import Sequence
 from typing import Any, ClassVar
 
-from graphengine.node import In, Node, Numbered, Out
-from graphengine.node.types import PortType, Token
+from graphengine.node import In, Node, Numbered, Out, PortType, Token
 from graphengine.nodes.checked import one_of
 from graphengine.nodes.data.broadcast import Operation
 from graphengine.nodes.data.elementwise import Elementwise, Folded

@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.node import In, Out
-from graphengine.node.types import PortType, Token
+from graphengine.node import In, Out, PortType, Token
 from graphengine.nodes.data.broadcast import Operation, common, lift
 from graphengine.nodes.data.elementwise import Elementwise, TypedNode
 from graphengine.nodes.data.unions import (

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from graphengine.format.errors import BadValueError
-from graphengine.node import Context, In, Node, Out, State
-from graphengine.node.types import Target, Token, Tokens
+from graphengine.node import Context, In, Node, Out, State, Target, Token, Tokens
 
 
 class GetPrimPath(Node, type="omni.graph.nodes.GetPrimPath"):

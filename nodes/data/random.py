@@ -11,8 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from graphengine.format.errors import BadValueError
-from graphengine.node import Context, ExecIn, ExecOut, In, Node, Out, State
-from graphengine.node.types import UInt64
+from graphengine.node import Context, ExecIn, ExecOut, In, Node, Out, State, UInt64
 from graphengine.nodes.data.broadcast import Operand, Operation, lift
 from graphengine.nodes.data.elementwise import TypedNode
 from graphengine.nodes.data.unions import DECIMALS, NUMERICS

@@ -13,8 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.node import In, Node, Out
-from graphengine.node.types import Matrix4d, PortType, Token, Vector3d
+from graphengine.node import In, Matrix4d, Node, Out, PortType, Token, Vector3d
 from graphengine.nodes.checked import one_of
 from graphengine.nodes.data.broadcast import Operation, lift
 from graphengine.nodes.data.elementwise import Elementwise

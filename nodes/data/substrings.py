@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from graphengine.node import In, Node, Out
-from graphengine.node.types import Int
+from graphengine.node import In, Int, Node, Out
 from graphengine.nodes.data.sequences import INDEX, position
 from graphengine.nodes.data.strings import check_text_length
 

@@ -7,8 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from graphengine.node import In, Node, Numbered, Out
-from graphengine.node.types import Int, PortType, Target, Token
+from graphengine.node import In, Int, Node, Numbered, Out, PortType, Target, Token
 from graphengine.nodes.checked import one_of, same_length
 from graphengine.nodes.data.paths import parent_of
 from graphengine.nodes.data.sequences import position

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 from graphengine.messages import messages
-from graphengine.node import In
-from graphengine.node.types import String
+from graphengine.node import In, String
 from graphengine.nodes.ros2.publisher import SensorPublisher
 
 

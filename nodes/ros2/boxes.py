@@ -12,8 +12,7 @@ from graphengine.devices.sensor import BOX_3D
 from graphengine.format.errors import BadValueError
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
-from graphengine.node import In
-from graphengine.node.types import String, UChars
+from graphengine.node import In, String, UChars
 from graphengine.nodes.ros2.publisher import SensorPublisher
 
 DETECTIONS = "vision_msgs/msg/Detection2DArray"

@@ -14,8 +14,7 @@ from graphengine.devices.sensor import Camera
 from graphengine.format.errors import BadValueError, ContextError
 from graphengine.messages import messages
 from graphengine.messages.endpoints import Publisher
-from graphengine.node import Context, In, State
-from graphengine.node.types import Doubles, Floats, String, Token, UInt
+from graphengine.node import Context, Doubles, Floats, In, State, String, Token, UInt
 from graphengine.nodes.ros2.helper import SensorHelper
 from graphengine.nodes.ros2.publisher import SensorPublisher
 

@@ -7,8 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from graphengine.messages import messages
-from graphengine.node import In
-from graphengine.node.types import Buffer, String, Token, UChars, UInt64
+from graphengine.node import Buffer, In, String, Token, UChars, UInt64
 from graphengine.nodes.ros2.publisher import SensorPublisher
 
 

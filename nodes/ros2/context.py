@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from graphengine.node import Context, In, Node, Out, State
-from graphengine.node.types import UChar, UInt64
+from graphengine.node import Context, In, Node, Out, State, UChar, UInt64
 
 
 class ROS2Context(Node, type="isaacsim.ros2.bridge.ROS2Context"):

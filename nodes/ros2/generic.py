@@ -7,8 +7,7 @@ from typing import Any, ClassVar
 
 from graphengine.messages.definitions import Definitions
 from graphengine.messages.endpoints import Publisher, Subscription
-from graphengine.node import Context, ExecOut, In, Out, Pushes, State
-from graphengine.node.types import String, Token
+from graphengine.node import Context, ExecOut, In, Out, Pushes, State, String, Token
 from graphengine.nodes.ros2.fields import Layout, expect, find_layout
 from graphengine.nodes.ros2.publisher import TopicNode
 

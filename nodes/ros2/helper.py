@@ -6,8 +6,7 @@ from typing import Any
 
 from graphengine.devices.sensor import Camera, Lidar
 from graphengine.messages.endpoints import Publisher
-from graphengine.node import Clock, Context, In, State
-from graphengine.node.types import Token, UInt
+from graphengine.node import Clock, Context, In, State, Token, UInt
 from graphengine.nodes.ros2.publisher import TopicNode
 
 

@@ -8,8 +8,7 @@ import numpy as np
 
 from graphengine.format.errors import BadValueError
 from graphengine.messages import messages
-from graphengine.node import In
-from graphengine.node.types import Buffer, Int, String, Token, UChars, UInt, UInt64
+from graphengine.node import Buffer, In, Int, String, Token, UChars, UInt, UInt64
 from graphengine.nodes.checked import one_of
 from graphengine.nodes.ros2.publisher import SensorPublisher
 

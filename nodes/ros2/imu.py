@@ -7,8 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from graphengine.messages import messages
-from graphengine.node import In
-from graphengine.node.types import Quaterniond, String, Vector3d
+from graphengine.node import In, Quaterniond, String, Vector3d
 from graphengine.nodes.ros2.publisher import SensorPublisher
 
 _KNOWN, _ABSENT = np.zeros(9), np.array([-1.0, *[0.0] * 8])

@@ -10,8 +10,7 @@ import numpy as np
 
 from graphengine.format.errors import BadValueError
 from graphengine.messages import messages
-from graphengine.node import In
-from graphengine.node.types import Buffer, String, Tokens, UInt, UInts
+from graphengine.node import Buffer, In, String, Tokens, UInt, UInts
 from graphengine.nodes.checked import same_length
 from graphengine.nodes.ros2.publisher import PublisherNode, stamp
 

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from graphengine.format.errors import BadValueError
 from graphengine.messages import messages
-from graphengine.node import In
-from graphengine.node.types import Buffer, Float, Float2, Floats, Int, String, UChars, UInt64
+from graphengine.node import Buffer, Float, Float2, Floats, In, Int, String, UChars, UInt64
 from graphengine.nodes.ros2.publisher import SensorPublisher
 
 

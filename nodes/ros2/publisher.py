@@ -7,8 +7,7 @@ from typing import Any, ClassVar
 from graphengine.format.errors import BadValueError
 from graphengine.messages import messages
 from graphengine.messages.endpoints import Publisher, Subscription
-from graphengine.node import Context, ExecIn, In, Node, State
-from graphengine.node.types import String, UInt64
+from graphengine.node import Context, ExecIn, In, Node, State, String, UInt64
 
 
 class TopicNode(Node):

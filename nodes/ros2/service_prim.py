@@ -10,8 +10,7 @@ from typing import Any
 from graphengine.format.errors import GraphError
 from graphengine.messages import messages
 from graphengine.messages.endpoints import ServiceServer
-from graphengine.node import Context, ExecIn, ExecOut, Fire, In, Node, Prims, State
-from graphengine.node.types import String, UInt64
+from graphengine.node import Context, ExecIn, ExecOut, Fire, In, Node, Prims, State, String, UInt64
 from graphengine.nodes.touched import ANY, WIRED
 
 _PACKAGE = "isaac_ros2_messages/srv"

@@ -10,8 +10,7 @@ from typing import Any, ClassVar
 from graphengine.format.errors import BadValueError, ContextError
 from graphengine.messages.definitions import Definitions
 from graphengine.messages.endpoints import ServiceClient, ServiceServer
-from graphengine.node import Context, ExecIn, ExecOut, Fire, In, Node, Out, Pushes, State
-from graphengine.node.types import String, UInt64
+from graphengine.node import Context, ExecIn, ExecOut, Fire, In, Node, Out, Pushes, State, String, UInt64
 from graphengine.nodes.ros2.fields import Layout, expect, find_service
 
 

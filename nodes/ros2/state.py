@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from graphengine.devices.motion import Articulation
 from graphengine.format.errors import BadValueError
 from graphengine.messages import messages
-from graphengine.node import Context, In, State
-from graphengine.node.types import Doubles, Float, Quaterniond, String, Target, Tokens, UChars, Vector3d
+from graphengine.node import Context, Doubles, Float, In, Quaterniond, State, String, Target, Tokens, UChars, Vector3d
 from graphengine.nodes.checked import same_length
 from graphengine.nodes.ros2.publisher import PublisherNode, header, stamp
 

@@ -7,8 +7,7 @@ import math
 import numpy as np
 
 from graphengine.format.errors import BadValueError
-from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
-from graphengine.node.types import Doubles
+from graphengine.node import Doubles, ExecIn, ExecOut, In, Node, Out, State
 from graphengine.nodes.checked import check_outcome
 from graphengine.nodes.wheeled_robots.limits import limited, ramped
 

@@ -9,8 +9,7 @@ import numpy as np
 
 from graphengine.compiler.lint_registry import lint
 from graphengine.format.errors import BadValueError, PrimError
-from graphengine.node import ExecIn, In, Node, Out, State
-from graphengine.node.types import Doubles
+from graphengine.node import Doubles, ExecIn, In, Node, Out, State
 from graphengine.nodes.checked import check_outcome
 from graphengine.nodes.core.articulation import IsaacArticulationController
 from graphengine.nodes.wheeled_robots.limits import limited, ramped

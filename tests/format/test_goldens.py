@@ -16,8 +16,7 @@ import pytest
 from graphengine.compiler.registry import Registry
 from graphengine.format.diagnostics import CODES
 from graphengine.format.files import shipped
-from graphengine.node import Context, ExecIn, ExecOut, In, Node, Out, State, Variable
-from graphengine.node.types import Vector3d
+from graphengine.node import Context, ExecIn, ExecOut, In, Node, Out, State, Variable, Vector3d
 from graphengine.scene import build
 from graphengine.scene.assembly import Assembly, Options
 

@@ -19,10 +19,9 @@ from graphengine.isaac.graph_file import compose
 from graphengine.isaac.script.places import Script
 from graphengine.isaac.script.plain import evaluate
 from graphengine.isaac.yaml_text import flow
-from graphengine.node import Node
+from graphengine.node import Node, PortType, UnionType
 from graphengine.node.node_class import grown
 from graphengine.node.port import Port
-from graphengine.node.types import PortType, UnionType
 from tests.isaac.harness import ROOT, SCRIPTS, imported, meaning, resolved
 
 SHIPPED = sorted((ROOT / "graphs").rglob("*.yaml"))

@@ -7,8 +7,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from graphengine.format.errors import BadValueError
-from graphengine.node import Node
-from graphengine.node.types import PortType
+from graphengine.node import Node, PortType
 from tests.nodes.harness import Player
 from tests.nodes.test_ports import TYPES
 from tests.nodes.trial import ROUNDS, Trial, inputs_of, play_wired, spoiled, trials

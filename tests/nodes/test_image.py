@@ -10,8 +10,7 @@ import pytest
 from graphengine.compiler.registry import Registry, default_registry
 from graphengine.format.errors import NodeError
 from graphengine.messages import messages
-from graphengine.node import Node, Out
-from graphengine.node.types import Buffer
+from graphengine.node import Buffer, Node, Out
 from graphengine.nodes.ros2.image import ROS2PublishImage
 from graphengine.scene.assembly import Options
 from tests.nodes.harness import Player

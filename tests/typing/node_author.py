@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import math
 
-from graphengine.node import Clock, Context, ExecIn, ExecOut, Fire, In, Node, Out, State, node
-from graphengine.node.types import Doubles, Token, Vector3d
+from graphengine.node import Clock, Context, Doubles, ExecIn, ExecOut, Fire, In, Node, Out, State, Token, Vector3d, node
 
 
 class Gain(Node, type="typing.Gain", gated=True):

@@ -8,8 +8,7 @@ from typing import Any
 from pxr import Gf, Sdf, Vt
 
 from graphengine.isaac.recorded import MAX_ITEMS
-from graphengine.node import types
-from graphengine.node.types import PortType
+from graphengine.node import PortType, types
 
 _QUATERNIONS = (Gf.Quatd, Gf.Quatf, Gf.Quath)
 _MATRICES = (Gf.Matrix2d, Gf.Matrix3d, Gf.Matrix4d)

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from graphengine.node import Context, ExecIn, ExecOut, Fire, In, Mailbox, Node, Out, State, Variable
-from graphengine.node.types import String
+from graphengine.node import Context, ExecIn, ExecOut, Fire, In, Mailbox, Node, Out, State, String, Variable
 from tests.compiler.nodes_for_tests.journal import Journaling
 
 

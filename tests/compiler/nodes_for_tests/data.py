@@ -6,8 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from graphengine.messages.definitions import Definitions
-from graphengine.node import Context, In, Node, Out, State, Variable, node
-from graphengine.node.types import Double, Int64, String, Token
+from graphengine.node import Context, Double, In, Int64, Node, Out, State, String, Token, Variable, node
 
 
 class Word(Node, type="test.Word"):

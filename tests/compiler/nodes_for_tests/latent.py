@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from graphengine.node import Clock, Context, ExecIn, ExecOut, Fire, In, Node, Out, State
-from graphengine.node.types import String
+from graphengine.node import Clock, Context, ExecIn, ExecOut, Fire, In, Node, Out, State, String
 from tests.compiler.nodes_for_tests.journal import Journaling
 
 

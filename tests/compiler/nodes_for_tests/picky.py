@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from graphengine.format.errors import BadValueError, TopicError
-from graphengine.node import Context, ExecIn, ExecOut, Fire, In, Node, Out, Pushes, State
-from graphengine.node.types import String
+from graphengine.node import Context, ExecIn, ExecOut, Fire, In, Node, Out, Pushes, State, String
 from tests.compiler.nodes_for_tests.journal import Journaling
 
 

@@ -9,8 +9,7 @@ import pytest
 import yaml
 
 from graphengine.compiler.registry import default_registry
-from graphengine.node import Node
-from graphengine.node.types import PortType, UnionType
+from graphengine.node import Node, PortType, UnionType
 from graphengine.nodes.data.broadcast import type_of
 from graphengine.nodes.data.conversion import text_of
 from tests.nodes.data.harness import computed
