@@ -56,7 +56,7 @@ class GraphContexts:
     def bound(self, below: str) -> str | None:
         """Prim path of a node that was handed something of a prim, or of one below it; None if there is none."""
         for context in self._contexts.values():
-            if any(at_or_below(path, below) for path in context.prims):
+            if any(at_or_below(prim.path, below) for prim in context.asked.values()):
                 return context.prim_path
         return None
 

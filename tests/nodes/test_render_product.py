@@ -187,7 +187,7 @@ def test_whoever_reads_a_product_reads_its_camera_which_then_cannot_go(cameras: 
     info(cameras, path)
     later = Context(cameras.services, cameras.clock, "graph", "/World/graph/later", None, {})
     later.camera(path)
-    assert later.prims == {"/robot/wide"}
+    assert {prim.path for prim in later.asked.values()} == {"/robot/wide"}
 
 
 # IsaacSetCameraOnRenderProduct

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, TypedDict, Unpack
 
 from graphengine.format.errors import ContextError, TopicError
 from graphengine.messages import names, qos
 from graphengine.messages.endpoints import (
-    Closable,
     EndpointClaim,
     Publisher,
     QoS,
@@ -46,13 +46,6 @@ class ServiceOptions(EndpointOptions, total=False):
     """An empty namespace is collected from the prims above the node."""
 
 
-class _Closing:
-    """A function that is called when the node's endpoints are closed."""
-
-    def __init__(self, function: Callable[[], None]) -> None:
-        self.close = function
-
-
 class OwnedEndpoints:
     """Topics and services of a node. Its claims are what `check` and `graphrun topics` know of them."""
 
@@ -61,25 +54,20 @@ class OwnedEndpoints:
         self.prim_path = prim_path
         self._graph = graph
         self._rate = rate
-        self._owned: list[Closable] = []
-        self._claims: list[EndpointClaim] = []
-        self._servers: list[int] = []
+        self._servers = 0
+        self._closing: list[Callable[[], object]] = []
+        """Functions that close what was handed out, in the order of opening."""
 
     def close(self) -> None:
         """Close all endpoints; the engine calls it before the node is set up again and when the session ends."""
-        for endpoint in self._owned:
-            endpoint.close()
-        self._owned.clear()
-        for claim in self._claims:
-            self._services.claims.remove(claim)
-        self._claims.clear()
-        for handle in self._servers:
-            del self._services.servers[handle]
-        self._servers.clear()
+        for function in self._closing:
+            function()
+        self._closing.clear()
+        self._servers = 0
 
     def when_closed(self, function: Callable[[], None]) -> None:
         """Call a function when the node is set up again, and when the session ends."""
-        self._owned.append(_Closing(function))
+        self._closing.append(function)
 
     def ros_context(self, domain_id: int, use_environment: bool) -> int:
         """Handle of a ROS 2 domain: its number plus 1. Endpoints take 0 for the session's own domain.
@@ -123,7 +111,7 @@ class OwnedEndpoints:
         """Add a claim of the node; it is withdrawn when the endpoints are closed."""
         claim = EndpointClaim(self.prim_path, self._graph, full, message_type, direction, **facts)
         self._services.claims.append(claim)
-        self._claims.append(claim)
+        self._closing.append(partial(self._services.claims.remove, claim))
         return claim
 
     def publisher(
@@ -157,7 +145,7 @@ class OwnedEndpoints:
         facts: dict[str, Any] = {"rate": rate, "frame_id": frame_id, "transforms": tuple(transforms)}
         claim = self._claim("publish", message_type, topic, namespace_from, latched=latched, **options, **facts)
         publisher = self._services.network.publisher(claim)
-        self._owned.append(publisher)
+        self._closing.append(publisher.close)
         return publisher
 
     def subscription(
@@ -169,7 +157,7 @@ class OwnedEndpoints:
         """
         claim = self._claim("subscribe", message_type, topic, **options, alternatives=tuple(alternatives))
         subscription = self._services.network.subscription(claim)
-        self._owned.append(subscription)
+        self._closing.append(subscription.close)
         return subscription
 
     def _service(
@@ -202,17 +190,17 @@ class OwnedEndpoints:
         """
         claim = self._service("serve", service_type, service, **options)
         handles = self._services.handles
-        handle = handles.setdefault((self.prim_path, len(self._servers)), len(handles) + 1)
+        handle = handles.setdefault((self.prim_path, self._servers), len(handles) + 1)
         server = self._services.network.server(claim, handle)
-        self._owned.append(server)
-        self._servers.append(handle)
+        self._closing += (server.close, partial(self._services.servers.pop, handle))
+        self._servers += 1
         self._services.servers[handle] = server
         return server
 
     def service_client(self, service_type: str, service: str, **options: Unpack[ServiceOptions]) -> ServiceClient:
         """A service to call; arguments and errors as for `service_server`."""
         client = self._services.network.client(self._service("call", service_type, service, **options))
-        self._owned.append(client)
+        self._closing.append(client.close)
         return client
 
     def server(self, handle: int) -> ServiceServer:

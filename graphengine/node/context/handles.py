@@ -55,11 +55,6 @@ class WorldHandles:
         self.asked: dict[str, Prim] = {}
         """Prims that the node got handles of, by the paths that it gave."""
 
-    @property
-    def prims(self) -> set[str]:
-        """Paths of the prims that the node got handles of."""
-        return {prim.path for prim in self.asked.values()}
-
     def _find(self, path: str, *kinds: PrimKind) -> Prim:
         prim = self._services.stage.find(path)
         self.asked[path] = prim
@@ -274,4 +269,4 @@ class WorldHandles:
         Raises:
             ContextError: there is no such attribute, or it is to be writable and cannot be changed while the simulation runs.
         """
-        return Prims(self._services.world).attribute(self._find(prim).path, name, writable=writable)
+        return self.stage().attribute(self._find(prim).path, name, writable=writable)
