@@ -11,17 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from graphengine.devices import backend, rotation
-from graphengine.devices.dry_world import (
-    DryArticulation,
-    DryCamera,
-    DryContactSensor,
-    DryEntities,
-    DryImu,
-    DryJointSelection,
-    DryLidar,
-    DryWorld,
-)
+from graphengine.devices import backend, dry_world, rotation
 from graphengine.devices.entity import Move
 from graphengine.devices.sensor import BOX_3D, ContactReading, ImuSample, Picture, Quaternion, Scan, Vector3
 from graphengine.devices.stage import IDENTITY, ORIGIN, Prim, Stage
@@ -56,7 +46,7 @@ class RecordingBody:
         return tuple(np.add(linear, np.cross(angular, arm)).tolist()), angular
 
 
-class RecordingArticulation(DryArticulation):
+class RecordingArticulation(dry_world.DryArticulation):
     """Joints whose `state` tests write; `targets` are what nodes wrote, NaN where never."""
 
     def __init__(self, robot: Prim) -> None:
@@ -82,7 +72,7 @@ class RecordingArticulation(DryArticulation):
     efforts = partialmethod(_told, "effort")
 
 
-class RecordingSelection(DryJointSelection):
+class RecordingSelection(dry_world.DryJointSelection):
     """Some joints; a command writes the articulation's targets."""
 
     def __init__(self, robot: RecordingArticulation, joints: Sequence[int]) -> None:
@@ -96,7 +86,7 @@ class RecordingSelection(DryJointSelection):
                 target[joint] = target[joint] if math.isnan(value) else value
 
 
-class RecordingLidar(DryLidar):
+class RecordingLidar(dry_world.DryLidar):
     """A lidar that sees what tests say; `casts` counts how often it was asked."""
 
     casts = 0
@@ -114,7 +104,7 @@ class RecordingLidar(DryLidar):
         return self._seen or super().scan()
 
 
-class RecordingCamera(DryCamera):
+class RecordingCamera(dry_world.DryCamera):
     """A camera that delivers what tests show it; `requests` counts how often it was asked to capture."""
 
     requests = 0
@@ -148,7 +138,7 @@ class RecordingCamera(DryCamera):
         return self._picture
 
 
-class RecordingImu(DryImu):
+class RecordingImu(dry_world.DryImu):
     """An inertial unit that measures what tests write to `measured`."""
 
     measured: ImuSample | None = None
@@ -158,7 +148,7 @@ class RecordingImu(DryImu):
         return self.measured or super().sample()
 
 
-class RecordingContactSensor(DryContactSensor):
+class RecordingContactSensor(dry_world.DryContactSensor):
     """A contact sensor that feels what tests write to `felt`."""
 
     felt: ContactReading | None = None
@@ -168,7 +158,7 @@ class RecordingContactSensor(DryContactSensor):
         return self.felt or super().reading()
 
 
-class RecordingEntities(DryEntities):
+class RecordingEntities(dry_world.DryEntities):
     """The robots and bodies of a test's world, by their prim paths."""
 
     def __init__(self, world: RecordingWorld) -> None:
@@ -183,7 +173,7 @@ class RecordingEntities(DryEntities):
         body.linear, body.angular = move.linear or body.linear, move.angular or body.angular
 
 
-class RecordingWorld(DryWorld):
+class RecordingWorld(dry_world.DryWorld):
     """Bodies, robots and lidars that tests define and move; other prims are defined on `stage`. It serves sessions too."""
 
     def __init__(self, tick_period: tuple[int, int] = (1, 60), substeps: int = 1) -> None:
