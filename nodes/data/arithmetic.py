@@ -130,6 +130,8 @@ def _incremented(value: int, increment: float) -> float:
 class Increment(Elementwise, type="omni.graph.nodes.Increment"):
     """A value with a number added to it, of the value's type: 4 and 3.2 make 7 where the value is whole."""
 
+    like = "value"
+
     value: Any = In(type=NUMERICS, required=True, doc="number, tuple or array")
     increment: float = In(default=1.0, doc="is added to each of them")
     result: Any = Out(type=NUMERICS, doc="the sum, cut off toward 0 where it is whole")
@@ -139,7 +141,3 @@ class Increment(Elementwise, type="omni.graph.nodes.Increment"):
         if is_real(output):
             return lift(operator.add, inputs, output, operator.add)
         return lift(lambda value, increment: np.trunc(value + increment), inputs, output, _incremented)
-
-    def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """That of the value."""
-        return given["value"]

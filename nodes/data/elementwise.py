@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import operator
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, ClassVar
 
 from graphengine.node import Context, In, Node, Numbered, PortType, State, UnionType
@@ -14,6 +15,9 @@ from graphengine.nodes.data.unions import NUMERICS
 
 class TypedNode(Node):
     """A node whose outputs have types that follow from those of its inputs."""
+
+    like: ClassVar[str] = ""
+    """Input whose type the outputs have, as arrays where any input is one; empty where all inputs decide together."""
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
         """Types of the outputs, when those of all inputs are known.
@@ -38,6 +42,8 @@ class TypedNode(Node):
         Raises:
             ValueError: they do not go together.
         """
+        if self.like:
+            return replace(given[self.like], array=any(port_type.array for port_type in given.values()))
         return common(given)
 
     def port_types(self) -> Mapping[str, PortType]:

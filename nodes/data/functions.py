@@ -93,6 +93,8 @@ class Ceil(_ToWhole, type="omni.graph.nodes.Ceil"):
 class Round(Elementwise, type="omni.graph.nodes.Round"):
     """A real number with fewer decimals; one that is half way goes to the neighbour that is farther from 0."""
 
+    like = "input"
+
     input_in: Any = In(type=DECIMALS, name="input", required=True, doc="number, tuple or array")
     decimals: Int = In(default=0, doc="how many digits stay after the point; negative ones round before it")
     output: Any = Out(type=DECIMALS, doc="rounded")
@@ -107,10 +109,6 @@ class Round(Elementwise, type="omni.graph.nodes.Round"):
         rounded = whole / power if decimals > 0 else whole * power
         lost = np.isfinite(value) & ~np.isfinite(rounded)  # so many decimals that their power of ten is no double
         return np.where(lost, value if decimals > 0 else 0.0, rounded)
-
-    def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """That of the input."""
-        return given["input"]
 
 
 class _Power(Elementwise):

@@ -227,6 +227,8 @@ class InvertMatrix(Elementwise, type="omni.graph.nodes.OgnInvertMatrix"):
 class TransformVector(Elementwise, type="omni.graph.nodes.TransformVector"):
     """A row vector times a matrix; one of three numbers is a point to a matrix of four rows, so it is moved too."""
 
+    like = "vector"
+
     matrix: Any = In(type=matrices(3, 4), required=True, doc="one, or an array of them")
     vector: Any = In(type=VECTORS, required=True, doc="one, or an array of them")
     result: Any = Out(type=VECTORS, doc="of the type of the vector")
@@ -240,7 +242,3 @@ class TransformVector(Elementwise, type="omni.graph.nodes.TransformVector"):
         moved = np.concatenate([vector, np.ones((*vector.shape[:-1], 1))], axis=-1)
         moved = (moved[..., None, :] @ squares)[..., 0, :]
         return moved[..., :3] / moved[..., 3:]
-
-    def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """That of the vector, an array where the matrix is one."""
-        return replace(given["vector"], array=given["vector"].array or given["matrix"].array)

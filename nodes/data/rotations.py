@@ -107,9 +107,7 @@ class GetMatrix4RotationMatrix(_FromMatrix, type="omni.graph.nodes.GetMatrix4Rot
 class _OnMatrix(Elementwise):
     """A matrix with a part of it set."""
 
-    def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """That of the matrix, an array where what is set is one."""
-        return replace(given["matrix"], array=any(one.array for one in given.values()))
+    like = "matrix"
 
 
 def _with_rotation(matrix: Any, rotation: Any) -> Any:
@@ -249,6 +247,8 @@ class MakeTransformLookAt(Node, type="omni.graph.nodes.MakeTransformLookAt"):
 class RotateVector(Elementwise, type="omni.graph.nodes.RotateVector"):
     """A vector turned by angles, a quaternion or a matrix, whose translation is left out."""
 
+    like = "vector"
+
     rotation: Any = In(
         type=f"{matrices(3, 4)}|{QUATERNIONS}|{VECTORS}", required=True, doc="any of these, angles in degrees"
     )
@@ -265,7 +265,3 @@ class RotateVector(Elementwise, type="omni.graph.nodes.RotateVector"):
             return (vector[..., None, :] @ by)[..., 0, :]
 
         return lift(turned, inputs, output)
-
-    def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """That of the vector, an array where the rotation is one."""
-        return replace(given["vector"], array=any(one.array for one in given.values()))
