@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
+from functools import cached_property
 from typing import TypeVar
 
-from graphengine.devices.stage import Prim, PrimKind, Stage
+from graphengine.devices.stage import Prim, PrimKind
 from graphengine.physics.core import SimulationCore
 from graphengine.physics.dynamics.entities import Entities
 from graphengine.physics.dynamics.handle_table import Handle
 from graphengine.physics.dynamics.handles import CarriedPrim, Joints
 from graphengine.physics.dynamics.placing import PlacedBody, find_mover
-from graphengine.physics.engine import mujoco
 from graphengine.physics.pictures.studio import Studio
 from graphengine.physics.sensors.camera import PinholeCamera, native_size
 from graphengine.physics.sensors.contact import BodyContactSensor
 from graphengine.physics.sensors.imu import InertialUnit
 from graphengine.physics.sensors.lidar import RayLidar
-from graphengine.physics.sensors.rays import RaysChoice
 
 H = TypeVar("H", bound=Handle)
 
@@ -25,20 +23,15 @@ H = TypeVar("H", bound=Handle)
 class Simulation(SimulationCore):
     """Physics and sensors of a scene: what nodes hold of it, by prim; arguments and errors are those of its core."""
 
-    def __init__(
-        self,
-        model: mujoco.MjModel,
-        stage: Stage,
-        tick_rate: Fraction,
-        substeps: int,
-        *,
-        seed: int = 0,
-        settle: bool = False,
-        rays: RaysChoice = "auto",
-    ) -> None:
-        self.studio = Studio(self)
-        self.entities = Entities(self, self.body)
-        super().__init__(model, stage, tick_rate, substeps, seed=seed, settle=settle, rays=rays)
+    @cached_property
+    def studio(self) -> Studio:
+        """What draws its cameras' pictures."""
+        return Studio(self)
+
+    @cached_property
+    def entities(self) -> Entities:
+        """Its robots and objects as wholes."""
+        return Entities(self, self.body)
 
     def close(self) -> None:
         """Forget the handles, and end what draws for them."""
