@@ -77,19 +77,15 @@ class Scripts:
         """The places in the scripts that an error came through, outermost first."""
         trace = error.__traceback__
         while trace is not None:
-            script = self.at(trace.tb_frame.f_code.co_filename)
-            if script is not None:
+            if script := self.at(trace.tb_frame.f_code.co_filename):
                 yield script, _position(trace.tb_frame.f_code, trace.tb_lasti, trace.tb_lineno)
             trace = trace.tb_next
 
     def _frames(self) -> Iterator[tuple[Script, types.FrameType]]:
         """Frames of the stack that are the scripts', innermost first."""
         frame: types.FrameType | None = sys._getframe(1)
-        known = self._known  # looked up here, as this runs for each node that a script makes
         while frame is not None:
-            path = frame.f_code.co_filename
-            script = known[path] if path in known else self.at(path)
-            if script is not None:
+            if script := self.at(frame.f_code.co_filename):
                 yield script, frame
             frame = frame.f_back
 

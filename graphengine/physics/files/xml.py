@@ -11,7 +11,6 @@ import xml.parsers.expat
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from xml.sax.saxutils import escape, quoteattr
 
 from graphengine.format.diagnostics import Findings, Source, Span
 from graphengine.format.reading import open_regular
@@ -19,6 +18,9 @@ from graphengine.format.reading import open_regular
 MAX_BYTES = 16_000_000
 MAX_DEPTH = 200
 MAX_ELEMENTS = 200_000
+_ENTITIES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;"})
+_IN_QUOTES = _ENTITIES | str.maketrans({'"': "&quot;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"})
+"""What stands for characters in XML; written here, as xml.sax.saxutils imports HTTP and TLS."""
 
 
 @dataclass(slots=True, eq=False)
@@ -159,8 +161,9 @@ def write(root: Element) -> tuple[str, list[Span]]:
             line = f"</{item}>"
         else:
             span = item.span
-            attributes = "".join(f" {name}={quoteattr(value)}" for name, value in item.attributes.items())
-            line = f"<{item.tag}{attributes}{'' if item.children or item.text else '/'}>{escape(item.text)}"
+            attributes = "".join(f' {name}="{value.translate(_IN_QUOTES)}"' for name, value in item.attributes.items())
+            end = ">" if item.children or item.text else "/>"
+            line = f"<{item.tag}{attributes}{end}{item.text.translate(_ENTITIES)}"
             if item.children:
                 pending.append(item.tag)
                 pending.extend(reversed(item.children))
