@@ -10,8 +10,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from graphengine.format.errors import BadValueError
-from graphengine.node import Node, PortType
+from graphengine.node import BadValueError, Node, PortType
 
 T = TypeVar("T")
 

@@ -21,10 +21,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from graphengine.format.errors import ContextError
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages.definitions import Definitions
-from graphengine.node import Context, ExecIn, ExecOut, Fire, In, Node, Out, State, types
+from graphengine.node import Context, ContextError, ExecIn, ExecOut, Fire, In, Node, Out, State, types
 from graphengine.node.port import Port
 from graphengine.node.types import PortType, String, Token, Tokens
 

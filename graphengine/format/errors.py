@@ -8,16 +8,16 @@ GraphError                  everything that this package raises on purpose
 │   │   └── AmbiguousPrimError   two prims at that path
 │   ├── JointError          no such joint
 │   ├── TopicError          a topic, namespace or QoS profile that ROS 2 would refuse
-│   ├── MessageTypeError    no such message type, or one that cannot be used (in ros/interfaces.py)
+│   ├── MessageTypeError    no such message type, or one that cannot be used (in messages/interfaces.py)
 │   └── MissingMessageError a generic node whose message type is not said (in nodes/ros2/fields.py)
 ├── ControlError            a running session cannot be reached from outside, or refused what it was asked for
-├── NodeClassError          a node class that cannot be registered (in node.py)
+├── NodeClassError          a node class that cannot be registered (in node/node_class.py)
 ├── NodeError               a node raised while it computed
 ├── PhysicsError            the simulation diverged
 ├── RecordingError          a recording that cannot be written, or cannot be read
 ├── RenderError             pictures cannot be drawn
 ├── TransportError          the network could not be joined, or a peer's library failed
-│   └── MessageError        a message that is not what its type says (in ros/messages.py)
+│   └── MessageError        a message that is not what its type says (in messages/messages.py)
 └── UsageError              a command line that makes no sense (exit code 2)
     ├── RefusedError        a request of simulation_interfaces that is refused (in control/simulation_interfaces/results.py)
     ├── StateError          a session that plays, pauses or stands cannot do this then

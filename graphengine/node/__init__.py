@@ -1,7 +1,8 @@
-"""What the author of a node needs: the class, its ports, their types, and what a node may ask of its context."""
+"""What the author of a node needs: the class, its ports, their types, what a node may ask of its context, and what it raises."""
 
 from __future__ import annotations
 
+from graphengine.format.errors import BadValueError, ContextError
 from graphengine.node import types
 from graphengine.node.clock import Clock
 from graphengine.node.context.context import Context
@@ -16,4 +17,5 @@ from graphengine.node.variable import Variable
 
 __all__ = ["Node", "ExecIn", "ExecOut", "In", "Out", "State", "node", "Fire", "Pushes", "Numbered"]
 __all__ += ["Context", "Clock", "Variable", "Mailbox", "Keyboard", "Prims", "PrimAttribute", "RobotDescription"]
+__all__ += ["BadValueError", "ContextError"]
 __all__ += types.__all__

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from graphengine.format.errors import ContextError
-from graphengine.node import Clock, Context, ExecOut, Fire, In, Node, Out, State, Token, UInt, Variable
+from graphengine.node import Clock, Context, ContextError, ExecOut, Fire, In, Node, Out, State, Token, UInt, Variable
 
 
 class TickEvent(Node):

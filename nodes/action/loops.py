@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from graphengine.format.errors import BadValueError
-from graphengine.node import Context, ExecIn, ExecOut, In, Node, Out, Pushes, State
+from graphengine.node import BadValueError, Context, ExecIn, ExecOut, In, Node, Out, Pushes, State
 from graphengine.node.types import ARRAYS, ELEMENTS, Int, Target, plain
 
 

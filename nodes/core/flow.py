@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from graphengine.format.errors import ContextError
-from graphengine.node import Clock, Context, ExecIn, ExecOut, Fire, In, Node, Out, State, UInt
+from graphengine.node import Clock, Context, ContextError, ExecIn, ExecOut, Fire, In, Node, Out, State, UInt
 
 
 class OnPhysicsStep(Node, type="isaacsim.core.nodes.OnPhysicsStep"):

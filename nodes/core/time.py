@@ -8,8 +8,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from graphengine.format.errors import BadValueError
-from graphengine.node import ExecIn, ExecOut, Float, In, Int, Node, Out, State, UInt, UInt64
+from graphengine.node import BadValueError, ExecIn, ExecOut, Float, In, Int, Node, Out, State, UInt, UInt64
 from graphengine.nodes.clocked import ClockNode
 
 

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.format.errors import BadValueError
-from graphengine.node import In, Out, PortType
+from graphengine.node import BadValueError, In, Out, PortType
 from graphengine.nodes.data.broadcast import Operation, is_real, lift
 from graphengine.nodes.data.elementwise import Elementwise, Folded
 from graphengine.nodes.data.unions import INTEGRAL_SCALARS, NUMERICS

@@ -18,8 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.format.errors import BadValueError
-from graphengine.node import PortType, types
+from graphengine.node import BadValueError, PortType, types
 
 Operation = Callable[..., Any]
 

@@ -8,8 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from graphengine.format.errors import BadValueError
-from graphengine.node import In, Node, Out, types
+from graphengine.node import BadValueError, In, Node, Out, types
 from graphengine.node.types import PortType, String, Target, Token, UnionType, plain
 from graphengine.nodes.data.broadcast import type_of
 from graphengine.nodes.data.unions import PLAIN_NUMERICS, with_arrays, with_roles

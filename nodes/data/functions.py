@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.format.errors import BadValueError
-from graphengine.node import In, Int, Out, PortType
+from graphengine.node import BadValueError, In, Int, Out, PortType
 from graphengine.nodes.data.broadcast import is_real
 from graphengine.nodes.data.elementwise import Elementwise
 from graphengine.nodes.data.unions import DECIMALS, INTEGRAL_TUPLES, NUMERICS, PLAIN_NUMERICS, with_arrays

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.format.errors import BadValueError
-from graphengine.node import Float, Floats, In, Int, Node, Out, PortType, Token
+from graphengine.node import BadValueError, Float, Floats, In, Int, Node, Out, PortType, Token
 from graphengine.nodes.checked import one_of, same_length
 from graphengine.nodes.data.broadcast import Operand, Operation, common, lift
 from graphengine.nodes.data.elementwise import Elementwise

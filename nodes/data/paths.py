@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from graphengine.format.errors import BadValueError
-from graphengine.node import Context, In, Node, Out, State, Target, Token, Tokens
+from graphengine.node import BadValueError, Context, In, Node, Out, State, Target, Token, Tokens
 
 
 class GetPrimPath(Node, type="omni.graph.nodes.GetPrimPath"):

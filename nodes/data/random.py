@@ -10,8 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from graphengine.format.errors import BadValueError
-from graphengine.node import Context, ExecIn, ExecOut, In, Node, Out, State, UInt64
+from graphengine.node import BadValueError, Context, ExecIn, ExecOut, In, Node, Out, State, UInt64
 from graphengine.nodes.data.broadcast import Operand, Operation, lift
 from graphengine.nodes.data.elementwise import TypedNode
 from graphengine.nodes.data.unions import DECIMALS, NUMERICS

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.format.errors import BadValueError
-from graphengine.node import PortType, types
+from graphengine.node import BadValueError, PortType, types
 
 MAX_LENGTH = 10_000_000
 """Elements of an array, or characters of a text, that a node makes."""

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
-from graphengine.format.errors import BadValueError
-from graphengine.node import In, Node, Numbered, Out, PortType, String, Token, Tokens
+from graphengine.node import BadValueError, In, Node, Numbered, Out, PortType, String, Token, Tokens
 from graphengine.nodes.checked import one_of
 from graphengine.nodes.data.sequences import MAX_LENGTH, checked_length
 

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.format.errors import BadValueError
-from graphengine.node import In, Node, Out, PortType
+from graphengine.node import BadValueError, In, Node, Out, PortType
 from graphengine.nodes.data.broadcast import Operation, common, is_real, lift
 from graphengine.nodes.data.elementwise import Elementwise
 from graphengine.nodes.data.orientation import unit

@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.devices.sensor import BOX_3D
-from graphengine.format.errors import BadValueError
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
-from graphengine.node import In, String, UChars
+from graphengine.node import BadValueError, In, String, UChars
 from graphengine.nodes.ros2.publisher import SensorPublisher
 
 DETECTIONS = "vision_msgs/msg/Detection2DArray"

@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.devices.sensor import Camera, Picture
-from graphengine.format.errors import ContextError
 from graphengine.format.wording import listing
 from graphengine.messages import messages
 from graphengine.messages.endpoints import Publisher
-from graphengine.node import Context, Float2, In, State, String, Token
+from graphengine.node import Context, ContextError, Float2, In, State, String, Token
 from graphengine.nodes.ros2.boxes import DETECTIONS, DETECTIONS_3D, detections, detections_3d, loose_boxes, tight_boxes
 from graphengine.nodes.ros2.helper import SensorHelper
 from graphengine.nodes.ros2.image import image

@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.devices.sensor import Camera
-from graphengine.format.errors import BadValueError, ContextError
 from graphengine.messages import messages
 from graphengine.messages.endpoints import Publisher
-from graphengine.node import Context, Doubles, Floats, In, State, String, Token, UInt
+from graphengine.node import BadValueError, Context, ContextError, Doubles, Floats, In, State, String, Token, UInt
 from graphengine.nodes.ros2.helper import SensorHelper
 from graphengine.nodes.ros2.publisher import SensorPublisher
 

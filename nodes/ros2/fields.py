@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.format.errors import BadValueError, ContextError
 from graphengine.messages.definitions import Definitions, dtype_of
 from graphengine.messages.faults import find_fault
 from graphengine.messages.interfaces import (
@@ -32,7 +31,7 @@ from graphengine.messages.interfaces import (
 )
 from graphengine.messages.messages import MessageError
 from graphengine.messages.plain import from_plain, to_plain
-from graphengine.node import Node, types
+from graphengine.node import BadValueError, ContextError, Node, types
 
 MAX_PORTS = 2000
 """Of a node; the largest message of ROS 2 Jazzy makes 38."""

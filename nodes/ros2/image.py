@@ -6,9 +6,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from graphengine.format.errors import BadValueError
 from graphengine.messages import messages
-from graphengine.node import Buffer, In, Int, String, Token, UChars, UInt, UInt64
+from graphengine.node import BadValueError, Buffer, In, Int, String, Token, UChars, UInt, UInt64
 from graphengine.nodes.checked import one_of
 from graphengine.nodes.ros2.publisher import SensorPublisher
 

@@ -8,9 +8,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from graphengine.format.errors import BadValueError
 from graphengine.messages import messages
-from graphengine.node import Buffer, In, String, Tokens, UInt, UInts
+from graphengine.node import BadValueError, Buffer, In, String, Tokens, UInt, UInts
 from graphengine.nodes.checked import same_length
 from graphengine.nodes.ros2.publisher import PublisherNode, stamp
 

@@ -8,9 +8,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.format.errors import BadValueError
 from graphengine.messages import messages
-from graphengine.node import Buffer, Float, Float2, Floats, In, Int, String, UChars, UInt64
+from graphengine.node import BadValueError, Buffer, Float, Float2, Floats, In, Int, String, UChars, UInt64
 from graphengine.nodes.ros2.publisher import SensorPublisher
 
 

@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.devices.sensor import Lidar, Scan
-from graphengine.format.errors import ContextError
 from graphengine.format.wording import listing
 from graphengine.messages import messages
 from graphengine.messages.endpoints import Publisher
-from graphengine.node import Context, In, Node, Out, State, String, Token, Tokens
+from graphengine.node import Context, ContextError, In, Node, Out, State, String, Token, Tokens
 from graphengine.nodes.lidar import beams_of_a_ring, level_ring, points_of
 from graphengine.nodes.ros2.helper import SensorHelper
 from graphengine.nodes.ros2.point_cloud import METADATA, point_cloud

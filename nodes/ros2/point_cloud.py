@@ -9,9 +9,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.format.errors import BadValueError
 from graphengine.messages import messages
-from graphengine.node import Buffer, Float, Float3, In, Int, Point3fs, String, UChar, UInt, UInt64, UInts
+from graphengine.node import BadValueError, Buffer, Float, Float3, In, Int, Point3fs, String, UChar, UInt, UInt64, UInts
 from graphengine.nodes.ros2.publisher import SensorPublisher
 
 METADATA: dict[str, list[Any]] = {

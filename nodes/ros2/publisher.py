@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
-from graphengine.format.errors import BadValueError
 from graphengine.messages import messages
 from graphengine.messages.endpoints import Publisher, Subscription
-from graphengine.node import Context, ExecIn, In, Node, State, String, UInt64
+from graphengine.node import BadValueError, Context, ExecIn, In, Node, State, String, UInt64
 
 
 class TopicNode(Node):

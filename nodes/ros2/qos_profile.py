@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import asdict
 
-from graphengine.format.errors import BadValueError
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import PRESETS, qos_json
-from graphengine.node import In, Node, Out, String, Token, UInt64
+from graphengine.node import BadValueError, In, Node, Out, String, Token, UInt64
 
 _DEFAULT = "defaultPubSub"
 """The reference's default, which is none of its presets and means the first of them."""

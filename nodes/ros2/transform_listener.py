@@ -9,9 +9,8 @@ from typing import Any
 from graphengine.devices.motion import Frame, Placement
 from graphengine.devices.rotation import compose
 from graphengine.devices.sensor import Quaternion, Vector3
-from graphengine.format.errors import ContextError
 from graphengine.messages.endpoints import Subscription
-from graphengine.node import Context, ExecOut, Fire, In, State, String, Tokens
+from graphengine.node import Context, ContextError, ExecOut, Fire, In, State, String, Tokens
 from graphengine.nodes.ros2.publisher import TopicNode
 from graphengine.nodes.touched import writing_poses
 

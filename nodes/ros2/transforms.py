@@ -7,10 +7,9 @@ from typing import Any, ClassVar
 
 from graphengine.devices.motion import FrameLink
 from graphengine.devices.sensor import Quaternion, Vector3
-from graphengine.format.errors import ContextError
 from graphengine.messages import messages
 from graphengine.messages.endpoints import Publisher
-from graphengine.node import Context, ExecIn, In, Node, RobotDescription, State
+from graphengine.node import Context, ContextError, ExecIn, In, Node, RobotDescription, State
 from graphengine.node.types import Double3s, Double4s, Quaterniond, String, Target, Tokens, UInt64, Vector3d
 from graphengine.nodes.checked import same_length
 from graphengine.nodes.core.transforms import pose_of

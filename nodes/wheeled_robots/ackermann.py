@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 
-from graphengine.format.errors import BadValueError
-from graphengine.node import Doubles, ExecIn, ExecOut, In, Node, Out, State
+from graphengine.node import BadValueError, Doubles, ExecIn, ExecOut, In, Node, Out, State
 from graphengine.nodes.checked import check_outcome
 from graphengine.nodes.wheeled_robots.limits import limited, ramped
 

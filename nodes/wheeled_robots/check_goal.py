@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 
-from graphengine.format.errors import BadValueError
-from graphengine.node import Bools, Double2, Double3, In, Out
+from graphengine.node import BadValueError, Bools, Double2, Double3, In, Out
 from graphengine.nodes.wheeled_robots.planar import PlanarNode, wrapped
 
 

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from graphengine.devices import rotation
 from graphengine.devices.sensor import Vector3
-from graphengine.format.errors import BadValueError
-from graphengine.node import Double3, Double3s, Double4s, Doubles, ExecIn, In, Node, Out, State
+from graphengine.node import BadValueError, Double3, Double3s, Double4s, Doubles, ExecIn, In, Node, Out, State
 from graphengine.nodes.checked import check_outcome
 from graphengine.nodes.wheeled_robots.limits import limited
 

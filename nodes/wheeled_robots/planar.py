@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 
 from graphengine.devices.sensor import Quaternion, Vector3
-from graphengine.format.errors import BadValueError
-from graphengine.node import ExecIn, ExecOut, In, Node, Quaterniond, Vector3d
+from graphengine.node import BadValueError, ExecIn, ExecOut, In, Node, Quaterniond, Vector3d
 
 Heading = tuple[float, float, float]
 """x and y (m) and the yaw (rad) of something on the floor."""

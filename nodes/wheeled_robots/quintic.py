@@ -13,8 +13,7 @@ from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
 from graphengine.devices.motion import Frame
-from graphengine.format.errors import BadValueError
-from graphengine.node import Context, Double3, Doubles, In, Out, Quaterniond, State, Target, Vector3d
+from graphengine.node import BadValueError, Context, Double3, Doubles, In, Out, Quaterniond, State, Target, Vector3d
 from graphengine.nodes.checked import finite
 from graphengine.nodes.touched import reading_poses
 from graphengine.nodes.wheeled_robots.planar import Heading, PlanarNode, heading_of, wrapped

@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.format.errors import BadValueError
-from graphengine.node import Bools, Double2, Double3, Doubles, In, Out, State, Vector3d
+from graphengine.node import BadValueError, Bools, Double2, Double3, Doubles, In, Out, State, Vector3d
 from graphengine.nodes.checked import check_outcome, finite
 from graphengine.nodes.wheeled_robots.limits import limited
 from graphengine.nodes.wheeled_robots.planar import Heading, PlanarNode, wrapped

@@ -6,8 +6,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from graphengine.format.errors import BadValueError
-from graphengine.node import Node, PortType
+from graphengine.node import BadValueError, Node, PortType
 from tests.nodes.harness import Player
 from tests.nodes.test_ports import TYPES
 from tests.nodes.trial import ROUNDS, Trial, inputs_of, play_wired, spoiled, trials

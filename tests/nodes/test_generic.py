@@ -12,12 +12,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from graphengine.format.errors import BadValueError, ContextError
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.interfaces import MessageTypeError
-from graphengine.node import Node
+from graphengine.node import BadValueError, ContextError, Node
 from graphengine.node.node_class import grown
 from graphengine.nodes.ros2.fields import MAX_PORTS
 from graphengine.nodes.ros2.generic import ROS2Publisher, ROS2Subscriber

@@ -12,9 +12,8 @@ from typing import Annotated, Any
 import numpy as np
 
 from graphengine.compiler.registry import Registry, default_registry
-from graphengine.format.errors import BadValueError
 from graphengine.messages.definitions import DEFINITIONS
-from graphengine.node import ExecIn, ExecOut, In, Node, Out
+from graphengine.node import BadValueError, ExecIn, ExecOut, In, Node, Out
 from graphengine.node.node_class import NodeMeta, grown
 from graphengine.node.port import Port, camel_case
 from graphengine.node.types import PortType, UnionType, coerce, first_that_takes
