@@ -14,9 +14,7 @@ from graphengine.format.errors import PrimError
 from graphengine.format.wording import listing
 from graphengine.physics.dynamics.force_limits import ForceLimits
 from graphengine.physics.dynamics.forces import Forces
-from graphengine.physics.dynamics.frictions import Frictions
 from graphengine.physics.dynamics.handle_table import HandleTable
-from graphengine.physics.dynamics.lights import Lights
 from graphengine.physics.dynamics.mounts import Mounts
 from graphengine.physics.dynamics.placing import PlacedBody
 from graphengine.physics.dynamics.pushes import Pushes
@@ -24,6 +22,7 @@ from graphengine.physics.dynamics.set_points import SetPoints
 from graphengine.physics.dynamics.settling import settle as settle_bodies
 from graphengine.physics.dynamics.transfer import Transfer
 from graphengine.physics.dynamics.trouble import diverged, gave_up, out_of_range
+from graphengine.physics.dynamics.written import Frictions, Lights
 from graphengine.physics.engine import data_at_start, mujoco, round_weights, sort_geoms, wake
 from graphengine.physics.model.drives import Drive
 from graphengine.physics.sensors.rays import Rays, RaysChoice
