@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
-from graphengine.compiler.graph import Instance
-from graphengine.compiler.plan import Plan
-from graphengine.devices.stage import Stage
-from graphengine.format.diagnostics import Findings, Span
-from graphengine.messages.endpoints import EndpointClaim
+if TYPE_CHECKING:
+    from graphengine.compiler.graph import Instance
+    from graphengine.compiler.plan import Plan
+    from graphengine.devices.stage import Stage
+    from graphengine.format.diagnostics import Findings, Span
+    from graphengine.messages.endpoints import EndpointClaim
 
 
 @dataclass(slots=True)
