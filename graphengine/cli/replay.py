@@ -160,9 +160,12 @@ def _registry(recorded: Sequence[str], given: Sequence[str], recording: Path) ->
         UsageError: the run had modules that were not given.
     """
     from graphengine.cli.common import make_registry
+    from graphengine.compiler.registry import default_registry
     from graphengine.format.errors import UsageError
 
-    missing = [module for module in recorded if module not in given]
+    library = {cls.__module__ for cls in default_registry().types.values()}
+    ours = [name for name in recorded if any(f"{known}.".startswith(f"graphengine.{name}.") for known in library)]
+    missing = [module for module in recorded if module not in (*given, *ours)]  # the library was once called `nodes`
     if missing:
         remedy = " ".join(f"--import {module}" for module in missing)
         raise UsageError(f"{recording}: the run had node types of its own; if you trust them, give {remedy}")

@@ -183,3 +183,7 @@ def test_modules_are_not_imported_because_a_file_says_so(
     assert result.code == 2
     assert "the run had node types of its own; if you trust them, give --import evil_nodes" in result.err
     assert "--import evil_nodes: SystemExit: imported" in graphrun("replay", "out.mcap", "--import", "evil_nodes").err
+
+
+def test_modules_of_the_library_need_not_be_given_whatever_it_was_called(graphrun: Graphrun, drive: Path) -> None:
+    assert graphrun("replay", str(rewritten(drive, manifest={"modules": '["nodes.core"]'}))).code == 0
