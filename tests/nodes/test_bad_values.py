@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Iterator
+from random import Random
+from typing import Any
+
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 from graphengine.node import BadValueError, Node, PortType
 from tests.nodes.harness import Player
@@ -31,22 +34,25 @@ def check_refusal(trial: Trial, refusal: BadValueError) -> None:
     assert set(refusal.port.split(", ")) <= names, refusal.port
 
 
+def fuzz(trial: Trial, count: int) -> Iterator[dict[str, Any]]:
+    """So many sets of values, the same each time; each has a value for some input."""
+    random = Random(trial.cls.type_name)
+    drawn = iter(lambda: bad_inputs(random, trial), None)
+    return itertools.islice(filter(None, drawn), count)
+
+
 def try_values(trial: Trial) -> None:
-    @settings(max_examples=10)
-    @given(bad_inputs(trial))
-    def run(values: dict[str, object]) -> None:
+    for values in fuzz(trial, 20):
         before, sent = trial.seen(), trial.sent()
         refusal = trial.tick(values)
         if refusal is not None:
             check_refusal(trial, refusal)
             if trial.cls.type_name not in RAN_ALREADY:
-                assert (trial.seen(), trial.sent()) == (before, sent)
+                assert (trial.seen(), trial.sent()) == (before, sent), values
         before = trial.seen()
         refusal = trial.update()
         if refusal is not None:
-            assert trial.seen() == before
-
-    run()
+            assert trial.seen() == before, values
 
 
 @every_type
@@ -57,26 +63,21 @@ def test_any_value_is_used_or_refused_and_a_refusal_changes_nothing(name: str) -
 
 @every_type
 def test_a_hundred_ticks_after_refused_values_a_node_is_as_if_it_had_not_been_executed_with_them(name: str) -> None:
-    @settings(max_examples=1)
-    @given(st.lists(bad_inputs(Trial(name)), min_size=10, max_size=10).filter(any))  # else the first example is all {}
-    def run(fuzz: list[dict[str, object]]) -> None:
-        fed, spared, clean = Trial(name), Trial(name), Trial(name)
-        for values in fuzz:
-            refused = fed.tick(values) is not None
-            spared.tick(values, execute=not refused)
-            clean.tick()
-            for trial in (fed, spared, clean):
-                trial.update()
-        for _ in range(100):
-            for trial in (fed, spared, clean):
-                trial.tick()
-                trial.update()
-        assert fed.seen() == spared.seen()
-        for field in fed.seen():
-            value = getattr(fed.node, field, 0.0)
-            assert not spoiled(value) or spoiled(getattr(clean.node, field)), field
-
-    run()
+    fed, spared, clean = Trial(name), Trial(name), Trial(name)
+    for values in fuzz(fed, 10):
+        refused = fed.tick(values) is not None
+        spared.tick(values, execute=not refused)
+        clean.tick()
+        for trial in (fed, spared, clean):
+            trial.update()
+    for _ in range(100):
+        for trial in (fed, spared, clean):
+            trial.tick()
+            trial.update()
+    assert fed.seen() == spared.seen()
+    for field in fed.seen():
+        value = getattr(fed.node, field, 0.0)
+        assert not spoiled(value) or spoiled(getattr(clean.node, field)), field
 
 
 @every_type
@@ -84,17 +85,11 @@ def test_no_value_from_a_wire_ends_a_run(name: str, play: Player) -> None:
     trial = Trial(name)
     playing, source = play_wired(play, trial)
     reached = 0
-
-    @settings(max_examples=6, suppress_health_check=[HealthCheck.function_scoped_fixture])
-    @given(bad_inputs(trial).filter(bool))
-    def run(values: dict[str, object]) -> None:
-        nonlocal reached
+    for values in fuzz(trial, 10):
         for field, value in values.items():
             setattr(source, f"out_{field}", value)
         playing.tick()
         reached += any(getattr(playing.node("Node"), field) is value for field, value in values.items())
-
-    run()
     assert reached
 
 
@@ -120,32 +115,21 @@ def test_no_value_from_a_wire_that_setup_reads_ends_a_run(name: str, play: Playe
     trial = Trial(name)
     trial.wired = [port for port in inputs_of(trial.cls) if port.setup and port.type != PortType("bundle")]
     playing, source = play_wired(play, trial)
-
-    @settings(max_examples=6, suppress_health_check=[HealthCheck.function_scoped_fixture])
-    @given(bad_inputs(trial).filter(bool))
-    def run(values: dict[str, object]) -> None:
+    for values in fuzz(trial, 10):
         for field, value in values.items():
             setattr(source, f"out_{field}", value)
         playing.tick()
-
-    run()
 
 
 @every_type
 def test_no_finite_legal_value_is_refused(name: str) -> None:
     single, *arrays = trials(name)
     for trial in (single, *(other for other in arrays if other.tick() is None)):
-        use_legal_values(trial)
-
-
-def use_legal_values(trial: Trial) -> None:
-    @settings(max_examples=6)
-    @given(legal_inputs(trial))
-    def run(values: dict[str, object]) -> None:
-        assert trial.tick(values) is None
-        assert trial.update() is None
-
-    run()
+        random = Random(name)
+        for _ in range(20):
+            values = legal_inputs(random, trial)
+            assert trial.tick(values) is None, values
+            assert trial.update() is None, values
 
 
 def test_types_that_are_not_tried_take_values_in_setup_alone() -> None:
