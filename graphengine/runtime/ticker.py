@@ -88,7 +88,7 @@ class Ticker:
         if len(clamped) != len(self._clamped):
             for command in [command for command in clamped if command not in self._clamped]:
                 self._clamped.add(command)
-                advice = "a joint that exerts more needs <limit effort=...> in its description"
+                advice = "a joint that can do more needs a wider <limit> in its description"
                 self._services.warn("", f"commands are clamped: {command}\n  {advice}")
 
     def _freeze(self, inbox: Inbox) -> None:

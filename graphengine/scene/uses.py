@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     from graphengine.physics.description.robot_file import RobotFile
     from graphengine.physics.model.robot import Robot
 
+MAX_PARTS = 100_000
+"""Nodes, wires and variables of all graphs of a scene; a dd100 has 70."""
+
 
 @dataclass(frozen=True, slots=True)
 class GraphFile:
@@ -82,13 +85,18 @@ def resolve_uses(
 ) -> list[Graph]:
     """The graphs of files with their parameters bound; those that cannot be read are left out, findings tell of them."""
     graphs: list[Graph] = []
-    library = GraphLibrary(files)
+    library, parts = GraphLibrary(files), 0
     for use in uses:
         declared = _declared_parameters(library.read(use.path, findings))
         parameters = {k: v for k, v in use.parameters.items() if k in declared or k not in ("robot", "root")}
         flat = load_graph(use.path, parameters, library, findings, use.use)
         if flat is None:
             continue
+        parts += len(flat.nodes) + len(flat.wires) + len(flat.variables)
+        if parts > MAX_PARTS:
+            message = f"more than {MAX_PARTS} nodes, wires and variables in the graphs of one scene"
+            findings.add("G105", message, use.use.span if use.use else None, "use fewer graphs or fewer robots")
+            return []
         at = use.at or flat.spec.at or f"/World/{flat.spec.graph}"
         prim_path = normalize(at) if at.startswith("/") else f"/{at}"
         graphs.append(resolve(flat, use.name, prim_path, registry, findings, overrides))

@@ -10,6 +10,7 @@ from graphengine.compiler.budget import MAX_PARTS
 from graphengine.format import document
 from graphengine.format.diagnostics import MAX_GUESSES, Finding, Findings
 from graphengine.scene import build
+from graphengine.scene import uses as uses_of_graphs
 
 
 def findings(folder: Path, **files: str) -> list[Finding]:
@@ -58,6 +59,24 @@ def test_values_of_a_file_count_at_every_use(tmp_path: Path) -> None:
     array = f"nodes: {{A: {{type: ConstantDouble, inputs: {{value: [{'1.0, ' * 50_000}]}}}}}}\n"
     found = [one for one in findings(tmp_path, a=uses(20, "v"), v=array) if one.code == "G105"]
     assert [one.message.partition(" values")[0] for one in found] == ["more than 400000"]
+
+
+def test_graphs_of_a_scene_hold_so_much_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(uses_of_graphs, "MAX_PARTS", 20)
+    (tmp_path / "world.xml").write_text("<mujoco/>")
+    (tmp_path / "g.yaml").write_text(
+        "graph: g\nnodes: {T: OnPlaybackTick, C: Counter}\nconnections: [T.tick -> C.execIn]\n"
+    )
+    for count, told in (
+        (6, []),
+        (7, [("G105", "more than 20 nodes, wires and variables in the graphs of one scene", 10)]),
+    ):
+        graphs = "".join(f"  g{i}: {{use: g.yaml, at: /World/g{i}}}\n" for i in range(count))
+        (tmp_path / "scene.yaml").write_text(f"scene: many\nworld: world.xml\ngraphs:\n{graphs}")
+        assembly = build.assemble(tmp_path / "scene.yaml")
+        errors = assembly.findings.errors
+        assert [(one.code, one.message, one.span.line) for one in errors if one.span] == told
+        assert len(assembly.graphs) == (0 if told else count)
 
 
 def test_a_file_is_read_once_however_often_it_is_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
