@@ -13,16 +13,13 @@ import pkgutil
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import GraphError
 from graphengine.format.wording import did_you_mean
 from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.node.node_class import Node
-
-if TYPE_CHECKING:
-    pass
 
 GROUP = "graphengine.nodes"
 

@@ -176,7 +176,7 @@ class StandIn:
 
 def of_unknown(function: Any) -> Any:
     """What a script calls; for a function of numbers, one that gives the first stand-in among its arguments."""
-    if type(function).__module__ not in ("builtins", "numpy"):
+    if not callable(function) or type(function).__module__ not in ("builtins", "numpy"):
         return function
     module = str(getattr(function, "__module__", None) or type(function).__module__).partition(".")[0]
     if module not in _NUMERIC and (module != "builtins" or function.__name__ not in _NUMBERS):

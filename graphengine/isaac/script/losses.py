@@ -36,8 +36,8 @@ class TimeIsUpError(BaseException):
     """The script runs too long."""
 
 
-UNFORGIVEN = (OmniGraphError, RefusedError, RecursionError, MemoryError)
-"""Errors that a script would make with Omniverse too."""
+UNFORGIVEN = (OmniGraphError, RefusedError, RecursionError, MemoryError, StopIteration, StopAsyncIteration)
+"""Errors that a script would make with Omniverse too, or by which its loops end."""
 _LATER = "what it would have built later is not in the graphs"
 _ARGUMENTS = "give it arguments behind `--`: graphrun import FILE.py -- ARGUMENT …"
 _ENDS = {EndlessError: "stop", TimeIsUpError: "stop", SystemExit: "exit"}
@@ -62,6 +62,8 @@ class Losses:
         """Whether the script failed after it had built graphs."""
         self._caught: list[tuple[BaseException, int]] = []
         """Errors that the script caught, and the lines at which it did; 0 for the one that ended it."""
+        self._skipped = set[tuple[type[BaseException], str]]()
+        """Kinds and places of the errors behind which it went on."""
 
     def note(self, error: BaseException | None, line: int) -> None:
         """Keep an error that ends at a line of the script, but not the script."""
@@ -70,9 +72,12 @@ class Losses:
             self._caught.append((error, line))
 
     def report_skipped(self, error: BaseException) -> None:
-        """Add the finding of an error in a statement that a forgiving script goes on behind."""
-        self.stopped, what = True, f"{_text(error)}; what follows is built without that"
-        self.recorder.findings.add("W302", what, self.scripts.place(error), *_advice(error), *self._around(error))
+        """Add the finding of an error in a statement that a forgiving script goes on behind, once for each place."""
+        self.stopped, place = True, self.scripts.place(error)
+        if (type(error), str(place)) not in self._skipped:
+            self._skipped.add((type(error), str(place)))
+            what = f"{_text(error)}; what follows is built without that"
+            self.recorder.findings.add("W302", what, place, *_advice(error), *self._around(error))
 
     def report_end(self, error: BaseException) -> None:
         """Add the finding of what ended the script.

@@ -153,9 +153,9 @@ def _run(
     if request["stages"]:
         request["literals"] = False  # it is executed on the stages
         first = _run_once(path, request)
-    chosen = first
+    chosen = other = first
     for forgiving in (False, True):
-        if not first.may_differ or not (chosen.failed or chosen.stopped or not (chosen.graphs or forgiving)):
+        if not other.may_differ or not (chosen.failed or chosen.stopped or not (chosen.graphs or forgiving)):
             break
         other = _run_on_a_full_stage(path, {**request, "forgiving": forgiving}, first)
         more = chosen.failed or (chosen.nodes < other.nodes if forgiving else chosen.nodes <= other.nodes)
@@ -172,7 +172,7 @@ def _run_on_a_full_stage(path: Path, request: dict[str, Any], first: ScriptAnswe
     for _ in range(MAX_RUNS):
         other = _run_once(path, {**request, "assumed": True, "absent": sorted(absent)})
         own = other.granted & (first.made | other.made)
-        if not own:
+        if not own or not other.may_differ:
             break
         absent |= own
     return other

@@ -89,7 +89,7 @@ class Run:
         module = types.ModuleType("__main__")
         name = f"{PACKAGE}.{Path(self.path).stem}"
         names: dict[str, Any] = vars(builtins)
-        if "import *" in self.text:  # as a script's names are slower to find so
+        if re.search(r"\bimport\s*\*", self.text):  # as a script's names are slower to find so
             names = Builtins(names)
             names.recorder = self.recorder
         vars(module).update(__file__=self.path, __package__=PACKAGE, __builtins__=names)
@@ -126,6 +126,8 @@ class Run:
             finally:
                 self.running = False
         except BaseException as error:  # whatever a script raises
+            if isinstance(error, MemoryError):
+                namespace.clear()  # else there is none left to report it
             self.losses.report_end(error)
 
     def _call(self, namespace: dict[str, Any]) -> None:

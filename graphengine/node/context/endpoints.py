@@ -60,9 +60,8 @@ class OwnedEndpoints:
 
     def close(self) -> None:
         """Close all endpoints; the engine calls it before the node is set up again and when the session ends."""
-        for function in self._closing:
-            function()
-        self._closing.clear()
+        while self._closing:
+            self._closing.pop(0)()
         self._servers = 0
 
     def when_closed(self, function: Callable[[], None]) -> None:

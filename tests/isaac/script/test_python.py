@@ -75,6 +75,41 @@ def test_a_script_that_fails_is_told_what_it_lacks_and_imported_without(
     assert said in everything
 
 
+def test_what_fails_in_each_turn_of_a_loop_is_told_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = "for n in range(1500):\n    int(f'x{n}')\n{}['robot']\n"
+    built, everything = told(tmp_path, text + BUILD, capsys)
+    assert built
+    assert everything.count("invalid literal for int()") == 1
+    assert "KeyError: 'robot'" in everything
+
+
+def test_a_script_catches_that_a_value_cannot_be_called(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = "value = None\ntry:\n    value(1)\nexcept TypeError:\n    " + BUILD.strip() + "\n"
+    built, everything = told(tmp_path, text, capsys)
+    assert built
+    assert "AttributeError" not in everything
+
+
+def test_an_iterator_of_a_script_that_fails_elsewhere_ends(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = """
+class Once:
+    turns = 0
+    def __iter__(self):
+        return self
+    def __next__(self):
+        if self.turns:
+            raise StopIteration
+        self.turns += 1
+        return 1
+{}['robot']
+for turn in Once():
+    pass
+"""
+    built, everything = told(tmp_path, text + BUILD, capsys)
+    assert built
+    assert "takes too long" not in everything
+
+
 def test_what_a_script_imports_of_a_module_that_is_not_there_is_unknown(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
