@@ -17,4 +17,5 @@ if [ -z "${TESTS_ONLY:-}" ]; then
 fi
 # Compiled once, and kept: no test waits for it, or hears that it takes some seconds.
 python -c 'from graphengine.physics.sensors.fast import rays; rays.trouble()'
-python -m pytest -n auto --dist loadgroup "$@"
+# One process more than there are processors, as many tests wait for another process.
+python -m pytest -n "$(python -c 'import os; print(len(os.sched_getaffinity(0)) + 1)')" --dist loadgroup "$@"
