@@ -112,9 +112,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         0: as it should be, also after Ctrl-C in a run; 1: errors in files or in the run; 2: a command line that makes no
         sense; 3: too little memory; 130: Ctrl-C before there was a run, or a result.
     """
-    if arguments is None:  # the process is the program's
-        gc.set_threshold(10_000)  # most of what is imported stays; to look through it takes a sixth of the start
-        atexit.register(gc.freeze)  # to look through all that is held at the end takes as long, after a run a second
+    if arguments is None:  # called by `graphrun`, not by a test or another program in its own process
+        gc.set_threshold(10_000)  # collections at the default take a sixth of the start, and free almost nothing
+        atexit.register(gc.freeze)  # the collection at exit takes up to a second after a run, and frees nothing of use
     try:
         given = list(sys.argv[1:] if arguments is None else arguments)
         parser = make_parser(next((word for word in given if word in VERBS), None))

@@ -161,7 +161,7 @@ class Network(Protocol):
         """An endpoint that asks."""
 
     def freeze(self) -> None:
-        """Begin a tick: what has arrived so far is what subscriptions deliver, what comes later waits for the next tick."""
+        """Begin a tick: subscriptions deliver what arrived before it; what arrives later is delivered in the next tick."""
 
     def flush(self) -> None:
         """End a tick: what was published in it leaves now."""

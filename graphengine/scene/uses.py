@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from graphengine.physics.description.robot_file import RobotFile
     from graphengine.physics.model.robot import Robot
 
-MAX_PARTS = 100_000
+MAX_SCENE_PARTS = 100_000
 """Nodes, wires and variables of all graphs of a scene; a dd100 has 70."""
 
 
@@ -83,7 +83,7 @@ def find_use(
 def resolve_uses(
     uses: Sequence[GraphFile], files: Files, registry: Registry, findings: Findings, overrides: Sequence[Override] = ()
 ) -> list[Graph]:
-    """The graphs of files with their parameters bound; those that cannot be read are left out, findings tell of them."""
+    """The graphs of files with their parameters bound; for one that cannot be read an error is added to `findings`."""
     graphs: list[Graph] = []
     library, parts = GraphLibrary(files), 0
     for use in uses:
@@ -93,8 +93,8 @@ def resolve_uses(
         if flat is None:
             continue
         parts += len(flat.nodes) + len(flat.wires) + len(flat.variables)
-        if parts > MAX_PARTS:
-            message = f"more than {MAX_PARTS} nodes, wires and variables in the graphs of one scene"
+        if parts > MAX_SCENE_PARTS:
+            message = f"more than {MAX_SCENE_PARTS} nodes, wires and variables in the graphs of one scene"
             findings.add("G105", message, use.use.span if use.use else None, "use fewer graphs or fewer robots")
             return []
         at = use.at or flat.spec.at or f"/World/{flat.spec.graph}"
@@ -104,7 +104,7 @@ def resolve_uses(
 
 
 def plan_graphs(graphs: Sequence[Graph], findings: Findings) -> list[Plan]:
-    """Their plans; those that run in a circle are left out, findings tell of them."""
+    """Their plans; a graph that runs in a circle has none, and an error is added to `findings`."""
     plans: list[Plan] = []
     for graph in graphs:
         plan = make_plan(graph, findings)

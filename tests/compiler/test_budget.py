@@ -62,7 +62,7 @@ def test_values_of_a_file_count_at_every_use(tmp_path: Path) -> None:
 
 
 def test_graphs_of_a_scene_hold_so_much_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(uses_of_graphs, "MAX_PARTS", 20)
+    monkeypatch.setattr(uses_of_graphs, "MAX_SCENE_PARTS", 20)
     (tmp_path / "world.xml").write_text("<mujoco/>")
     (tmp_path / "g.yaml").write_text(
         "graph: g\nnodes: {T: OnPlaybackTick, C: Counter}\nconnections: [T.tick -> C.execIn]\n"

@@ -1,4 +1,4 @@
-"""What this simulator offers, told by the standard's numbers, and the one world that it has."""
+"""Features of simulation_interfaces that this simulator has, by the standard's numbers, and the one world that it has."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ MAX_FRAMES = 5_000
 """That a script may draw until then."""
 
 MAX_SAID = 200
-"""Characters of what a script logs that are told."""
+"""Characters of a script's log message that a finding quotes."""
 
 _ASKS = re.compile(
     r"(get|is|has|can|enable|disable|find|new|log|update|next|close|play|step|render|reset|__)", re.IGNORECASE
@@ -31,7 +31,7 @@ _ASKS = re.compile(
 """How names of calls begin that change no stage, or nothing that a graph's file could hold."""
 
 ELSEWHERE, OWN = "what a USD file holds", "a node of Omniverse's own"
-"""Names of stand-ins for what is told already."""
+"""Names of stand-ins for what other findings report."""
 
 _DRAWS = frozenset(("update", "step", "render", "next_update_async"))
 """Names of calls that draw a frame."""

@@ -50,7 +50,7 @@ OURS, PYTHON = str(Path(__file__).parents[2]), os.path.dirname(os.__file__)
 """Folders of our modules, whose questions are no script's, and of Python's."""
 
 MAX_LINE = 200
-"""Characters of what a script prints that are told."""
+"""Characters of a printed line that a finding quotes."""
 
 ENDING_SECONDS = 3.0
 """Of computing that a script gets to end after its time is up, before it is killed."""
@@ -114,7 +114,7 @@ def main() -> None:
 
 
 def _without_writing(recorder: Recorder) -> Any:
-    """An `open` for scripts that keep a log: what they write goes nowhere, and that is told."""
+    """An `open` for scripts that keep a log: what they write is discarded, and a finding says so."""
     real = builtins.open
 
     def opened(file: Any, mode: str = "r", *arguments: Any, **named: Any) -> Any:

@@ -127,7 +127,7 @@ class Run:
                 self.running = False
         except BaseException as error:  # whatever a script raises
             if isinstance(error, MemoryError):
-                namespace.clear()  # else there is none left to report it
+                namespace.clear()  # frees what the script holds: the report needs memory
             self.losses.report_end(error)
 
     def _call(self, namespace: dict[str, Any]) -> None:

@@ -1,4 +1,4 @@
-"""What transports that are a ROS 2 node have in common: its name, its log, and what all of their methods look at."""
+"""Base of the transports that are a ROS 2 node: its name, log, lock and message counts."""
 
 from __future__ import annotations
 
@@ -42,10 +42,10 @@ class RosNode:
         self._lock = threading.RLock()
         self._closed = False
         self._mistyped = Counter[str]()
-        """Messages, by topic, that readers which are closed by now dropped for being of another definition."""
+        """Number of messages of another definition that closed readers dropped, by topic."""
 
     def log(self, severity: str, text: str) -> None:
-        """Tell people who watch /rosout; severities are info, warning and error."""
+        """Publish a message on /rosout; severities are info, warning and error."""
         stamp = messages.Time(*divmod(time.time_ns(), 1_000_000_000))
         logger = f"{self._namespace}/{self._name}".strip("/").replace("/", ".")
         level = _LEVELS.get(severity, messages.Log.INFO)
