@@ -197,7 +197,7 @@ def _published_by(node: str, session: Session) -> list[str]:
         for instance in graph.instances:
             if f"{graph.prim_path}/{instance.id}" == node:
                 wires = [wire for wire in graph.data_wires if wire.target == instance.index]
-                read = [f"{wire} = {_short(getattr(instance.node, wire.target_field))}" for wire in wires]
+                read = [f"{wire} = {_short(getattr(run.executor.nodes[wire.target], wire.target_field))}" for wire in wires]
                 return [f"published by {node} ({instance.cls.type_name}, {instance.span})", *read]
     return [f"published by {node}"] if node else []
 

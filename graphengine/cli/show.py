@@ -102,14 +102,14 @@ def outline(plan: Plan) -> str:
     """Nodes with their types and set values, then the wires."""
     graph = plan.graph
     lines = [_at(plan)]
-    gates = {instance.part_of: instance.node for instance in graph.instances if instance.part_of}
+    gates = {instance.part_of: instance.make_node() for instance in graph.instances if instance.part_of}
     for instance in (instance for instance in graph.instances if not instance.part_of):
         pace = f", {gates[instance.id]}" if instance.id in gates else ""
         lines.append(f"  {instance.id}: {instance.cls.type_name}{pace}")
         for port in instance.cls.fields.values():
             if port.field in instance.literals:
                 unit = f" {port.unit}" if port.unit else ""
-                lines.append(f"    {port.name} = {_value(getattr(instance.node, port.field))}{unit}")
+                lines.append(f"    {port.name} = {_value(instance.value(port.field))}{unit}")
     wires = sorted([*graph.exec_wires, *graph.data_wires], key=lambda wire: wire.order)
     written = {id(entry) for entry in graph.flat.wires}
     return "\n".join([*lines, *(f"  {wire}" for wire in wires if id(wire.entry) in written)])
@@ -140,7 +140,7 @@ def _calls(plan: Plan, region: Region) -> Iterator[str]:
             when = "when something it reads has changed" if refresh.if_stale else ""
             yield _line(plan, refresh.node, "data", when)
         instance = plan.graph.instances[call.node]
-        kind, pace = ("gate", str(instance.node)) if instance.part_of else (call.kind, "")
+        kind, pace = ("gate", str(instance.make_node())) if instance.part_of else (call.kind, "")
         yield _line(plan, call.node, kind, ", ".join(said for said in (pace, _when(plan, region, call)) if said))
 
 

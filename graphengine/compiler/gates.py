@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
+from typing import Any
 
 from graphengine.compiler.graph import Graph, Instance, Wire
 from graphengine.compiler.template import WireEnd, WireEntry
@@ -164,13 +165,14 @@ def _make_gate(graph: Graph, pin: tuple[int, str], name: str) -> Instance:
     owner = graph.instances[pin[0]]
     every = owner.entry.spec.every
     assert every is not None
-    node: Gate = EveryOnce()
+    cls: type[Gate] = EveryOnce
+    literals: dict[str, Any] = {}
     if every.ticks is not None:
-        node = EveryTicks(ticks=every.ticks)
+        cls, literals = EveryTicks, {"ticks": every.ticks}
     elif every.hz is not None:
-        node = EveryHz(hz=every.hz)
-    entry = replace(owner.entry, id=name, spec=NodeSpec(type=node.type_name), location=(*owner.entry.location, "every"))
-    gate = Instance(len(graph.instances), name, node, entry, part_of=owner.id)
+        cls, literals = EveryHz, {"hz": every.hz}
+    entry = replace(owner.entry, id=name, spec=NodeSpec(type=cls.type_name), location=(*owner.entry.location, "every"))
+    gate = Instance(len(graph.instances), name, cls, entry, literals, part_of=owner.id)
     graph.instances.append(gate)
     return gate
 

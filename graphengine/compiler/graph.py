@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeVar
 
@@ -24,21 +24,33 @@ class Instance:
 
     index: int
     id: str
-    node: Node
+    cls: type[Node]
     entry: NodeEntry
-    literals: set[str] = field(default_factory=set)
-    """Fields of inputs that the file or an override set."""
+    literals: dict[str, Any] = field(default_factory=dict)
+    """Values of inputs that the file or an override set, by field."""
     refused: set[str] = field(default_factory=set)
     """Fields of inputs whose value was told to be wrong: they are not missing as well."""
     settled: dict[str, PortType] = field(default_factory=dict)
     """Types that ports of several types were resolved to, by field."""
+    reads: tuple[str, ...] = ()
+    """Keys of what the node reads beside its inputs; a variable's goes by its name in the flat graph."""
+    writes: tuple[str, ...] = ()
+    """Keys of what the node changes beside its outputs."""
     part_of: str = ""
     """Of a gate, which stands in no file: the node that it was made for."""
 
-    @property
-    def cls(self) -> type[Node]:
-        """Its type."""
-        return type(self.node)
+    def value(self, field: str) -> Any:
+        """Value of an input before the first tick: the literal, else the default."""
+        return self.literals.get(field, self.cls.fields[field].default)
+
+    def make_node(self) -> Node:
+        """A new node, with the literals in its inputs."""
+        node = self.cls()
+        for name, value in self.literals.items():
+            setattr(node, name, value)
+        node.settled = self.settled
+        node.clear()
+        return node
 
     @property
     def span(self) -> Span:
@@ -88,24 +100,25 @@ class Graph:
         """`tick` or `physics_step`."""
         return self.flat.spec.runs
 
-    def reads(self, index: int) -> Iterator[str]:
-        """Keys of what a node reads beside its inputs; a variable's goes by its name in the flat graph."""
-        return self._keys(index, self.instances[index].node.reads())
-
-    def writes(self, index: int) -> Iterator[str]:
-        """Keys of what a node changes beside its outputs."""
-        return self._keys(index, self.instances[index].node.writes())
-
-    def _keys(self, index: int, keys: Iterable[str]) -> Iterator[str]:
-        for key in keys:
-            kind, _, name = key.partition(":")
-            if kind == "variable":
-                key = f"variable:{visible(self.instances[index].id, {n: n for n in self.variables}).get(name, name)}"
-            yield key
+    def note_accesses(self) -> None:
+        """Ask each node what it reads and writes beside its ports; literals are set."""
+        names = {name: name for name in self.variables}
+        for instance in self.instances:
+            if instance.cls.reads is Node.reads and instance.cls.writes is Node.writes:
+                continue
+            node, variables = instance.make_node(), visible(instance.id, names)
+            instance.reads = tuple(_key(key, variables) for key in node.reads())
+            instance.writes = tuple(_key(key, variables) for key in node.writes())
 
     def by_id(self, node_id: str) -> Instance:
         """The instance of a node's name."""
         return next(instance for instance in self.instances if instance.id == node_id)
+
+
+def _key(key: str, variables: Mapping[str, str]) -> str:
+    """The key of what a node reads or writes, in which a variable has its name in the flat graph."""
+    kind, _, name = key.partition(":")
+    return f"variable:{variables.get(name, name)}" if kind == "variable" else key
 
 
 def refusal(instance: Instance, error: ContextError) -> Finding:
@@ -127,7 +140,7 @@ def asking(instance: Instance, value: object) -> tuple[str, Span]:
         key = literal_key(instance, port)
         if port.side != "inputs" or key not in given:
             continue
-        held, literal = getattr(instance.node, port.field), given[key]
+        held, literal = instance.value(port.field), given[key]
         alike = not isinstance(value, np.ndarray) and (
             literal == value or (isinstance(held, str | tuple) and held == value)
         )

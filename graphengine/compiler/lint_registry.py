@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, TypeVar, cast
 
 if TYPE_CHECKING:
     from graphengine.compiler.graph import Instance
@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from graphengine.devices.stage import Stage
     from graphengine.format.diagnostics import Findings, Span
     from graphengine.messages.endpoints import EndpointClaim
+    from graphengine.node.node_class import Node
+
+N = TypeVar("N", bound="Node")
 
 
 @dataclass(slots=True)
@@ -22,6 +25,13 @@ class LintContext:
     stage: Stage
     claims: Sequence[EndpointClaim]
     findings: Findings
+
+    def nodes(self, cls: type[N]) -> Iterator[tuple[Plan, Instance, N]]:
+        """The nodes of a type: their graph, their place in it, and a node with the values that its inputs have at the start."""
+        for plan in self.graphs:
+            for instance in plan.graph.instances:
+                if issubclass(instance.cls, cls):
+                    yield plan, instance, cast("N", instance.make_node())
 
     def disagree(self, code: str, message: str, claim: EndpointClaim, other: EndpointClaim, remedy: str) -> None:
         """Tell of a claim that cannot live together with another one."""

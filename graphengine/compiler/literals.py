@@ -97,7 +97,7 @@ def _set_literal(
     try:
         if _is_open(port.type):
             instance.settled[port.field], value = _typed(value, wanted)
-        setattr(instance.node, port.field, port.check(value))
+        checked = port.check(value)
     except TypeError as error:
         wrong, _, remedy = str(error).partition("; ")
         if isinstance(wanted, PortType) and wanted.array and isinstance(value, str | int | float):
@@ -118,7 +118,7 @@ def _set_literal(
         near = findings.guess(str(value), port.tokens) if port.tokens else ""
         findings.add("G212", message, at(), near, given_by, related=instance.entry.via)
     else:
-        instance.literals.add(port.field)
+        instance.literals[port.field] = checked
         instance.refused.discard(port.field)
 
 
@@ -237,7 +237,7 @@ def check_required(graph: Graph, findings: Findings) -> None:
             if port.side == "inputs" and port.required:
                 groups.setdefault(port.field if port.required is True else str(port.required), []).append(port)
         for ports in groups.values():
-            empty = [types.equal(getattr(instance.node, port.field), port.default) for port in ports]
+            empty = [types.equal(instance.value(port.field), port.default) for port in ports]
             told = any(port.field in instance.refused for port in ports)
             if told or not all(empty) or any((instance.id, port.name) in wired for port in ports):
                 continue

@@ -146,6 +146,6 @@ class Plan:
         """How often a node runs in a second of so many passes; None where that cannot be told beforehand."""
         rate: float | None = passes if index in self.gates else None
         for gate in self.gates.get(index, ()):
-            node = self.graph.instances[gate].node
+            node = self.graph.instances[gate].make_node()
             rate = node.rate(rate) if rate is not None and isinstance(node, Gate) else None
         return rate

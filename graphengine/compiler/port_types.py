@@ -67,9 +67,6 @@ def settle_types(graph: Graph, findings: Findings) -> None:
         else:
             checked.append(replace(wire, converter=converter))
     graph.data_wires = checked + _tell_untold(graph, untold, findings)
-    for instance in graph.instances:
-        instance.node.settled = instance.settled
-        instance.node.clear()
 
 
 def _tell_untold(graph: Graph, untold: list[Wire], findings: Findings) -> list[Wire]:
@@ -242,7 +239,7 @@ def _settle_what_follows(instance: Instance, variables: Mapping[str, PortType]) 
     known = {
         name: found for name, port in fields.items() if (found := known_type(instance, port)) not in (None, types.ANY)
     }
-    for name, wanted in instance.node.resolve_types(known, variables).items():
+    for name, wanted in instance.make_node().resolve_types(known, variables).items():
         port = fields[name]
         if known.get(name) == wanted or instance.settled.get(name) == wanted:
             continue
@@ -260,7 +257,7 @@ def _restate(instance: Instance, port: Port, wanted: PortType) -> bool:
     if port.field not in instance.literals:
         return False
     try:
-        setattr(instance.node, port.field, types.coerce(getattr(instance.node, port.field), wanted))
+        instance.literals[port.field] = types.coerce(instance.literals[port.field], wanted)
     except (TypeError, ValueError):
         return False
     return True

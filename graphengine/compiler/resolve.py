@@ -50,6 +50,7 @@ def resolve(
     set_variables(graph, findings)
     settle_types(graph, findings)
     check_required(graph, findings)
+    graph.note_accesses()
     return graph
 
 
@@ -85,7 +86,7 @@ def _instantiate(graph: Graph, registry: Registry, findings: Findings) -> dict[s
         except (TypeError, ValueError) as error:
             findings.add("G211", f"{entry.id}: {error}", entry.span("inputs"), related=entry.via)
             continue
-        known[entry.id] = instance = Instance(len(graph.instances), entry.id, cls(), entry)
+        known[entry.id] = instance = Instance(len(graph.instances), entry.id, cls, entry)
         graph.instances.append(instance)
     return known
 

@@ -186,7 +186,7 @@ def _add_port(node: NodeView, side: str, port: Port, instance: Instance) -> Port
     if key not in node.ports:
         view = PortView(port.name, port.is_exec, about=_about(port, instance))
         if port.field in instance.literals:
-            value = getattr(instance.node, port.field)
+            value = instance.value(port.field)
             view.value = _with_unit(_value(value, whole=False), port.unit)
             view.is_path = isinstance(value, str | tuple) and "/" in view.value
             view.about += f"\nset to {_with_unit(_value(value, whole=True), port.unit)}"

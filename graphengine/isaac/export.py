@@ -62,7 +62,7 @@ class _Exporter:
             advice = f"write `every: {{ticks: {ticks}}}`, {counted}"
             self._tell(instance, "Isaac Sim counts ticks; nothing there runs so many times a second", advice)
         wires = [*self.graph.data_wires, *self.graph.exec_wires]
-        used = instance.literals | {wire.target_field for wire in wires if wire.target == instance.index}
+        used = instance.literals.keys() | {wire.target_field for wire in wires if wire.target == instance.index}
         used |= {wire.source_field for wire in wires if wire.source == instance.index}
         for field in sorted(used):
             port = instance.cls.fields[field]
@@ -147,13 +147,13 @@ class _Exporter:
     def _values(self, *, of_messages: bool) -> Iterator[str]:
         """Either those that name the messages whose fields are ports, or all others."""
         for instance in self.graph.instances:
-            if isinstance(instance.node, EveryTicks) and not of_messages:
-                yield f"({text(f'{self.names[instance.id]}.inputs:step')}, {instance.node.ticks})"
+            if issubclass(instance.cls, EveryTicks) and not of_messages:
+                yield f"({text(f'{self.names[instance.id]}.inputs:step')}, {instance.value('ticks')})"
         for instance, port in self._literals():
             if (port.name in _MESSAGE) != of_messages:
                 continue
             settled = instance.settled.get(port.field, port.type)
-            value = getattr(instance.node, port.field)
+            value = instance.value(port.field)
             shown = literal(value, settled) if isinstance(settled, PortType) else plain(value)
             several = isinstance(port.type, UnionType) or port.type == types.ANY
             typed = f", {text(str(settled))}" if several and isinstance(settled, PortType) else ""

@@ -104,9 +104,6 @@ def _dry_setup_graph(plan: Plan, services: Services, findings: Findings, *, prim
             _, span = asking(plan.graph.instances[index], path)
             below = prim.path.removeprefix(f"{robot.path}/")  # a fleet has one note, not one a robot
             findings.add("N105", f"the path leaves links out; the prim is {below} of its robot", span)
-    for instance in plan.graph.instances:  # the same instances run later, from their defaults
-        instance.node.reset()
-        instance.node.clear()
     if skipped:
         nodes = f"{skipped} nodes of {plan.graph.name} ask" if skipped > 1 else f"a node of {plan.graph.name} asks"
         span = plan.graph.flat.loaded.document.span("graph")
@@ -180,9 +177,9 @@ def lint_rates(plans: Sequence[Plan], world: World, findings: Findings) -> None:
         passes = 1.0 / _clock(plan, world).delta
         for gate in plan.graph.instances:
             most = plan.rate(gate.index, passes) or passes
-            if not isinstance(gate.node, EveryHz) or gate.node.hz <= most:
+            if not issubclass(gate.cls, EveryHz) or gate.value("hz") <= most:
                 continue
-            often = f"{gate.node.hz:g} times a second, and cannot more often than {most:g} times"
+            often = f"{gate.value('hz'):g} times a second, and cannot more often than {most:g} times"
             remedy = "leave `every` out, or raise `tick_rate` of the scene"
             findings.add("W106", f"{gate.part_of} is to run {often}", gate.span, remedy, related=gate.entry.via)
 

@@ -12,7 +12,7 @@ from graphengine.compiler.plan import Copy, Plan
 from graphengine.format.errors import BadValueError, ContextError, GraphError, NodeError
 from graphengine.node import types
 from graphengine.node.context.context import Context
-from graphengine.node.node_class import Ending
+from graphengine.node.node_class import Ending, Node
 
 ContextFactory = Callable[[int], Context]
 """The context of a node, by its index in the graph; each call gives a new one and closes the old one's handles."""
@@ -38,7 +38,7 @@ class Executor:
         dropped: Callable[[int, BadValueError], None] | None = None,
     ) -> None:
         self.plan = plan
-        self.nodes = [instance.node for instance in plan.graph.instances]
+        self.nodes = [instance.make_node() for instance in plan.graph.instances]
         self.source = codegen.write_source(plan)
         self._context_of = context_of
         self._now = now
@@ -55,6 +55,10 @@ class Executor:
         )
         self._pass: Callable[[], None] = self._functions["pass_"]
         self._set_pins()
+
+    def node(self, node_id: str) -> Node:
+        """The node of a name in the file, `Instance/Node` within a subgraph."""
+        return self.nodes[self.plan.graph.by_id(node_id).index]
 
     def _set_pins(self) -> None:
         """The input of a node with a single wire always fires once and is told so now; no other has fired.

@@ -156,7 +156,7 @@ def _lint_idle_robots(assembly: Assembly) -> None:
     """Report robots of a scene that no node of any graph commands or moves."""
     if assembly.loaded is None or assembly.findings.errors:
         return
-    keys = {key for plan in assembly.plans for index in plan.order for key in plan.graph.writes(index)}
+    keys = {key for plan in assembly.plans for index in plan.order for key in plan.graph.instances[index].writes}
     if UNKNOWN_PRIM in keys:
         return
     moved = {key.partition(":")[2].partition(".")[0] for key in keys if ":/" in key}

@@ -45,17 +45,12 @@ class OnStageEvent(Node, type="omni.graph.action.OnStageEvent", gated=True):
 @lint("W101")
 def lint_events_that_never_come(context: LintContext) -> None:
     """Events that a graph waits for in vain."""
-    for plan in context.graphs:
-        for instance in plan.graph.instances:
-            node = instance.node
-            if isinstance(node, OnStageEvent) and node.event_name not in STARTS + STOPS:
-                entry, message = (
-                    instance.entry,
-                    f"{instance.id} never fires: {node.event_name!r} is an event of editors",
-                )
-                remedy = "what comes is the start and the stop of a play, such as 'Simulation Start Play'"
-                place = entry.span("inputs", "eventName")
-                context.findings.add("W101", message, place, remedy, related=entry.via)
+    for _, instance, node in context.nodes(OnStageEvent):
+        if node.event_name not in STARTS + STOPS:
+            message = f"{instance.id} never fires: {node.event_name!r} is an event of editors"
+            remedy = "what comes is the start and the stop of a play, such as 'Simulation Start Play'"
+            place = instance.entry.span("inputs", "eventName")
+            context.findings.add("W101", message, place, remedy, related=instance.entry.via)
 
 
 class OnLoaded(ClockNode, type="omni.graph.action.OnLoaded", gated=True):

@@ -70,21 +70,17 @@ def lint_commands_without_drive(context: LintContext) -> None:
 
 def _commands(context: LintContext) -> Iterator[_Command]:
     """Controllers that run, as far as their robot and joints are known before the run."""
-    for plan in context.graphs:
-        running = set(plan.order)
-        wired = {(wire.target, wire.target_field) for wire in plan.graph.data_wires}
-        for instance in plan.graph.instances:
-            node, index = instance.node, instance.index
-            if not isinstance(node, IsaacArticulationController) or index not in running:
-                continue
-            if {(index, "joint_names"), (index, "joint_indices")} & wired and not node.joint_names:
-                continue
-            try:
-                robot = context.stage.stands_for_robot(context.stage.find(node.prim()))
-                joints: tuple[str, ...] = robot.facts.get("joints", ()) if robot else ()
-                chosen = node.joint_names or tuple(joints[number] for number in node.joint_indices) or joints
-            except (PrimError, GraphError, IndexError):  # reported by the dry setup
-                continue
-            kinds = tuple(kind for kind in _KINDS if (index, kind) in wired or len(getattr(node, kind)))
-            if robot is not None:
-                yield _Command(plan, instance, robot, tuple(chosen), kinds)
+    for plan, instance, node in context.nodes(IsaacArticulationController):
+        index, wires = instance.index, plan.graph.data_wires
+        wired = {wire.target_field for wire in wires if wire.target == index}
+        if index not in plan.order or ({"joint_names", "joint_indices"} & wired and not node.joint_names):
+            continue
+        try:
+            robot = context.stage.stands_for_robot(context.stage.find(node.prim()))
+            joints: tuple[str, ...] = robot.facts.get("joints", ()) if robot else ()
+            chosen = node.joint_names or tuple(joints[number] for number in node.joint_indices) or joints
+        except (PrimError, GraphError, IndexError):  # reported by the dry setup
+            continue
+        kinds = tuple(kind for kind in _KINDS if kind in wired or len(getattr(node, kind)))
+        if robot is not None:
+            yield _Command(plan, instance, robot, tuple(chosen), kinds)

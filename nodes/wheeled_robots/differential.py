@@ -80,9 +80,7 @@ TOLERANCE = 0.01
 @lint("W201")
 def lint_wheel_geometry(context: LintContext) -> None:
     """Compare each controller's wheel radius and distance with those of the robot whose joints it drives."""
-    for controller, robot, joints in _driven(context):
-        node = controller.node
-        assert isinstance(node, DifferentialController)
+    for controller, node, robot, joints in _driven(context):
         radii = [robot.facts.get("wheel_radii", {}).get(joint) for joint in joints]
         known = [radius for radius in radii if radius]
         if known and _differs(node.wheel_radius, known[0]):
@@ -102,14 +100,12 @@ def lint_wheel_geometry(context: LintContext) -> None:
             context.findings.add("W202", what, span, effect, f"write wheelDistance: {distance:g}")
 
 
-def _driven(context: LintContext) -> Iterator[tuple[Instance, Prim, tuple[str, ...]]]:
+def _driven(context: LintContext) -> Iterator[tuple[Instance, DifferentialController, Prim, tuple[str, ...]]]:
     """Controllers whose wheel speeds go to a robot's joints, with the robot and the joints."""
-    for plan in context.graphs:
-        for wire in plan.graph.data_wires:
-            source, target = plan.graph.instances[wire.source], plan.graph.instances[wire.target]
-            drives = target.node
-            is_controller = isinstance(source.node, DifferentialController)
-            if not is_controller or not isinstance(drives, IsaacArticulationController):
+    for plan, source, node in context.nodes(DifferentialController):
+        for wire in (wire for wire in plan.graph.data_wires if wire.source == source.index):
+            drives = plan.graph.instances[wire.target].make_node()
+            if not isinstance(drives, IsaacArticulationController):
                 continue
             path = drives.robot_path or (drives.target_prim[0] if drives.target_prim else "")
             try:
@@ -117,7 +113,7 @@ def _driven(context: LintContext) -> Iterator[tuple[Instance, Prim, tuple[str, .
             except PrimError:
                 continue
             if robot is not None:
-                yield source, robot, drives.joint_names or tuple(robot.facts.get("joints", ()))
+                yield source, node, robot, drives.joint_names or tuple(robot.facts.get("joints", ()))
 
 
 def _differs(value: float, true: float) -> bool:

@@ -126,7 +126,7 @@ class Bench:
 
     def __getitem__(self, node_id: str) -> Any:
         """A node by its name in the file."""
-        return self.plan.graph.by_id(node_id).node
+        return self.executor.node(node_id)
 
     def index(self, node_id: str) -> int:
         return self.plan.graph.by_id(node_id).index
@@ -224,7 +224,7 @@ class Play:
         self.journal.lines.clear()
 
     def node(self, node_id: str, graph: int = 0) -> Any:
-        return self.plans[graph].graph.by_id(node_id).node
+        return self.session.graphs[graph].executor.node(node_id)
 
     def tick(self) -> list[str]:
         """One tick; what the nodes wrote."""

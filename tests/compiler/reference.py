@@ -22,7 +22,7 @@ class Reference:
 
     def __init__(self, graph: Graph, context_of: Callable[[int], Context]) -> None:
         self.graph = graph
-        self.nodes: list[Any] = [instance.node for instance in graph.instances]
+        self.nodes: list[Any] = [instance.make_node() for instance in graph.instances]
         self.kinds: list[Kind] = [type(node).kind() for node in self.nodes]
         self.wire_into = {(w.target, w.target_field): w for w in graph.data_wires}
         self.version: Counter[int] = Counter()
@@ -131,8 +131,8 @@ class Reference:
     def depends_on(self, index: int) -> set[int]:
         """The same, and those that write what it reads beside its inputs."""
         volatile = [data for data in self.data_above(index) if type(self.nodes[data]).volatile]
-        keys = {key for data in volatile for key in self.graph.reads(data)}
-        return self.shows(index) | {i for i in range(len(self.nodes)) if keys & set(self.graph.writes(i))}
+        keys = {key for data in volatile for key in self.graph.instances[data].reads}
+        return self.shows(index) | {i.index for i in self.graph.instances if keys & set(i.writes)}
 
     def is_volatile(self, index: int) -> bool:
         return any(type(self.nodes[data]).volatile for data in self.data_above(index))

@@ -117,7 +117,7 @@ def test_types_settle_against_the_wires_too(file: MakeFile) -> None:
 def test_a_literal_with_its_type_settles_a_port(file: MakeFile) -> None:
     graph, _ = resolve(file, "{graph: g, nodes: {M: {type: Multiply, inputs: {a: {type: int, value: 2}}}}}")
     assert types_of(graph, "M") == {"a": "int", "b": "int", "product": "int"}
-    assert graph.by_id("M").node.a == 2  # type: ignore[attr-defined]
+    assert graph.by_id("M").make_node().a == 2  # type: ignore[attr-defined]
 
 
 def test_a_literal_without_a_type_takes_the_first_alternative_that_fits(file: MakeFile) -> None:
@@ -138,7 +138,7 @@ def test_a_wire_into_a_settled_port_is_converted(bench: MakeBench) -> None:
 
 def test_a_node_is_told_what_its_ports_were_settled_to_and_its_outputs_start_at_the_zero_of_it(file: MakeFile) -> None:
     graph, _ = resolve(file, "{graph: g, nodes: {V: Vectors, M: {type: Multiply, inputs: {a: {type: int, value: 2}}}}}")
-    node: Any = graph.by_id("M").node
+    node: Any = graph.by_id("M").make_node()
     assert {field: str(settled) for field, settled in node.settled.items()} == {
         "a": "int",
         "b": "int",
@@ -247,8 +247,8 @@ def test_literals_from_which_no_ports_can_be_grown_are_an_error_at_the_inputs(fi
 def test_a_literal_is_taken_in_the_representation_of_its_port(file: MakeFile) -> None:
     graph, findings = resolve(file, "{graph: g, nodes: {A: {type: Do, inputs: {a: 2, inputs:b: 3}}}}")
     assert codes(findings) == []
-    assert (graph.by_id("A").node.a, graph.by_id("A").node.b) == (2.0, 3.0)  # type: ignore[attr-defined]
-    assert isinstance(graph.by_id("A").node.a, float)  # type: ignore[attr-defined]
+    assert (graph.by_id("A").make_node().a, graph.by_id("A").make_node().b) == (2.0, 3.0)  # type: ignore[attr-defined]
+    assert isinstance(graph.by_id("A").make_node().a, float)  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize(
@@ -373,8 +373,8 @@ def test_an_override_sets_the_input_that_it_means(file: MakeFile, text: str) -> 
     graph, findings = resolve(file, "{graph: g, nodes: {A: {type: Do, inputs: {a: 1.0}}, BB: Do}}", override)
     assert codes(findings) == []
     assert override.used
-    assert graph.by_id("A").node.a == 5.0  # type: ignore[attr-defined]
-    assert graph.by_id("BB").node.a == 0.0  # type: ignore[attr-defined]
+    assert graph.by_id("A").make_node().a == 5.0  # type: ignore[attr-defined]
+    assert graph.by_id("BB").make_node().a == 0.0  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("text", ["B.a", "other/A.a", "A.c", "A.sum", "A.execIn", "robot/g/A.a"])
@@ -396,7 +396,7 @@ def test_an_override_may_say_how_often_a_node_is_executed(file: MakeFile, every:
     )
     assert codes(findings) == []
     assert override.used
-    assert getattr(graph.by_id("A.every").node, override.port) == 5
+    assert getattr(graph.by_id("A.every").make_node(), override.port) == 5
 
 
 @pytest.mark.parametrize(("text", "value"), [("A.every.hz", 0), ("A.every.hz", 20_000), ("A.every.hz", float("inf"))])

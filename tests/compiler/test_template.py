@@ -20,7 +20,7 @@ def resolve(path: Path, **bindings: Any) -> tuple[Graph | None, list[Finding]]:
 
 def literal(graph: Graph | None, node: str, field: str) -> Any:
     assert graph is not None
-    return getattr(graph.by_id(node).node, field)
+    return getattr(graph.by_id(node).make_node(), field)
 
 
 # Parameters

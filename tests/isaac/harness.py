@@ -43,7 +43,7 @@ def meaning(graph: Graph) -> dict[str, Any]:
         "runs": spec.runs,
         "evaluator": spec.evaluator,
         "nodes": [
-            (name, instance.cls.type_name, {f: _value(getattr(instance.node, f)) for f in sorted(instance.literals)})
+            (name, instance.cls.type_name, {f: _value(value) for f, value in sorted(instance.literals.items())})
             for name, instance in zip(names, graph.instances, strict=True)
         ],
         "settled": [{f: str(t) for f, t in sorted(instance.settled.items())} for instance in graph.instances],

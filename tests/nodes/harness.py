@@ -56,19 +56,19 @@ class Playing:
         """A node's instance."""
         graph, _, last = node_id.rpartition("/")
         return next(
-            instance.node
-            for plan in self.plans
-            if plan.graph.name.endswith(graph)
-            for instance in plan.graph.instances
+            node
+            for run in self.session.graphs
+            if run.name.endswith(graph)
+            for instance, node in zip(run.executor.plan.graph.instances, run.executor.nodes, strict=True)
             if instance.id == last
         )
 
     def set(self, node_id: str, field: str, value: Any) -> None:
         """Change a literal while the graph runs; what setup reads sets its graph up again."""
         for run in self.session.graphs:
-            for instance in run.executor.plan.graph.instances:
+            for instance, node in zip(run.executor.plan.graph.instances, run.executor.nodes, strict=True):
                 if instance.id == node_id:
-                    setattr(instance.node, field, value)
+                    setattr(node, field, value)
                     if instance.cls.fields[field].setup:
                         run.executor.setup()
 

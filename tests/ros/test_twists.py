@@ -40,8 +40,7 @@ def test_the_type_that_is_published_is_followed_and_silence_is_noticed_in_simula
     path.write_text(GRAPH)
     assembly, complaints = build.assemble(path), list[str]()
     session = build.start(assembly, LiveNetwork(lambda _: join(domain_id, "alice"), domain_id, complaints.append))
-    node: Any
-    (node,) = (instance.node for instance in assembly.plans[0].graph.instances if instance.id == "Twist")
+    node: Any = session.graphs[0].executor.node("Twist")
     still = messages.Vector3(*STILL)
     for speed, stamped in enumerate((True, False, True), 1):
         twist = messages.Twist(messages.Vector3(float(speed), 0.0, 0.0), still)

@@ -94,7 +94,7 @@ def test_a_graph_of_them_runs(acme: ModuleType, teleop: Path) -> None:
     assembly = build.assemble(teleop)
     assembly.findings.raise_errors()
     session = build.start(assembly, LiveNetwork(lambda _: MemoryTransport(), 0, print))
-    edge = assembly.plans[0].graph.by_id("Edge").node
+    edge = session.graphs[0].executor.node("Edge")
     presses = []
     for _ in range(4):
         session.step()

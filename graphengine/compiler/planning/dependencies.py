@@ -33,7 +33,7 @@ class DependencyGraph(WiredGraph):
         self.volatile: set[int] = set()
         writers: dict[str, set[int]] = {}
         for instance in self.graph.instances:
-            for key in self.graph.writes(instance.index):
+            for key in instance.writes:
                 writers.setdefault(key, set()).add(instance.index)
         for index in self.data_rank:
             instance = self.node(index)
@@ -41,7 +41,7 @@ class DependencyGraph(WiredGraph):
             written: set[int] = set()
             if instance.cls.volatile:
                 self.volatile.add(index)
-                written.update(*(writers.get(key, ()) for key in self.graph.reads(index)))
+                written.update(*(writers.get(key, ()) for key in self.node(index).reads))
             for source in self._sources_of_value(index):
                 if self.kinds[source] != "data":
                     shows.add(source)

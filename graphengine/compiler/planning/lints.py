@@ -14,12 +14,12 @@ def lint_reads_and_writes(regions: RegionGraph) -> None:
     running = set[int]().union(*regions.members)
     writers: dict[str, list[int]] = {}
     for index in sorted(running):
-        for name in regions.graph.writes(index):
+        for name in regions.node(index).writes:
             writers.setdefault(name, []).append(index)
     if not writers:
         return
     for instance in regions.graph.instances:
-        for name in regions.graph.reads(instance.index):
+        for name in instance.reads:
             readers = (
                 [instance.index] if regions.kinds[instance.index] != "data" else _consumers(regions, instance.index)
             )

@@ -220,7 +220,7 @@ class RegionGraph(DependencyGraph):
     def _fired_behind(self, wire: Wire) -> tuple[int, ...] | None:
         """The gates through which a wire fires in every pass; None where something else decides as well."""
         behind = self.gates.get(wire.source)
-        if behind is not None and isinstance(self.node(wire.source).node, Gate):
+        if behind is not None and issubclass(self.node(wire.source).cls, Gate):
             return None if self.fired_often(wire.source) else (*behind, wire.source)
         plain = self.kinds[wire.source] in ("event", "action") and not self.node(wire.source).cls.gated
         return behind if plain else None

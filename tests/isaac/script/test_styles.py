@@ -113,12 +113,12 @@ def test_a_type_that_is_not_here_is_told_at_its_place_and_kept(tmp_path: Path) -
 
 def test_values_have_the_types_of_their_ports(tmp_path: Path) -> None:
     (path,), _ = imported(SCRIPTS / "camera_helpers.py", tmp_path)
-    product = resolved(path)[0].by_id("Product").node
-    assert (product.width, product.height) == (640, 480)  # type: ignore[attr-defined]
+    product = resolved(path)[0].by_id("Product")
+    assert (product.value("width"), product.value("height")) == (640, 480)
     (path,), _ = imported(SCRIPTS / "numpy_values.py", tmp_path)
-    drive = resolved(path)[0].by_id("drive").node
-    assert drive.wheel_positions.tolist()[3] == [-0.2, -0.1, 0.0]  # type: ignore[attr-defined]
-    assert drive.wheel_orientations.tolist()[0] == [1.0, 0.0, 0.0, 0.0]  # type: ignore[attr-defined]
+    drive = resolved(path)[0].by_id("drive")
+    assert drive.value("wheel_positions").tolist()[3] == [-0.2, -0.1, 0.0]
+    assert drive.value("wheel_orientations").tolist()[0] == [1.0, 0.0, 0.0, 0.0]
 
 
 def test_typed_values_settle_ports_of_several_types(tmp_path: Path) -> None:

@@ -53,7 +53,7 @@ def resolved(path: Path) -> Resolved:
         found.nodes[instance.id] = (
             instance.cls.type_name,
             {
-                name: repr(getattr(instance.node, name))
+                name: repr(instance.value(name))
                 for name, port in instance.cls.fields.items()
                 if port.side == "inputs"
             },
