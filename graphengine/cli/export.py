@@ -38,7 +38,7 @@ def execute(arguments: argparse.Namespace) -> int:
         return 1
     assembly.world.close()
     findings = Findings()
-    graphs = [plan.graph for plan in assembly.plans]
+    graphs = assembly.planned
     _check_one(arguments.file, len(graphs), findings)
     script = write_script(graphs[0], findings) if graphs else ""
     print_findings(findings, notes=False)

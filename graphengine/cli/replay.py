@@ -193,11 +193,13 @@ def _counted(run: Replay) -> str:
 def _published_by(node: str, session: Session) -> list[str]:
     """The node: its type, where it stands in its file, and what stands on its ports in the replay."""
     for run in session.graphs:
-        graph = run.executor.plan.graph
+        graph = run.executor.graph
         for instance in graph.instances:
             if f"{graph.prim_path}/{instance.id}" == node:
                 wires = [wire for wire in graph.data_wires if wire.target == instance.index]
-                read = [f"{wire} = {_short(getattr(run.executor.nodes[wire.target], wire.target_field))}" for wire in wires]
+                read = [
+                    f"{wire} = {_short(getattr(run.executor.nodes[wire.target], wire.target_field))}" for wire in wires
+                ]
                 return [f"published by {node} ({instance.cls.type_name}, {instance.span})", *read]
     return [f"published by {node}"] if node else []
 

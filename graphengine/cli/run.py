@@ -98,7 +98,7 @@ def execute(arguments: argparse.Namespace) -> int:
         _recorder(arguments, assembly, session, network),
         _keys(session, console) as on_tick,
     ):
-        graphs = counted(len(assembly.plans), "graph")
+        graphs = counted(len(assembly.planned), "graph")
         what = f"{assembly.path}: {graphs}, {1.0 / session.clock.delta:g} Hz; {network.description}"
         rays = assembly.loaded.simulation.rays_in_use if assembly.loaded is not None else ""
         what += (f"; rays {rays}" if rays else "") + (f"; recorded to {arguments.record}" if arguments.record else "")

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from graphengine.compiler.graph import Wire
-    from graphengine.compiler.plan import Call, Plan, Region
+    from graphengine.compiler.graph import Graph, Wire
+    from graphengine.compiler.plan import Call, Region
     from graphengine.scene.assembly import Assembly
 
 
@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """0 without errors, 1 with."""
     from graphengine.cli.common import assemble, print_findings
-    from graphengine.compiler.codegen import write_source
+    from graphengine.compiler.codegen import source_of
 
     assembly = assemble(arguments)
     assembly.world.close()
@@ -44,17 +44,17 @@ def execute(arguments: argparse.Namespace) -> int:
         print_findings(assembly.findings, notes=False)
         return 1
     if arguments.mermaid:
-        print("\n".join(["flowchart LR", *map(mermaid, assembly.plans)]))
+        print("\n".join(["flowchart LR", *map(mermaid, assembly.planned)]))
         return 0
-    for number, plan in enumerate(assembly.plans):
+    for number, graph in enumerate(assembly.planned):
         if number:
             print()
         if arguments.plan:
-            print(f"# {_at(plan)}\n{write_source(plan).text}", end="")
+            print(f"# {_at(graph)}\n{source_of(graph.plan).text}", end="")
         elif arguments.schedule:
-            print(schedule(plan))
+            print(schedule(graph))
         else:
-            print(outline(plan))
+            print(outline(graph))
     return 0
 
 
@@ -81,11 +81,10 @@ def draw(assembly: Assembly, arguments: argparse.Namespace) -> int:
     return 1 if assembly.findings.errors else 0
 
 
-def _at(plan: Plan) -> str:
+def _at(graph: Graph) -> str:
     """Name, place and pace of a graph, on one line."""
     from graphengine.format.wording import printable
 
-    graph = plan.graph
     pushed = ", all nodes" if graph.flat.spec.evaluator == "push" else ""
     return printable(f"{graph.name}  at {graph.prim_path}, every {graph.runs.replace('_', ' ')}{pushed}")
 
@@ -98,10 +97,9 @@ def _value(value: Any) -> str:
     return printable(json.dumps(plain, ensure_ascii=False))
 
 
-def outline(plan: Plan) -> str:
+def outline(graph: Graph) -> str:
     """Nodes with their types and set values, then the wires."""
-    graph = plan.graph
-    lines = [_at(plan)]
+    lines = [_at(graph)]
     gates = {instance.part_of: instance.make_node() for instance in graph.instances if instance.part_of}
     for instance in (instance for instance in graph.instances if not instance.part_of):
         pace = f", {gates[instance.id]}" if instance.id in gates else ""
@@ -115,16 +113,15 @@ def outline(plan: Plan) -> str:
     return "\n".join([*lines, *(f"  {wire}" for wire in wires if id(wire.entry) in written)])
 
 
-def schedule(plan: Plan) -> str:
+def schedule(graph: Graph) -> str:
     """Regions in the order they are opened, nodes in the order they run."""
-    graph = plan.graph
-    lines = [_at(plan)]
-    constants = [graph.instances[refresh.node].id for refresh in plan.constants]
+    lines = [_at(graph)]
+    constants = [graph.instances[refresh.node].id for refresh in graph.plan.constants]
     if constants:
         lines.append(f"  once, before the first tick: {', '.join(constants)}")
-    for region in plan.regions:
+    for region in graph.plan.regions:
         lines.append(f"  {_occasion(region)}")
-        lines += _calls(plan, region)
+        lines += _calls(graph, region)
     return "\n".join(lines)
 
 
@@ -134,27 +131,27 @@ def _occasion(region: Region) -> str:
     return "each pass" if region.index == 0 else f"each time {region.title} fires"
 
 
-def _calls(plan: Plan, region: Region) -> Iterator[str]:
+def _calls(graph: Graph, region: Region) -> Iterator[str]:
     for call in region.calls:
         for refresh in call.refreshes:
             when = "when something it reads has changed" if refresh.if_stale else ""
-            yield _line(plan, refresh.node, "data", when)
-        instance = plan.graph.instances[call.node]
+            yield _line(graph, refresh.node, "data", when)
+        instance = graph.instances[call.node]
         kind, pace = ("gate", str(instance.make_node())) if instance.part_of else (call.kind, "")
-        yield _line(plan, call.node, kind, ", ".join(said for said in (pace, _when(plan, region, call)) if said))
+        yield _line(graph, call.node, kind, ", ".join(said for said in (pace, _when(graph, region, call)) if said))
 
 
-def _when(plan: Plan, region: Region, call: Call) -> str:
+def _when(graph: Graph, region: Region, call: Call) -> str:
     """Which wires a node in a region waits for."""
     if not call.guard:
         return ""
-    wires = [wire for wire in plan.graph.exec_wires if wire.target == call.node and _fires(plan, region, wire)]
+    wires = [wire for wire in graph.exec_wires if wire.target == call.node and _fires(graph, region, wire)]
     return f"when {' or '.join(str(wire.entry.source) for wire in wires)} fires"
 
 
-def _fires(plan: Plan, region: Region, wire: Wire) -> bool:
+def _fires(graph: Graph, region: Region, wire: Wire) -> bool:
     """Whether a wire may start its target in a region: not from a pusher, which opens another one, nor for later."""
-    kind = plan.graph.instances[wire.source].cls.kind()
+    kind = graph.instances[wire.source].cls.kind()
     if kind == "latent":
         return region.index == 0
     branches = [branch for call in region.calls if call.node == wire.source for branch in call.branches]
@@ -162,13 +159,12 @@ def _fires(plan: Plan, region: Region, wire: Wire) -> bool:
     return bool(branches) and kind != "pusher" and (wire.target, wire.target_field) not in later
 
 
-def _line(plan: Plan, index: int, kind: str, when: str) -> str:
-    return f"    {plan.graph.instances[index].id:28} {kind:7} {when}".rstrip()
+def _line(graph: Graph, index: int, kind: str, when: str) -> str:
+    return f"    {graph.instances[index].id:28} {kind:7} {when}".rstrip()
 
 
-def mermaid(plan: Plan) -> str:
+def mermaid(graph: Graph) -> str:
     """A graph's part of a flowchart: thick arrows carry execution, thin ones values."""
-    graph = plan.graph
     lines = [f'  subgraph {_safe(graph.name)}["{graph.name}"]']
     for instance in graph.instances:
         short = instance.cls.type_name.rpartition(".")[2]

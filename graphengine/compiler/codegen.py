@@ -9,8 +9,11 @@ from __future__ import annotations
 
 import itertools
 import linecache
+import weakref
 from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
+from types import CodeType
 from typing import Any
 
 from graphengine.compiler.plan import Branch, Call, Copy, Fire, Plan, Refresh, Region
@@ -18,9 +21,10 @@ from graphengine.node import types
 from graphengine.node.node_class import Node
 
 _serial = itertools.count()
+_programs: weakref.WeakKeyDictionary[Plan, Source] = weakref.WeakKeyDictionary()
 
 
-@dataclass(slots=True)
+@dataclass(eq=False)
 class Source:
     """Generated text, and for each of its lines the node that it runs."""
 
@@ -39,25 +43,32 @@ class Source:
         """All of it."""
         return "\n".join(self.lines) + "\n"
 
+    @cached_property
+    def code(self) -> CodeType:
+        """The text, compiled and registered for tracebacks as long as it is used."""
+        linecache.cache[self.name] = (len(self.text), None, self.text.splitlines(keepends=True), self.name)
+        weakref.finalize(self, linecache.cache.pop, self.name, None)
+        return compile(self.text, self.name, "exec")
+
     def node_at(self, line: int) -> int | None:
         """The node that a line, counted from 1, runs."""
         return self.nodes[line - 1] if 1 <= line <= len(self.nodes) else None
 
 
-def write_source(plan: Plan) -> Source:
-    """The text of a plan's functions: `constants`, `pass_` for ticks, `ENDINGS` for between, and one a pusher's region."""
-    graph = plan.graph
-    source = Source(f"<graph: {graph.flat.loaded.document.source.path} as {graph.name} #{next(_serial)}>")
-    source.add([f"s{data} = 1" for data in plan.flagged])
-    source.add([f"l{index} = 0" for index, _ in plan.root.pending])
+def source_of(plan: Plan) -> Source:
+    """The text of a plan's functions, which all sessions share."""
+    if plan not in _programs:
+        _programs[plan] = _write_source(plan)
+    return _programs[plan]
+
+
+def _write_source(plan: Plan) -> Source:
+    """Functions: `constants`, `pass_` for ticks, `ENDINGS` for between, and one a pusher's region."""
+    source = Source(f"<graph: {plan.path} #{next(_serial)}>")
     _write_constants(plan, source)
     for region in reversed(plan.regions):  # children first reads like definitions before use
         _write_region(plan, region, source)
     return source
-
-
-def _name(plan: Plan, index: int) -> str:
-    return plan.graph.instances[index].id
 
 
 def _write_constants(plan: Plan, source: Source) -> None:
@@ -95,7 +106,7 @@ def _write_region(plan: Plan, region: Region, source: Source) -> None:
             source.add([f"if {guard}:"], None, 1)
         for call in calls:
             indent = 2 if guard else 1
-            source.add([f"# {_name(plan, call.node)}"], None, indent)
+            source.add([f"# {plan.ids[call.node]}"], None, indent)
             _write_call(call, source, indent)
     if not region.calls:
         source.add(["pass"], None, 1)
@@ -242,8 +253,8 @@ def _bounded(node: Node) -> Callable[[], Iterator[int]]:
     return pushes
 
 
-def compile_source(
-    source: Source,
+def bind(
+    plan: Plan,
     nodes: list[Node],
     setup_again: Callable[[int], None],
     activate: Callable[[int], None],
@@ -251,10 +262,10 @@ def compile_source(
     caught: tuple[type[Exception], ...],
     failed: Container[int],
 ) -> dict[str, Any]:
-    """Bind the functions of a generated text to their nodes.
+    """Bind the functions that a plan is generated to, and their flags, to nodes.
 
     Args:
-        source: the text.
+        plan: of the nodes' graph.
         nodes: by their indices.
         setup_again: called when an input that a node reads in setup changed.
         activate: called when a latent node has started.
@@ -262,13 +273,12 @@ def compile_source(
         caught: exceptions that end a node's branch only.
         failed: nodes whose last setup failed; they are set up again before they compute.
     """
+    source = source_of(plan)
     namespace: dict[str, Any] = {"setup_again": setup_again, "activate": activate, "fault": fault, "equal": types.equal}
     namespace |= {"caught": caught, "failed": failed}
     namespace |= types.CONVERTERS
     namespace |= {f"n{i}": node for i, node in enumerate(nodes)}
     namespace |= {f"c{i}": _bounded(node) if node.kind() == "pusher" else node.compute for i, node in enumerate(nodes)}
-    linecache.cache[source.name] = (len(source.text), None, source.text.splitlines(keepends=True), source.name)
-    exec(
-        compile(source.text, source.name, "exec"), namespace
-    )  # our own text: names in it are indices and fields of classes
+    namespace |= {f"s{data}": 1 for data in plan.flagged} | {f"l{index}": 0 for index, _ in plan.root.pending}
+    exec(source.code, namespace)  # our own text: names in it are indices and fields of classes
     return namespace

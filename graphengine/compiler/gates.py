@@ -137,6 +137,16 @@ def add_gates(graph: Graph, findings: Findings) -> list[Instance]:
     return list(gates.values())
 
 
+def rate(graph: Graph, index: int, passes: float) -> float | None:
+    """How often a node runs in a second of so many passes; None where that cannot be told beforehand."""
+    gates = graph.plan.gates.get(index)
+    often: float | None = passes if gates is not None else None
+    for gate in gates or ():
+        node = graph.instances[gate].make_node()
+        often = node.rate(often) if often is not None and isinstance(node, Gate) else None
+    return often
+
+
 def _gated_pins(graph: Graph, instance: Instance, findings: Findings) -> dict[tuple[int, str], str]:
     """The pins of a node that have gates, and what these are called; none after a mistake."""
     entry = instance.entry

@@ -8,6 +8,7 @@ from typing import Any, Literal, TypeVar
 
 import numpy as np
 
+from graphengine.compiler.plan import Plan
 from graphengine.compiler.template import FlatGraph, NodeEntry, WireEntry
 from graphengine.format.diagnostics import Finding, Span
 from graphengine.format.errors import ContextError
@@ -71,6 +72,11 @@ class Wire:
     order: int
 
     @property
+    def ends(self) -> tuple[int, str, int, str]:
+        """Source and target: index and field of each."""
+        return self.source, self.source_field, self.target, self.target_field
+
+    @property
     def span(self) -> Span:
         """Where it stands in the file."""
         return self.entry.span
@@ -79,7 +85,7 @@ class Wire:
         return f"{self.entry.source} -> {self.entry.target}"
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Graph:
     """Typed instances and wires of one graph, put at a prim."""
 
@@ -94,6 +100,8 @@ class Graph:
     variable_types: dict[str, PortType] = field(default_factory=dict)
     left_open: dict[str, None] = field(default_factory=dict)
     """Ports, in order, that need a value and are given none but by a graph around this one."""
+    plan: Plan = field(init=False)
+    """How it runs; a graph with a circle has none."""
 
     @property
     def runs(self) -> Literal["tick", "physics_step"]:

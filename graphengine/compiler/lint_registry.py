@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar, cast
 
 if TYPE_CHECKING:
-    from graphengine.compiler.graph import Instance
-    from graphengine.compiler.plan import Plan
+    from graphengine.compiler.graph import Graph, Instance
     from graphengine.devices.stage import Stage
     from graphengine.format.diagnostics import Findings, Span
     from graphengine.messages.endpoints import EndpointClaim
@@ -21,17 +20,17 @@ N = TypeVar("N", bound="Node")
 class LintContext:
     """What a lint may look at, and where it tells."""
 
-    graphs: Sequence[Plan]
+    graphs: Sequence[Graph]
     stage: Stage
     claims: Sequence[EndpointClaim]
     findings: Findings
 
-    def nodes(self, cls: type[N]) -> Iterator[tuple[Plan, Instance, N]]:
+    def nodes(self, cls: type[N]) -> Iterator[tuple[Graph, Instance, N]]:
         """The nodes of a type: their graph, their place in it, and a node with the values that its inputs have at the start."""
-        for plan in self.graphs:
-            for instance in plan.graph.instances:
+        for graph in self.graphs:
+            for instance in graph.instances:
                 if issubclass(instance.cls, cls):
-                    yield plan, instance, cast("N", instance.make_node())
+                    yield graph, instance, cast("N", instance.make_node())
 
     def disagree(self, code: str, message: str, claim: EndpointClaim, other: EndpointClaim, remedy: str) -> None:
         """Tell of a claim that cannot live together with another one."""
@@ -45,9 +44,9 @@ class LintContext:
 
     def instance(self, prim_path: str) -> Instance | None:
         """The node at a prim path."""
-        for plan in self.graphs:
-            for instance in plan.graph.instances:
-                if f"{plan.graph.prim_path}/{instance.id}" == prim_path:
+        for graph in self.graphs:
+            for instance in graph.instances:
+                if f"{graph.prim_path}/{instance.id}" == prim_path:
                     return instance
         return None
 

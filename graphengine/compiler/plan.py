@@ -7,10 +7,10 @@ prints it, `codegen` turns it into source.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 
-from graphengine.compiler.gates import Gate
-from graphengine.compiler.graph import Graph
 from graphengine.node.node_class import Ending
 
 
@@ -117,35 +117,33 @@ class Region:
     """Of a region that starts outside of ticks: the method of its events."""
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, eq=False)
 class Plan:
-    """Everything that the generated functions do."""
+    """Everything that the generated functions do; graphs of one file that differ in their literals only share one.
 
-    graph: Graph
-    regions: list[Region] = field(default_factory=list)
-    constants: list[Refresh] = field(default_factory=list)
-    """Data nodes that cannot change while the graph runs, computed once."""
-    constant_copies: list[Copy] = field(default_factory=list)
+    Its nodes are numbered as the instances of each of these graphs are, whose literals are a row each.
+    """
+
+    path: Path
+    """The graph file."""
+    ids: tuple[str, ...]
+    """Names of the nodes in the file."""
+    regions: tuple[Region, ...]
+    gates: Mapping[int, tuple[int, ...]]
+    """Of nodes that run in every pass while no node raises, except for gates above them: these gates."""
     flagged: tuple[int, ...] = ()
     """Data nodes with a run-time flag that says whether they are stale."""
-    latent_marks: dict[int, tuple[int, ...]] = field(default_factory=dict)
+    latent_marks: Mapping[int, tuple[int, ...]] = field(default_factory=dict)
     """Data nodes that become stale when a latent node was updated."""
-    order: list[int] = field(default_factory=list)
+    constants: tuple[Refresh, ...] = ()
+    """Data nodes that cannot change while the graph runs, computed once."""
+    constant_copies: tuple[Copy, ...] = ()
+    order: tuple[int, ...] = ()
     """Every node that can run, in schedule order, each data node before its first consumer; setup follows it."""
-    early: set[int] = field(default_factory=set)
+    early: frozenset[int] = frozenset()
     """Data nodes that change while the graph runs, but whose values inputs that are read in `setup` need before."""
-    gates: dict[int, tuple[int, ...]] = field(default_factory=dict)
-    """Of nodes that run in every pass while no node raises, except for gates above them: these gates."""
 
     @property
     def root(self) -> Region:
         """The region that starts from the events of a pass."""
         return self.regions[0]
-
-    def rate(self, index: int, passes: float) -> float | None:
-        """How often a node runs in a second of so many passes; None where that cannot be told beforehand."""
-        rate: float | None = passes if index in self.gates else None
-        for gate in self.gates.get(index, ()):
-            node = self.graph.instances[gate].make_node()
-            rate = node.rate(rate) if rate is not None and isinstance(node, Gate) else None
-        return rate

@@ -6,10 +6,9 @@ from collections.abc import Iterable, Sequence
 
 import networkx as nx
 
-from graphengine.compiler.gates import EveryHz
-from graphengine.compiler.graph import Instance, asking, refusal
+from graphengine.compiler.gates import EveryHz, rate
+from graphengine.compiler.graph import Graph, Instance, asking, refusal
 from graphengine.compiler.lint_registry import LINTS, LintContext
-from graphengine.compiler.plan import Plan
 from graphengine.compiler.template import WireEntry
 from graphengine.devices.backend import World
 from graphengine.devices.dry_world import DryWorld
@@ -24,20 +23,20 @@ from graphengine.node.context.services import Services
 from graphengine.runtime.graph_run import make_graph_run
 
 
-def check_plans(
-    plans: Sequence[Plan],
+def check_graphs(
+    graphs: Sequence[Graph],
     world: World,
     findings: Findings,
     *,
     prims_known: bool,
-    beside: Sequence[Plan] = (),
+    beside: Sequence[Graph] = (),
     claimed: Sequence[EndpointClaim] = (),
     permissions: Permissions | None = None,
 ) -> list[EndpointClaim]:
     """Set every node up dry, over the same prims without physics, and lint what they ask for; topics they claim.
 
     Args:
-        plans: the graphs in the order they run.
+        graphs: in the order they run.
         world: whose prims there are.
         findings: where mistakes go.
         prims_known: as for `dry_setup`.
@@ -45,16 +44,18 @@ def check_plans(
         claimed: topics of those.
         permissions: what graphs may do; nothing by default.
     """
+    for graph in graphs:
+        lint_structure(graph, findings)
     dry = DryWorld(world.stage, world.tick_period, world.substeps)
-    claims = dry_setup(plans, dry, findings, prims_known=prims_known, permissions=permissions)
+    claims = dry_setup(graphs, dry, findings, prims_known=prims_known, permissions=permissions)
     if prims_known:  # else it is not known how often there is a tick
-        lint_rates(plans, dry, findings)
-    lint_claims(LintContext([*beside, *plans], world.stage, [*claimed, *claims], findings))
+        lint_rates(graphs, dry, findings)
+    lint_claims(LintContext([*beside, *graphs], world.stage, [*claimed, *claims], findings))
     return claims
 
 
 def dry_setup(
-    plans: Sequence[Plan],
+    graphs: Sequence[Graph],
     world: World,
     findings: Findings,
     *,
@@ -64,60 +65,59 @@ def dry_setup(
     """Set up every node over a world and no network; what nodes ask for is the answer, what is wrong becomes findings.
 
     Args:
-        plans: the graphs in the order they run.
+        graphs: in the order they run.
         world: where prims are looked up.
         findings: where mistakes go.
         prims_known: whether the stage is that of a scene; without one, missing prims are no mistakes.
         permissions: what graphs may do; nothing by default.
     """
     services = Services(world, DryNetwork(), permissions=permissions or Permissions())
-    for plan in plans:
-        _dry_setup_graph(plan, services, findings, prims_known=prims_known)
+    for graph in graphs:
+        _dry_setup_graph(graph, services, findings, prims_known=prims_known)
     return services.claims
 
 
-def _dry_setup_graph(plan: Plan, services: Services, findings: Findings, *, prims_known: bool) -> None:
+def _dry_setup_graph(graph: Graph, services: Services, findings: Findings, *, prims_known: bool) -> None:
     skipped = 0
-    faulty, failed = _faulty(plan, findings), set[int]()
+    faulty, failed = _faulty(graph, findings), set[int]()
     sources: dict[int, set[int]] = {}
-    for wire in plan.graph.data_wires:
+    for wire in graph.data_wires:
         sources.setdefault(wire.target, set()).add(wire.source)
 
     def fail(index: int, error: GraphError) -> None:
         nonlocal skipped
         failed.add(index)
-        if index in faulty and _follows(plan.graph.instances[index], error):
+        if index in faulty and _follows(graph.instances[index], error):
             return
         if sources.get(index, set()) & failed:  # it may lack only what a failed node would have told it
             return
         if isinstance(error, PrimError | JointError) and not prims_known:
             skipped += 1
         else:
-            findings.put(explain(plan.graph.instances[index], error))
+            findings.put(explain(graph.instances[index], error))
 
-    run = make_graph_run(plan, services, _clock(plan, services.world))
+    run = make_graph_run(graph, services, _clock(graph, services.world))
     run.executor.setup(fail)
-    run.executor.close()  # what the nodes claimed stays: it is the answer
     for index, path, prim in run.contexts.asked():
         robot = services.stage.robot_of(prim)
         if robot is not None and not services.stage.is_literal(path, prim):
-            _, span = asking(plan.graph.instances[index], path)
+            _, span = asking(graph.instances[index], path)
             below = prim.path.removeprefix(f"{robot.path}/")  # a fleet has one note, not one a robot
             findings.add("N105", f"the path leaves links out; the prim is {below} of its robot", span)
     if skipped:
-        nodes = f"{skipped} nodes of {plan.graph.name} ask" if skipped > 1 else f"a node of {plan.graph.name} asks"
-        span = plan.graph.flat.loaded.document.span("graph")
+        nodes = f"{skipped} nodes of {graph.name} ask" if skipped > 1 else f"a node of {graph.name} asks"
+        span = graph.flat.loaded.document.span("graph")
         no_scene = any(finding.code.startswith("S") for finding in findings.errors)
         remedy = "the scene could not be loaded" if no_scene else "give the scene with --scene"
         findings.add("N102", f"{nodes} for prims, which were not checked", span, remedy)
 
 
-def _faulty(plan: Plan, findings: Findings) -> set[int]:
+def _faulty(graph: Graph, findings: Findings) -> set[int]:
     """Nodes that lack a value because of a mistake that was told already: what else goes wrong in them follows from it."""
     told = {str(finding.span) for finding in findings.errors}
-    refused = {wire.target.node for wire in _refused(plan)}
+    refused = {wire.target.node for wire in _refused(graph)}
     faulty = set()
-    for instance in plan.graph.instances:
+    for instance in graph.instances:
         entry = instance.entry
         places = [entry.key_span(), *(entry.span("inputs", name) for name in entry.spec.inputs)]
         places += [entry.key_span("inputs", name) for name in entry.spec.inputs]
@@ -133,10 +133,10 @@ def _follows(instance: Instance, error: GraphError) -> bool:
     return asking(instance, error.value)[0] in instance.refused
 
 
-def _refused(plan: Plan) -> list[WireEntry]:
+def _refused(graph: Graph) -> list[WireEntry]:
     """Wires of the file that came to nothing."""
-    made = {id(wire.entry) for wire in (*plan.graph.data_wires, *plan.graph.exec_wires)}
-    return [entry for entry in plan.graph.flat.wires if id(entry) not in made]
+    made = {id(wire.entry) for wire in (*graph.data_wires, *graph.exec_wires)}
+    return [entry for entry in graph.flat.wires if id(entry) not in made]
 
 
 def explain(instance: Instance, error: GraphError) -> Finding:
@@ -151,13 +151,13 @@ def explain(instance: Instance, error: GraphError) -> Finding:
     return Finding("G307", message, instance.span, tuple(d for d in details if d.startswith("inputs: ")), via)
 
 
-def lint_structure(plan: Plan, findings: Findings) -> None:
+def lint_structure(graph: Graph, findings: Findings) -> None:
     """Nodes that never run. What a refused wire leads to would look idle, and what a graph around this one starts."""
-    if _refused(plan) or plan.graph.flat.unread or plan.graph.flat.declared:
+    if _refused(graph) or graph.flat.unread or graph.flat.declared:
         return
-    running = set(plan.order)
-    events = [i.id for i in plan.graph.instances if i.cls.kind() == "event"]
-    for instance in plan.graph.instances:
+    running = set(graph.plan.order)
+    events = [i.id for i in graph.instances if i.cls.kind() == "event"]
+    for instance in graph.instances:
         if instance.index in running or instance.part_of:
             continue
         if instance.cls.kind() == "data":
@@ -171,12 +171,12 @@ def lint_structure(plan: Plan, findings: Findings) -> None:
         findings.add(code, message, instance.span, hint, related=instance.entry.via)
 
 
-def lint_rates(plans: Sequence[Plan], world: World, findings: Findings) -> None:
+def lint_rates(graphs: Sequence[Graph], world: World, findings: Findings) -> None:
     """Nodes that are to be executed more often than what leads to them is."""
-    for plan in plans:
-        passes = 1.0 / _clock(plan, world).delta
-        for gate in plan.graph.instances:
-            most = plan.rate(gate.index, passes) or passes
+    for graph in graphs:
+        passes = 1.0 / _clock(graph, world).delta
+        for gate in graph.instances:
+            most = rate(graph, gate.index, passes) or passes
             if not issubclass(gate.cls, EveryHz) or gate.value("hz") <= most:
                 continue
             often = f"{gate.value('hz'):g} times a second, and cannot more often than {most:g} times"
@@ -184,10 +184,10 @@ def lint_rates(plans: Sequence[Plan], world: World, findings: Findings) -> None:
             findings.add("W106", f"{gate.part_of} is to run {often}", gate.span, remedy, related=gate.entry.via)
 
 
-def _clock(plan: Plan, world: World) -> Clock:
+def _clock(graph: Graph, world: World) -> Clock:
     """Counts the passes of a graph."""
     numerator, denominator = world.tick_period
-    return Clock((numerator, denominator * (world.substeps if plan.graph.runs == "physics_step" else 1)))
+    return Clock((numerator, denominator * (world.substeps if graph.runs == "physics_step" else 1)))
 
 
 def lint_claims(context: LintContext) -> None:
@@ -205,9 +205,9 @@ def _check_places(context: LintContext) -> None:
     """Graphs of a robot that stand outside of it: they mean another robot, or none, and collect no namespace of this one."""
     told: set[str] = set()  # a fleet has one mistake, not one a robot
     prims = {robot.entity_name: robot.path for robot in context.stage.prims("robot")}
-    for plan in context.graphs:
-        robot, _, name = plan.graph.name.partition("/")
-        path, document = plan.graph.prim_path, plan.graph.flat.loaded.document
+    for graph in context.graphs:
+        robot, _, name = graph.name.partition("/")
+        path, document = graph.prim_path, graph.flat.loaded.document
         own = prims.get(robot, f"/{robot}")
         if not name or at_or_below(path, own) or str(document.path) in told:
             continue

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-import linecache
 from collections.abc import Callable, Iterable
 from typing import Any
 
 from graphengine.compiler import codegen
-from graphengine.compiler.plan import Copy, Plan
+from graphengine.compiler.graph import Graph
+from graphengine.compiler.plan import Copy
 from graphengine.format.errors import BadValueError, ContextError, GraphError, NodeError
 from graphengine.node import types
 from graphengine.node.context.context import Context
@@ -19,10 +19,10 @@ ContextFactory = Callable[[int], Context]
 
 
 class Executor:
-    """Runs a plan.
+    """Runs the plan of a graph.
 
     Args:
-        plan: what to do.
+        graph: with its plan.
         context_of: where nodes get their contexts.
         now: simulation tick and time, for messages.
         fault: receives each fault of a node, which then ends the node's branch only; None ends the run at the first.
@@ -31,48 +31,48 @@ class Executor:
 
     def __init__(
         self,
-        plan: Plan,
+        graph: Graph,
         context_of: ContextFactory,
         now: Callable[[], tuple[int, float]],
         fault: Callable[[NodeError], None] | None = None,
         dropped: Callable[[int, BadValueError], None] | None = None,
     ) -> None:
-        self.plan = plan
-        self.nodes = [instance.make_node() for instance in plan.graph.instances]
-        self.source = codegen.write_source(plan)
+        self.graph = graph
+        self.plan = graph.plan
+        self.nodes = [instance.make_node() for instance in graph.instances]
         self._context_of = context_of
         self._now = now
         self._fault = fault
         self._dropped = dropped
-        self._wired = {(wire.target, wire.target_field) for wire in plan.graph.data_wires}
+        self._wired = {(wire.target, wire.target_field) for wire in graph.data_wires}
         self._failed: set[int] = set()
         self._active: dict[int, None] = {}
         """Latent nodes; one that starts again keeps its place."""
         self._outputs_of_setup: dict[int, dict[str, Any]] = {}
         caught = (Exception,) if fault else (BadValueError,) if dropped else ()
-        self._functions = codegen.compile_source(
-            self.source, self.nodes, self._setup_again, self._active.setdefault, self._end_branch, caught, self._failed
+        self._functions = codegen.bind(
+            self.plan, self.nodes, self._setup_again, self._active.setdefault, self._end_branch, caught, self._failed
         )
         self._pass: Callable[[], None] = self._functions["pass_"]
         self._set_pins()
 
     def node(self, node_id: str) -> Node:
         """The node of a name in the file, `Instance/Node` within a subgraph."""
-        return self.nodes[self.plan.graph.by_id(node_id).index]
+        return self.nodes[self.graph.by_id(node_id).index]
 
     def _set_pins(self) -> None:
         """The input of a node with a single wire always fires once and is told so now; no other has fired.
 
         In a push graph all have fired but control pins.
         """
-        if self.plan.graph.flat.spec.evaluator == "push":
+        if self.graph.flat.spec.evaluator == "push":
             for node in self.nodes:
                 for port in type(node).fields.values():
                     if port.is_exec and port.side == "inputs":
                         setattr(node, port.field, 0 if port.control else 1)
             return
         told = {call.node for region in self.plan.regions for call in region.calls if call.pins}
-        for wire in self.plan.graph.exec_wires:
+        for wire in self.graph.exec_wires:
             setattr(self.nodes[wire.target], wire.target_field, 0 if wire.target in told else 1)
 
     def setup(self, failed: Callable[[int, GraphError], None] | None = None) -> None:
@@ -231,10 +231,10 @@ class Executor:
 
     def _culprit(self, error: Exception) -> int | None:
         """The node whose line of the generated text an exception came through last."""
-        found, traceback = None, error.__traceback__
+        found, traceback, source = None, error.__traceback__, codegen.source_of(self.plan)
         while traceback is not None:
-            if traceback.tb_frame.f_code.co_filename == self.source.name:
-                found = self.source.node_at(traceback.tb_lineno)
+            if traceback.tb_frame.f_code.co_filename == source.name:
+                found = source.node_at(traceback.tb_lineno)
             traceback = traceback.tb_next
         return found
 
@@ -265,20 +265,16 @@ class Executor:
         tick, time = self._now()
         when = f"at tick {tick}, {time:.6g} s"
         if index is None:
-            return NodeError(f"graph {self.plan.graph.name}, {when}: {type(error).__name__}: {error}")
-        instance = self.plan.graph.instances[index]
+            return NodeError(f"graph {self.graph.name}, {when}: {type(error).__name__}: {error}")
+        instance = self.graph.instances[index]
         node = self.nodes[index]
         inputs = [p for p in type(node).fields.values() if p.side == "inputs" and not p.is_exec]
         shown = ", ".join(f"{p.name}={_short(getattr(node, p.field, None))}" for p in inputs)
         return NodeError(
             f"{instance.span}: node {instance.id} ({type(node).type_name}) raised {type(error).__name__}: {error}\n"
-            f"  {when}, in graph {self.plan.graph.name}\n"
+            f"  {when}, in graph {self.graph.name}\n"
             f"  inputs: {shown or 'none'}"
         )
-
-    def close(self) -> None:
-        """Forget the generated text."""
-        linecache.cache.pop(self.source.name, None)
 
 
 def _short(value: Any) -> str:

@@ -6,8 +6,8 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from graphengine.compiler.graph import visible
-from graphengine.compiler.plan import Plan
+from graphengine.compiler.gates import rate
+from graphengine.compiler.graph import Graph, visible
 from graphengine.devices.stage import Prim, at_or_below
 from graphengine.format.errors import BadValueError, NodeError
 from graphengine.node.clock import Clock
@@ -20,30 +20,30 @@ from graphengine.runtime.executor import Executor
 class GraphContexts:
     """Hands out the context of each node, by its index; a new one closes what the old one handed out."""
 
-    def __init__(self, plan: Plan, services: Services, clock: Clock, variables: dict[str, Variable]) -> None:
-        self._plan = plan
+    def __init__(self, graph: Graph, services: Services, clock: Clock, variables: dict[str, Variable]) -> None:
+        self._graph = graph
         self._services = services
         self._clock = clock
         self._variables = variables
         self._contexts: dict[int, Context] = {}
         self._wired: defaultdict[int, Counter[str]] = defaultdict(Counter)
-        for wire in plan.graph.data_wires:
+        for wire in graph.data_wires:
             self._wired[wire.source][wire.source_field] += 1
-        for wire in plan.graph.exec_wires:
+        for wire in graph.exec_wires:
             self._wired[wire.target][wire.target_field] += 1
 
     def __call__(self, index: int) -> Context:
         """The context of one node."""
         if index in self._contexts:
             self._contexts[index].close()
-        graph = self._plan.graph
+        graph = self._graph
         instance = graph.instances[index]
         context = Context(
             self._services,
             self._clock,
             graph.name,
             f"{graph.prim_path}/{instance.id}",
-            self._plan.rate(index, 1.0 / self._clock.delta),
+            rate(graph, index, 1.0 / self._clock.delta),
             visible(instance.id, self._variables),
             graph.runs,
             self._wired[index],
@@ -84,24 +84,23 @@ class GraphRun:
     @property
     def name(self) -> str:
         """As messages call it: the robot's name, if it belongs to one, and its own."""
-        return self.executor.plan.graph.name
+        return self.executor.graph.name
 
     @property
     def on_physics_step(self) -> bool:
         """Whether it runs after each physics step, not once a tick."""
-        return self.executor.plan.graph.runs == "physics_step"
+        return self.executor.graph.runs == "physics_step"
 
     def close(self) -> None:
         """Close what its nodes hold; safe to call twice."""
-        self.executor.close()
         self.contexts.close()
 
 
 def make_graph_run(
-    plan: Plan, services: Services, clock: Clock, fault: Callable[[NodeError], None] | None = None
+    graph: Graph, services: Services, clock: Clock, fault: Callable[[NodeError], None] | None = None
 ) -> GraphRun:
     """Make the run of a graph, not set up yet; `fault` receives the faults of nodes, else the first one ends the run."""
-    graph, dropped = plan.graph, services.dropped
+    dropped = services.dropped
 
     def drop(index: int, error: BadValueError) -> None:
         instance = graph.instances[index]
@@ -113,8 +112,8 @@ def make_graph_run(
             where = f"{instance.span}: {instance.cls.type_name} in graph {graph.name}"
             services.warn(node, "\n  ".join([f"{what}; dropped at tick {clock.frame}{others}", where, *more]))
 
-    variables = {name: Variable(default) for name, default in plan.graph.variables.items()}
-    contexts = GraphContexts(plan, services, clock, variables)
+    variables = {name: Variable(default) for name, default in graph.variables.items()}
+    contexts = GraphContexts(graph, services, clock, variables)
     dropping = drop if dropped is not None else None
-    executor = Executor(plan, contexts, lambda: (clock.frame, clock.time), fault, dropping)
+    executor = Executor(graph, contexts, lambda: (clock.frame, clock.time), fault, dropping)
     return GraphRun(executor, variables, contexts)

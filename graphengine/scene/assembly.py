@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graphengine.compiler.graph import Graph
-from graphengine.compiler.plan import Plan
 from graphengine.compiler.registry import Registry, default_registry
 from graphengine.devices.backend import World
 from graphengine.devices.dry_world import DryWorld
@@ -26,15 +25,15 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class Assembly:
-    """Everything that was read and checked: graphs with their plans, the stage, and the world if there is one."""
+    """Everything that was read and checked: graphs and their plans, the stage, and the world if there is one."""
 
     path: Path
     options: Options
     files: Files
     findings: Findings = field(default_factory=Findings)
     graphs: list[Graph] = field(default_factory=list)
-    """Those without a plan too."""
-    plans: list[Plan] = field(default_factory=list)
+    """Those that cannot be planned too."""
+    planned: list[Graph] = field(default_factory=list)
     claims: list[EndpointClaim] = field(default_factory=list)
     world: World = field(default_factory=lambda: DryWorld(Stage()))
     loaded: LoadedWorld | None = None

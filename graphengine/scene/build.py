@@ -10,9 +10,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from graphengine.compiler.graph import Graph
 from graphengine.compiler.literals import Override
 from graphengine.compiler.namespaces import write_namespaces
-from graphengine.compiler.plan import Plan
+from graphengine.compiler.planning import share_plans
 from graphengine.compiler.registry import default_registry
 from graphengine.devices.stage import at_or_below
 from graphengine.format import document, spec_reader
@@ -31,7 +32,7 @@ from graphengine.runtime.graph_run import make_graph_run
 from graphengine.runtime.session import Session
 from graphengine.scene.assembly import Assembly, Options
 from graphengine.scene.roster import SceneRoster
-from graphengine.scene.uses import GraphFile, find_use, plan_graphs, resolve_uses, robot_uses, use_place
+from graphengine.scene.uses import GraphFile, find_use, resolve_uses, robot_uses, use_place
 
 if TYPE_CHECKING:
     from graphengine.physics.loading import LoadedWorld
@@ -137,14 +138,14 @@ def _plan(assembly: Assembly, uses: Sequence[GraphFile]) -> None:
     overrides = Override.parse_all(assembly.options.overrides)
     findings = assembly.findings
     assembly.graphs = resolve_uses(uses, assembly.files, assembly.registry, findings, overrides)
-    assembly.plans = plan_graphs(assembly.graphs, findings)
+    assembly.planned = share_plans(assembly.graphs, findings)
     if assembly.loaded is not None:
-        write_namespaces(assembly.loaded.scenery.scene, assembly.loaded.stage, assembly.plans, findings)
+        write_namespaces(assembly.loaded.scenery.scene, assembly.loaded.stage, assembly.planned, findings)
     unused = [override for override in overrides if not override.used]
     if unused and not findings.errors:
-        raise UsageError(_unmatched(unused[0], assembly.plans))
-    assembly.claims = check.check_plans(
-        assembly.plans,
+        raise UsageError(_unmatched(unused[0], assembly.planned))
+    assembly.claims = check.check_graphs(
+        assembly.planned,
         assembly.world,
         findings,
         prims_known=assembly.loaded is not None,
@@ -156,7 +157,7 @@ def _lint_idle_robots(assembly: Assembly) -> None:
     """Report robots of a scene that no node of any graph commands or moves."""
     if assembly.loaded is None or assembly.findings.errors:
         return
-    keys = {key for plan in assembly.plans for index in plan.order for key in plan.graph.instances[index].writes}
+    keys = {key for graph in assembly.planned for index in graph.plan.order for key in graph.instances[index].writes}
     if UNKNOWN_PRIM in keys:
         return
     moved = {key.partition(":")[2].partition(".")[0] for key in keys if ":/" in key}
@@ -174,9 +175,9 @@ def _lint_idle_robots(assembly: Assembly) -> None:
             )
 
 
-def _unmatched(override: Override, plans: Sequence[Plan]) -> str:
+def _unmatched(override: Override, graphs: Sequence[Graph]) -> str:
     """Which part of a `--set` names nothing, and what is near."""
-    nodes = {f"{plan.graph.name}/{instance.id}": instance for plan in plans for instance in plan.graph.instances}
+    nodes = {f"{graph.name}/{instance.id}": instance for graph in graphs for instance in graph.instances}
     meant = list(dict.fromkeys(instance.cls for path, instance in nodes.items() if override.matches(path)))
     if meant:
         ports = [port for cls in meant for port in cls.fields.values() if port.side == "inputs" and not port.is_exec]
@@ -217,10 +218,10 @@ def start(
         GraphError: a node could not be set up.
     """
     assembly.findings.raise_errors()
-    for plan in assembly.plans:
-        if plan.graph.left_open:
-            ports = ", ".join(plan.graph.left_open)
-            raise UsageError(f"{plan.graph.name} is a part of other graphs, which give it {ports}; run one of those")
+    for graph in assembly.planned:
+        if graph.left_open:
+            ports = ", ".join(graph.left_open)
+            raise UsageError(f"{graph.name} is a part of other graphs, which give it {ports}; run one of those")
     world = assembly.world
     services = Services(world, network, assembly.options.seed, domain_id, domain_from_environment)
     services.permissions = assembly.permissions
@@ -232,7 +233,7 @@ def start(
     numerator, denominator = world.tick_period
     step_clock = Clock((numerator, denominator * world.substeps))
     clocks = {"tick": clock, "physics_step": step_clock}
-    runs = [make_graph_run(plan, services, clocks[plan.graph.runs], fault) for plan in assembly.plans]
+    runs = [make_graph_run(graph, services, clocks[graph.runs], fault) for graph in assembly.planned]
     try:
         for run in runs:
             run.executor.setup()

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
+from graphengine.compiler.graph import Graph
 from graphengine.compiler.literals import Override
 from graphengine.compiler.namespaces import write_namespaces
-from graphengine.compiler.plan import Plan
+from graphengine.compiler.planning import share_plans
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import NodeError, UnknownEntityError, UsageError
 from graphengine.format.spec import RobotUse
@@ -18,14 +19,14 @@ from graphengine.runtime import check
 from graphengine.runtime.graph_run import GraphRun, make_graph_run
 from graphengine.runtime.session import Roster
 from graphengine.scene.assembly import Assembly
-from graphengine.scene.uses import plan_graphs, resolve_uses, robot_uses
+from graphengine.scene.uses import resolve_uses, robot_uses
 
 
 class SceneRoster(Roster):
     """The robots of a session that was built from a scene.
 
     Args:
-        assembly: of the scene; the plans and claims of robots that come are added to it.
+        assembly: of the scene; the graphs and claims of robots that come are added to it.
         services: of the session.
         clocks: of its ticks and of its physics steps, by what graphs run on.
         fault: who hears of nodes that raise.
@@ -64,30 +65,30 @@ class SceneRoster(Roster):
         self._population.add(name, use, Findings())
         runs: list[GraphRun] = []
         try:
-            plans, claims = self._plans(name)
-            for plan in plans:
-                runs.append(make_graph_run(plan, self._services, self._clocks[plan.graph.runs], self._fault))
+            graphs, claims = self._graphs(name)
+            for graph in graphs:
+                runs.append(make_graph_run(graph, self._services, self._clocks[graph.runs], self._fault))
                 runs[-1].executor.setup()
         except BaseException:
             self._dismiss(name, runs)
             raise
-        self._assembly.plans += plans
+        self._assembly.planned += graphs
         self._assembly.claims += claims
         self._services.stage.find(self._robots[name].prim_path).facts["spawned"] = True
         return runs
 
-    def _plans(self, name: str) -> tuple[list[Plan], list[EndpointClaim]]:
-        """The plans of a robot's graphs, checked beside all others, and the topics that they claim."""
+    def _graphs(self, name: str) -> tuple[list[Graph], list[EndpointClaim]]:
+        """A robot's graphs, planned and checked beside all others, and the topics that they claim."""
         assembly, findings = self._assembly, Findings()
         robot, stage, files, options = self._robots[name], assembly.world.stage, assembly.files, assembly.options
         uses = robot_uses(robot, stage, files, findings, robot_state=options.robot_state)
         overrides = Override.parse_all(options.overrides)
-        plans = plan_graphs(resolve_uses(uses, files, assembly.registry, findings, overrides), findings)
+        graphs = share_plans(resolve_uses(uses, files, assembly.registry, findings, overrides), findings)
         findings.raise_errors()
-        write_namespaces(self._scene, stage, plans, findings, within=robot.prim_path)
-        beside, claimed = assembly.plans, assembly.claims
-        claims = check.check_plans(
-            plans,
+        write_namespaces(self._scene, stage, graphs, findings, within=robot.prim_path)
+        beside, claimed = assembly.planned, assembly.claims
+        claims = check.check_graphs(
+            graphs,
             assembly.world,
             findings,
             prims_known=True,
@@ -96,7 +97,7 @@ class SceneRoster(Roster):
             permissions=assembly.permissions,
         )
         findings.raise_errors()
-        return plans, claims
+        return graphs, claims
 
     def own(self, name: str, graphs: Sequence[GraphRun]) -> Sequence[GraphRun]:
         """Which of the session's graphs are a robot's, which can be removed.
@@ -119,7 +120,7 @@ class SceneRoster(Roster):
         """Take a robot away, with its graphs and topics."""
         self._dismiss(name, own)
         assembly = self._assembly
-        assembly.plans = [plan for plan in assembly.plans if not _belongs(plan.graph.name, name)]
+        assembly.planned = [graph for graph in assembly.planned if not _belongs(graph.name, name)]
         assembly.claims = [claim for claim in assembly.claims if not _belongs(claim.graph, name)]
 
     def _dismiss(self, name: str, own: Sequence[GraphRun]) -> None:

@@ -11,8 +11,6 @@ from graphengine.compiler.graph import Graph
 from graphengine.compiler.library import GraphLibrary
 from graphengine.compiler.literals import Override
 from graphengine.compiler.parameters import Use
-from graphengine.compiler.plan import Plan
-from graphengine.compiler.planning import make_plan
 from graphengine.compiler.registry import Registry
 from graphengine.compiler.resolve import resolve
 from graphengine.compiler.template import load_graph
@@ -21,7 +19,6 @@ from graphengine.format import document
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files, NotFoundError
 from graphengine.format.spec import GraphUse
-from graphengine.runtime import check
 
 if TYPE_CHECKING:
     from graphengine.physics.description.robot_file import RobotFile
@@ -101,17 +98,6 @@ def resolve_uses(
         prim_path = normalize(at) if at.startswith("/") else f"/{at}"
         graphs.append(resolve(flat, use.name, prim_path, registry, findings, overrides))
     return graphs
-
-
-def plan_graphs(graphs: Sequence[Graph], findings: Findings) -> list[Plan]:
-    """Their plans; a graph that runs in a circle has none, and an error is added to `findings`."""
-    plans: list[Plan] = []
-    for graph in graphs:
-        plan = make_plan(graph, findings)
-        if plan is not None:
-            plans.append(plan)
-            check.lint_structure(plan, findings)
-    return plans
 
 
 def _declared_parameters(found: document.Document | None) -> Sequence[str]:

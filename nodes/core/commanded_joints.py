@@ -12,9 +12,8 @@ from graphengine.format.wording import listing
 from graphengine.nodes.core.articulation import IsaacArticulationController
 
 if TYPE_CHECKING:
-    from graphengine.compiler.graph import Instance
+    from graphengine.compiler.graph import Graph, Instance
     from graphengine.compiler.lint_registry import LintContext
-    from graphengine.compiler.plan import Plan
     from graphengine.devices.stage import Prim
 
 _KINDS = {"position_command": "stiffness", "velocity_command": "damping", "effort_command": ""}
@@ -25,7 +24,7 @@ _KINDS = {"position_command": "stiffness", "velocity_command": "damping", "effor
 class _Command:
     """What a controller commands."""
 
-    plan: Plan
+    graph: Graph
     instance: Instance
     robot: Prim
     joints: tuple[str, ...]
@@ -40,12 +39,12 @@ def lint_joints_commanded_twice(context: LintContext) -> None:
         others: dict[int, tuple[_Command, dict[str, None]]] = {}
         for joint, kind in ((joint, kind) for joint in command.joints for kind in command.kinds):
             other = first.setdefault((command.robot.path, joint, kind), command)
-            if other.plan is not command.plan:
+            if other.graph is not command.graph:
                 others.setdefault(id(other), (other, {}))[1][joint] = None
         for other, joints in others.values():
             context.findings.add(
                 "W207",
-                f"{command.plan.graph.name}/{command.instance.id} and {other.plan.graph.name}/{other.instance.id} "
+                f"{command.graph.name}/{command.instance.id} and {other.graph.name}/{other.instance.id} "
                 f"command the same joints of {command.robot.path}",
                 command.instance.span,
                 listing(joints, "joints"),
@@ -70,10 +69,10 @@ def lint_commands_without_drive(context: LintContext) -> None:
 
 def _commands(context: LintContext) -> Iterator[_Command]:
     """Controllers that run, as far as their robot and joints are known before the run."""
-    for plan, instance, node in context.nodes(IsaacArticulationController):
-        index, wires = instance.index, plan.graph.data_wires
+    for graph, instance, node in context.nodes(IsaacArticulationController):
+        index, wires = instance.index, graph.data_wires
         wired = {wire.target_field for wire in wires if wire.target == index}
-        if index not in plan.order or ({"joint_names", "joint_indices"} & wired and not node.joint_names):
+        if index not in graph.plan.order or ({"joint_names", "joint_indices"} & wired and not node.joint_names):
             continue
         try:
             robot = context.stage.stands_for_robot(context.stage.find(node.prim()))
@@ -83,4 +82,4 @@ def _commands(context: LintContext) -> Iterator[_Command]:
             continue
         kinds = tuple(kind for kind in _KINDS if kind in wired or len(getattr(node, kind)))
         if robot is not None:
-            yield _Command(plan, instance, robot, tuple(chosen), kinds)
+            yield _Command(graph, instance, robot, tuple(chosen), kinds)

@@ -102,9 +102,9 @@ def lint_wheel_geometry(context: LintContext) -> None:
 
 def _driven(context: LintContext) -> Iterator[tuple[Instance, DifferentialController, Prim, tuple[str, ...]]]:
     """Controllers whose wheel speeds go to a robot's joints, with the robot and the joints."""
-    for plan, source, node in context.nodes(DifferentialController):
-        for wire in (wire for wire in plan.graph.data_wires if wire.source == source.index):
-            drives = plan.graph.instances[wire.target].make_node()
+    for graph, source, node in context.nodes(DifferentialController):
+        for wire in (wire for wire in graph.data_wires if wire.source == source.index):
+            drives = graph.instances[wire.target].make_node()
             if not isinstance(drives, IsaacArticulationController):
                 continue
             path = drives.robot_path or (drives.target_prim[0] if drives.target_prim else "")

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from graphengine.compiler.library import GraphLibrary
-from graphengine.compiler.planning import make_plan
+from graphengine.compiler.planning import share_plans
 from graphengine.compiler.registry import Registry, default_registry
 from graphengine.compiler.resolve import resolve
 from graphengine.compiler.template import load_graph
@@ -94,10 +94,9 @@ def generated(size: int, gated: bool) -> tuple[Callable[[], None], Executor]:
         path.write_text(dag(size, gated))
         flat = load_graph(path, {}, GraphLibrary(Files.of(path)), findings)
         assert flat is not None
-        plan = make_plan(resolve(flat, "dag", "/dag", registry, findings), findings)
+        planned = share_plans([resolve(flat, "dag", "/dag", registry, findings)], findings)
     findings.raise_errors()
-    assert plan is not None
-    executor = Executor(plan, lambda index: _no_context(), lambda: (0, 0.0))
+    executor = Executor(planned[0], lambda index: _no_context(), lambda: (0, 0.0))
     executor.setup()
     return executor.run_pass, executor
 
@@ -161,11 +160,10 @@ def built(text: str) -> tuple[float, float]:
         start = time.process_time()
         flat = load_graph(path, {}, GraphLibrary(Files.of(path)), findings)
         assert flat is not None
-        plan = make_plan(resolve(flat, "graph", "/graph", default_registry(), findings), findings)
+        planned = share_plans([resolve(flat, "graph", "/graph", default_registry(), findings)], findings)
     findings.raise_errors()
-    assert plan is not None
     clock = Clock((1, 60))
-    run = make_graph_run(plan, Services(DryWorld(Stage()), DryNetwork()), clock)
+    run = make_graph_run(planned[0], Services(DryWorld(Stage()), DryNetwork()), clock)
     run.executor.setup()
     needed = time.process_time() - start
     clock.set_frame(1)

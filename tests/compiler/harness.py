@@ -11,8 +11,7 @@ from typing import Any
 from graphengine.compiler.graph import Graph
 from graphengine.compiler.library import GraphLibrary
 from graphengine.compiler.literals import Override
-from graphengine.compiler.plan import Plan
-from graphengine.compiler.planning import make_plan
+from graphengine.compiler.planning import share_plans
 from graphengine.compiler.registry import Registry
 from graphengine.compiler.resolve import resolve
 from graphengine.compiler.template import load_graph
@@ -94,10 +93,11 @@ def resolved(
     return resolve(flat, path.stem, f"/World/{path.stem}", REGISTRY, findings, overrides) if flat is not None else None
 
 
-def planned(path: Path, findings: Findings, library: GraphLibrary | None = None) -> Plan | None:
-    """A file up to its plan; None when something is wrong with it."""
+def planned(path: Path, findings: Findings, library: GraphLibrary | None = None) -> Graph | None:
+    """A file up to a graph that has a plan; None when something is wrong with it."""
     graph = resolved(path, findings, library=library)
-    return make_plan(graph, findings) if graph is not None and not findings.errors else None
+    planned = share_plans([graph], findings) if graph is not None and not findings.errors else []
+    return planned[0] if planned else None
 
 
 class Bench:
@@ -112,16 +112,17 @@ class Bench:
         library: GraphLibrary | None = None,
     ) -> None:
         self.findings = Findings()
-        plan = planned(path, self.findings, library)
-        assert plan is not None, "\n".join(finding.render() for finding in self.findings.items)
-        self.plan = plan
+        graph = planned(path, self.findings, library)
+        assert graph is not None, "\n".join(finding.render() for finding in self.findings.items)
+        self.graph = graph
+        self.plan = graph.plan
         self.journal = Journal()
         self.services = Services(DryWorld(Stage()), self.journal)
         self.services.dropped = DroppedValues() if bad_values == "drop" else None
         self.clock = Clock((1, 100))
         self.faults: list[NodeError] = []
         fault = self.faults.append if keep_going else None
-        run = make_graph_run(plan, self.services, self.clock, fault)
+        run = make_graph_run(graph, self.services, self.clock, fault)
         self.executor, self.variables, self.context_of = run.executor, run.variables, run.contexts
 
     def __getitem__(self, node_id: str) -> Any:
@@ -129,7 +130,7 @@ class Bench:
         return self.executor.node(node_id)
 
     def index(self, node_id: str) -> int:
-        return self.plan.graph.by_id(node_id).index
+        return self.graph.by_id(node_id).index
 
     def setup(self) -> Bench:
         self.executor.setup()
@@ -210,16 +211,14 @@ class Play:
         self.clock = Clock(tick_period)
         self.step_clock = Clock((numerator, denominator * substeps))
         runs: list[GraphRun] = []
-        self.plans: list[Plan] = []
         for path in paths:
             findings = Findings()
-            plan = planned(path, findings)
-            assert plan is not None, "\n".join(finding.render() for finding in findings.items)
-            on_step = plan.graph.runs == "physics_step"
-            run = make_graph_run(plan, self.services, self.step_clock if on_step else self.clock)
+            graph = planned(path, findings)
+            assert graph is not None, "\n".join(finding.render() for finding in findings.items)
+            on_step = graph.runs == "physics_step"
+            run = make_graph_run(graph, self.services, self.step_clock if on_step else self.clock)
             run.executor.setup()
             runs.append(run)
-            self.plans.append(plan)
         self.session = Session(self.services, self.clock, self.step_clock, runs)
         self.journal.lines.clear()
 

@@ -10,7 +10,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.compiler.gates import EveryHz, EveryTicks
+from graphengine.compiler.gates import EveryHz, EveryTicks, rate
 from graphengine.devices.dry_world import DryWorld
 from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
@@ -232,7 +232,7 @@ def test_a_node_that_raises_behind_a_gate_is_named_with_its_own_line(tmp_path: P
 
 
 def test_rates_count_gates(file: MakeFile) -> None:
-    plan = Bench(
+    graph = Bench(
         file("""
         nodes:
           Tick: {type: Tick, every: {ticks: 2}}
@@ -252,8 +252,8 @@ def test_rates_count_gates(file: MakeFile) -> None:
           - Tick.tick -> Door.execIn
           - Door.execOut -> Behind.execIn
         """)
-    ).plan
-    rates = {instance.id: plan.rate(instance.index, 60.0) for instance in plan.graph.instances if not instance.part_of}
+    ).graph
+    rates = {instance.id: rate(graph, instance.index, 60.0) for instance in graph.instances if not instance.part_of}
     paced = {"Tick": 60.0, "Plain": 30.0, "Slow": 10.0, "Fast": 30.0, "Then": pytest.approx(10 / 3), "Door": 30.0}
     assert rates == {**paced, "Once": None, "Behind": None}
 
@@ -277,9 +277,9 @@ def test_a_rate_that_cannot_be_reached_is_told(file: MakeFile, runs: str, paces:
         nodes[name]["every"] = pace
     wires = ["Tick.tick -> A.execIn", "A.execOut -> B.execIn"]
     findings = Findings()
-    plan = planned(file(yaml.safe_dump({"graph": "g", "runs": runs, "nodes": nodes, "connections": wires})), findings)
-    assert plan is not None
-    check.lint_rates([plan], DryWorld(Stage(), (1, 60), 4), findings)
+    graph = planned(file(yaml.safe_dump({"graph": "g", "runs": runs, "nodes": nodes, "connections": wires})), findings)
+    assert graph is not None
+    check.lint_rates([graph], DryWorld(Stage(), (1, 60), 4), findings)
     assert [(found.code, found.message.split()[0]) for found in findings.items] == [("W106", name) for name in told]
 
 
@@ -289,7 +289,7 @@ def test_what_a_graph_publishes_at_every_physics_step_is_told_to_be_as_often(
 ) -> None:
     text = f"{{graph: g, runs: {runs}, nodes: {{T: Tick, A: Do}}, connections: [T.tick -> A.execIn]}}"
     findings = Findings()
-    plan = planned(file(text), findings)
-    assert plan is not None
-    claims = check.dry_setup([plan], DryWorld(Stage(), (1, 60), 4), findings, prims_known=False)
+    graph = planned(file(text), findings)
+    assert graph is not None
+    claims = check.dry_setup([graph], DryWorld(Stage(), (1, 60), 4), findings, prims_known=False)
     assert [claim.rate for claim in claims] == [pytest.approx(rate)]

@@ -131,4 +131,4 @@ def test_r12_a_latent_node_that_nothing_starts_does_not_make_its_followers_reach
           - Tick.tick -> A.execIn
           - Delay.finished -> Lost.execIn
     """)
-    assert [run.plan.graph.instances[i].id for i in run.plan.order] == ["Tick", "A"]
+    assert [run.graph.instances[i].id for i in run.plan.order] == ["Tick", "A"]

@@ -437,7 +437,7 @@ def test_the_order_of_lines_decides_nothing_but_ties(folder: Path, random: Rando
         run = Bench(save(folder, text)).setup()
         if "W104" in run.codes:  # the order of lines says which wire reads the value of the pass before
             return
-        ids = [instance.id for instance in run.plan.graph.instances]
+        ids = [instance.id for instance in run.graph.instances]
         told.append([(sorted(lines), dict(zip(ids, shown, strict=True))) for lines, shown in play(run)])
     assert told[0] == told[1]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from graphengine.compiler.gates import rate
 from graphengine.format.diagnostics import Findings
 from tests.compiler.conftest import MakeBench, MakeFile
 from tests.compiler.harness import planned
@@ -114,8 +115,8 @@ def test_nothing_in_a_push_graph_is_told_to_be_idle(file: MakeFile) -> None:
     from graphengine.runtime import check
 
     findings = Findings()
-    plan = planned(file("evaluator: push\nnodes: {A: Do, B: Add}"), findings)
-    assert plan is not None
-    check.lint_structure(plan, findings)
+    graph = planned(file("evaluator: push\nnodes: {A: Do, B: Add}"), findings)
+    assert graph is not None
+    check.lint_structure(graph, findings)
     assert findings.items == []
-    assert plan.rate(0, 60.0) == 60.0
+    assert rate(graph, 0, 60.0) == 60.0

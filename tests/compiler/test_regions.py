@@ -15,7 +15,7 @@ def test_r2_events_fire_at_the_start_of_a_pass_in_the_order_of_the_file(bench: M
           - Second.fired -> B.execIn
     """)
     run["First"].n = run["Second"].n = 1
-    assert [run.plan.graph.instances[call.node].id for call in run.plan.root.calls] == ["Second", "First", "A", "B"]
+    assert [run.graph.instances[call.node].id for call in run.plan.root.calls] == ["Second", "First", "A", "B"]
     assert run.tick() == ["A 0", "B 0"]
 
 

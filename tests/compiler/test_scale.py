@@ -7,6 +7,7 @@ from pathlib import Path
 import networkx as nx
 import pytest
 
+from graphengine.compiler.codegen import source_of
 from graphengine.compiler.planning.regions import MAX_PUSHERS
 from graphengine.format.diagnostics import Findings
 from tests.compiler.harness import Bench, planned, write
@@ -21,7 +22,7 @@ def make(folder: Path, nodes: list[str], wires: list[str]) -> Bench:
 
 def size(run: Bench) -> int:
     """Lines of the generated text for each node."""
-    return len(run.executor.source.lines) // len(run.executor.nodes)
+    return len(source_of(run.plan).lines) // len(run.executor.nodes)
 
 
 def test_a_chain_of_2000_executed_nodes(tmp_path: Path) -> None:
@@ -78,7 +79,7 @@ def test_300_branches_in_a_row(tmp_path: Path) -> None:
     assert len(run.tick()) == n
     run["B150"].condition = False
     assert run.tick()[-2:] == ["B150 False", "No150 0"]
-    deepest = max(len(line) - len(line.lstrip()) for line in run.executor.source.lines)
+    deepest = max(len(line) - len(line.lstrip()) for line in source_of(run.plan).lines)
     assert deepest <= 20  # nothing nests: CPython does not compile 100 nested blocks
 
 

@@ -21,7 +21,7 @@ def test_setup_follows_the_schedule_each_data_node_before_its_first_consumer(ben
           - Sum.sum -> Late.a
           - Zero.value -> Late.b
     """)
-    order = [run.plan.graph.instances[index].id for index in run.plan.order]
+    order = [run.graph.instances[index].id for index in run.plan.order]
     assert order == ["Zero", "Tick", "Sequence", "First", "Sum", "Late"]
 
 
@@ -167,7 +167,7 @@ def test_a_setup_that_fails_does_not_keep_the_others_from_theirs_when_somebody_l
         """)
     )
     failed: list[tuple[str, GraphError]] = []
-    run.executor.setup(lambda index, error: failed.append((run.plan.graph.instances[index].id, error)))
+    run.executor.setup(lambda index, error: failed.append((run.graph.instances[index].id, error)))
     assert [node for node, _ in failed] == ["Reciprocal", "Bad"]
     assert run.journal.read() == ["Good opens /scan"]
 

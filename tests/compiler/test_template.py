@@ -114,7 +114,7 @@ OUTER = """
 def test_a_subgraph_stands_for_its_nodes(file: MakeFile) -> None:
     file(INNER, "inner.yaml")
     run = Bench(file(OUTER, "outer.yaml")).setup()
-    assert [instance.id for instance in run.plan.graph.instances] == [
+    assert [instance.id for instance in run.graph.instances] == [
         *("Tick", "One/First", "One/Second", "Two/First", "Two/Second", "Show")
     ]
     assert run.tick() == ["First 1", "Second 2", "First 2", "Second 3", "Show 3"]
@@ -131,7 +131,7 @@ def test_subgraphs_nest(file: MakeFile) -> None:
         "middle.yaml",
     )
     run = Bench(file("{graph: outer, nodes: {Middle: {subgraph: middle.yaml}}}", "outer.yaml")).setup()
-    assert [instance.id for instance in run.plan.graph.instances][1] == "Middle/Inner/First"
+    assert [instance.id for instance in run.graph.instances][1] == "Middle/Inner/First"
     assert run.tick() == ["First 1", "Second 2"]
 
 

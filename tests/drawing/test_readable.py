@@ -51,7 +51,7 @@ TEXTS = st.text(st.characters(codec="utf-8", exclude_categories=["Cs"]), max_siz
 def drawn(path: Path) -> str:
     assembly = build.assemble(path)
     assembly.world.close()
-    return svg.draw([make_scheme(plan.graph, assembly.findings) for plan in assembly.plans])
+    return svg.draw([make_scheme(graph, assembly.findings) for graph in assembly.planned])
 
 
 @pytest.mark.parametrize("name", GRAPHS)

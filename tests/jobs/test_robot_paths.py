@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.compiler.plan import Plan
+from graphengine.compiler.graph import Graph
 from graphengine.format.errors import CheckError
 from graphengine.scene import build
 from tests.jobs.crowd import FIRST, LATE, physics, scene
@@ -17,18 +17,18 @@ SECOND = "  two: {use: noisy.yaml, position: [0, 3, 0.025], namespace: two, at: 
 SAME = ("/one/odom", "/one/tf", "/one/tf_static", "/one/platform/joint_states")
 
 
-def sent(path: Path, overrides: dict[str, float] | None = None) -> tuple[dict[str, list[bytes]], list[Plan]]:
+def sent(path: Path, overrides: dict[str, float] | None = None) -> tuple[dict[str, list[bytes]], list[Graph]]:
     """What a drive of the first robot sends, by topic, and the graphs."""
     with Job(path, overrides) as job:
         job.drive("/one/cmd_vel", 0.5, 0.3, 1.0)
-        return {topic: job.transport.raw(topic) for topic in job.types()}, job.assembly.plans
+        return {topic: job.transport.raw(topic) for topic in job.types()}, job.assembly.planned
 
 
 def test_a_robot_below_world_sends_what_it_sends_elsewhere(tmp_path: Path) -> None:
-    (plain, _), (placed, plans) = sent(scene(tmp_path, FIRST)), sent(scene(tmp_path, PLACED))
+    (plain, _), (placed, graphs) = sent(scene(tmp_path, FIRST)), sent(scene(tmp_path, PLACED))
     assert list(plain) == list(placed)
     assert {topic: placed[topic] for topic in SAME} == {topic: plain[topic] for topic in SAME}
-    (drive,) = [plan.graph for plan in plans if plan.graph.name == "one/cmd_vel"]
+    (drive,) = [graph for graph in graphs if graph.name == "one/cmd_vel"]
     assert drive.prim_path == "/World/robots/first/Geometry/base_link/chassis_link/cmd_vel"
 
 

@@ -455,7 +455,7 @@ def test_the_assembly_knows_who_is_there(tmp_path: Path, keep_going: bool) -> No
 
 def known(job: Job) -> tuple[list[str], list[str]]:
     """Names of graphs, and topics."""
-    return [plan.graph.name for plan in job.assembly.plans], [claim.topic for claim in job.assembly.claims]
+    return [graph.name for graph in job.assembly.planned], [claim.topic for claim in job.assembly.claims]
 
 
 def test_another_process_sees_its_topics_come_and_go(tmp_path: Path, domain_id: int) -> None:

@@ -49,7 +49,6 @@ class Playing:
         self.complaints: list[str] = []
         network = LiveNetwork(lambda _: self.transport, 0, self.complaints.append, self.definitions)
         self.session = build.start(assembly, network, domain_from_environment=domain_from_environment)
-        self.plans = assembly.plans
         self.topics = {claim.node.rpartition("/")[2]: claim.topic for claim in self.session.services.claims}
 
     def node(self, node_id: str) -> Any:
@@ -59,14 +58,14 @@ class Playing:
             node
             for run in self.session.graphs
             if run.name.endswith(graph)
-            for instance, node in zip(run.executor.plan.graph.instances, run.executor.nodes, strict=True)
+            for instance, node in zip(run.executor.graph.instances, run.executor.nodes, strict=True)
             if instance.id == last
         )
 
     def set(self, node_id: str, field: str, value: Any) -> None:
         """Change a literal while the graph runs; what setup reads sets its graph up again."""
         for run in self.session.graphs:
-            for instance, node in zip(run.executor.plan.graph.instances, run.executor.nodes, strict=True):
+            for instance, node in zip(run.executor.graph.instances, run.executor.nodes, strict=True):
                 if instance.id == node_id:
                     setattr(node, field, value)
                     if instance.cls.fields[field].setup:

@@ -2,18 +2,55 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
 
 from graphengine.compiler.graph import Graph
-from graphengine.compiler.plan import Plan, Refresh
+from graphengine.compiler.plan import Plan, Refresh, Region
 from graphengine.compiler.planning.calls import RegionWriter
 from graphengine.compiler.planning.dependencies import DependencyGraph
 from graphengine.compiler.planning.lints import lint_reads_and_writes
 from graphengine.compiler.planning.push import PushGraph
 from graphengine.compiler.planning.regions import RegionGraph
 from graphengine.format.diagnostics import Findings
+from graphengine.node.node_class import UNKNOWN_PRIM
 
-__all__ = ["make_plan"]
+__all__ = ["make_plan", "share_plans"]
+
+
+def share_plans(graphs: Iterable[Graph], findings: Findings) -> list[Graph]:
+    """Plan graphs, those of one shape together.
+
+    Returns:
+        The graphs, but for those that run in a circle, of which the findings say where.
+    """
+    known: dict[object, Plan | None] = {}
+    planned: list[Graph] = []
+    for graph in graphs:
+        shape = _shape(graph)
+        if shape not in known:
+            known[shape] = make_plan(graph, findings)
+        plan = known[shape]
+        if plan is not None:
+            graph.plan = plan
+            planned.append(graph)
+    return planned
+
+
+def _shape(graph: Graph) -> object:
+    """What a plan depends on: the file, classes, wires, and which nodes read and write the same; not the literals."""
+    numbers: dict[str, object] = {UNKNOWN_PRIM: UNKNOWN_PRIM}
+
+    def accesses(keys: Iterable[str]) -> tuple[object, ...]:
+        return tuple(numbers.setdefault(key, len(numbers)) for key in keys)
+
+    return (
+        str(graph.flat.loaded.document.source.path),
+        graph.flat.spec.evaluator,
+        tuple((one.id, one.cls, accesses(one.reads), accesses(one.writes)) for one in graph.instances),
+        tuple((*wire.ends, wire.converter, wire.order) for wire in (*graph.data_wires, *graph.exec_wires)),
+    )
 
 
 def make_plan(graph: Graph, findings: Findings) -> Plan | None:
@@ -25,19 +62,21 @@ def make_plan(graph: Graph, findings: Findings) -> Plan | None:
     """
     if graph.flat.spec.evaluator == "push":
         pushed = PushGraph(graph, findings)
-        return _ordered(pushed, pushed.plan(), pushed.order) if pushed.acyclic else None
+        return (
+            _plan(pushed, [pushed.region()], pushed.order, dict.fromkeys(pushed.order, ())) if pushed.acyclic else None
+        )
     regions = RegionGraph(graph, findings)
     if not regions.acyclic:
         return None
     lint_reads_and_writes(regions)
-    plan = Plan(graph, gates=regions.gates)
+    written: list[Region] = []
     count = -1
     while count != len(regions.flagged):  # a data node that needs a flag changes what other steps must do
         count = len(regions.flagged)
-        plan.regions = [RegionWriter(regions, index).write() for index in range(len(regions.members))]
-    plan.flagged = tuple(sorted(regions.flagged))
-    plan.latent_marks = {i: regions.marks(i) for i, kind in enumerate(regions.kinds) if kind == "latent"}
-    return _ordered(regions, plan, _executed(regions))
+        written = [RegionWriter(regions, index).write() for index in range(len(regions.members))]
+    plan = _plan(regions, written, _executed(regions), regions.gates)
+    marks = {i: regions.marks(i) for i, kind in enumerate(regions.kinds) if kind == "latent"}
+    return replace(plan, flagged=tuple(sorted(regions.flagged)), latent_marks=marks)
 
 
 def _executed(regions: RegionGraph) -> Iterable[int]:
@@ -53,20 +92,30 @@ def _executed(regions: RegionGraph) -> Iterable[int]:
     return executed
 
 
-def _ordered(graph: DependencyGraph, plan: Plan, executed: Iterable[int]) -> Plan:
-    """A plan that knows the order of setup, and what is constant."""
+def _plan(
+    graph: DependencyGraph, regions: Sequence[Region], executed: Iterable[int], gates: Mapping[int, tuple[int, ...]]
+) -> Plan:
+    """A plan with the order of setup, and with what is constant."""
     order: dict[int, None] = {}
     for index in executed:
         needs = graph.upstream(index)
         order |= dict.fromkeys([*needs, *_read_off(graph, [*needs, index]), index])
     constants = sorted(graph.constant & order.keys(), key=lambda data: graph.data_rank[data])
-    plan.constants = [Refresh(data, graph.copies(data, constant=None)) for data in constants]
-    plan.order = list(dict.fromkeys([*constants, *order]))
-    plan.constant_copies = [copy for i in plan.order for copy in graph.copies(i, constant=True)]
+    ordered = tuple(dict.fromkeys([*constants, *order]))
+    early = set[int]()
     for wire in (wire for index in order for wire in graph.data_in.get(index, [])):
         if graph.node(wire.target).cls.fields[wire.target_field].setup and wire.source in graph.data_rank:
-            plan.early |= {*graph.data_needs(wire.source), wire.source} - graph.constant
-    return plan
+            early |= {*graph.data_needs(wire.source), wire.source} - graph.constant
+    return Plan(
+        Path(graph.graph.flat.loaded.document.source.path),
+        tuple(instance.id for instance in graph.graph.instances),
+        tuple(regions),
+        gates,
+        constants=tuple(Refresh(data, graph.copies(data, constant=None)) for data in constants),
+        constant_copies=tuple(copy for index in ordered for copy in graph.copies(index, constant=True)),
+        order=ordered,
+        early=frozenset(early),
+    )
 
 
 def _read_off(graph: DependencyGraph, readers: Iterable[int]) -> list[int]:

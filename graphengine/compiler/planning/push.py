@@ -10,7 +10,7 @@ from __future__ import annotations
 import networkx as nx
 
 from graphengine.compiler.graph import Graph, Wire
-from graphengine.compiler.plan import Call, Plan, Region
+from graphengine.compiler.plan import Call, Region
 from graphengine.compiler.planning.dependencies import DependencyGraph
 from graphengine.format.diagnostics import Findings
 
@@ -51,12 +51,10 @@ class PushGraph(DependencyGraph):
         why = f"other wires order {self.node(wire.target).id} before it"
         self.report_previous(wire, wire.source, why, "take out one of the wires")
 
-    def plan(self) -> Plan:
-        """One region with a call of each node that can change."""
+    def region(self) -> Region:
+        """The only region, with a call of each node that can change."""
         changing = [index for index in self.order if index not in self.constant]
-        plan = Plan(self.graph, [Region(0, "pass", (), (), tuple(map(self._call, changing)))])
-        plan.gates = dict.fromkeys(self.order, ())
-        return plan
+        return Region(0, "pass", (), (), tuple(map(self._call, changing)))
 
     def _call(self, index: int) -> Call:
         gated = self.node(index).cls.gated

@@ -47,18 +47,14 @@ class Resolved:
 def resolved(path: Path) -> Resolved:
     assembly = build.assemble(path)
     assert not assembly.findings.errors
-    (plan,) = assembly.plans
-    found = Resolved(plan.graph.prim_path)
-    for instance in plan.graph.instances:
+    (graph,) = assembly.planned
+    found = Resolved(graph.prim_path)
+    for instance in graph.instances:
         found.nodes[instance.id] = (
             instance.cls.type_name,
-            {
-                name: repr(instance.value(name))
-                for name, port in instance.cls.fields.items()
-                if port.side == "inputs"
-            },
+            {name: repr(instance.value(name)) for name, port in instance.cls.fields.items() if port.side == "inputs"},
         )
-    found.wires = {str(wire) for wire in (*plan.graph.data_wires, *plan.graph.exec_wires)}
+    found.wires = {str(wire) for wire in (*graph.data_wires, *graph.exec_wires)}
     assembly.world.close()
     return found
 
