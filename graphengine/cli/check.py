@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from graphengine.format.diagnostics import Findings
-    from graphengine.scene.assembly import Options
+    from graphengine.scene.scene import Options
 
 ORDER = ("scene", "robot", "graph", "unreadable")
 """Kinds of files in a folder, in the order in which they are checked."""
@@ -57,11 +57,10 @@ def _check(given: Sequence[tuple[str, Path]], options: Options, findings: Findin
     for kind, path in given:
         if path.resolve() in used:
             continue
-        assembly = build.check_robot(path, options) if kind == "robot" else build.assemble(path, options)
-        graphs += len(assembly.graphs)
-        used |= {other.resolve() for other in assembly.files.used}
-        findings.items += [item for item in assembly.findings.items if item not in findings.items]
-        assembly.world.close()
+        scene = build.check_robot(path, options) if kind == "robot" else build.load(path, options)
+        graphs += len(scene.graphs)
+        used |= {other.resolve() for other in scene.files.used}
+        findings.items += [item for item in scene.findings.items if item not in findings.items]
     return graphs
 
 

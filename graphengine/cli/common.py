@@ -17,7 +17,7 @@ from graphengine.cli.units import whole
 if TYPE_CHECKING:
     from graphengine.format.diagnostics import Findings
     from graphengine.format.errors import GraphError
-    from graphengine.scene.assembly import Assembly, Options
+    from graphengine.scene.scene import Options, Scene
 
 
 def add_file_arguments(parser: argparse.ArgumentParser, *, many: bool = False) -> None:
@@ -174,7 +174,7 @@ def reading_options(arguments: argparse.Namespace) -> Options:
         UsageError: a file or folder that is not there.
     """
     from graphengine.format.errors import UsageError
-    from graphengine.scene.assembly import Options
+    from graphengine.scene.scene import Options
 
     for folder in arguments.allow:
         if not folder.is_dir():
@@ -248,20 +248,19 @@ def parse_set(text: str) -> tuple[str, Any]:
     return target.strip(), parsed.data
 
 
-def assemble(arguments: argparse.Namespace) -> Assembly:
-    """The checked assembly of the given file."""
+def load(arguments: argparse.Namespace) -> Scene:
+    """The checked scene of the given file."""
     from graphengine.scene import build
 
-    return build.assemble(find_file(arguments.file), make_options(arguments))
+    return build.load(find_file(arguments.file), make_options(arguments))
 
 
-def assemble_to_run(arguments: argparse.Namespace) -> Assembly | None:
+def load_to_run(arguments: argparse.Namespace) -> Scene | None:
     """The same with its warnings printed; None if there are errors, which are printed too."""
-    assembly = assemble(arguments)
-    print_findings(assembly.findings, notes=False)
-    if not assembly.findings.errors:
-        return assembly
-    assembly.world.close()
+    scene = load(arguments)
+    print_findings(scene.findings, notes=False)
+    if not scene.findings.errors:
+        return scene
     return None
 
 

@@ -129,7 +129,7 @@ def _load(path: Path, arguments: argparse.Namespace) -> LoadedWorld | None:
     kind = spec_reader.kind_of(found) if found is not None else None
     if kind in ("graph", "robot"):
         raise UsageError(f"{path}: this is a {kind} file; a map is made of a scene")
-    world = build.load_scene(path, options, findings)
+    world = build.load_world_of(path, options, findings)
     print_findings(findings, notes=False)
     return world
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from graphengine.recording.reader import Recording
     from graphengine.recording.replay import Difference, Replay
     from graphengine.runtime.session import Session
-    from graphengine.scene.assembly import Options
+    from graphengine.scene.scene import Options
 
 LONGEST = 80
 """Characters of a port's value that are told."""
@@ -76,23 +76,22 @@ def _replay(arguments: argparse.Namespace, recording: Recording, plain: Callable
         print(plain(f"warning: {text}"), file=sys.stderr)
 
     manifest = recording.manifest
-    assembly = build.assemble(*_what_to_run(arguments, recording))
-    for finding in assembly.findings.errors:
+    scene = build.load(*_what_to_run(arguments, recording))
+    for finding in scene.findings.errors:
         print(plain(finding.render()), file=sys.stderr)
-    if assembly.findings.errors:
-        assembly.world.close()
+    if scene.findings.errors:
         return 1
-    definitions = assembly.definitions
+    definitions = scene.definitions
     network = LiveNetwork(lambda _: SilentTransport(definitions), manifest.domain_id, warn, definitions)
     with build.start(
-        assembly,
+        scene,
         network,
         domain_id=manifest.domain_id,
         domain_from_environment=manifest.domain_from_environment,
         fault=(lambda error: None) if manifest.keep_going else None,
         bad_values=manifest.bad_values,
     ) as session:
-        for line in machine.differences(manifest.machine, machine.describe(assembly)):
+        for line in machine.differences(manifest.machine, machine.describe(scene, session.services.world)):
             warn(f"{line}; results may differ in their last bits")
         run = Replay(session, network, recording, arguments.ignore, warn)
         try:

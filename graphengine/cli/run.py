@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from graphengine.ros.network import LiveNetwork
     from graphengine.runtime.desk import Desk
     from graphengine.runtime.session import Session
-    from graphengine.scene.assembly import Assembly
+    from graphengine.scene.scene import Scene
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -67,22 +67,22 @@ def _namespace(text: str) -> str:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when it ran to its end or was stopped, 1 with errors."""
-    from graphengine.cli.common import assemble_to_run, clean, counted
+    from graphengine.cli.common import clean, counted, load_to_run
     from graphengine.format.errors import UsageError
     from graphengine.runtime.desk import Desk
     from graphengine.scene import build
 
     _check_recording(arguments)
-    assembly = assemble_to_run(arguments)
-    if assembly is None:
+    scene = load_to_run(arguments)
+    if scene is None:
         return 1
-    if any(finding.code == "N102" for finding in assembly.findings.items):
-        raise UsageError(f"{assembly.path} asks for prims of a scene; give one with --scene")
-    network, domain_id = _open_network(arguments, assembly, lambda text: console.say("warning", "", text))
+    if any(finding.code == "N102" for finding in scene.findings.items):
+        raise UsageError(f"{scene.path} asks for prims of a scene; give one with --scene")
+    network, domain_id = _open_network(arguments, scene, lambda text: console.say("warning", "", text))
     console = Console(network)
     environment = domain_id if "ROS_DOMAIN_ID" in os.environ else None
     session = build.start(
-        assembly,
+        scene,
         network,
         domain_id=domain_id,
         domain_from_environment=environment,
@@ -95,15 +95,15 @@ def execute(arguments: argparse.Namespace) -> int:
         _Signals(session),
         _channel(arguments, desk, console),
         session,
-        _recorder(arguments, assembly, session, network),
+        _recorder(arguments, scene, session, network),
         _keys(session, console) as on_tick,
     ):
-        graphs = counted(len(assembly.planned), "graph")
-        what = f"{assembly.path}: {graphs}, {1.0 / session.clock.delta:g} Hz; {network.description}"
-        rays = assembly.loaded.simulation.rays_in_use if assembly.loaded is not None else ""
+        graphs = counted(len(scene.planned), "graph")
+        what = f"{scene.path}: {graphs}, {1.0 / session.clock.delta:g} Hz; {network.description}"
+        rays = session.services.world.rays_in_use
         what += (f"; rays {rays}" if rays else "") + (f"; recorded to {arguments.record}" if arguments.record else "")
         console.tell(clean(what))
-        _offer_simulation_interfaces(arguments, desk, assembly, network)
+        _offer_simulation_interfaces(arguments, desk, scene, network)
         console.begin()
         factor = arguments.rate or (math.inf if arguments.transport == "memory" else 1.0)
         try:
@@ -133,7 +133,7 @@ def _check_recording(arguments: argparse.Namespace) -> None:
 
 
 def _recorder(
-    arguments: argparse.Namespace, assembly: Assembly, session: Session, network: LiveNetwork
+    arguments: argparse.Namespace, scene: Scene, session: Session, network: LiveNetwork
 ) -> AbstractContextManager[object]:
     """What takes the run down, if that is wanted."""
     if arguments.record is None:
@@ -143,7 +143,7 @@ def _recorder(
     return Recorder(
         session,
         network,
-        assembly,
+        scene,
         arguments.record,
         force=arguments.force,
         keep_going=arguments.keep_going,
@@ -187,7 +187,7 @@ def _keys(session: Session, console: Console) -> Iterator[Callable[[Session], bo
 
 
 def _open_network(
-    arguments: argparse.Namespace, assembly: Assembly, complain: Callable[[str], None]
+    arguments: argparse.Namespace, scene: Scene, complain: Callable[[str], None]
 ) -> tuple[LiveNetwork, int]:
     """The network on the domain that the environment names."""
     from dataclasses import replace
@@ -196,8 +196,8 @@ def _open_network(
     from graphengine.ros.network import LiveNetwork
     from graphengine.ros.transports.select import open_transport
 
-    domain, definitions = Domain.from_environment(os.environ), assembly.definitions
-    name = re.sub(r"\A(?![A-Za-z])", "graph_", re.sub(r"[^A-Za-z0-9_]", "_", assembly.path.stem))
+    domain, definitions = Domain.from_environment(os.environ), scene.definitions
+    name = re.sub(r"\A(?![A-Za-z])", "graph_", re.sub(r"[^A-Za-z0-9_]", "_", scene.path.stem))
 
     def open_domain(number: int) -> Any:
         there = replace(domain, id=number)
@@ -215,15 +215,13 @@ def _open_network(
     return LiveNetwork(open_domain, domain.id, complain, definitions), domain.id
 
 
-def _offer_simulation_interfaces(
-    arguments: argparse.Namespace, desk: Desk, assembly: Assembly, network: LiveNetwork
-) -> None:
+def _offer_simulation_interfaces(arguments: argparse.Namespace, desk: Desk, scene: Scene, network: LiveNetwork) -> None:
     """The services by which ROS 2 programs control simulators, if they are wanted, until the network is closed."""
     if arguments.simulation_interfaces is not None:
         from graphengine.control.simulation_interfaces.server import SimulationInterfaces
 
         SimulationInterfaces(
-            desk, assembly, network.transport(0), network.complain, namespace=arguments.simulation_interfaces
+            desk, scene, network.transport(0), network.complain, namespace=arguments.simulation_interfaces
         )
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from graphengine.compiler.graph import Graph, Wire
     from graphengine.compiler.plan import Call, Region
-    from graphengine.scene.assembly import Assembly
+    from graphengine.scene.scene import Scene
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -33,20 +33,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 without errors, 1 with."""
-    from graphengine.cli.common import assemble, print_findings
+    from graphengine.cli.common import load, print_findings
     from graphengine.compiler.codegen import source_of
 
-    assembly = assemble(arguments)
-    assembly.world.close()
+    scene = load(arguments)
     if arguments.svg or arguments.html:
-        return draw(assembly, arguments)
-    if assembly.findings.errors:
-        print_findings(assembly.findings, notes=False)
+        return draw(scene, arguments)
+    if scene.findings.errors:
+        print_findings(scene.findings, notes=False)
         return 1
     if arguments.mermaid:
-        print("\n".join(["flowchart LR", *map(mermaid, assembly.planned)]))
+        print("\n".join(["flowchart LR", *map(mermaid, scene.planned)]))
         return 0
-    for number, graph in enumerate(assembly.planned):
+    for number, graph in enumerate(scene.planned):
         if number:
             print()
         if arguments.plan:
@@ -58,7 +57,7 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def draw(assembly: Assembly, arguments: argparse.Namespace) -> int:
+def draw(scene: Scene, arguments: argparse.Namespace) -> int:
     """Write the drawing of all graphs, those with errors too; 1 if there are any."""
     from graphengine.cli.common import clean, counted, near, print_findings
     from graphengine.drawing import page, svg
@@ -66,8 +65,8 @@ def draw(assembly: Assembly, arguments: argparse.Namespace) -> int:
     from graphengine.format.errors import UsageError
     from graphengine.format.output import write_together
 
-    print_findings(assembly.findings, notes=False)
-    schemes = [make_scheme(graph, assembly.findings) for graph in assembly.graphs]
+    print_findings(scene.findings, notes=False)
+    schemes = [make_scheme(graph, scene.findings) for graph in scene.graphs]
     if not schemes:
         return 1
     path: Path = arguments.svg or arguments.html
@@ -78,7 +77,7 @@ def draw(assembly: Assembly, arguments: argparse.Namespace) -> int:
     text = svg.draw(schemes) if arguments.svg else page.draw(schemes)
     write_together({path: text.encode()})
     print(clean(f"{near(str(path))}: {counted(len(schemes), 'graph')}"))
-    return 1 if assembly.findings.errors else 0
+    return 1 if scene.findings.errors else 0
 
 
 def _at(graph: Graph) -> str:

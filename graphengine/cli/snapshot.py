@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from graphengine.devices.stage import Prim
     from graphengine.physics.pictures.rendering import Image
     from graphengine.physics.simulation import Simulation
-    from graphengine.scene.assembly import Assembly
+    from graphengine.scene.scene import Scene
 
 SIZE = (1280, 720)
 """Of a view without one."""
@@ -58,16 +58,16 @@ def size(text: str) -> tuple[int, int]:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when the picture was written, 1 with errors."""
-    from graphengine.cli.common import assemble_to_run, clean, near
+    from graphengine.cli.common import clean, load_to_run, near
     from graphengine.format.errors import UsageError
 
     output: Path = arguments.output
     if output.suffix.lower() != ".png" or output.is_dir():
         raise UsageError(f"-o {output}: write the name of a PNG file, such as snapshot.png")
-    assembly = assemble_to_run(arguments)
-    if assembly is None:
+    scene = load_to_run(arguments)
+    if scene is None:
         return 1
-    picture, labels = _take(assembly, arguments)
+    picture, labels = _take(scene, arguments)
     if arguments.depth:
         _write(_millimetres(picture.depth), output)
     elif arguments.segmentation:
@@ -83,7 +83,7 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _take(assembly: Assembly, arguments: argparse.Namespace) -> tuple[Picture | Image, Mapping[int, str]]:
+def _take(scene: Scene, arguments: argparse.Namespace) -> tuple[Picture | Image, Mapping[int, str]]:
     """Run the scene with nobody on its network, and take the picture and the paths of its prims' numbers."""
     from graphengine.format.errors import UsageError
     from graphengine.physics.simulation import Simulation
@@ -91,18 +91,17 @@ def _take(assembly: Assembly, arguments: argparse.Namespace) -> tuple[Picture | 
     from graphengine.ros.transports.memory.memory import MemoryTransport
     from graphengine.scene import build
 
-    world = assembly.world
-    if not isinstance(world, Simulation):
-        raise UsageError(
-            f"{assembly.path} is a graph without a scene, and nothing is to be seen; give one with --scene"
-        )
-    prim = _camera(world, arguments.camera)
+    if scene.world is None:
+        raise UsageError(f"{scene.path} is a graph without a scene, and nothing is to be seen; give one with --scene")
+    prim = _camera(scene.world.simulation, arguments.camera)
     if arguments.depth and prim is None:
         raise UsageError(f"--depth: {arguments.camera} is a view, which has no range; name the prim of a camera")
-    transport = MemoryTransport(definitions=assembly.definitions)
-    network = LiveNetwork(lambda _: transport, 0, lambda text: _log("warning", "network", text), assembly.definitions)
-    with build.start(assembly, network, log=_log) as session:
+    transport = MemoryTransport(definitions=scene.definitions)
+    network = LiveNetwork(lambda _: transport, 0, lambda text: _log("warning", "network", text), scene.definitions)
+    with build.start(scene, network, log=_log) as session:
         session.run(arguments.at)
+        world = session.services.world
+        assert isinstance(world, Simulation)
         return _look(world, prim, arguments), world.studio.labels
 
 

@@ -26,21 +26,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 without errors, 1 with."""
-    from graphengine.cli.common import assemble, clean, print_findings, table
+    from graphengine.cli.common import clean, load, print_findings, table
 
-    assembly = assemble(arguments)
-    assembly.world.close()
-    if assembly.findings.errors:
-        print_findings(assembly.findings, notes=False)
+    scene = load(arguments)
+    if scene.findings.errors:
+        print_findings(scene.findings, notes=False)
         return 1
-    claims = sorted(assembly.claims, key=lambda claim: (claim.topic, claim.direction, claim.node))
+    claims = sorted(scene.claims, key=lambda claim: (claim.topic, claim.direction, claim.node))
     if arguments.format == "json":
         print(json.dumps([dataclasses.asdict(claim) for claim in claims], indent=2))
         return 0
     rows: list[tuple[str, ...]] = [("TOPIC", "", "TYPE", "RATE", "QOS", "FRAME", "NODE")]
     rows += [_row(claim) for claim in claims]
     print(clean(table([tuple(cell.replace("\n", " ") for cell in row) for row in rows])))
-    if assembly.loaded is None:
+    if scene.world is None:
         print("without a scene, namespaces are not known; give one with --scene", file=sys.stderr)
     return 0
 

@@ -143,6 +143,13 @@ class World(Protocol):
         """The contact sensor at a contact prim."""
 
     @property
+    def rays_in_use(self) -> str:
+        """Name of the rays that lidars cast; empty while nobody has asked for a lidar."""
+
+    def picture_driver(self) -> str:
+        """Name and version of what draws the pictures of cameras."""
+
+    @property
     def entities(self) -> Entities:
         """Its robots and objects as wholes."""
 

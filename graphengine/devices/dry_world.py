@@ -57,6 +57,7 @@ class DryWorld:
         self.clamps_commands = True
         self.clamped_commands: dict[str, int] = {}
         self.gravity: Vector3 = (0.0, 0.0, -9.81)
+        self.rays_in_use = ""
         self._frictions: dict[str, Friction] = {}
         self._lights: dict[str, Light] = {}
 
@@ -116,6 +117,10 @@ class DryWorld:
     def contact_sensor(self, prim: Prim) -> DryContactSensor:
         """A sensor that nothing touches."""
         return DryContactSensor(prim)
+
+    def picture_driver(self) -> str:
+        """Nothing draws."""
+        return ""
 
     @property
     def entities(self) -> DryEntities:

@@ -16,8 +16,9 @@ for the robot.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from graphengine.devices.sensor import Quaternion, Vector3
@@ -105,6 +106,16 @@ class Stage:
         self._by_path: dict[str, Prim] = {"/": self.root}
         self._by_short_path: dict[str, list[Prim]] = {}
 
+    def copy(self) -> Stage:
+        """An independent tree with the same prims, whose facts have the same values."""
+        made = Stage()
+        made.root.namespace = self.root.namespace
+        for prim in itertools.islice(self.prims(), 1, None):
+            assert prim.parent is not None
+            parent = made._by_path[prim.parent.path]
+            made._enter(replace(prim, parent=parent, facts=dict(prim.facts), children={}), parent)
+        return made
+
     def add(self, path: str, kind: PrimKind, **facts: Any) -> Prim:
         """Define a prim; missing ancestors become scopes, a scope that was there takes the new kind.
 
@@ -122,12 +133,13 @@ class Stage:
             for name, value in facts.items():
                 setattr(existing, name, value)
             return existing
-        parent_path, _, name = path.rpartition("/")
+        parent_path = path.rpartition("/")[0]
         parent = self._by_path.get(parent_path or "/") or self.add(parent_path, "scope")
-        prim = Prim(path, kind, parent, **facts)
-        parent.children[name] = prim
-        self._by_path[path] = prim
-        self._by_short_path.setdefault(_without_geometry(path), []).append(prim)
+        return self._enter(Prim(path, kind, parent, **facts), parent)
+
+    def _enter(self, prim: Prim, parent: Prim) -> Prim:
+        parent.children[prim.name] = self._by_path[prim.path] = prim
+        self._by_short_path.setdefault(_without_geometry(prim.path), []).append(prim)
         return prim
 
     def remove(self, path: str) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterator
 from fractions import Fraction
+from typing import Self
 
 import numpy as np
 
@@ -95,6 +97,16 @@ class SimulationCore:
             self.steps = 0
         self._remember_start()
         self._start_commands()
+
+    def copy(self) -> Self:
+        """An independent simulation that begins as this one, which has not been stepped."""
+        model, rate = copy.copy(self.model), Fraction(*reversed(self.tick_period))
+        made = type(self)(model, self.stage.copy(), rate, self.substeps, seed=self.seed, rays=self._rays_choice)
+        mujoco.mj_copyData(made.data, model, self.data)  # which may have settled
+        made.settled_after = self.settled_after
+        made._remember_start()
+        made._start_commands()
+        return made
 
     def rebind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Go on with another model, such as one with a body more; every handle finds its place in it.

@@ -36,15 +36,26 @@ class LoadedWorld:
 
     Attributes:
         simulation: physics and sensors, a `backend.World`.
-        stage: prims of robots and of the world; graphs are not among them.
         robots: by name, in order of the scene file.
-        scenery: what the model was compiled from, for whoever adds a robot or takes one away.
+        scenery: what the model was compiled from; other sets of robots compile from it too.
     """
 
     simulation: Simulation
-    stage: Stage
     robots: dict[str, Robot]
     scenery: Scenery
+
+    @property
+    def stage(self) -> Stage:
+        """Prims of robots and of the world; graphs are not among them."""
+        return self.simulation.stage
+
+    def copy(self, files: Files) -> LoadedWorld:
+        """An independent world that begins as this one, which has not been stepped.
+
+        Args:
+            files: where the references of robots that are added may lead.
+        """
+        return LoadedWorld(self.simulation.copy(), dict(self.robots), self.scenery.copy(files))
 
 
 def load_robot_file(path: Path, files: Files, findings: Findings) -> Robot | None:
@@ -111,7 +122,7 @@ def load_world(
     _tell_touching(simulation, robots, scene, findings)
     if settle and simulation.settled_after is None:
         findings.add("N103", "not at rest after 5 s; t = 0 begins as it is", scene.document.key_span("settle"))
-    return LoadedWorld(simulation, stage, robots, scenery)
+    return LoadedWorld(simulation, robots, scenery)
 
 
 def _tell_touching(

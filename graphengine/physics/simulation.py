@@ -28,6 +28,10 @@ class Simulation(SimulationCore):
         """What draws its cameras' pictures."""
         return Studio(self)
 
+    def picture_driver(self) -> str:
+        """Name and version of the OpenGL driver; `not there` where there is none."""
+        return self.studio.driver()
+
     @cached_property
     def entities(self) -> Entities:
         """Its robots and objects as wholes."""

@@ -7,21 +7,22 @@ from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
 
+from graphengine.devices.backend import World
 from graphengine.format.version import __version__
-from graphengine.scene.assembly import Assembly
+from graphengine.scene.scene import Scene
 
 _OF_CAMERAS = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 
 
-def rays_in_use(assembly: Assembly) -> str:
-    """What lidars see with; empty where none is read."""
-    return assembly.loaded.simulation.rays_in_use if assembly.loaded is not None else ""
+def describe(scene: Scene, world: World) -> dict[str, str]:
+    """This machine, as far as a session depends on it.
 
-
-def describe(assembly: Assembly) -> dict[str, str]:
-    """This machine, as far as the run of an assembly depends on it, whose nodes are set up."""
-    packages, rays = ["numpy"], rays_in_use(assembly)
-    if assembly.loaded is not None:
+    Args:
+        scene: of the session.
+        world: of the session, whose nodes are set up.
+    """
+    packages, rays = ["numpy"], world.rays_in_use
+    if scene.world is not None:
         packages.append("mujoco-core")
     if rays == "fast":
         packages += ["numba", "llvmlite"]
@@ -29,8 +30,8 @@ def describe(assembly: Assembly) -> dict[str, str]:
     found |= {package: _version(package) for package in packages}
     if rays:
         found["rays"] = rays
-    if assembly.loaded is not None and any(claim.message_type in _OF_CAMERAS for claim in assembly.claims):
-        found["OpenGL"] = assembly.loaded.simulation.studio.driver()
+    if scene.world is not None and any(claim.message_type in _OF_CAMERAS for claim in scene.claims):
+        found["OpenGL"] = world.picture_driver()
     return found
 
 

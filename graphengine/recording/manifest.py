@@ -13,7 +13,7 @@ from graphengine.node.context.services import Services
 from graphengine.node.dropped_values import BadValues
 from graphengine.recording import machine
 from graphengine.recording.sources import SourceNames
-from graphengine.scene.assembly import Assembly
+from graphengine.scene.scene import Scene
 
 FORMAT = 1
 RaysName = Literal["auto", "mujoco", "fast"]
@@ -69,30 +69,30 @@ class Manifest(BaseModel):
 
 
 def describe_run(
-    assembly: Assembly, services: Services, names: SourceNames, keep_going: bool, modules: Sequence[str]
+    scene: Scene, services: Services, names: SourceNames, keep_going: bool, modules: Sequence[str]
 ) -> Manifest:
     """How a run is made whose nodes are set up.
 
     Args:
-        assembly: of the session.
+        scene: of the session.
         services: of the session.
         names: of the files that were read.
         keep_going: whether the session goes on when a node raises.
         modules: Python modules that the node types came from, beside those installed.
     """
-    options = assembly.options
+    options = scene.options
     return Manifest(
-        given=names.name(assembly.path.absolute()),
+        given=names.name(scene.path.absolute()),
         scene=names.name(options.scene.absolute()) if options.scene else "",
         overrides=dict(options.overrides),
         seed=options.seed,
         robot_state=options.robot_state,
-        rays=cast(RaysName, machine.rays_in_use(assembly) or options.rays),
+        rays=cast(RaysName, services.world.rays_in_use or options.rays),
         keep_going=keep_going,
         bad_values="drop" if services.dropped is not None else "stop",
         modules=tuple(modules),
         domain_id=services.domain_id,
         domain_from_environment=services.domain_from_environment,
         period=services.world.tick_period,
-        machine=machine.describe(assembly),
+        machine=machine.describe(scene, services.world),
     )

@@ -23,7 +23,7 @@ from graphengine.recording.sources import MESSAGES, SourceNames, media_type
 from graphengine.recording.writer import Entry, RecordingWriter
 from graphengine.ros.network import LiveNetwork
 from graphengine.runtime.session import Session
-from graphengine.scene.assembly import Assembly
+from graphengine.scene.scene import Scene
 
 CHUNK_BYTES = 4_000_000
 CHUNK_SECONDS = 1.0
@@ -34,9 +34,9 @@ class Recorder:
     """The inbox of a session and a sink of its network; made before the first tick, closed before the session.
 
     Args:
-        session: of the assembly.
+        session: of the scene.
         network: the session's.
-        assembly: what was read for it.
+        scene: what was read for it.
         path: of the file to be written.
         force: write over a file that is there.
         keep_going: whether the session goes on when a node raises.
@@ -53,7 +53,7 @@ class Recorder:
         self,
         session: Session,
         network: LiveNetwork,
-        assembly: Assembly,
+        scene: Scene,
         path: Path,
         *,
         force: bool = False,
@@ -65,10 +65,10 @@ class Recorder:
         self._session = session
         self._clocks = (session.clock, session.step_clock)
         self._times = TickTimes(session.services.world.tick_period)
-        self._files = assembly.files
-        self._names = SourceNames(assembly.files)
-        self._scene = assembly.loaded.scenery.scene.document.path.absolute() if assembly.loaded is not None else None
-        self._definitions = assembly.definitions
+        self._files = session.services.permissions.files or scene.files
+        self._names = SourceNames(self._files)
+        self._scene = scene.world.scenery.scene.document.path.absolute() if scene.world is not None else None
+        self._definitions = scene.definitions
         self._tick = self._ended = 0
         self._wall_time = 0.0
         self._commands: list[tuple[str, Any]] = []
@@ -81,9 +81,9 @@ class Recorder:
         self._bytes = 0
         self._chunk_ticks = max(round(CHUNK_SECONDS / session.clock.delta), 1)
         self._attached: set[str] = set()
-        self._writer = RecordingWriter(path, assembly.definitions, force=force)
+        self._writer = RecordingWriter(path, scene.definitions, force=force)
         try:
-            manifest = describe_run(assembly, session.services, self._names, keep_going, modules)
+            manifest = describe_run(scene, session.services, self._names, keep_going, modules)
             self._writer.note(layout.MANIFEST, manifest.metadata())
             self._attach()
         except BaseException:

@@ -37,7 +37,7 @@ class Roster:
         """Names of the robots that came and are still there, oldest first."""
         return ()
 
-    def add(self, name: str, use: RobotUse) -> Sequence[GraphRun]:
+    def add(self, name: str, use: RobotUse, running: Sequence[GraphRun]) -> Sequence[GraphRun]:
         """Put a robot into the scene; its graphs, set up.
 
         Raises:
@@ -136,7 +136,7 @@ class Session:
             UsageError: the session has no scene, or is within a tick.
         """
         self._refuse_within_tick()
-        self._ticker.take([*self.graphs, *self._roster.add(name, use)])
+        self._ticker.take([*self.graphs, *self._roster.add(name, use, self.graphs)])
         self.inbox.command("spawn", {"name": name, "use": use.model_dump(mode="json")})
         return self._warn_of_overlaps(name)
 

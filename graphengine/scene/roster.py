@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from graphengine.compiler.graph import Graph
 from graphengine.compiler.literals import Override
@@ -10,23 +11,28 @@ from graphengine.compiler.namespaces import write_namespaces
 from graphengine.compiler.planning import share_plans
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import NodeError, UnknownEntityError, UsageError
+from graphengine.format.files import Files
 from graphengine.format.spec import RobotUse
 from graphengine.format.wording import did_you_mean, listing
-from graphengine.messages.endpoints import EndpointClaim
 from graphengine.node.clock import Clock
 from graphengine.node.context.services import Services
 from graphengine.runtime import check
 from graphengine.runtime.graph_run import GraphRun, make_graph_run
 from graphengine.runtime.session import Roster
-from graphengine.scene.assembly import Assembly
+from graphengine.scene.scene import Scene
 from graphengine.scene.uses import resolve_uses, robot_uses
+
+if TYPE_CHECKING:
+    from graphengine.physics.loading import LoadedWorld
 
 
 class SceneRoster(Roster):
     """The robots of a session that was built from a scene.
 
     Args:
-        assembly: of the scene; the graphs and claims of robots that come are added to it.
+        scene: that the session was made from.
+        world: the session's own; robots are added to it and removed from it.
+        files: where the references of robots that come may lead.
         services: of the session.
         clocks: of its ticks and of its physics steps, by what graphs run on.
         fault: who hears of nodes that raise.
@@ -34,17 +40,18 @@ class SceneRoster(Roster):
 
     def __init__(
         self,
-        assembly: Assembly,
+        scene: Scene,
+        world: LoadedWorld,
+        files: Files,
         services: Services,
         clocks: Mapping[str, Clock],
         fault: Callable[[NodeError], None] | None,
     ) -> None:
         from graphengine.physics.population import Population  # not before a scene has brought MuJoCo in
 
-        assert assembly.loaded is not None
-        self._assembly = assembly
-        self._robots, self._scene = assembly.loaded.robots, assembly.loaded.scenery.scene
-        self._population = Population(assembly.loaded)
+        self._scene, self._files = scene, files
+        self._robots, self._specified = world.robots, world.scenery.scene
+        self._population = Population(world)
         self._services = services
         self._clocks = clocks
         self._fault = fault
@@ -55,7 +62,7 @@ class SceneRoster(Roster):
         stage = self._services.stage
         return [name for name, robot in self._robots.items() if stage.find(robot.prim_path).facts.get("spawned")]
 
-    def add(self, name: str, use: RobotUse) -> Sequence[GraphRun]:
+    def add(self, name: str, use: RobotUse, running: Sequence[GraphRun]) -> Sequence[GraphRun]:
         """Put a robot into the scene; its graphs, set up.
 
         Raises:
@@ -65,39 +72,36 @@ class SceneRoster(Roster):
         self._population.add(name, use, Findings())
         runs: list[GraphRun] = []
         try:
-            graphs, claims = self._graphs(name)
+            graphs = self._plan(name, running)
             for graph in graphs:
                 runs.append(make_graph_run(graph, self._services, self._clocks[graph.runs], self._fault))
                 runs[-1].executor.setup()
         except BaseException:
             self._dismiss(name, runs)
             raise
-        self._assembly.planned += graphs
-        self._assembly.claims += claims
         self._services.stage.find(self._robots[name].prim_path).facts["spawned"] = True
         return runs
 
-    def _graphs(self, name: str) -> tuple[list[Graph], list[EndpointClaim]]:
-        """A robot's graphs, planned and checked beside all others, and the topics that they claim."""
-        assembly, findings = self._assembly, Findings()
-        robot, stage, files, options = self._robots[name], assembly.world.stage, assembly.files, assembly.options
-        uses = robot_uses(robot, stage, files, findings, robot_state=options.robot_state)
-        overrides = Override.parse_all(options.overrides)
-        graphs = share_plans(resolve_uses(uses, files, assembly.registry, findings, overrides), findings)
+    def _plan(self, name: str, running: Sequence[GraphRun]) -> list[Graph]:
+        """A robot's graphs, planned and checked beside those that run."""
+        scene, services, findings = self._scene, self._services, Findings()
+        robot, files = self._robots[name], self._files
+        uses = robot_uses(robot, services.stage, files, findings, robot_state=scene.options.robot_state)
+        overrides = Override.parse_all(scene.options.overrides)
+        graphs = share_plans(resolve_uses(uses, files, scene.registry, findings, overrides), findings)
         findings.raise_errors()
-        write_namespaces(self._scene, stage, graphs, findings, within=robot.prim_path)
-        beside, claimed = assembly.planned, assembly.claims
-        claims = check.check_graphs(
+        write_namespaces(self._specified, services.stage, graphs, findings, within=robot.prim_path)
+        check.check_graphs(
             graphs,
-            assembly.world,
+            services.world,
             findings,
             prims_known=True,
-            beside=beside,
-            claimed=claimed,
-            permissions=assembly.permissions,
+            beside=[run.executor.graph for run in running],
+            claimed=services.claims,
+            permissions=services.permissions,
         )
         findings.raise_errors()
-        return graphs, claims
+        return graphs
 
     def own(self, name: str, graphs: Sequence[GraphRun]) -> Sequence[GraphRun]:
         """Which of the session's graphs are a robot's, which can be removed.
@@ -119,9 +123,6 @@ class SceneRoster(Roster):
     def remove(self, name: str, own: Sequence[GraphRun]) -> None:
         """Take a robot away, with its graphs and topics."""
         self._dismiss(name, own)
-        assembly = self._assembly
-        assembly.planned = [graph for graph in assembly.planned if not _belongs(graph.name, name)]
-        assembly.claims = [claim for claim in assembly.claims if not _belongs(claim.graph, name)]
 
     def _dismiss(self, name: str, own: Sequence[GraphRun]) -> None:
         """Take a robot away, with its graphs and with what the session keeps for it."""

@@ -48,7 +48,7 @@ class Arrivals:
 
 def run(path: Path, folder: Path, count: int, domain: Domain) -> bool:
     """Send the messages, and print what became of them; whether the run lived."""
-    assembly = build.assemble(write_scene(folder))
+    assembly = build.load(write_scene(folder))
     network = LiveNetwork(
         lambda _: DdsTransport(domain, "bad", "/"), domain.id, lambda complaint: None, assembly.definitions
     )

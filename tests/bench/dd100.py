@@ -21,6 +21,7 @@ from graphengine.format.files import find_given
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import LATCHED
+from graphengine.physics.simulation import Simulation
 from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.topic_endpoints import LivePublisher
@@ -86,19 +87,19 @@ def resident_megabytes() -> float:
 
 def main(simulated: float) -> None:
     """Run and print."""
-    assembly = build.assemble(find_given("dd100_warehouse", "scenes"))
+    assembly = build.load(find_given("dd100_warehouse", "scenes"))
     topics = {f"{claim.topic}={claim.message_type}" for claim in assembly.claims if claim.direction == "publish"}
     reader = subprocess.Popen([sys.executable, __file__, "--read", *sorted(topics)], stdout=subprocess.PIPE, text=True)
     network = LiveNetwork(lambda domain: DdsTransport(DOMAIN, "bench"), DOMAIN.id, print)
-    world: Any = assembly.world
+    world: Any = Simulation
     rays, steps, lidars = Stopwatch(), Stopwatch(), []
-    make_lidar = world.lidar
+    make_lidar, step = world.lidar, world.step
 
-    def timed_lidar(prim: Any) -> Any:
-        lidars.append(make_lidar(prim))
+    def timed_lidar(simulation: Any, prim: Any) -> Any:
+        lidars.append(make_lidar(simulation, prim))
         return TimedLidar(lidars[-1], rays)
 
-    world.lidar, world.step = timed_lidar, steps.wrap(world.step)
+    world.lidar, world.step = timed_lidar, steps.wrap(step)
     try:
         with build.start(assembly, network) as session:
             assert reader.stdout is not None
@@ -112,9 +113,7 @@ def main(simulated: float) -> None:
         reader.kill()
     rate, step, scan, rest, paced, bare = (statistics.median(column) for column in zip(*rounds, strict=True))
     print(f"{ROUNDS} rounds of {simulated / ROUNDS:g} s, medians; us and ratios a tick")
-    print(
-        f"real-time factor {rate:.1f} (bar 10); step {step:.0f} us, {world.substeps} a tick; {scan / 1e3:.2f} ms a scan"
-    )
+    print(f"real-time factor {rate:.1f} (bar 10); step {step:.0f} us; {scan / 1e3:.2f} ms a scan")
     print(f"all the rest {rest:.0f} us; encoding and writing the same messages in a bare loop:")
     ratios = sorted(r[3] / r[4] for r in rounds)
     low, middle, high = ratios[0], statistics.median(ratios), ratios[-1]

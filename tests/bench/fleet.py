@@ -19,7 +19,7 @@ from graphengine.physics.sensors.rays import RaysChoice
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.scene import build
-from graphengine.scene.assembly import Options
+from graphengine.scene.scene import Options
 
 NUMBERS = (1, 5, 10, 20, 50)
 SCENE = """scene: fleet
@@ -44,7 +44,7 @@ def run(folder: Path, count: int, rays: RaysChoice, seconds: float) -> tuple[flo
     path.write_text(SCENE.format(count=count), encoding="utf-8")
     transport = MemoryTransport()
     overrides = {"SubscribeTwist.timeout": 0.0}
-    assembly = build.assemble(path, Options(overrides, rays=rays))
+    assembly = build.load(path, Options(overrides, rays=rays))
     network = LiveNetwork(lambda _: transport, 0, print)
     with build.start(assembly, network) as session:
         for claim in assembly.claims:

@@ -45,7 +45,7 @@ class Side:
     """
 
     def __init__(self, scene: str, record: Path | None, stack: ExitStack) -> None:
-        assembly = build.assemble(find_given(scene, "scenes"))
+        assembly = build.load(find_given(scene, "scenes"))
         self.transport = MemoryTransport(wants_all=True, keeps=False, definitions=assembly.definitions)
         network = LiveNetwork(lambda _: self.transport, 0, print, assembly.definitions)
         self.session = stack.enter_context(build.start(assembly, network))

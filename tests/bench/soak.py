@@ -35,7 +35,7 @@ from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.runtime.session import Session
 from graphengine.scene import build
-from graphengine.scene.assembly import Options
+from graphengine.scene.scene import Options
 
 DOMAIN = 88
 TWIST = "geometry_msgs/msg/Twist"
@@ -172,7 +172,7 @@ def main(arguments: argparse.Namespace) -> int:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "soak.yaml"
         path.write_text(SCENE.format(robots=arguments.robots), encoding="utf-8")
-        assembly = build.assemble(path, Options({"SubscribeTwist.timeout": 0.0}))
+        assembly = build.load(path, Options({"SubscribeTwist.timeout": 0.0}))
     topics = sorted({f"{claim.topic}={claim.message_type}" for claim in assembly.claims})
     remote = arguments.transport == "dds"
     hurried, domain = arguments.rate == "max", Domain(arguments.domain, "LOCALHOST")

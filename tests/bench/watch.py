@@ -26,7 +26,7 @@ from graphengine.ros.transport import Transport
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.scene import build
-from graphengine.scene.assembly import Options
+from graphengine.scene.scene import Options
 
 ROBOTS = 100
 PUBLISHED = ("odom", "scan", "joint_states", "imu", "rgb", "depth", "info", "pose", "state", "battery", "points")
@@ -133,7 +133,7 @@ def run(name: str, folder: Path, transport: Transport, seconds: float, peers: bo
     """Run robots for a time, and print what part of a tick goes to looking at peers."""
     path = folder / "fleet.yaml"
     path.write_text(SCENE, encoding="utf-8")
-    assembly = build.assemble(path, Options({"SubscribeTwist.timeout": 0.0}))
+    assembly = build.load(path, Options({"SubscribeTwist.timeout": 0.0}))
     network = LiveNetwork(lambda _: transport, 0, lambda text: None)
     follow, look = Timed(network._follow), Timed(network.look)
     network._follow, network.look = follow, look  # type: ignore[method-assign]

@@ -50,7 +50,7 @@ def test_memory_that_runs_out_in_a_verb_is_told(graphrun: Graphrun, monkeypatch:
     def full(*_: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr("graphengine.scene.build.assemble", full)
+    monkeypatch.setattr("graphengine.scene.build.load", full)
     assert graphrun("check", "dd100_flat") == Result(3, "", "error: out of memory\n")
 
 

@@ -16,7 +16,7 @@ from graphengine.scene import uses as uses_of_graphs
 def findings(folder: Path, **files: str) -> list[Finding]:
     for name, body in files.items():
         (folder / f"{name}.yaml").write_text(f"graph: {name}\n{body}")
-    return build.assemble(folder / f"{next(iter(files))}.yaml").findings.items
+    return build.load(folder / f"{next(iter(files))}.yaml").findings.items
 
 
 def uses(count: int, file: str, more: str = "") -> str:
@@ -73,7 +73,7 @@ def test_graphs_of_a_scene_hold_so_much_together(tmp_path: Path, monkeypatch: py
     ):
         graphs = "".join(f"  g{i}: {{use: g.yaml, at: /World/g{i}}}\n" for i in range(count))
         (tmp_path / "scene.yaml").write_text(f"scene: many\nworld: world.xml\ngraphs:\n{graphs}")
-        assembly = build.assemble(tmp_path / "scene.yaml")
+        assembly = build.load(tmp_path / "scene.yaml")
         errors = assembly.findings.errors
         assert [(one.code, one.message, one.span.line) for one in errors if one.span] == told
         assert len(assembly.graphs) == (0 if told else count)
@@ -98,7 +98,7 @@ def test_a_wire_written_often_is_one_finding_and_one_wire(tmp_path: Path) -> Non
     assert (found.code, found.message) == ("W108", "T.tick -> C.execIn is written 10000 times")
     assert found.span is not None
     assert (found.span.line, found.related[0][0].line) == (5, 4)
-    assert len(build.assemble(tmp_path / "a.yaml").graphs[0].exec_wires) == 1
+    assert len(build.load(tmp_path / "a.yaml").graphs[0].exec_wires) == 1
 
 
 def test_only_the_first_findings_guess_what_was_meant(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from graphengine.format.errors import GraphError
 from graphengine.node import ExecIn, Node
 from graphengine.node.node_class import NodeMeta
 from graphengine.scene import build
-from graphengine.scene.assembly import Options
+from graphengine.scene.scene import Options
 
 SHORT_NAMES: dict[str, list[str]] = yaml.safe_load((Path(__file__).parent / "short_names.yaml").read_text())
 BUILT_IN = sorted(name for name, owner in default_registry().owners.items() if owner == "graphengine")
@@ -104,7 +104,7 @@ def test_an_old_name_is_told_and_runs(tmp_path: Path) -> None:
         "graph: a\nnodes:\n  Tick: OnPlaybackTick\n  Clock: omni.isaac.ros2_bridge.ROS2PublishClock\n"
         "connections: [Tick.tick -> Clock.execIn]\n"
     )
-    assembly = build.assemble(path)
+    assembly = build.load(path)
     assert [finding.code for finding in assembly.findings.items] == ["N101"]
     assert assembly.findings.items[0].help == ("its name now is 'isaacsim.ros2.bridge.ROS2PublishClock'",)
     assert not assembly.findings.errors
@@ -224,7 +224,7 @@ def test_who_misses_a_type_hears_of_the_broken_plugin(monkeypatch: pytest.Monkey
     installed(monkeypatch, Entry("acme-bad", "acme.nodes", ImportError("no module named 'torch'")))
     path = tmp_path / "a.yaml"
     path.write_text("graph: a\nnodes: {Arm: acme.Gripper}\n")
-    (finding,) = build.assemble(path, Options()).findings.items
+    (finding,) = build.load(path, Options()).findings.items
     assert finding.code == "G201"
     missing = "acme-bad: acme.nodes could not be imported (ImportError: no module named 'torch')"
     assert finding.help == (f"`graphrun nodes` lists every type; {missing}",)
@@ -234,7 +234,7 @@ def test_a_file_cannot_have_code_imported(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     names = ["antigravity", "os.system", "antigravity.Node", "tests.compiler.test_registry.Mine", "../nodes"]
     path.write_text("graph: a\nnodes: {" + ", ".join(f"N{i}: {name!r}" for i, name in enumerate(names)) + "}\n")
-    findings = build.assemble(path).findings
+    findings = build.load(path).findings
     assert [finding.code for finding in findings.errors] == ["G201"] * len(names)
     assert "antigravity" not in sys.modules
 

@@ -336,11 +336,10 @@ def test_a_declared_port_that_means_nothing_is_told(file: MakeFile, declared: st
 
 def test_a_part_is_not_run_without_what_it_is_given(file: MakeFile) -> None:
     path = file("{graph: part, inputs: {angle: C.value}, nodes: {C: {type: omni.graph.nodes.Cos}}}")
-    assembly = build.assemble(path)
+    assembly = build.load(path)
     assert assembly.findings.items == []
     with pytest.raises(UsageError, match=r"part is a part of other graphs, which give it C\.value; run one of those"):
         build.start(assembly, DryNetwork())
-    assembly.world.close()
 
 
 def test_a_scene_cannot_use_a_part(file: MakeFile) -> None:
@@ -348,8 +347,7 @@ def test_a_scene_cannot_use_a_part(file: MakeFile) -> None:
     scene = part.with_name("scene.yaml")
     part.with_name("floor.xml").write_text("<mujoco/>")
     scene.write_text("scene: s\nworld: floor.xml\ngraphs: {part: {use: part.yaml}}\n")
-    assembly = build.assemble(scene)
-    assembly.world.close()
+    assembly = build.load(scene)
     assert codes(assembly.findings) == ["G208", "W102"]
 
 
@@ -358,8 +356,7 @@ def test_a_literal_is_of_a_type_that_has_literals(file: MakeFile, kind: str) -> 
     text = (
         f"graph: g\nnodes: {{A: {{type: omni.graph.nodes.ToString, inputs: {{value: {{type: {kind}, value: 1}}}}}}}}\n"
     )
-    assembly = build.assemble(file(text))
-    assembly.world.close()
+    assembly = build.load(file(text))
     (found,) = assembly.findings.errors
     assert found.code in ("G211", "G212")
 

@@ -79,7 +79,7 @@ class Simulator(Client):
 def simulator(folder: Path, **how: Any) -> Iterator[Simulator]:
     """A scene of a cart with an arm, `bot`, a free `ball` and a `shelf`, paused at time 0."""
     project = Project(folder).write("world.xml", WORLD)
-    assembly = build.assemble(project.folder / "scene.yaml")
+    assembly = build.load(project.folder / "scene.yaml")
     transport, complaints = MemoryTransport(), list[str]()
     session = build.start(assembly, LiveNetwork(lambda domain: transport, 0, complaints.append))
     with controlled(session, **{"paused": True, **how}) as run:

@@ -19,8 +19,7 @@ def drawn(tmp_path: Path) -> Draw:
     def draw(text: str, *, html: bool = False, **others: str) -> str:
         for name, content in {"main": text, **others}.items():
             (tmp_path / f"{name}.yaml").write_text(content, encoding="utf-8")
-        assembly = build.assemble(tmp_path / "main.yaml")
-        assembly.world.close()
+        assembly = build.load(tmp_path / "main.yaml")
         schemes = [make_scheme(graph, assembly.findings) for graph in assembly.graphs]
         return page.draw(schemes) if html else svg.draw(schemes)
 

@@ -49,8 +49,7 @@ TEXTS = st.text(st.characters(codec="utf-8", exclude_categories=["Cs"]), max_siz
 
 
 def drawn(path: Path) -> str:
-    assembly = build.assemble(path)
-    assembly.world.close()
+    assembly = build.load(path)
     return svg.draw([make_scheme(graph, assembly.findings) for graph in assembly.planned])
 
 

@@ -117,7 +117,7 @@ def test_after_a_thousand_mistakes_the_rest_is_dropped(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     path.write_text("graph: g\n" + "a: 1\n" * 20_000)
     begun = time.process_time()
-    assembly = build.assemble(path)
+    assembly = build.load(path)
     assert time.process_time() - begun < 5
     assert len(assembly.findings.items) == MAX_ERRORS + 1
     assert assembly.findings.items[-1].message == f"more than {MAX_ERRORS} mistakes; the others are not told"
@@ -145,7 +145,7 @@ def test_mistakes_without_end_are_told_in_time(body: str, tmp_path: Path) -> Non
     path = tmp_path / "a.yaml"
     path.write_text(f"graph: g\n{body}")
     begun = time.process_time()
-    assembly = build.assemble(path)
+    assembly = build.load(path)
     assert time.process_time() - begun < 30
     assert len(assembly.findings.errors) <= MAX_ERRORS + 1
 
@@ -158,7 +158,7 @@ def test_what_parameters_amount_to_is_bounded(use: str, tmp_path: Path) -> None:
         + "".join(f"  A{i}: {{type: ROS2PublishClock, inputs: {{topicName: {use}}}}}\n" for i in range(1000))
     )
     tracemalloc.start()
-    findings = build.assemble(path).findings
+    findings = build.load(path).findings
     assert tracemalloc.get_traced_memory()[1] < 100_000_000
     tracemalloc.stop()
     assert [f.message for f in findings.errors if f.code == "G105"] == [
@@ -240,7 +240,7 @@ def test_a_pipe_does_not_hang(write: bool, tmp_path: Path) -> None:
     writer = os.open(path, os.O_RDWR) if write else None
     try:
         assert load(path)[1].items[0].message == f"cannot read {str(path)!r}: not a regular file"
-        assert build.assemble(path).findings.items[0].code == "G101"
+        assert build.load(path).findings.items[0].code == "G101"
     finally:
         if writer is not None:
             os.close(writer)
@@ -297,13 +297,13 @@ def test_nothing_in_a_file_reaches_the_terminal_raw(tmp_path: Path) -> None:
         connections: ["{escaped}", "{escaped}.a -> b.{escaped}"]
     """
     path.write_text(textwrap.dedent(text))
-    first = build.assemble(path)
+    first = build.load(path)
     path.write_text(
         f'graph: g\nnodes:\n  A: "{escaped}"\n  B: {{subgraph: "{escaped}"}}\n'
         f'  C: {{type: ROS2SubscribeTwist, inputs: {{"{escaped}": 1, topicName: "{escaped}", qosProfile: "{escaped}"}}}}\n'
         f'connections: ["A.{escaped} -> B.x", "C.{escaped} -> C.execIn"]\n'
     )
-    second = build.assemble(path)
+    second = build.load(path)
     findings = [*first.findings.items, *second.findings.items]
     assert {finding.code for finding in findings} >= {"G103", "G106", "G108", "G109", "G111", "G201", "G202", "G204"}
     for text in ("\n".join(finding.render() for finding in findings), to_json(findings)):
@@ -313,7 +313,7 @@ def test_nothing_in_a_file_reaches_the_terminal_raw(tmp_path: Path) -> None:
 def test_a_text_of_a_file_cannot_forge_a_line_of_output(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     path.write_text('graph: g\ninputs: {"x\\nfine.yaml:1:1: error G999: forged": 1}\n')
-    (finding,) = build.assemble(path).findings.items
+    (finding,) = build.load(path).findings.items
     assert not any(line.startswith("fine.yaml") for line in finding.render().split("\n"))
 
 
@@ -323,7 +323,7 @@ def test_the_name_of_a_file_cannot_steer_a_terminal(tmp_path: Path) -> None:
     path.write_text("graph: g\ndoc: a\ndoc: b\nnodes: {A: {subgraph: secret.yaml}}\n")
     (tmp_path / "\x1b[31msecret.yaml").write_text("")
     missing = tmp_path / f"{HOSTILE}missing.yaml"
-    findings = [*build.assemble(path).findings.items, *build.assemble(missing).findings.items]
+    findings = [*build.load(path).findings.items, *build.load(missing).findings.items]
     assert [finding.code for finding in findings] == ["G103", "G214", "G101"]
     assert findings[1].help[0] == r"did you mean '\x1b[31msecret.yaml'?"
     text = "\n".join(finding.render() for finding in findings)

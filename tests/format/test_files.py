@@ -11,7 +11,7 @@ import pytest
 from graphengine.format import files
 from graphengine.format.files import Files, NotFoundError, find_given, shipped
 from graphengine.scene import build
-from graphengine.scene.assembly import Options
+from graphengine.scene.scene import Options
 
 GRAPH = "graph: inner\nnodes: {Tick: omni.graph.action.OnPlaybackTick}\n"
 Refer = Callable[..., list[str]]
@@ -36,7 +36,7 @@ def refer(home: Path) -> Refer:
     def told(reference: str, *allowed: Path) -> list[str]:
         path = home / "given.yaml"
         path.write_text(f"graph: given\nnodes:\n  Inner: {{subgraph: {reference!r}}}\n")
-        findings = build.assemble(path, Options(allowed=allowed)).findings
+        findings = build.load(path, Options(allowed=allowed)).findings
         return [f"{finding.code} {finding.message}" for finding in findings.errors]
 
     return told
@@ -76,7 +76,7 @@ def test_a_given_link_reads_what_lies_where_it_leads(home: Path) -> None:
     link = home.parent / "outside" / "given.yaml"
     (home / "given.yaml").write_text("graph: given\nnodes:\n  Inner: {subgraph: inner.yaml}\n")
     link.symlink_to(home / "given.yaml")
-    told = [finding.message for finding in build.assemble(link).findings.errors]
+    told = [finding.message for finding in build.load(link).findings.errors]
     assert told == ["subgraph: no file 'inner.yaml'"]  # it is looked for beside the name that was given
 
 

@@ -60,8 +60,7 @@ def span(line: int, column: int = 1, length: int = 1, *, text: str = "abc", path
 @pytest.mark.parametrize("path", sorted(CASES.glob("*.yaml")), ids=lambda path: path.stem)
 def test_records_have_the_promised_shape(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(CASES)
-    assembly = build.assemble(Path(path.name))
-    assembly.world.close()
+    assembly = build.load(Path(path.name))
     records = json.loads(to_json(assembly.findings.sorted()))
     jsonschema.Draft202012Validator(RECORD).validate(records)
     assert records

@@ -80,8 +80,7 @@ def mutated(draw: st.DrawFn) -> str:
 def check(raw: bytes, folder: Path) -> None:
     path = folder / "fuzzed.yaml"
     path.write_bytes(raw)
-    assembly = build.assemble(path)
-    assembly.world.close()
+    assembly = build.load(path)
     findings = assembly.findings.sorted()
     text = "\n".join(finding.render() for finding in findings)
     assert all(character.isprintable() or character == "\n" for character in text)

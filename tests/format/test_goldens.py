@@ -18,7 +18,7 @@ from graphengine.format.diagnostics import CODES
 from graphengine.format.files import shipped
 from graphengine.node import Context, ExecIn, ExecOut, In, Node, Out, State, Variable, Vector3d
 from graphengine.scene import build
-from graphengine.scene.assembly import Assembly, Options
+from graphengine.scene.scene import Options, Scene
 
 CASES = Path(__file__).parent / "cases"
 FILES = sorted(CASES.glob("*.yaml"))
@@ -90,15 +90,13 @@ def registry() -> Registry:
     return types
 
 
-def assemble(path: Path, monkeypatch: pytest.MonkeyPatch) -> Assembly:
+def assemble(path: Path, monkeypatch: pytest.MonkeyPatch) -> Scene:
     """As a user who stands in the folder of the file."""
     monkeypatch.chdir(path.parent)
-    assembly = build.assemble(Path(path.name), Options(registry=registry(), near=path.parent))
-    assembly.world.close()
-    return assembly
+    return build.load(Path(path.name), Options(registry=registry(), near=path.parent))
 
 
-def told(assembly: Assembly) -> str:
+def told(assembly: Scene) -> str:
     text = "\n".join(finding.render() for finding in assembly.findings.sorted())
     return text.replace(str(shipped()), "<shipped>") + "\n"
 

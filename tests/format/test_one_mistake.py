@@ -18,8 +18,7 @@ def told(folder: Path, text: str) -> list[str]:
     """Code, file and line of each error."""
     path = folder / "a.yaml"
     path.write_text(text)
-    assembly = build.assemble(path)
-    assembly.world.close()
+    assembly = build.load(path)
     places = [
         (f.code, f.span.source.path, f.span.line) if f.span else (f.code, "", 0) for f in assembly.findings.errors
     ]
@@ -182,7 +181,7 @@ def test_a_variable_of_which_something_was_told_is_there_for_its_readers(
 def test_a_variable_is_told_with_the_one_that_is_near(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     path.write_text(f"{VARIABLE}  Read: {{type: ReadVariable, inputs: {{variableName: sped}}}}\n{READING}{READ_ON}")
-    (finding,) = build.assemble(path).findings.errors
+    (finding,) = build.load(path).findings.errors
     assert finding.message == "Read: the graph has no variable 'sped'"
     assert finding.help == ("did you mean 'speed'?",)
     assert finding.span is not None
@@ -234,6 +233,5 @@ def test_a_graph_file_that_names_its_scene_but_not_itself(tmp_path: Path) -> Non
     (tmp_path / "scene.yaml").write_text("scene: s\nworld: world.xml\ngraphs: {g: {use: graph.yaml}}\n")
     (tmp_path / "world.xml").write_text(WORLD)
     (tmp_path / "graph.yaml").write_text("scene: scene.yaml\nnodes: {T: OnTick}\n")
-    assembly = build.assemble(tmp_path / "scene.yaml")
-    assembly.world.close()
+    assembly = build.load(tmp_path / "scene.yaml")
     assert [finding.message for finding in assembly.findings.errors] == ["missing key 'graph'"]

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from graphengine.scene import build
-from graphengine.scene.assembly import Options
+from graphengine.scene.scene import Options
 
 SCENE = Path(__file__).parent / "cases" / "parts" / "rover_scene.yaml"
 TICK = "  Tick: OnPlaybackTick\n"
@@ -20,8 +20,7 @@ def told(folder: Path, nodes: str, wires: str, *, scene: bool = False, **overrid
     options = Options(
         scene=SCENE if scene else None, overrides={name.replace("__", "."): value for name, value in overrides.items()}
     )
-    assembly = build.assemble(path, options)
-    assembly.world.close()
+    assembly = build.load(path, options)
     places = [(f.code, f.span) for f in assembly.findings.errors or assembly.findings.warnings if f.span]
     return [f"{c} {p.source.lines[p.line - 1][p.column - 1 : p.column - 1 + p.length]}" for c, p in places]
 
@@ -79,8 +78,7 @@ def test_nodes_behind_a_wire_that_cannot_be_read_are_not_called_idle(wire: str, 
     path.write_text(
         f"graph: g\nnodes:\n{TICK}{nodes}connections: ['{wire}', A.execOut -> B.execIn, C.context -> B.context]\n"
     )
-    assembly = build.assemble(path, Options())
-    assembly.world.close()
+    assembly = build.load(path, Options())
     assert [finding.code for finding in assembly.findings.items] == ["G202"]
 
 
@@ -95,6 +93,5 @@ def test_nodes_behind_a_wire_that_cannot_be_read_are_not_called_idle(wire: str, 
 def test_of_a_list_the_element_is_told_that_is_wrong(value: str, underlined: str, message: str, tmp_path: Path) -> None:
     node = f"  A: {{type: IsaacArticulationController, inputs: {{targetPrim: /rover, jointNames: {value}}}}}\n"
     assert told(tmp_path, node, "Tick.tick -> A.execIn") == [f"G211 {underlined}"]
-    assembly = build.assemble(tmp_path / "a.yaml", Options())
-    assembly.world.close()
+    assembly = build.load(tmp_path / "a.yaml", Options())
     assert [finding.message for finding in assembly.findings.errors] == [message]

@@ -16,8 +16,7 @@ def first(folder: Path, text: str) -> tuple[str, str, tuple[str, ...]]:
     """Message, marked text and help of the only error."""
     path = folder / "a.yaml"
     path.write_text(text)
-    assembly = build.assemble(path)
-    assembly.world.close()
+    assembly = build.load(path)
     (finding,) = assembly.findings.errors
     assert finding.span is not None
     line, column = text.split("\n")[finding.span.line - 1], finding.span.column - 1
@@ -82,7 +81,7 @@ def test_a_value_and_a_wire_are_told_at_the_value_whatever_its_key(tmp_path: Pat
     path = tmp_path / "a.yaml"
     node = "  A: {type: ROS2PublishClock, inputs: {inputs:timeStamp: 1.0}}\n"
     path.write_text(f"{TICK}{node}connections: [Tick.tick -> A.execIn, Tick.time -> A.timeStamp]\n")
-    (finding,) = build.assemble(path).findings.warnings
+    (finding,) = build.load(path).findings.warnings
     assert finding.span is not None
     assert (finding.code, finding.span.column, finding.span.length) == ("W103", 40, len("inputs:timeStamp"))
 
@@ -90,7 +89,7 @@ def test_a_value_and_a_wire_are_told_at_the_value_whatever_its_key(tmp_path: Pat
 def test_of_many_legal_texts_only_some_are_told(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     path.write_text(f"{TICK}  Make: {{type: ConstructArray, inputs: {{arrayType: 'doubl[]', input0: 1}}}}\n")
-    (finding,) = build.assemble(path).findings.errors
+    (finding,) = build.load(path).findings.errors
     assert finding.help == ("did you mean 'double[]'?",)
     assert finding.message.startswith("Make.arrayType: expected one of auto, bool[], double[], ")
     assert finding.message.endswith(f", … ({len(ARRAY_TYPES) - 20} more), got 'doubl[]'")

@@ -9,7 +9,7 @@ import pytest
 from graphengine.format.errors import CheckError
 from graphengine.format.spec import RobotUse
 from graphengine.scene import build
-from graphengine.scene.assembly import Assembly
+from graphengine.scene.scene import Scene
 from tests.jobs.crowd import physics
 from tests.jobs.harness import Job
 
@@ -57,7 +57,7 @@ def files(folder: Path, at: str, namespaces: str = "", inputs: str = "", robot: 
     return folder / "scene.yaml"
 
 
-def topics(assembly: Assembly, graph: str = "say") -> list[str]:
+def topics(assembly: Scene, graph: str = "say") -> list[str]:
     assert not assembly.findings.errors, "\n".join(finding.render() for finding in assembly.findings.errors)
     return [claim.topic for claim in assembly.claims if claim.graph == graph]
 
@@ -81,7 +81,7 @@ def topics(assembly: Assembly, graph: str = "say") -> list[str]:
     ],
 )  # fmt: skip
 def test_any_prim_may_have_a_namespace(tmp_path: Path, at: str, namespaces: str, expected: list[str]) -> None:
-    assert topics(build.assemble(files(tmp_path, at, namespaces))) == expected
+    assert topics(build.load(files(tmp_path, at, namespaces))) == expected
 
 
 @pytest.mark.parametrize(
@@ -98,14 +98,14 @@ def test_an_input_overrides_what_is_collected_and_a_topic_never_escapes_it(
     tmp_path: Path, inputs: str, expected: list[str]
 ) -> None:
     path = files(tmp_path, CHASSIS, "/bot: a, /bot/base_link: b", inputs)
-    assembly = build.assemble(path)
+    assembly = build.load(path)
     assert [claim.topic for claim in assembly.claims if claim.graph == "say"] == expected
 
 
 def test_what_a_scene_says_of_a_prim_replaces_what_the_robot_file_says(tmp_path: Path) -> None:
     path = files(tmp_path, CHASSIS, "/bot/base_link: scene")
     (tmp_path / "bot.yaml").write_text(ROBOT.replace('base_link: ""', "base_link: robot"), encoding="utf-8")
-    assert topics(build.assemble(path))[0] == "/scene/joint_states"
+    assert topics(build.load(path))[0] == "/scene/joint_states"
 
 
 def test_a_robot_that_comes_back_has_the_namespaces_that_the_scene_gives_it(tmp_path: Path) -> None:
@@ -133,7 +133,7 @@ def test_a_robot_that_comes_back_has_the_namespaces_that_the_scene_gives_it(tmp_
 def test_a_namespace_that_cannot_be_is_told_where_it_is_written(
     tmp_path: Path, namespaces: str, place: str, words: str
 ) -> None:
-    (only,) = build.assemble(files(tmp_path, CHASSIS, namespaces)).findings.errors
+    (only,) = build.load(files(tmp_path, CHASSIS, namespaces)).findings.errors
     assert only.render().startswith(f"{tmp_path}/{place}")
     assert words in only.render()
 
@@ -141,9 +141,9 @@ def test_a_namespace_that_cannot_be_is_told_where_it_is_written(
 def test_one_in_a_robot_file_is_told_there(tmp_path: Path) -> None:
     path = files(tmp_path, CHASSIS)
     (tmp_path / "bot.yaml").write_text(ROBOT.replace('base_link: ""', "base_link: 0"), encoding="utf-8")
-    assert "bot.yaml:3:25: error G108" in build.assemble(path).findings.errors[0].render()
+    assert "bot.yaml:3:25: error G108" in build.load(path).findings.errors[0].render()
     (tmp_path / "bot.yaml").write_text(ROBOT.replace('base_link: ""', 'base_link: "0"'), encoding="utf-8")
-    (only,) = build.assemble(path).findings.errors
+    (only,) = build.load(path).findings.errors
     assert "bot.yaml:3:25: error G109: base_link: '0' cannot be part of a ROS 2 namespace" in only.render()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -17,7 +18,7 @@ SECOND = "  two: {use: noisy.yaml, position: [0, 3, 0.025], namespace: two, at: 
 SAME = ("/one/odom", "/one/tf", "/one/tf_static", "/one/platform/joint_states")
 
 
-def sent(path: Path, overrides: dict[str, float] | None = None) -> tuple[dict[str, list[bytes]], list[Graph]]:
+def sent(path: Path, overrides: dict[str, float] | None = None) -> tuple[dict[str, list[bytes]], Sequence[Graph]]:
     """What a drive of the first robot sends, by topic, and the graphs."""
     with Job(path, overrides) as job:
         job.drive("/one/cmd_vel", 0.5, 0.3, 1.0)
@@ -91,7 +92,7 @@ def test_a_path_that_is_taken_is_refused(tmp_path: Path, name: str, at: str, wor
     ],
 )
 def test_the_mistake_is_told_where_the_scene_makes_it(tmp_path: Path, robots: tuple[str, ...], words: str) -> None:
-    assembly = build.assemble(scene(tmp_path, *robots))
+    assembly = build.load(scene(tmp_path, *robots))
     (finding,) = assembly.findings.errors
     assert words in finding.message
     assert finding.span is not None
@@ -131,5 +132,5 @@ def test_a_link_that_is_addressed_directly_below_its_robot_is_noted(tmp_path: Pa
 
 
 def test_a_robot_below_world_that_a_graph_commands_is_not_idle(tmp_path: Path) -> None:
-    assembly = build.assemble(scene(tmp_path, PLACED))
+    assembly = build.load(scene(tmp_path, PLACED))
     assert [found for found in assembly.findings.items if found.code == "W208"] == []

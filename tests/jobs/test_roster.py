@@ -442,7 +442,7 @@ def test_values_of_the_command_line_are_for_those_who_come_too(tmp_path: Path) -
 
 
 @pytest.mark.parametrize("keep_going", [False, True])
-def test_the_assembly_knows_who_is_there(tmp_path: Path, keep_going: bool) -> None:
+def test_the_session_knows_who_is_there(tmp_path: Path, keep_going: bool) -> None:
     faults: list[NodeError] = []
     with Job(scene(tmp_path, FIRST), fault=faults.append if keep_going else None) as job:
         graphs, topics = known(job)
@@ -455,7 +455,7 @@ def test_the_assembly_knows_who_is_there(tmp_path: Path, keep_going: bool) -> No
 
 def known(job: Job) -> tuple[list[str], list[str]]:
     """Names of graphs, and topics."""
-    return [graph.name for graph in job.assembly.planned], [claim.topic for claim in job.assembly.claims]
+    return [run.name for run in job.session.graphs], [claim.topic for claim in job.session.services.claims]
 
 
 def test_another_process_sees_its_topics_come_and_go(tmp_path: Path, domain_id: int) -> None:

@@ -20,7 +20,7 @@ from graphengine.node import Node
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.scene import build
-from graphengine.scene.assembly import Assembly, Options
+from graphengine.scene.scene import Options, Scene
 from graphengine.testing import RecordingContext, RecordingWorld
 
 HERE = Path(__file__).parent
@@ -43,12 +43,19 @@ def ready(cls: type[N], context: RecordingContext, /, **inputs: Any) -> N:
 class Playing:
     """A session, its nodes by `graph/id` or `id`, and its topics."""
 
-    def __init__(self, assembly: Assembly, *, wanted: bool = True, domain_from_environment: int | None = None) -> None:
-        self.definitions = assembly.definitions
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        world: World | None = None,
+        wanted: bool = True,
+        domain_from_environment: int | None = None,
+    ) -> None:
+        self.definitions = scene.definitions
         self.transport = MemoryTransport(wants_all=wanted, definitions=self.definitions)
         self.complaints: list[str] = []
         network = LiveNetwork(lambda _: self.transport, 0, self.complaints.append, self.definitions)
-        self.session = build.start(assembly, network, domain_from_environment=domain_from_environment)
+        self.session = build.start(scene, network, domain_from_environment=domain_from_environment, world=world)
         self.topics = {claim.node.rpartition("/")[2]: claim.topic for claim in self.session.services.claims}
 
     def node(self, node_id: str) -> Any:
@@ -102,9 +109,7 @@ class Player:
 
     def file(self, path: Path, world: World | None = None, *, options: Options | None = None, **how: Any) -> Playing:
         """A graph file, over a world of a test."""
-        assembly = build.assemble(path, options)
-        assembly.world = world or RecordingWorld()
-        self.playing.append(Playing(assembly, **how))
+        self.playing.append(Playing(build.load(path, options), world=world or RecordingWorld(), **how))
         return self.playing[-1]
 
     def shipped(self, name: str, world: World | None = None, **how: Any) -> Playing:
@@ -115,7 +120,7 @@ class Player:
         """A scene with its physics; `scene.yaml` is the one to run."""
         for name, text in files.items():
             (self.folder / name).write_text(textwrap.dedent(text).lstrip(), "utf-8")
-        self.playing.append(Playing(build.assemble(self.folder / "scene.yaml")))
+        self.playing.append(Playing(build.load(self.folder / "scene.yaml")))
         return self.playing[-1]
 
     def close(self) -> None:

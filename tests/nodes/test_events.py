@@ -303,7 +303,7 @@ def test_a_graph_says_goodbye_with_the_time_of_the_last_tick(play: Player) -> No
 def test_an_event_that_never_comes_is_told_by_the_check(tmp_path: Path) -> None:
     path = tmp_path / "graph.yaml"
     path.write_text("graph: graph\n" + PLAYS.replace("Simulation Start Play", "Saved"), "utf-8")
-    findings = build.assemble(path).findings.items
+    findings = build.load(path).findings.items
     assert [(finding.code, finding.message) for finding in findings] == [
         ("W101", "Start never fires: 'Saved' is an event of editors")
     ]

@@ -21,7 +21,7 @@ from graphengine.node.node_class import grown
 from graphengine.nodes.ros2.fields import MAX_PORTS
 from graphengine.nodes.ros2.generic import ROS2Publisher, ROS2Subscriber
 from graphengine.scene import build
-from graphengine.scene.assembly import Options
+from graphengine.scene.scene import Options
 from graphengine.testing import RecordingContext
 from tests.messages.test_messages import TYPES, random_message
 from tests.nodes.harness import Player, ready, twist
@@ -448,7 +448,7 @@ def test_in_a_graph_an_array_that_no_message_can_hold_is_told_at_its_place(tmp_p
         "      messagePackage: geometry_msgs\n      messageName: PoseWithCovariance\n      covariance: [1.0, 2.0]\n"
         "connections: [Tick.tick -> Say.execIn]\n"
     )
-    (finding,) = build.assemble(path).findings.items
+    (finding,) = build.load(path).findings.items
     assert (finding.code, finding.message) == ("G307", "Say: covariance has 2 elements, not 36")
     assert finding.span is not None
     assert finding.span.line == 9
@@ -461,7 +461,7 @@ def findings(tmp_path: Path, text: str) -> list[tuple[str, str]]:
         "format: 1\ngraph: graph\nnodes:\n  Tick: OnPlaybackTick\n  Say:\n    type: ROS2Publisher\n"
         f"    inputs: {text}\nconnections: [Tick.tick -> Say.execIn, Tick.time -> Say.linear:x]\n"
     )
-    return [(finding.code, finding.message) for finding in build.assemble(path).findings.sorted()]
+    return [(finding.code, finding.message) for finding in build.load(path).findings.sorted()]
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.runtime.session import Session
 from graphengine.scene import build
-from graphengine.scene.assembly import Options
+from graphengine.scene.scene import Options
 from tests.jobs.harness import Recorder as Listener
 from tests.jobs.harness import twist
 
@@ -90,7 +90,7 @@ def record(
 ) -> Run:
     """Record some ticks; `before` is called before each of them."""
     given = scene if isinstance(scene, Path) else find_given(scene, "scenes")
-    assembly = build.assemble(given, options)
+    assembly = build.load(given, options)
     transport, listener = MemoryTransport(keeps=False, definitions=assembly.definitions), Listener()
     network = LiveNetwork(lambda domain: transport, 0, lambda complaint: None, assembly.definitions)
     with (

@@ -314,7 +314,7 @@ def test_while_recorded_a_paced_run_waits_for_its_pictures(tmp_path: Path) -> No
 
 
 def test_a_recording_begins_with_its_session(tmp_path: Path) -> None:
-    assembly = build.assemble(small(tmp_path))
+    assembly = build.load(small(tmp_path))
     network = LiveNetwork(lambda _: MemoryTransport(), 0, print)
     with build.start(assembly, network) as session:
         session.step()

@@ -53,7 +53,7 @@ class Taker:
 def clock_session(folder: Path, transport: MemoryTransport) -> Session:
     path = folder / "clock.yaml"
     path.write_text(GRAPH)
-    return build.start(build.assemble(path), LiveNetwork(lambda domain: transport, 0, print))
+    return build.start(build.load(path), LiveNetwork(lambda domain: transport, 0, print))
 
 
 def test_what_arrives_in_a_tick_is_seen_in_the_next() -> None:

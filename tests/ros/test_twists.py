@@ -38,7 +38,7 @@ def test_the_type_that_is_published_is_followed_and_silence_is_noticed_in_simula
 ) -> None:
     path = tmp_path / "drive.yaml"
     path.write_text(GRAPH)
-    assembly, complaints = build.assemble(path), list[str]()
+    assembly, complaints = build.load(path), list[str]()
     session = build.start(assembly, LiveNetwork(lambda _: join(domain_id, "alice"), domain_id, complaints.append))
     node: Any = session.graphs[0].executor.node("Twist")
     still = messages.Vector3(*STILL)

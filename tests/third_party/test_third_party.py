@@ -91,7 +91,7 @@ def test_check_node_tells_its_author_what_is_missing(acme: ModuleType, monkeypat
 
 
 def test_a_graph_of_them_runs(acme: ModuleType, teleop: Path) -> None:
-    assembly = build.assemble(teleop)
+    assembly = build.load(teleop)
     assembly.findings.raise_errors()
     session = build.start(assembly, LiveNetwork(lambda _: MemoryTransport(), 0, print))
     edge = session.graphs[0].executor.node("Edge")

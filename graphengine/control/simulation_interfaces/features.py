@@ -11,7 +11,7 @@ from graphengine.control.simulation_interfaces.resources import FORMATS
 from graphengine.control.simulation_interfaces.results import UNSUPPORTED, RefusedError
 from graphengine.format.version import __version__
 from graphengine.runtime.session import Session
-from graphengine.scene.assembly import Assembly
+from graphengine.scene.scene import Scene
 
 OF_SERVICES: Mapping[str, tuple[int, ...]] = {
     "spawn_entity": (0, 9),  # SPAWNING, SPAWNING_RESOURCE_STRING
@@ -34,7 +34,7 @@ OF_SERVICES: Mapping[str, tuple[int, ...]] = {
 """Codes of SimulatorFeatures that a service stands for."""
 
 
-def get_features(assembly: Assembly, offered: Sequence[str]) -> Callable[[Session, Any, Any], None]:
+def get_features(scene: Scene, offered: Sequence[str]) -> Callable[[Session, Any, Any], None]:
     """What answers GetSimulatorFeatures; `offered` grows while services are offered."""
 
     def answer(session: Session, request: Any, response: Any) -> None:
@@ -51,14 +51,14 @@ def unsupported(session: Session, request: Any, response: Any) -> None:
     raise RefusedError(UNSUPPORTED, "not a feature of this simulator, or of a session without a scene")
 
 
-def get_current_world(assembly: Assembly) -> Callable[[Session, Any, Any], None]:
+def get_current_world(scene: Scene) -> Callable[[Session, Any, Any], None]:
     """What answers GetCurrentWorld."""
 
     def answer(session: Session, request: Any, response: Any) -> None:
-        assert assembly.loaded is not None
-        scene = assembly.loaded.scenery.scene.spec
-        response.world.name = scene.scene
-        response.world.description = scene.doc
-        response.world.world_resource.uri = scene.world
+        assert scene.world is not None
+        spec = scene.world.scenery.scene.spec
+        response.world.name = spec.scene
+        response.world.description = spec.doc
+        response.world.world_resource.uri = spec.world
 
     return answer

@@ -13,7 +13,7 @@ from graphengine.format import document
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files, NotFoundError
 from graphengine.format.spec_reader import kind_of
-from graphengine.scene.assembly import Assembly
+from graphengine.scene.scene import Scene
 
 FORMATS = ("urdf", "xacro", "mjcf", "graphengine")
 """As SimulatorFeatures lists them; the last are robot files."""
@@ -25,7 +25,7 @@ _LISTED = tuple(suffix for suffix in _SUFFIXES if suffix != ".xml")
 MAX_LISTED = 1000
 
 
-def use_of(assembly: Assembly, uri: str, text: str) -> str:
+def use_of(scene: Scene, uri: str, text: str) -> str:
     """What a scene would write as a robot's `use`; the uri counts where both are given.
 
     Raises:
@@ -41,7 +41,7 @@ def use_of(assembly: Assembly, uri: str, text: str) -> str:
     if "://" in path or Path(path).suffix not in _SUFFIXES:
         legal = "legal: paths and file:// of " + ", ".join(f"*{suffix}" for suffix in _SUFFIXES)
         raise RefusedError(UNSUPPORTED_FORMAT, f"{uri[:200]!r} is nothing that can be spawned; {legal}")
-    files, folder = _places(assembly)
+    files, folder = _places(scene)
     try:
         files.find(path, folder)
     except NotFoundError as error:
@@ -60,16 +60,16 @@ def name_of(use: str) -> str:
     return f"_{plain}" if plain[:1].isdigit() else plain
 
 
-def spawnables(assembly: Assembly, sources: Sequence[str]) -> tuple[list[tuple[str, str]], list[str]]:
+def spawnables(scene: Scene, sources: Sequence[str]) -> tuple[list[tuple[str, str]], list[str]]:
     """URIs and descriptions of what can be spawned, and the sources that are no folders which may be read.
 
     Looked for are robot files and descriptions in the folder of the scene and in its folder `robots`, and among those that ship.
     """
-    files, scene = _places(assembly)
-    folders = {Path(): scene, Path("robots"): scene / "robots"}
+    files, beside = _places(scene)
+    folders = {Path(): beside, Path("robots"): beside / "robots"}
     unknown: list[str] = []
     for source in sources:
-        folder = scene / unquote(source.removeprefix("file://"))
+        folder = beside / unquote(source.removeprefix("file://"))
         if files.may_read(folder) and os.path.isdir(folder):  # which takes a name that no folder can have, too
             folders[folder] = folder
         else:
@@ -82,10 +82,10 @@ def spawnables(assembly: Assembly, sources: Sequence[str]) -> tuple[list[tuple[s
     return list(found.items())[:MAX_LISTED], unknown
 
 
-def _places(assembly: Assembly) -> tuple[Files, Path]:
+def _places(scene: Scene) -> tuple[Files, Path]:
     """Which files may be read, and the folder where names begin."""
-    assert assembly.loaded is not None
-    scenery = assembly.loaded.scenery
+    assert scene.world is not None
+    scenery = scene.world.scenery
     return scenery.library.files, scenery.scene.folder
 
 

@@ -18,7 +18,7 @@ from graphengine.messages.interfaces import MessageTypeError
 from graphengine.ros.transport import Transport
 from graphengine.runtime.desk import Desk, Doable
 from graphengine.runtime.session import Session
-from graphengine.scene.assembly import Assembly
+from graphengine.scene.scene import Scene
 
 PACKAGE = "simulation_interfaces"
 
@@ -47,7 +47,7 @@ class SimulationInterfaces:
 
     Args:
         desk: of the session.
-        assembly: that the session was made from.
+        scene: that the session was made from.
         transport: to offer them on; what of its types is not there is left out.
         complain: told once of what is left out, and of a peer that sends what is no request.
         namespace: where the services and the action are; `/` for none.
@@ -56,7 +56,7 @@ class SimulationInterfaces:
     def __init__(
         self,
         desk: Desk,
-        assembly: Assembly,
+        scene: Scene,
         transport: Transport,
         complain: Callable[[str], None],
         namespace: str = "/",
@@ -66,7 +66,7 @@ class SimulationInterfaces:
         self._offers = Offers(transport, complain)
         missing: list[str] = []
         offered: list[str] = []
-        for name, answer in self._answers(assembly, offered).items():
+        for name, answer in self._answers(scene, offered).items():
             try:
                 self._offer(name, answer)
                 offered += [name] if answer is not features.unsupported else []
@@ -83,16 +83,16 @@ class SimulationInterfaces:
         if missing:
             complain(f"not offered, as {PACKAGE} is not installed, or older than 1.5: {', '.join(missing)}")
 
-    def _answers(self, assembly: Assembly, offered: list[str]) -> Mapping[str, Answer | None]:
+    def _answers(self, scene: Scene, offered: list[str]) -> Mapping[str, Answer | None]:
         """What answers each service of the package; None for single steps, which take their time."""
         answers: dict[str, Answer | None] = {
-            "get_simulator_features": features.get_features(assembly, offered),
+            "get_simulator_features": features.get_features(scene, offered),
             "get_simulation_state": states.get_state,
             "set_simulation_state": states.set_state,
             "reset_simulation": states.reset,
             "step_simulation": None,
         }
-        spawning = Spawning(assembly)
+        spawning = Spawning(scene)
         of_scenes: dict[str, Answer | None] = {
             "get_entities": entities.get_entities,
             "get_entities_states": entities.get_entities_states,
@@ -105,9 +105,9 @@ class SimulationInterfaces:
             "spawn_entities": spawning.spawn_entities,
             "delete_entity": entities.delete_entity,
             "get_spawnables": spawning.get_spawnables,
-            "get_current_world": features.get_current_world(assembly),
+            "get_current_world": features.get_current_world(scene),
         }
-        if assembly.loaded is None:
+        if scene.world is None:
             of_scenes = dict.fromkeys(of_scenes, features.unsupported)
         return {**answers, **of_scenes, **dict.fromkeys(_LEFT_OUT, features.unsupported)}
 

@@ -15,7 +15,7 @@ from graphengine.format.errors import CheckError, GraphError, PhysicsError, Reco
 from graphengine.format.spec import Orientation, RobotUse
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.runtime.session import Session
-from graphengine.scene.assembly import Assembly
+from graphengine.scene.scene import Scene
 
 _NAME_NOT_UNIQUE, _NAME_INVALID = 101, 102
 _NAMESPACE_INVALID, _PARSE_ERROR, _MISSING_ASSETS, _INVALID_POSE = 105, 106, 107, 109
@@ -27,8 +27,8 @@ MAX_AT_ONCE = 1000
 class Spawning:
     """Answers what is about spawning, for the session of an assembly."""
 
-    def __init__(self, assembly: Assembly) -> None:
-        self._assembly = assembly
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
 
     def spawn_entity(self, session: Session, request: Any, response: Any) -> None:
         """Answer SpawnEntity."""
@@ -58,7 +58,7 @@ class Spawning:
 
     def get_spawnables(self, session: Session, request: Any, response: Any) -> None:
         """Answer GetSpawnables."""
-        found, unknown = spawnables(self._assembly, request.sources)
+        found, unknown = spawnables(self._scene, request.sources)
         for uri, description in found:
             spawnable = DEFINITIONS.initial("simulation_interfaces/msg/Spawnable")
             spawnable.uri, spawnable.description = uri, description
@@ -69,7 +69,7 @@ class Spawning:
 
     def _spawn(self, session: Session, request: Any, uri: str, text: str) -> tuple[str, str]:
         """Let an entity come; its name, and a warning where it is in something."""
-        use = use_of(self._assembly, uri, text)
+        use = use_of(self._scene, uri, text)
         name = _free_name(session, request.name or name_of(use), allow_renaming=request.allow_renaming)
         position, orientation = pose_in_world(session, request.initial_pose, _INVALID_POSE)
         try:

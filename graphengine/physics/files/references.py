@@ -6,6 +6,7 @@ files may be read, and its name in the XML is replaced by a key into `Library.as
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -75,6 +76,15 @@ class Library:
         """Cells of the files so far."""
         self.outcomes: dict[str, Outcome] = {}
         """What became of the meshes of descriptions, by reference."""
+
+    def copy(self, files: Files) -> Library:
+        """The same, which reads other files without this one knowing."""
+        made = copy.copy(self)
+        made.files = files
+        for name, value in vars(self).items():
+            if isinstance(value, dict):
+                setattr(made, name, dict(value))
+        return made
 
     def world(self, path: Path, text: str | None = None) -> Element | None:
         """An MJCF file, or a text in its place, without a reference to any other; None when something is wrong with it."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import re
 import warnings
 from collections.abc import Mapping, Sequence
@@ -9,7 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from graphengine.format.diagnostics import Findings, Span
-from graphengine.format.files import NotFoundError
+from graphengine.format.files import Files, NotFoundError
 from graphengine.format.spec import SceneSpec
 from graphengine.format.spec_reader import Loaded
 from graphengine.format.wording import listing
@@ -56,6 +57,12 @@ class Scenery:
         self._floor = _floor_friction(world) if world is not None else NO_FLOOR_FRICTION
         self._kinds: dict[str, _Kind | None] = {}
         """By path of the file, or by the text of the description."""
+
+    def copy(self, files: Files) -> Scenery:
+        """The same, which reads other robots from `files` without this one knowing."""
+        made = copy.copy(self)
+        made.library, made._kinds = self.library.copy(files), dict(self._kinds)
+        return made
 
     def robot(self, placement: Placement, findings: Findings) -> Robot | None:
         """A robot at its place; each robot file is read once, and what is wrong with it told once."""

@@ -45,7 +45,7 @@ class Resolved:
 
 
 def resolved(path: Path) -> Resolved:
-    assembly = build.assemble(path)
+    assembly = build.load(path)
     assert not assembly.findings.errors
     (graph,) = assembly.planned
     found = Resolved(graph.prim_path)
@@ -55,7 +55,6 @@ def resolved(path: Path) -> Resolved:
             {name: repr(instance.value(name)) for name, port in instance.cls.fields.items() if port.side == "inputs"},
         )
     found.wires = {str(wire) for wire in (*graph.data_wires, *graph.exec_wires)}
-    assembly.world.close()
     return found
 
 

@@ -13,7 +13,7 @@ from graphengine.scene import build
 def the_mistake(folder: Path, nodes: str, wires: str = "") -> Finding:
     path = folder / "graph.yaml"
     path.write_text(f"{{graph: g, nodes: {{{nodes}}}, connections: [{wires}]}}", "utf-8")
-    (found,) = build.assemble(path).findings.errors
+    (found,) = build.load(path).findings.errors
     return found
 
 

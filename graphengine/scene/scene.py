@@ -1,4 +1,4 @@
-"""What was read and checked of a scene or a graph file, and what a caller may change about it."""
+"""A scene or a graph that was read and checked, and what a caller may change about its file."""
 
 from __future__ import annotations
 
@@ -9,50 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 from graphengine.compiler.graph import Graph
 from graphengine.compiler.registry import Registry, default_registry
-from graphengine.devices.backend import World
-from graphengine.devices.dry_world import DryWorld
 from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
-from graphengine.format.permissions import Permissions
 from graphengine.messages.definitions import Definitions
 from graphengine.messages.endpoints import EndpointClaim
 
 if TYPE_CHECKING:
     from graphengine.physics.loading import LoadedWorld
     from graphengine.physics.sensors.rays import RaysChoice
-
-
-@dataclass(slots=True)
-class Assembly:
-    """Everything that was read and checked: graphs and their plans, the stage, and the world if there is one."""
-
-    path: Path
-    options: Options
-    files: Files
-    findings: Findings = field(default_factory=Findings)
-    graphs: list[Graph] = field(default_factory=list)
-    """Those that cannot be planned too."""
-    planned: list[Graph] = field(default_factory=list)
-    claims: list[EndpointClaim] = field(default_factory=list)
-    world: World = field(default_factory=lambda: DryWorld(Stage()))
-    loaded: LoadedWorld | None = None
-    """The scene's robots and what they were made from."""
-
-    @property
-    def registry(self) -> Registry:
-        """The node types that its files can name."""
-        return self.options.registry or default_registry()
-
-    @property
-    def definitions(self) -> Definitions:
-        """The message types that its files can name."""
-        return self.registry.definitions
-
-    @property
-    def permissions(self) -> Permissions:
-        """What its graphs may do."""
-        return Permissions(self.files, self.options.environment, self.options.scripts)
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,3 +53,43 @@ class Options:
     near: Path | None = None
     environment: Mapping[str, str] = field(default_factory=dict)
     scripts: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scene:
+    """A definition, from which any number of sessions begin; none of them changes it.
+
+    Attributes:
+        path: of the given file.
+        options: given with it.
+        files: where references may lead, and which files were read.
+        findings: all that is wrong with it, and notes.
+        graphs: all that could be read, those that cannot be planned too.
+        planned: those that run, in this order: the scene's, then each robot's.
+        claims: topics and services, as far as the nodes of its graphs name them.
+        world: the robots, the prims and the model at the start; None for a graph without a scene.
+    """
+
+    path: Path
+    options: Options
+    files: Files
+    findings: Findings
+    graphs: Sequence[Graph] = ()
+    planned: Sequence[Graph] = ()
+    claims: Sequence[EndpointClaim] = ()
+    world: LoadedWorld | None = None
+
+    @property
+    def stage(self) -> Stage:
+        """The prims at the start; none without a world."""
+        return self.world.stage if self.world is not None else Stage()
+
+    @property
+    def registry(self) -> Registry:
+        """The node types that its files can name."""
+        return self.options.registry or default_registry()
+
+    @property
+    def definitions(self) -> Definitions:
+        """The message types that its files can name."""
+        return self.registry.definitions
