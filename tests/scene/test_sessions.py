@@ -58,7 +58,8 @@ def test_one_session_drives_while_the_other_stands(flat: Scene, begin: Sessions)
     far, near = (session.services.world.entities.state("dd100").position for session in (driven, other))
     assert far[0] - near[0] > 0.7
     start = flat.world.simulation.entities.state("dd100").position if flat.world is not None else None
-    assert start is not None and near == pytest.approx(start, abs=1e-3)
+    assert start is not None
+    assert near == pytest.approx(start, abs=1e-3)
 
 
 def test_a_session_sends_the_same_bytes_whatever_others_did_before(flat: Scene, begin: Sessions) -> None:
