@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from graphengine.node import Clock, Context, Node, State
+from graphengine.node import Bound, Clock, Context, Node
 
 
 class ClockNode(Node):
     """A node that reads the clock."""
 
-    clock: Clock = State()
+    clock: Clock = Bound()
 
     def setup(self, context: Context) -> None:
         """Bind the clock."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.devices.sensor import Lidar, Scan
-from graphengine.node import Context, ExecIn, ExecOut, Fire, In, Node, Out, State
+from graphengine.node import Bound, Context, ExecIn, ExecOut, Fire, In, Node, Out, State
 from graphengine.node.types import Buffer, Float, Float2, Floats, Int, Point3fs, Target, Token, UChars, UInt64
 
 
@@ -34,7 +34,7 @@ class LidarNode(Node):
 
     exec_out: ClassVar[ExecOut]
 
-    lidar: Lidar = State()
+    lidar: Lidar = Bound()
     last: int = State(default=-1)
 
     def compute(self) -> Fire:
@@ -98,7 +98,7 @@ class IsaacComputeRTXLidarFlatScan(BeamsNode, type="isaacsim.sensors.rtx.IsaacCo
     num_rows: Int = Out(default=1)
     exec_out = ExecOut(name="exec", doc="fires on a sample")
 
-    level: slice = State()
+    level: slice = Bound()
 
     def setup(self, context: Context) -> None:
         """Bind the lidar."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from graphengine.devices.motion import Articulation
 from graphengine.devices.sensor import ContactSensor, Imu
-from graphengine.node import Clock, Context, ExecIn, ExecOut, Fire, In, Node, Out, State
+from graphengine.node import Bound, Clock, Context, ExecIn, ExecOut, Fire, In, Node, Out, State
 from graphengine.node.types import Doubles, Float, Quaterniond, Target, Tokens, UChars, Vector3d
 
 
@@ -27,7 +27,7 @@ class IsaacReadIMU(Node, type="isaacsim.sensors.physics.IsaacReadIMU", gated=Tru
     ang_vel: Vector3d = Out(unit="rad/s")
     orientation: Quaterniond = Out(default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w), of the sensor in the world frame")
 
-    imu: Imu = State()
+    imu: Imu = Bound()
     last: int = State(default=-1)
 
     def setup(self, context: Context) -> None:
@@ -58,7 +58,7 @@ class IsaacReadContactSensor(Node, type="isaacsim.sensors.physics.IsaacReadConta
     in_contact: bool = Out(default=False, doc="whether the force reaches the sensor's threshold")
     value: Float = Out(default=0.0, unit="N", doc="magnitude of the sum of all forces")
 
-    sensor: ContactSensor = State()
+    sensor: ContactSensor = Bound()
 
     def setup(self, context: Context) -> None:
         """Bind the sensor."""
@@ -84,9 +84,9 @@ class IsaacReadJointState(Node, type="isaacsim.sensors.physics.IsaacReadJointSta
     joint_dof_types: UChars = Out(doc="0 for a joint that turns, 1 for one that slides")
     stage_meters_per_unit: Float = Out(default=0.0, unit="m", doc="length of a stage unit; once it is read always 1")
 
-    articulation: Articulation = State()
-    clock: Clock = State()
-    dof_types: UChars = State()
+    articulation: Articulation = Bound()
+    clock: Clock = Bound()
+    dof_types: UChars = Bound()
 
     def setup(self, context: Context) -> None:
         """Bind the robot."""

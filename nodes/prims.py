@@ -18,7 +18,7 @@ from typing import Any
 from graphengine.devices.motion import Frame
 from graphengine.devices.rotation import Pose, rotate
 from graphengine.format.errors import BadValueError, ContextError, PhysicsError
-from graphengine.node import Context, ExecIn, ExecOut, In, Node, Out, PrimAttribute, State
+from graphengine.node import Bound, Context, ExecIn, ExecOut, In, Node, Out, PrimAttribute
 from graphengine.node.types import Double3, PortType, Target, Token
 from graphengine.node.usd_types import type_of_attribute
 from graphengine.nodes.touched import ANY, WIRED, attribute_of, drives_of, reading_poses
@@ -61,7 +61,7 @@ class AttributeNode(PrimNode):
     name: Token = In(default="", setup=True, required=True, doc="of the attribute, as USD calls it: xformOp:translate")
     use_path: bool = In(default=False, setup=True)
 
-    attribute: PrimAttribute = State()
+    attribute: PrimAttribute = Bound()
 
 
 class ReadPrimAttribute(AttributeNode, type="omni.graph.nodes.ReadPrimAttribute", volatile=True):
@@ -152,7 +152,7 @@ class PosedNode(PrimNode, volatile=True):
 
     use_path: bool = In(default=True, setup=True)
 
-    frame: Frame = State()
+    frame: Frame = Bound()
 
     def setup(self, context: Context) -> None:
         """Bind the prim.
@@ -201,8 +201,8 @@ class ReadPrimLocalTransform(Node, type="omni.graph.nodes.ReadPrimLocalTransform
     prim: Target = In(required=True, setup=True, doc="any prim")
     value: Any = Out(type="matrixd[4]", doc="row by row")
 
-    translate: PrimAttribute = State()
-    orient: PrimAttribute = State()
+    translate: PrimAttribute = Bound()
+    orient: PrimAttribute = Bound()
 
     def setup(self, context: Context) -> None:
         """Bind the prim's pose.

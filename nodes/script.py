@@ -23,7 +23,7 @@ import numpy as np
 
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages.definitions import Definitions
-from graphengine.node import Context, ContextError, ExecIn, ExecOut, Fire, In, Node, Out, State, types
+from graphengine.node import Bound, Context, ContextError, ExecIn, ExecOut, Fire, In, Node, Out, State, types
 from graphengine.node.port import Port
 from graphengine.node.types import PortType, String, Token, Tokens
 
@@ -87,8 +87,8 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
     )
     exec_out = ExecOut()
 
-    code: python.CodeType = State()
-    log: Log = State()
+    code: python.CodeType = Bound()
+    log: Log = Bound()
     running: tuple[dict[str, Any], Database] | None = State(default=None)
 
     @classmethod

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from graphengine.node import Context, ExecIn, ExecOut, In, Node, Out, PortType, State, Target, Token, Variable
+from graphengine.node import Bound, Context, ExecIn, ExecOut, In, Node, Out, PortType, Target, Token, Variable
 from graphengine.node.variable import find_variable
 
 _IGNORED = "means nothing, as in the reference"
@@ -18,7 +18,7 @@ class VariableNode(Node):
     graph: Target = In(default=(), doc=_IGNORED)
     target_path: Token = In(default="", doc=_IGNORED)
 
-    variable: Variable = State()
+    variable: Variable = Bound()
 
     def setup(self, context: Context) -> None:
         """Bind the variable.

@@ -17,7 +17,7 @@ from graphengine.format.spec import MAX_HZ, NodeSpec
 from graphengine.node.clock import Clock
 from graphengine.node.context.context import Context
 from graphengine.node.node_class import Fire, Node
-from graphengine.node.port import ExecIn, ExecOut, In, State
+from graphengine.node.port import Bound, ExecIn, ExecOut, In, State
 from graphengine.node.types import UInt
 
 
@@ -63,9 +63,9 @@ class EveryHz(Gate, type="graphengine.EveryHz", gated=True, counts=True):
 
     hz: float = In(default=1.0, gt=0, le=MAX_HZ, setup=True)
 
-    clock: Clock = State()
-    numerator: int = State()
-    denominator: int = State()
+    clock: Clock = Bound()
+    numerator: int = Bound()
+    denominator: int = Bound()
     due: int = State(default=0)
 
     def setup(self, context: Context) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 from graphengine.devices.entity import Box, Entity, EntityState, Move, Overlap
 from graphengine.devices.motion import Articulation, Body, Frame, Placement
@@ -171,6 +171,12 @@ class World(Protocol):
 
     def reset_time(self) -> None:
         """Count ticks from 0 again, and sensors' samples with them; bodies and joints stay where they are."""
+
+    def save(self) -> Any:
+        """A copy of the state, for `restore`."""
+
+    def restore(self, saved: Any) -> None:
+        """Go back to what `save` returned, while the same robots were there; what follows is the same, bit by bit."""
 
     def close(self) -> None:
         """Release what the world holds; safe to call twice."""

@@ -24,6 +24,7 @@ from graphengine.devices.sensor import (
     pinhole,
 )
 from graphengine.devices.stage import Prim, Stage
+from graphengine.devices.stateful import Stateful
 from graphengine.format.errors import UnknownEntityError
 
 
@@ -45,8 +46,10 @@ class DryEntities:
     state = bounds = overlaps = place = push = _refuse
 
 
-class DryWorld:
+class DryWorld(Stateful):
     """A world without physics: handles that are at rest, for checks and for tests of nodes."""
+
+    kept = ("_frictions", "_lights", "clamped_commands", "dropped_pictures", "gravity")
 
     def __init__(self, stage: Stage, tick_period: tuple[int, int] = (1, 60), substeps: int = 1) -> None:
         self.stage = stage

@@ -10,12 +10,12 @@ from graphengine.node.context.handles import RobotDescription
 from graphengine.node.keys import Keyboard
 from graphengine.node.mailbox import Mailbox
 from graphengine.node.node_class import Fire, Node, Numbered, Pushes, node
-from graphengine.node.port import ExecIn, ExecOut, In, Out, State
+from graphengine.node.port import Bound, ExecIn, ExecOut, In, Out, State
 from graphengine.node.prims.stage_prims import PrimAttribute, Prims
 from graphengine.node.types import *  # noqa: F403  # the module lists what authors write
 from graphengine.node.variable import Variable
 
-__all__ = ["Node", "ExecIn", "ExecOut", "In", "Out", "State", "node", "Fire", "Pushes", "Numbered"]
+__all__ = ["Node", "ExecIn", "ExecOut", "In", "Out", "State", "Bound", "node", "Fire", "Pushes", "Numbered"]
 __all__ += ["Context", "Clock", "Variable", "Mailbox", "Keyboard", "Prims", "PrimAttribute", "RobotDescription"]
 __all__ += ["BadValueError", "ContextError"]
 __all__ += types.__all__

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from graphengine.devices.stateful import Stateful
 
-class Clock:
+
+class Clock(Stateful):
     """Simulation time as the running graph sees it; constant within one pass.
 
     Time is `tick * numerator / denominator`, so rounding errors do not accumulate.
@@ -29,6 +31,8 @@ class Clock:
         "time",
         "wall_time_was_read",
     )
+
+    kept = ("_past", "_wall_time", "frame", "monotonic_time", "time", "wall_time_was_read")
 
     def __init__(self, period: tuple[int, int]) -> None:
         self.period = self._numerator, self._denominator = period

@@ -5,17 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
+from graphengine.devices.stateful import Stateful
+
 BadValues = Literal["drop", "stop"]
 """What becomes of a value from a wire that a node cannot use: it is dropped, or it ends the run."""
 
 
 @dataclass(slots=True)
-class DroppedValues:
+class DroppedValues(Stateful):
     """Counts the ticks in which each node dropped a value.
 
     Attributes:
         ticks: number of such ticks, by prim path of the node.
     """
+
+    kept = ("ticks", "_latest")
 
     ticks: dict[str, int] = field(default_factory=dict)
     _latest: dict[str, int] = field(default_factory=dict)

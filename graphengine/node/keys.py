@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
+from graphengine.devices.stateful import Stateful
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import did_you_mean, listing
 
@@ -50,7 +51,7 @@ KEYS = (
 """Every key there is, in OmniGraph's order."""
 
 
-class Keyboard:
+class Keyboard(Stateful):
     """Keys by OmniGraph's names, as they are for the whole of a tick.
 
     Attributes:
@@ -58,6 +59,8 @@ class Keyboard:
         before: keys that were held down in the tick before.
         asked: whether a node asked for the keyboard.
     """
+
+    kept = ("_down", "_tapped", "before", "held")
 
     def __init__(self) -> None:
         self.asked = False

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from graphengine.devices.stateful import Stateful
 from graphengine.format.errors import ContextError, UsageError
 from graphengine.format.wording import did_you_mean, listing
 
@@ -12,10 +13,11 @@ IMPULSE = "impulse:"
 """Before a node's prim path: the name of the queue of its impulses."""
 
 
-class EventQueue:
+class EventQueue(Stateful):
     """Items by tick: posted in one, visible in the next; more than 1000 in a tick are an error."""
 
     LIMIT = 1000
+    kept = ("_posted", "ticks", "visible")
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -51,11 +53,13 @@ class EventQueue:
         self.visible, self._posted = (), []
 
 
-class Mailbox:
+class Mailbox(Stateful):
     """Impulses or custom events of one name, as one node sees them: what is posted in one tick is taken in the next.
 
     Each item reaches every node that takes, once.
     """
+
+    kept = ("_taken",)
 
     def __init__(self, queue: EventQueue) -> None:
         self._queue = queue

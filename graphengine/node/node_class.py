@@ -27,6 +27,7 @@ Passes run in ticks. What is to happen between two of them starts at an event th
 from __future__ import annotations
 
 import builtins
+import copy
 import inspect
 import re
 import typing
@@ -37,7 +38,20 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, dataclass_transform
 
 from graphengine.format.errors import GraphError
 from graphengine.format.wording import did_you_mean, listing
-from graphengine.node.port import MISSING, ExecIn, ExecOut, Field, In, Out, Port, Side, State, camel_case, value_port
+from graphengine.node.port import (
+    MISSING,
+    Bound,
+    ExecIn,
+    ExecOut,
+    Field,
+    In,
+    Out,
+    Port,
+    Side,
+    State,
+    camel_case,
+    value_port,
+)
 from graphengine.node.types import EXECUTION, PortType
 
 if TYPE_CHECKING:
@@ -61,7 +75,7 @@ _RESERVED = re.compile(r"_|(type|tuple|input|id|hash|min|max|range|object|close|
 """Names that a class body or the engine uses itself."""
 
 
-@dataclass_transform(kw_only_default=True, field_specifiers=(In, Out, State))
+@dataclass_transform(kw_only_default=True, field_specifiers=(Bound, In, Out, State))
 class NodeMeta(type):
     """Turns the fields of a class body into slots and a table of ports."""
 
@@ -188,6 +202,22 @@ class Node(metaclass=NodeMeta):
 
     def reset(self) -> None:
         """Forget what the defaults of Out and State do not cover; called on stop."""
+
+    def save(self) -> Any:
+        """What a checkpoint keeps of the node: its inputs, outputs and state, but for what `setup` binds.
+
+        A node with state elsewhere has methods `save` and `restore` of its own.
+        """
+        names = [port.field for port in type(self).fields.values() if not port.bound_in_setup]
+        names = [name for name in names if not type(self).fields[name].mask] + ["active"] * hasattr(
+            type(self), "update"
+        )
+        return copy.deepcopy({name: getattr(self, name) for name in names})
+
+    def restore(self, saved: Any) -> None:
+        """Go back to what `save` returned."""
+        for name, value in copy.deepcopy(saved).items():
+            setattr(self, name, value)
 
     def reads(self) -> Iterable[str]:
         """Keys of what the node reads beside its inputs and the clock, such as `variable:speed`."""

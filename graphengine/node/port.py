@@ -141,8 +141,28 @@ def Out(*, default: Any = MISSING, init: Literal[False] = False, **facts: Any) -
 
 
 def State(*, default: Any = MISSING, factory: Callable[[], Any] | None = None, init: Literal[False] = False) -> Any:
-    """A value kept between computes; goes back to its default on stop. Without a default it holds what `setup` binds."""
+    """A value kept between computes; goes back to its default on stop, and to what it was on `restore`.
+
+    Args:
+        default: value before the first compute; one that cannot be changed.
+        factory: makes the value anew for each node and each play, where it can be changed.
+        init: for type checkers; no argument of the node's constructor.
+
+    Raises:
+        TypeError: neither is given.
+    """
+    if default is MISSING and factory is None:
+        raise TypeError("State needs a default or a factory; what `setup` binds is Bound()")
     return Field("state", default, factory)
+
+
+def Bound(*, init: Literal[False] = False) -> Any:
+    """What `setup` binds: handles of the context, and values that follow from them; neither a stop nor `restore` changes it.
+
+    Args:
+        init: for type checkers; no argument of the node's constructor.
+    """
+    return Field("state")
 
 
 _ANNOTATIONS: dict[Any, PortType] = {bool: PortType("bool"), int: PortType("int64"), float: PortType("double")}

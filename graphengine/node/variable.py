@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
+from graphengine.devices.stateful import Stateful
 from graphengine.format.errors import ContextError
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.node import types
@@ -12,7 +13,7 @@ from graphengine.node import types
 T = TypeVar("T")
 
 
-class Variable:
+class Variable(Stateful):
     """A graph's variable.
 
     Attributes:
@@ -21,6 +22,8 @@ class Variable:
     """
 
     __slots__ = ("_before", "_now", "default", "value")
+
+    kept = ("_before", "_now", "value")
 
     def __init__(self, default: Any) -> None:
         self.default = self.value = self._before = self._now = default

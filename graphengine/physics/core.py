@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Iterator
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
 from graphengine.devices.rotation import Pose
 from graphengine.devices.sensor import Friction, Light, Vector3
 from graphengine.devices.stage import Prim, PrimKind, Stage, at_or_below
+from graphengine.devices.stateful import Stateful
 from graphengine.format.errors import PrimError
 from graphengine.format.wording import listing
 from graphengine.physics.dynamics.force_limits import ForceLimits
 from graphengine.physics.dynamics.forces import Forces
-from graphengine.physics.dynamics.handle_table import HandleTable
+from graphengine.physics.dynamics.handle_table import Handle, HandleTable
 from graphengine.physics.dynamics.mounts import Mounts
 from graphengine.physics.dynamics.placing import PlacedBody
 from graphengine.physics.dynamics.pushes import Pushes
@@ -34,7 +36,34 @@ _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 """What it takes to go on bit by bit."""
 
 
-class SimulationCore:
+@dataclass(frozen=True, slots=True)
+class SavedState:
+    """What a checkpoint keeps of a simulation.
+
+    Attributes:
+        counts: ticks, steps, and what was counted.
+        data: MuJoCo's state.
+        mounts: where bodies stand that are bolted to the world.
+        gravity: m/s2.
+        frictions: those that graphs wrote, by paths of materials.
+        lights: likewise.
+        parts: set points, limits and pushes.
+        handles: what sensors have sampled.
+        held: paths of prims that were put somewhere, and stay there.
+    """
+
+    counts: Any
+    data: mujoco.MjData
+    mounts: Any
+    gravity: Vector3
+    frictions: dict[str, Friction]
+    lights: dict[str, Light]
+    parts: list[Any]
+    handles: dict[tuple[type[Handle], str], Any]
+    held: list[str]
+
+
+class SimulationCore(Stateful):
     """A model, its state and its clock.
 
     A step is `mj_step2`, then `mj_step1`: the trajectory of `mj_step` bit by bit, but poses and velocities belong to the state
@@ -52,6 +81,8 @@ class SimulationCore:
     Raises:
         PhysicsError: it cannot begin, or diverged while it settled.
     """
+
+    kept = ("_start", "clamped_commands", "dropped_pictures", "steps", "tick")
 
     def __init__(
         self,
@@ -297,6 +328,50 @@ class SimulationCore:
         self.tick = self.steps = 0
         self._handles.reset()
         self.dropped_pictures.clear()
+
+    def save(self) -> SavedState:
+        """A copy of the present state; pictures that are being drawn are waited for."""
+        return SavedState(
+            super().save(),
+            copy.copy(self.data),
+            self._mounts.save(),
+            self.gravity,
+            dict(self._frictions.written),
+            dict(self._lights.written),
+            [part.save() for part in self._parts()],
+            self._handles.save(),
+            [body.prim_path for body in self.held],
+        )
+
+    def restore(self, saved: SavedState) -> None:
+        """Go back to what `save` returned, while the same robots were there; what follows is the same, bit by bit."""
+        for body in self.held:
+            body.release()
+        self.held.clear()
+        if self._mounts or any(saved.mounts):
+            model = self._mounts.put_back(self.model) or copy.copy(self.model)
+            self._mounts.restore(saved.mounts)
+            self._mounts.carry_over(model)
+            self.rebind(model, data_at_start(model))
+        super().restore(saved.counts)
+        self.model.opt.gravity = saved.gravity
+        self._frictions.restore(self.model, saved.frictions)
+        self._lights.restore(self.model, saved.lights)
+        mujoco.mj_copyData(self.data, self.model, saved.data)
+        for part, state in zip(self._parts(), saved.parts, strict=True):
+            part.restore(state)
+        self._handles.restore(saved.handles)
+        self.held = [self._placed(path) for path in saved.held]
+        for body in self.held:
+            body.bind()
+        self.forces.forget()
+
+    def _parts(self) -> tuple[Stateful, ...]:
+        return self.set_points, self.limits, self.pushes
+
+    def _placed(self, path: str) -> PlacedBody:
+        prim = self.stage.find(path)
+        return self._handles.find(PlacedBody, prim.path, lambda: PlacedBody(self, prim))
 
     def close(self) -> None:
         """Forget the handles."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from graphengine.devices.stage import Prim, PrimKind
 from graphengine.physics.core import SimulationCore
@@ -36,6 +36,16 @@ class Simulation(SimulationCore):
     def entities(self) -> Entities:
         """Its robots and objects as wholes."""
         return Entities(self, self.body)
+
+    def save(self) -> Any:
+        """A copy of the present state; pictures that are being drawn are waited for."""
+        return super().save(), self.studio.save()
+
+    def restore(self, saved: Any) -> None:
+        """Go back to what `save` returned, while the same robots were there."""
+        state, studio = saved
+        super().restore(state)
+        self.studio.restore(studio)
 
     def close(self) -> None:
         """Forget the handles, and end what draws for them."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from typing import Any
 
 from graphengine.compiler import codegen
@@ -53,12 +53,47 @@ class Executor:
         self._functions = codegen.bind(
             self.plan, self.nodes, self._setup_again, self._active.setdefault, self._end_branch, caught, self._failed
         )
+        self._flags = [
+            *(f"s{data}" for data in self.plan.flagged),
+            *(f"l{index}" for index, _ in self.plan.root.pending),
+        ]
         self._pass: Callable[[], None] = self._functions["pass_"]
         self._set_pins()
 
     def node(self, node_id: str) -> Node:
         """The node of a name in the file, `Instance/Node` within a subgraph."""
         return self.nodes[self.graph.by_id(node_id).index]
+
+    def save(self) -> Any:
+        """A copy of the state of all nodes, and of which are active, stale, or could not be set up."""
+        flags = {name: self._functions[name] for name in self._flags}
+        outputs = {index: dict(values) for index, values in self._outputs_of_setup.items()}
+        nodes = [self._call(index, node.save) for index, node in enumerate(self.nodes)]
+        return nodes, flags, list(self._active), set(self._failed), outputs
+
+    def restore(self, saved: Any, again: Collection[int] = ()) -> None:
+        """Go back to what `save` returned.
+
+        Args:
+            saved: of a graph with the same plan.
+            again: nodes that were set up otherwise since then, and are set up with the inputs of that time.
+
+        Raises:
+            GraphError: a node cannot be set up any more.
+        """
+        nodes, flags, active, failed, outputs = saved
+        for index in [index for index in self.plan.order if index in again and index not in failed]:
+            self.nodes[index].restore(nodes[index])
+            self._call(index, self._setup_node, index)
+        for node, state in zip(self.nodes, nodes, strict=True):
+            node.restore(state)
+        self._functions.update(flags)
+        self._outputs_of_setup = {index: dict(values) for index, values in outputs.items()}
+        # The generated functions hold these two.
+        self._active.clear()
+        self._active.update(dict.fromkeys(active))
+        self._failed.clear()
+        self._failed.update(failed)
 
     def _set_pins(self) -> None:
         """The input of a node with a single wire always fires once and is told so now; no other has fired.

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from graphengine.compiler.gates import rate
 from graphengine.compiler.graph import Graph, visible
@@ -53,6 +54,9 @@ class GraphContexts:
         self._contexts[index] = context
         return context
 
+    def __iter__(self) -> Iterator[tuple[int, Context]]:
+        return iter(self._contexts.items())
+
     def bound(self, below: str) -> str | None:
         """Prim path of a node that was handed something of a prim, or of one below it; None if there is none."""
         for context in self._contexts.values():
@@ -73,6 +77,16 @@ class GraphContexts:
         self._contexts.clear()
 
 
+@dataclass(frozen=True, slots=True)
+class SavedGraph:
+    """What a checkpoint keeps of a graph that runs; `contexts` are those that its nodes were set up with."""
+
+    executor: Any
+    variables: Mapping[str, Any]
+    mailboxes: Mapping[int, Sequence[Any]]
+    contexts: dict[int, Context]
+
+
 @dataclass(slots=True)
 class GraphRun:
     """A graph that runs."""
@@ -90,6 +104,27 @@ class GraphRun:
     def on_physics_step(self) -> bool:
         """Whether it runs after each physics step, not once a tick."""
         return self.executor.graph.runs == "physics_step"
+
+    def save(self) -> SavedGraph:
+        """A copy of the state of nodes, variables and mailboxes."""
+        mailboxes = {index: [box.save() for box in context.mailboxes] for index, context in self.contexts}
+        variables = {name: variable.save() for name, variable in self.variables.items()}
+        return SavedGraph(self.executor.save(), variables, mailboxes, dict(self.contexts))
+
+    def restore(self, saved: SavedGraph) -> None:
+        """Go back to what `save` returned.
+
+        Raises:
+            GraphError: a node that was set up again since cannot be set up as it was.
+        """
+        changed = {index for index, context in self.contexts if saved.contexts.get(index) is not context}
+        self.executor.restore(saved.executor, changed)
+        saved.contexts.update(self.contexts)
+        for name, state in saved.variables.items():
+            self.variables[name].restore(state)
+        for index, context in self.contexts:
+            for box, state in zip(context.mailboxes, saved.mailboxes.get(index, ()), strict=False):
+                box.restore(state)
 
     def close(self) -> None:
         """Close what its nodes hold; safe to call twice."""

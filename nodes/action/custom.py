@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from graphengine.node import Context, ExecIn, ExecOut, In, Mailbox, Node, Out, Pushes, State, Token
+from graphengine.node import Bound, Context, ExecIn, ExecOut, In, Mailbox, Node, Out, Pushes, Token
 
 
 class SendCustomEvent(Node, type="omni.graph.action.SendCustomEvent"):
@@ -16,7 +16,7 @@ class SendCustomEvent(Node, type="omni.graph.action.SendCustomEvent"):
     path: Token = In(default="", doc="a text that goes along")
     exec_out = ExecOut()
 
-    mailbox: Mailbox = State()
+    mailbox: Mailbox = Bound()
 
     def setup(self, context: Context) -> None:
         """Bind the queue of the name."""
@@ -36,7 +36,7 @@ class OnCustomEvent(Node, type="omni.graph.action.OnCustomEvent"):
     bundle: Any = Out(type="bundle", doc="what came along")
     path: Token = Out(doc="the text that came along")
 
-    mailbox: Mailbox = State()
+    mailbox: Mailbox = Bound()
 
     def setup(self, context: Context) -> None:
         """Bind the queue of the name."""

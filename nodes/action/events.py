@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
-from graphengine.node import Clock, Context, ContextError, ExecOut, Fire, In, Node, Out, State, Token, UInt, Variable
+from graphengine.node import (
+    Bound,
+    Clock,
+    Context,
+    ContextError,
+    ExecOut,
+    Fire,
+    In,
+    Node,
+    Out,
+    State,
+    Token,
+    UInt,
+    Variable,
+)
 
 
 class TickEvent(Node):
     """An event of graphs that run once a tick, which reads the clock."""
 
-    clock: Clock = State()
+    clock: Clock = Bound()
 
     def setup(self, context: Context) -> None:
         """Bind the clock, which counts ticks.
@@ -83,7 +97,7 @@ class OnVariableChange(Node, type="omni.graph.action.OnVariableChange", gated=Tr
     only_playback: bool = In(default=True, doc="graphs run while the simulation plays, and at no other time")
     changed = ExecOut()
 
-    variable: Variable = State()
+    variable: Variable = Bound()
 
     def setup(self, context: Context) -> None:
         """Bind the variable.

@@ -7,7 +7,7 @@ modifiers alone, and none with the arrows.
 
 from __future__ import annotations
 
-from graphengine.node import Context, ExecOut, Fire, In, Keyboard, Node, Out, State, Token
+from graphengine.node import Bound, Context, ExecOut, Fire, In, Keyboard, Node, Out, Token
 from graphengine.node.keys import KEYS, MODIFIERS
 
 
@@ -24,7 +24,7 @@ class OnKeyboardInput(Node, type="omni.graph.action.OnKeyboardInput"):
     is_pressed: bool = Out(doc="whether pressed fired last")
     key_out: Token = Out(doc="the key, when it fires")
 
-    keyboard: Keyboard = State()
+    keyboard: Keyboard = Bound()
 
     def setup(self, context: Context) -> None:
         """Bind the keyboard."""
@@ -55,7 +55,7 @@ class ReadKeyboardState(Node, type="omni.graph.nodes.ReadKeyboardState", volatil
     alt_out: bool = Out()
     ctrl_out: bool = Out()
 
-    keyboard: Keyboard = State()
+    keyboard: Keyboard = Bound()
 
     def setup(self, context: Context) -> None:
         """Bind the keyboard."""

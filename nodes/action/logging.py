@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from graphengine.node import Context, ExecIn, ExecOut, In, Node, State, String, Token
+from graphengine.node import Bound, Context, ExecIn, ExecOut, In, Node, String, Token
 from graphengine.nodes.checked import one_of
 
 _SEVERITIES = {"Verbose": "info", "Info": "info", "Warn": "warning", "Warning": "warning", "Error": "error"}
@@ -17,7 +17,7 @@ class TellingNode(Node):
     exec_in = ExecIn()
     exec_out = ExecOut()
 
-    log: Callable[[Any, str], None] = State()
+    log: Callable[[Any, str], None] = Bound()
 
     def setup(self, context: Context) -> None:
         """Bind the log."""

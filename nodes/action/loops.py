@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from graphengine.node import BadValueError, Context, ExecIn, ExecOut, In, Node, Out, Pushes, State
+from graphengine.node import BadValueError, Bound, Context, ExecIn, ExecOut, In, Node, Out, Pushes
 from graphengine.node.types import ARRAYS, ELEMENTS, Int, Target, plain
 
 
@@ -25,7 +25,7 @@ class ForLoop(Node, type="omni.graph.action.ForLoop"):
     value: Int = Out(doc="start + step * index")
     finished = ExecOut()
 
-    breaks: bool = State()
+    breaks: bool = Bound()
 
     def setup(self, context: Context) -> None:
         """See whether the loop can end before it reaches stop."""

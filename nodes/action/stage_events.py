@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from graphengine.compiler.lint_registry import lint
-from graphengine.node import Context, ExecOut, Fire, In, Mailbox, Node, State, Token
+from graphengine.node import Bound, Context, ExecOut, Fire, In, Mailbox, Node, State, Token
 from graphengine.node.mailbox import IMPULSE
 from graphengine.nodes.clocked import ClockNode
 
@@ -79,7 +79,7 @@ class OnImpulseEvent(Node, type="omni.graph.action.OnImpulseEvent", gated=True):
     only_playback: bool = In(default=True, doc="graphs run while the simulation plays, and at no other time")
     exec_out = ExecOut()
 
-    mailbox: Mailbox = State()
+    mailbox: Mailbox = Bound()
 
     def setup(self, context: Context) -> None:
         """Bind the node's own queue."""

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from graphengine.devices.motion import Articulation, JointSelection
 from graphengine.format.errors import BadValueError, JointError
-from graphengine.node import Context, ExecIn, ExecOut, In, Node, Out, State
+from graphengine.node import Bound, Context, ExecIn, ExecOut, In, Node, Out, State
 from graphengine.node.types import Double3s, Doubles, Ints, String, Target, Tokens
 from graphengine.nodes.touched import drives_of
 
@@ -18,7 +18,7 @@ class RobotNode(Node):
     target_prim: Target = In(required="robot", setup=True, doc="prim that stands for the robot")
     robot_path: String = In(default="", required="robot", setup=True, doc="the same as text; wins over targetPrim")
 
-    articulation: Articulation = State()
+    articulation: Articulation = Bound()
 
     def prim(self) -> str:
         """The path that names the robot."""
@@ -107,7 +107,7 @@ class IsaacArticulationState(SelectedJointsNode, type="isaacsim.core.nodes.Isaac
     measured_joint_torques: Double3s = Out(unit="N m", doc="the same, about the child link's origin")
     joint_names_out: Tokens = Out(name="jointNames", doc="the joints of the arrays")
 
-    has_wrenches: bool = State()
+    has_wrenches: bool = Bound()
 
     def setup(self, context: Context) -> None:
         """Bind the robot, and see what is asked for."""
@@ -141,7 +141,7 @@ class IsaacJointNameResolver(RobotNode, type="isaacsim.core.nodes.IsaacJointName
     joint_names_out: Tokens = Out(name="jointNames", doc="the joints' own names, for IsaacArticulationController")
     robot_path_out: String = Out(name="robotPath", doc="path of the robot's prim")
 
-    own_names: dict[str, str] = State()
+    own_names: dict[str, str] = Bound()
 
     def setup(self, context: Context) -> None:
         """Learn the names; what is known of them by now is put out before the first tick."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from graphengine.node import Clock, Context, ContextError, ExecIn, ExecOut, Fire, In, Node, Out, State, UInt
+from graphengine.node import Bound, Clock, Context, ContextError, ExecIn, ExecOut, Fire, In, Node, Out, State, UInt
 
 
 class OnPhysicsStep(Node, type="isaacsim.core.nodes.OnPhysicsStep"):
@@ -16,7 +16,7 @@ class OnPhysicsStep(Node, type="isaacsim.core.nodes.OnPhysicsStep"):
         unit="s", doc="of the wall clock, which is read once a tick: since the last tick at a tick's first step, else 0"
     )
 
-    clock: Clock = State()
+    clock: Clock = Bound()
     last_wall_time: float = State(default=math.nan)
 
     def setup(self, context: Context) -> None:

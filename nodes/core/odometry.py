@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 from graphengine.devices import rotation
 from graphengine.devices.motion import Body
-from graphengine.node import Clock, Context, ExecIn, ExecOut, In, Node, Out, Quaterniond, State, Target, Vector3d
+from graphengine.node import Bound, Clock, Context, ExecIn, ExecOut, In, Node, Out, Quaterniond, State, Target, Vector3d
 from graphengine.nodes.touched import reading_poses
 
 
@@ -30,8 +30,8 @@ class IsaacComputeOdometry(Node, type="isaacsim.core.nodes.IsaacComputeOdometry"
     global_linear_velocity: Vector3d = Out(unit="m/s", doc="in the world frame")
     global_linear_acceleration: Vector3d = Out(unit="m/s2", doc="in the world frame")
 
-    body: Body = State()
-    clock: Clock = State()
+    body: Body = Bound()
+    clock: Clock = Bound()
     start: tuple[Vector3d, Quaterniond] | None = State(default=None)
     last_time: float = State(default=math.nan)
 

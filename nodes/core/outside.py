@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from graphengine.node import Context, In, Node, Out, State, String
+from graphengine.node import Bound, Context, In, Node, Out, String
 
 
 class IsaacReadEnvVar(Node, type="isaacsim.core.nodes.IsaacReadEnvVar"):
@@ -16,7 +16,7 @@ class IsaacReadEnvVar(Node, type="isaacsim.core.nodes.IsaacReadEnvVar"):
     env_var: String = In(default="", setup=True, required=True, doc="name of the variable")
     value: String = Out(doc="empty where the environment has none of that name")
 
-    found: str = State()
+    found: str = Bound()
 
     def setup(self, context: Context) -> None:
         """Read it.
@@ -37,7 +37,7 @@ class IsaacReadFilePath(Node, type="isaacsim.core.nodes.IsaacReadFilePath"):
     path: Any = In(type="path", default="", setup=True, required=True, doc="from the folder of the graph file")
     file_contents: Any = Out(type="string|token")
 
-    found: str = State()
+    found: str = Bound()
 
     def setup(self, context: Context) -> None:
         """Read it.

@@ -7,7 +7,21 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from graphengine.devices.sensor import Camera
-from graphengine.node import Context, ExecIn, ExecOut, Fire, Float, Floats, In, Node, Out, State, Target, Token, UInt
+from graphengine.node import (
+    Bound,
+    Context,
+    ExecIn,
+    ExecOut,
+    Fire,
+    Float,
+    Floats,
+    In,
+    Node,
+    Out,
+    Target,
+    Token,
+    UInt,
+)
 
 
 class IsaacCreateRenderProduct(Node, type="isaacsim.core.nodes.IsaacCreateRenderProduct", gated=True):
@@ -22,7 +36,7 @@ class IsaacCreateRenderProduct(Node, type="isaacsim.core.nodes.IsaacCreateRender
     render_product_path: Token = Out(doc="what helpers take")
     exec_out = ExecOut()
 
-    path: str = State()
+    path: str = Bound()
 
     def setup(self, context: Context) -> None:
         """Make the path, so that helpers know it before the first tick."""
@@ -52,7 +66,7 @@ class IsaacSetCameraOnRenderProduct(Node, type="isaacsim.core.nodes.IsaacSetCame
     camera_prim: Target = In(required=True, setup=True, doc="prim of the camera")
     exec_out = ExecOut()
 
-    exchange: Callable[[], None] = State()
+    exchange: Callable[[], None] = Bound()
 
     def setup(self, context: Context) -> None:
         """Bind both cameras."""
@@ -87,7 +101,7 @@ class IsaacReadCameraInfo(Node, type="isaacsim.core.nodes.IsaacReadCameraInfo", 
     physical_distortion_model: Token = Out(doc="plumb_bob")
     physical_distortion_coefficients: Floats = Out(doc="five zeros")
 
-    camera: Camera = State()
+    camera: Camera = Bound()
 
     def setup(self, context: Context) -> None:
         """Bind the camera."""

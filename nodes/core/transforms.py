@@ -8,7 +8,7 @@ import numpy as np
 
 from graphengine.devices import rotation
 from graphengine.devices.motion import Frame, FrameLink
-from graphengine.node import Context, ExecIn, ExecOut, In, Node, Out, State
+from graphengine.node import Bound, Context, ExecIn, ExecOut, In, Node, Out
 from graphengine.node.types import Double3s, Double4s, Quaterniond, Target, Tokens, Vector3d
 from graphengine.nodes.touched import reading_poses
 
@@ -23,7 +23,7 @@ class IsaacReadWorldPose(Node, type="isaacsim.core.nodes.IsaacReadWorldPose", vo
     orientation: Quaterniond = Out(default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w)")
     scale: Vector3d = Out(doc="once it is read always 1: poses are rigid")
 
-    frame: Frame = State()
+    frame: Frame = Bound()
 
     def setup(self, context: Context) -> None:
         """Bind the prim."""
@@ -51,9 +51,9 @@ class IsaacComputeTransformTree(Node, type="isaacsim.core.nodes.IsaacComputeTran
     translations: Double3s = Out(unit="m")
     orientations: Double4s = Out(doc="(x, y, z, w)")
 
-    links: Sequence[FrameLink] = State()
-    names: tuple[tuple[str, ...], tuple[str, ...]] = State()
-    constant: tuple[Double3s, Double4s] | None = State()
+    links: Sequence[FrameLink] = Bound()
+    names: tuple[tuple[str, ...], tuple[str, ...]] = Bound()
+    constant: tuple[Double3s, Double4s] | None = Bound()
 
     def setup(self, context: Context) -> None:
         """Expand the targets; the names are known before the first tick."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from graphengine.node import Context, ExecIn, ExecOut, In, Node, Out, State, Token, UInt
+from graphengine.node import Bound, Context, ExecIn, ExecOut, In, Node, Out, Token, UInt
 
 DEFAULT = "Viewport"
 """The name of the one that is there from the start."""
@@ -17,7 +17,7 @@ class IsaacCreateViewport(Node, type="isaacsim.core.nodes.IsaacCreateViewport"):
     viewport: Token = Out(doc="the viewport's name")
     exec_out = ExecOut()
 
-    title: str = State()
+    title: str = Bound()
 
     def setup(self, context: Context) -> None:
         """Make the viewport, so that other nodes find it before the first tick."""
@@ -55,7 +55,7 @@ class IsaacGetViewportRenderProduct(Node, type="isaacsim.core.nodes.IsaacGetView
     render_product_path: Token = Out()
     exec_out = ExecOut()
 
-    path: str = State()
+    path: str = Bound()
 
     def setup(self, context: Context) -> None:
         """Find the render product, so that helpers know it before the first tick."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.node import Context, In, Out, PortType, State, Token
+from graphengine.node import Bound, Context, In, Out, PortType, Token
 from graphengine.nodes.checked import one_of, same_length
 from graphengine.nodes.data.broadcast import Operand, Operation, lift
 from graphengine.nodes.data.elementwise import Elementwise, TypedNode
@@ -36,7 +36,7 @@ class Compare(TypedNode, type="omni.graph.nodes.Compare"):
     operation: Token = In(default=">", tokens=tuple(_OPERATIONS))
     result: Any = Out(type=BOOLEANS, doc="an array where a or b is one")
 
-    operands: Any = State()
+    operands: Any = Bound()
 
     def setup(self, context: Context) -> None:
         """Choose how to bring the operands together."""

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, ClassVar
 
-from graphengine.node import Context, In, Node, Numbered, PortType, State, UnionType
+from graphengine.node import Bound, Context, In, Node, Numbered, PortType, UnionType
 from graphengine.nodes.data.broadcast import Operand, Operation, common, lift, type_of
 from graphengine.nodes.data.unions import NUMERICS
 
@@ -66,9 +66,9 @@ class Elementwise(TypedNode):
     operation: ClassVar[Operation]
     on_numbers: ClassVar[Operation | None] = None
 
-    operate: Operation = State()
-    operand_values: Callable[[Node], tuple[Any, ...]] = State()
-    output_field: str = State()
+    operate: Operation = Bound()
+    operand_values: Callable[[Node], tuple[Any, ...]] = Bound()
+    output_field: str = Bound()
 
     def setup(self, context: Context) -> None:
         """Choose how to compute, now that the types are settled."""

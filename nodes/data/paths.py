@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from graphengine.node import BadValueError, Context, In, Node, Out, State, Target, Token, Tokens
+from graphengine.node import BadValueError, Bound, Context, In, Node, Out, Target, Token, Tokens
 
 
 class GetPrimPath(Node, type="omni.graph.nodes.GetPrimPath"):
@@ -78,7 +78,7 @@ class GetParentPath(Node, type="omni.graph.nodes.GetParentPath"):
 class GraphPathNode(Node):
     """A node that tells where its graph is put."""
 
-    path: str = State()
+    path: str = Bound()
 
     def setup(self, context: Context) -> None:
         """Ask for the path of that prim."""

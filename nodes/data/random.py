@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from graphengine.node import BadValueError, Context, ExecIn, ExecOut, In, Node, Out, State, UInt64
+from graphengine.node import BadValueError, Bound, Context, ExecIn, ExecOut, In, Node, Out, State, UInt64
 from graphengine.nodes.data.broadcast import Operand, Operation, lift
 from graphengine.nodes.data.elementwise import TypedNode
 from graphengine.nodes.data.unions import DECIMALS, NUMERICS
@@ -27,7 +27,7 @@ class RandomNode(Node):
     is_noise: bool = In(default=False, doc="the same number at every execution, as long as the seed stays")
     exec_out = ExecOut()
 
-    common_numbers: np.random.Generator = State()
+    common_numbers: np.random.Generator = Bound()
     own: tuple[int, np.random.Generator] | None = State(default=None)
 
     def setup(self, context: Context) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.node import Context, In, Node, Out, State, types
+from graphengine.node import Bound, Context, In, Node, Out, types
 from graphengine.node.types import ARRAYS, ELEMENTS, PortType, Target
 from graphengine.nodes.checked import same_length
 from graphengine.nodes.data.broadcast import Operation, type_of
@@ -29,7 +29,7 @@ class SelectIf(Node, type="omni.graph.nodes.SelectIf"):
         type=ANYTHING, doc="an array where any of the inputs is one; single values stand for all its elements"
     )
 
-    choose: Operation = State()
+    choose: Operation = Bound()
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
         """The type that both values convert to.

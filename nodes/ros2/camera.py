@@ -11,7 +11,7 @@ from graphengine.devices.sensor import Camera, Picture
 from graphengine.format.wording import listing
 from graphengine.messages import messages
 from graphengine.messages.endpoints import Publisher
-from graphengine.node import Context, ContextError, Float2, In, State, String, Token
+from graphengine.node import Bound, Context, ContextError, Float2, In, String, Token
 from graphengine.nodes.ros2.boxes import DETECTIONS, DETECTIONS_3D, detections, detections_3d, loose_boxes, tight_boxes
 from graphengine.nodes.ros2.helper import SensorHelper
 from graphengine.nodes.ros2.image import image
@@ -58,9 +58,9 @@ class ROS2CameraHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper
     stereo_offset: Float2 = In(default=(0.0, 0.0), doc="no effect: ROS2CameraInfoHelper knows where both cameras are")
     srtx_compression_type: String = In(default="hevc", doc="no effect: pictures are not compressed")
 
-    camera: Camera = State()
-    publisher: Publisher = State()
-    labels: Publisher | None = State()
+    camera: Camera = Bound()
+    publisher: Publisher = Bound()
+    labels: Publisher | None = Bound()
 
     def setup(self, context: Context) -> None:
         """Bind the camera and open the topics."""

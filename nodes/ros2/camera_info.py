@@ -13,7 +13,19 @@ from numpy.typing import NDArray
 from graphengine.devices.sensor import Camera
 from graphengine.messages import messages
 from graphengine.messages.endpoints import Publisher
-from graphengine.node import BadValueError, Context, ContextError, Doubles, Floats, In, State, String, Token, UInt
+from graphengine.node import (
+    BadValueError,
+    Bound,
+    Context,
+    ContextError,
+    Doubles,
+    Floats,
+    In,
+    State,
+    String,
+    Token,
+    UInt,
+)
 from graphengine.nodes.ros2.helper import SensorHelper
 from graphengine.nodes.ros2.publisher import SensorPublisher
 
@@ -109,7 +121,7 @@ class ROS2CameraInfoHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraIn
     topic_name_right: String = In(default="camera_info_right", setup=True)
     render_product_path_right: Token = In(default="", setup=True, doc="of the right camera of a stereo pair")
 
-    eyes: tuple[Eye, ...] = State()
+    eyes: tuple[Eye, ...] = Bound()
     captured: deque[tuple[int, float]] = State(factory=deque)
 
     def setup(self, context: Context) -> None:

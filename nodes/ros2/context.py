@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from graphengine.node import Context, In, Node, Out, State, UChar, UInt64
+from graphengine.node import Bound, Context, In, Node, Out, UChar, UInt64
 
 
 class ROS2Context(Node, type="isaacsim.ros2.bridge.ROS2Context"):
@@ -14,7 +14,7 @@ class ROS2Context(Node, type="isaacsim.ros2.bridge.ROS2Context"):
     use_domain_id_env_var: bool = In(default=True, setup=True, name="useDomainIDEnvVar", doc="ROS_DOMAIN_ID wins")
     context: UInt64 = Out(default=0)
 
-    handle: int = State()
+    handle: int = Bound()
 
     def setup(self, context: Context) -> None:
         """Choose the domain."""

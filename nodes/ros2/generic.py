@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from graphengine.messages.definitions import Definitions
 from graphengine.messages.endpoints import Publisher, Subscription
-from graphengine.node import Context, ExecOut, In, Out, Pushes, State, String, Token
+from graphengine.node import Bound, Context, ExecOut, In, Out, Pushes, String, Token
 from graphengine.nodes.ros2.fields import Layout, expect, find_layout
 from graphengine.nodes.ros2.publisher import TopicNode
 
@@ -44,7 +44,7 @@ class ROS2Publisher(GenericNode, type="isaacsim.ros2.bridge.ROS2Publisher"):
 
     exec_out = ExecOut()
 
-    publisher: Publisher = State()
+    publisher: Publisher = Bound()
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
@@ -80,7 +80,7 @@ class ROS2Subscriber(GenericNode, type="isaacsim.ros2.bridge.ROS2Subscriber"):
     )
     exec_out = ExecOut(doc="fires for each message")
 
-    subscription: Subscription = State()
+    subscription: Subscription = Bound()
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:

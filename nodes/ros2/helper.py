@@ -6,7 +6,7 @@ from typing import Any
 
 from graphengine.devices.sensor import Camera, Lidar
 from graphengine.messages.endpoints import Publisher
-from graphengine.node import Clock, Context, In, State, Token, UInt
+from graphengine.node import Bound, Clock, Context, In, Token, UInt
 from graphengine.nodes.ros2.publisher import TopicNode
 
 
@@ -24,7 +24,7 @@ class SensorHelper(TopicNode):
     use_system_time: bool = In(default=False, doc="stamps are wall time, and no two runs are alike")
     frame_skip_count: UInt = In(default=0, setup=True, doc="deprecated: samples to leave out after each one")
 
-    clock: Clock = State()
+    clock: Clock = Bound()
 
     def setup(self, context: Context) -> None:
         """Bind the clock."""

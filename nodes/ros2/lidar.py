@@ -11,7 +11,7 @@ from graphengine.devices.sensor import Lidar, Scan
 from graphengine.format.wording import listing
 from graphengine.messages import messages
 from graphengine.messages.endpoints import Publisher
-from graphengine.node import Context, ContextError, In, Node, Out, State, String, Token, Tokens
+from graphengine.node import Bound, Context, ContextError, In, Node, Out, String, Token, Tokens
 from graphengine.nodes.lidar import beams_of_a_ring, level_ring, points_of
 from graphengine.nodes.ros2.helper import SensorHelper
 from graphengine.nodes.ros2.point_cloud import METADATA, point_cloud
@@ -41,9 +41,9 @@ class ROS2RtxLidarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxLidarHe
         default="inf", tokens=("inf", "max", "minus_one"), extension=True, doc="what a beam reports that hits nothing"
     )
 
-    lidar: Lidar = State()
-    publisher: Publisher = State()
-    level: slice | None = State()
+    lidar: Lidar = Bound()
+    publisher: Publisher = Bound()
+    level: slice | None = Bound()
 
     def setup(self, context: Context) -> None:
         """Bind the sensor and open the topic."""

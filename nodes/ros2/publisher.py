@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from graphengine.messages import messages
 from graphengine.messages.endpoints import Publisher, Subscription
-from graphengine.node import BadValueError, Context, ExecIn, In, Node, State, String, UInt64
+from graphengine.node import BadValueError, Bound, Context, ExecIn, In, Node, String, UInt64
 
 
 class TopicNode(Node):
@@ -46,7 +46,7 @@ class PublisherNode(TopicNode):
     message_type: ClassVar[str]
     topic_name: str
 
-    publisher: Publisher = State()
+    publisher: Publisher = Bound()
 
     def setup(self, context: Context) -> None:
         """Open the topic."""

@@ -10,7 +10,7 @@ from typing import Any
 from graphengine.format.errors import GraphError
 from graphengine.messages import messages
 from graphengine.messages.endpoints import ServiceServer
-from graphengine.node import Context, ExecIn, ExecOut, Fire, In, Node, Prims, State, String, UInt64
+from graphengine.node import Bound, Context, ExecIn, ExecOut, Fire, In, Node, Prims, String, UInt64
 from graphengine.nodes.touched import ANY, WIRED
 
 _PACKAGE = "isaac_ros2_messages/srv"
@@ -38,7 +38,7 @@ class ROS2ServicePrim(Node, type="isaacsim.ros2.bridge.ROS2ServicePrim", gated=T
     qos_profile: String = In(default="", setup=True, doc="JSON from a ROS2QoSProfile; empty for reliable, volatile, 10")
     exec_out = ExecOut(doc="fires when a request was answered")
 
-    served: tuple[tuple[ServiceServer, Callable[[Any], Any]], ...] = State()
+    served: tuple[tuple[ServiceServer, Callable[[Any], Any]], ...] = Bound()
 
     def setup(self, context: Context) -> None:
         """Offer the services."""

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 from graphengine.format.errors import BadValueError, ContextError
 from graphengine.messages.definitions import Definitions
 from graphengine.messages.endpoints import ServiceClient, ServiceServer
-from graphengine.node import Context, ExecIn, ExecOut, Fire, In, Node, Out, Pushes, State, String, UInt64
+from graphengine.node import Bound, Context, ExecIn, ExecOut, Fire, In, Node, Out, Pushes, State, String, UInt64
 from graphengine.nodes.ros2.fields import Layout, expect, find_service
 
 
@@ -61,8 +61,8 @@ class OgnROS2ServiceServerRequest(NamedServiceNode, type="isaacsim.ros2.bridge.O
     on_received = ExecOut(doc="fires for each request")
     server_handle: UInt64 = Out(default=0, doc="for the ROS2ServiceServerResponse that answers")
 
-    server: ServiceServer = State()
-    logger: Context = State()
+    server: ServiceServer = Bound()
+    logger: Context = Bound()
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
@@ -100,7 +100,7 @@ class OgnROS2ServiceServerResponse(ServiceNode, type="isaacsim.ros2.bridge.OgnRO
     server_handle: UInt64 = In(required=True, doc="from the ROS2ServiceServerRequest")
     exec_out = ExecOut(doc="fires when an answer was sent")
 
-    door: Context = State()
+    door: Context = Bound()
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
@@ -158,7 +158,7 @@ class OgnROS2ServiceClient(NamedServiceNode, type="isaacsim.ros2.bridge.OgnROS2S
 
     exec_out = ExecOut(doc="fires for each answer, in a later tick")
 
-    client: ServiceClient = State()
+    client: ServiceClient = Bound()
     waiting: int = State(default=0)
     answers: deque[Any] = State(factory=deque)
 

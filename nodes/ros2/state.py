@@ -12,7 +12,19 @@ from numpy.typing import NDArray
 from graphengine.devices.motion import Articulation
 from graphengine.format.errors import BadValueError
 from graphengine.messages import messages
-from graphengine.node import Context, Doubles, Float, In, Quaterniond, State, String, Target, Tokens, UChars, Vector3d
+from graphengine.node import (
+    Bound,
+    Context,
+    Doubles,
+    Float,
+    In,
+    Quaterniond,
+    String,
+    Target,
+    Tokens,
+    UChars,
+    Vector3d,
+)
 from graphengine.nodes.checked import same_length
 from graphengine.nodes.ros2.publisher import PublisherNode, header, stamp
 
@@ -56,8 +68,8 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
         default=1e-4, ge=0.0, extension=True, doc="numbers are rounded to multiples of it; 0 for as they are"
     )
 
-    articulation: Articulation | None = State()
-    names: Sequence[str] = State()
+    articulation: Articulation | None = Bound()
+    names: Sequence[str] = Bound()
 
     def setup(self, context: Context) -> None:
         """Bind the robot, if one is given, and open the topic."""

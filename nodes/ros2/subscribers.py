@@ -10,7 +10,21 @@ from numpy.typing import NDArray
 
 from graphengine.messages import messages
 from graphengine.messages.endpoints import Subscription
-from graphengine.node import Clock, Context, Doubles, ExecOut, Fire, In, Out, State, String, Token, Tokens, Vector3d
+from graphengine.node import (
+    Bound,
+    Clock,
+    Context,
+    Doubles,
+    ExecOut,
+    Fire,
+    In,
+    Out,
+    State,
+    String,
+    Token,
+    Tokens,
+    Vector3d,
+)
 from graphengine.nodes.ros2.publisher import TopicNode
 
 _STILL = (0.0, 0.0, 0.0)
@@ -26,8 +40,8 @@ class SubscriberNode(TopicNode):
 
     exec_out = ExecOut(doc="fires on a message")
 
-    subscription: Subscription = State()
-    logger: Context = State()
+    subscription: Subscription = Bound()
+    logger: Context = Bound()
 
     def setup(self, context: Context) -> None:
         """Open the topic."""
@@ -72,7 +86,7 @@ class ROS2SubscribeTwist(SubscriberNode, type="isaacsim.ros2.bridge.ROS2Subscrib
     linear_velocity: Vector3d = Out(default=_STILL, unit="m/s")
     angular_velocity: Vector3d = Out(default=_STILL, unit="rad/s")
 
-    clock: Clock = State()
+    clock: Clock = Bound()
     heard: float = State(default=math.inf)
 
     def setup(self, context: Context) -> None:

@@ -10,7 +10,7 @@ from graphengine.devices.motion import Frame, Placement
 from graphengine.devices.rotation import compose
 from graphengine.devices.sensor import Quaternion, Vector3
 from graphengine.messages.endpoints import Subscription
-from graphengine.node import Context, ContextError, ExecOut, Fire, In, State, String, Tokens
+from graphengine.node import Bound, Context, ContextError, ExecOut, Fire, In, String, Tokens
 from graphengine.nodes.ros2.publisher import TopicNode
 from graphengine.nodes.touched import writing_poses
 
@@ -39,9 +39,9 @@ class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2Subsc
     articulation_roots: Tokens = In(setup=True, doc="robots that move so; no effect but that they have to be there")
     exec_out = ExecOut(doc="fires on a message")
 
-    subscription: Subscription = State()
-    frames: dict[str, tuple[str, Frame, Placement | None]] = State()
-    logger: Context = State()
+    subscription: Subscription = Bound()
+    frames: dict[str, tuple[str, Frame, Placement | None]] = Bound()
+    logger: Context = Bound()
 
     def setup(self, context: Context) -> None:
         """Find the prims and open the topic."""

@@ -9,7 +9,7 @@ from graphengine.devices.motion import FrameLink
 from graphengine.devices.sensor import Quaternion, Vector3
 from graphengine.messages import messages
 from graphengine.messages.endpoints import Publisher
-from graphengine.node import Context, ContextError, ExecIn, In, Node, RobotDescription, State
+from graphengine.node import Bound, Context, ContextError, ExecIn, In, Node, RobotDescription, State
 from graphengine.node.types import Double3s, Double4s, Quaterniond, String, Target, Tokens, UInt64, Vector3d
 from graphengine.nodes.checked import same_length
 from graphengine.nodes.core.transforms import pose_of
@@ -83,7 +83,7 @@ class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.RO
     translations: Double3s = In(unit="m")
     orientations: Double4s = In(doc="(x, y, z, w)")
 
-    links: Sequence[FrameLink] = State()
+    links: Sequence[FrameLink] = Bound()
 
     def setup(self, context: Context) -> None:
         """Open the topic; the frames are known by now."""
@@ -134,10 +134,10 @@ class RobotStatePublisher(Node, type="graphengine.ros2.RobotStatePublisher"):
     time_stamp: float = In(default=0.0, unit="s")
     publish_frequency: float = In(default=20.0, gt=0.0, setup=True, unit="Hz", doc="of the moving links")
 
-    description: RobotDescription = State()
-    description_publisher: Publisher = State()
-    static_publisher: Publisher = State()
-    publisher: Publisher = State()
+    description: RobotDescription = Bound()
+    description_publisher: Publisher = Bound()
+    static_publisher: Publisher = Bound()
+    publisher: Publisher = Bound()
     last: float = State(default=-1.0)
     sent: bool = State(default=False)
 

@@ -13,7 +13,19 @@ from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
 from graphengine.devices.motion import Frame
-from graphengine.node import BadValueError, Context, Double3, Doubles, In, Out, Quaterniond, State, Target, Vector3d
+from graphengine.node import (
+    BadValueError,
+    Bound,
+    Context,
+    Double3,
+    Doubles,
+    In,
+    Out,
+    Quaterniond,
+    State,
+    Target,
+    Vector3d,
+)
 from graphengine.nodes.checked import finite
 from graphengine.nodes.touched import reading_poses
 from graphengine.nodes.wheeled_robots.planar import Heading, PlanarNode, heading_of, wrapped
@@ -64,7 +76,7 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
     target: Double3 = Out(unit="m, m, rad", doc="x, y and yaw at which the path ends")
     target_changed: bool = Out(doc="whether the path is another than before")
 
-    goal: Frame | None = State()
+    goal: Frame | None = Bound()
     planned: Heading | None = State(default=None)
 
     def setup(self, context: Context) -> None:

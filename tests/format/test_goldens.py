@@ -16,7 +16,7 @@ import pytest
 from graphengine.compiler.registry import Registry
 from graphengine.format.diagnostics import CODES
 from graphengine.format.files import shipped
-from graphengine.node import Context, ExecIn, ExecOut, In, Node, Out, State, Variable, Vector3d
+from graphengine.node import Bound, Context, ExecIn, ExecOut, In, Node, Out, Variable, Vector3d
 from graphengine.scene import build
 from graphengine.scene.scene import Options, Scene
 
@@ -62,7 +62,7 @@ class ReadSpeed(Node, type="example.ReadSpeed", volatile=True):
 
     value: float = Out()
 
-    variable: Variable = State()
+    variable: Variable = Bound()
 
     def setup(self, context: Context) -> None:
         self.variable = context.variable("speed")

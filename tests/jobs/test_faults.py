@@ -17,7 +17,7 @@ from tests.jobs.harness import Job
 NODES = '''"""Nodes of a user."""
 
 from graphengine.node import Context
-from graphengine.node import ExecIn, ExecOut, In, Node, Out, State
+from graphengine.node import ExecIn, ExecOut, In, Node, Out, Bound, State
 
 
 class Square(Node, type="mine.Square"):
@@ -39,7 +39,7 @@ class Say(Node, type="mine.Say"):
     at: float = In(default=25.0, doc="when it is told")
     exec_out = ExecOut()
 
-    context: Context = State()
+    context: Context = Bound()
 
     def setup(self, context: Context) -> None:
         """Remember whom to tell."""

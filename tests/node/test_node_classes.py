@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from graphengine.messages.definitions import DEFINITIONS, Definitions
-from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Numbered, Out, Pushes, State, node
+from graphengine.node import Bound, ExecIn, ExecOut, Fire, In, Node, Numbered, Out, Pushes, State, node
 from graphengine.node.node_class import NodeMeta, grown
 from graphengine.node.types import Doubles, Token, Vector3d
 from tests.compiler.nodes_for_tests import actions, data, events, latent, pushers
@@ -27,7 +27,7 @@ class Controller(Node, type="test.Controller"):
     command: Doubles = Out(default=[0.0, 0.0])
     calls: int = State(default=0)
     memory: list[int] = State(factory=list)
-    bound: object = State()
+    bound: object = Bound()
 
     def compute(self) -> None:
         self.calls += 1

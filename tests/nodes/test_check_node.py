@@ -8,7 +8,21 @@ from typing import Any
 
 import pytest
 
-from graphengine.node import Context, Doubles, ExecIn, ExecOut, Fire, In, Node, Out, Pushes, State, Target, Tokens
+from graphengine.node import (
+    Bound,
+    Context,
+    Doubles,
+    ExecIn,
+    ExecOut,
+    Fire,
+    In,
+    Node,
+    Out,
+    Pushes,
+    State,
+    Target,
+    Tokens,
+)
 from graphengine.node.node_class import NodeClassError, NodeMeta
 from graphengine.testing import RecordingContext, check_node
 
@@ -131,7 +145,7 @@ def test_a_state_that_setup_does_not_bind_is_found() -> None:
     class Unbound(Node, type="test.Unbound"):
         """Reads a handle that nobody bound."""
 
-        handle: object = State()
+        handle: object = Bound()
 
         def compute(self) -> None:
             print(self.handle)  # noqa: T201
@@ -166,7 +180,7 @@ def test_chance_from_the_context_is_fine() -> None:
         """Throws the session's dice."""
 
         thrown_number: float = Out()
-        source: object = State()
+        source: object = Bound()
 
         def setup(self, context: Context) -> None:
             self.source = context.random()
@@ -227,7 +241,7 @@ def test_what_a_stop_does_not_make_a_node_forget_is_found() -> None:
     class Elephant(Node, type="test.Elephant"):
         """Keeps a count beyond its State."""
 
-        box: list[int] = State()
+        box: list[int] = Bound()
         rounds: float = Out(doc="how many")
 
         def setup(self, context: Context) -> None:

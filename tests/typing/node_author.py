@@ -8,7 +8,22 @@ from __future__ import annotations
 
 import math
 
-from graphengine.node import Clock, Context, Doubles, ExecIn, ExecOut, Fire, In, Node, Out, State, Token, Vector3d, node
+from graphengine.node import (
+    Bound,
+    Clock,
+    Context,
+    Doubles,
+    ExecIn,
+    ExecOut,
+    Fire,
+    In,
+    Node,
+    Out,
+    State,
+    Token,
+    Vector3d,
+    node,
+)
 
 
 class Gain(Node, type="typing.Gain", gated=True):
@@ -21,7 +36,7 @@ class Gain(Node, type="typing.Gain", gated=True):
     scaled: float = Out(unit="m/s")
     history: Doubles = Out()
     rounds: int = State(default=0)
-    clock: Clock = State()
+    clock: Clock = Bound()
     exec_out = ExecOut()
 
     def setup(self, context: Context) -> None:

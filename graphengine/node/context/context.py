@@ -50,6 +50,8 @@ class Context(WorldHandles, OwnedEndpoints):
         self._wired = wired
         self._folder = folder
         self._variables = variables
+        self.mailboxes: list[Mailbox] = []
+        """Those that were handed out."""
 
     def wired(self, output: str) -> bool:
         """Whether a wire reads an output of the node, given by its field; always true where there is no graph.
@@ -72,7 +74,8 @@ class Context(WorldHandles, OwnedEndpoints):
 
     def mailbox(self, name: str) -> Mailbox:
         """A named queue of the session."""
-        return Mailbox(self._services.queues.setdefault(name, EventQueue(name)))
+        self.mailboxes.append(Mailbox(self._services.queues.setdefault(name, EventQueue(name))))
+        return self.mailboxes[-1]
 
     def environment(self, name: str) -> str:
         """Value of an environment variable; empty where the user lets graphs read it and it is not set.

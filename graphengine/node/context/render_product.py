@@ -8,10 +8,11 @@ from operator import attrgetter
 from typing import Any
 
 from graphengine.devices.sensor import Camera, Picture
+from graphengine.devices.stateful import Stateful
 
 
 @dataclass(slots=True)
-class RenderProduct:
+class RenderProduct(Stateful):
     """What a sensor's pictures are taken for."""
 
     prim: str
@@ -20,6 +21,16 @@ class RenderProduct:
     """Width and height of a camera's pictures, pixels."""
     camera: ProductCamera | None = None
     """The camera that was handed out."""
+
+    def save(self) -> tuple[str, ProductCamera | None, Camera | None]:
+        """What it is made for, and the camera that it shows."""
+        return self.prim, self.camera, self.camera.source if self.camera is not None else None
+
+    def restore(self, saved: tuple[str, ProductCamera | None, Camera | None]) -> None:
+        """Show that camera again."""
+        self.prim, self.camera, source = saved
+        if self.camera is not None and source is not None:
+            self.camera.show(source)
 
     def reset(self) -> None:
         """Show what it was made for."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -48,6 +49,37 @@ class Services:
     def stage(self) -> Stage:
         """The prim tree."""
         return self.world.stage
+
+    def save(self) -> Any:
+        """A copy of what all nodes share, but for the world and the network."""
+        return (
+            self.keys.save(),
+            self.dropped.save() if self.dropped is not None else None,
+            {name: queue.save() for name, queue in self.queues.items()},
+            {path: generator.bit_generator.state for path, generator in self.generators.items()},
+            {path: (product, product.save()) for path, product in self.render_products.items()},
+            dict(self.handles),
+        )
+
+    def restore(self, saved: Any) -> None:
+        """Go back to what `save` returned; queues, generators and render products that came since are forgotten."""
+        keys, dropped, queues, generators, products, handles = saved
+        self.keys.restore(keys)
+        if self.dropped is not None:
+            self.dropped.restore(dropped)
+        for name in [name for name in self.queues if name not in queues]:
+            del self.queues[name]
+        for name, state in queues.items():
+            self.queues[name].restore(state)
+        for path in [path for path in self.generators if path not in generators]:
+            del self.generators[path]
+        for path, state in generators.items():
+            self.reseed(path)
+            self.generators[path].bit_generator.state = state
+        self.render_products = {path: product for path, (product, _) in products.items()}
+        for product, state in products.values():
+            product.restore(state)
+        self.handles = dict(handles)
 
     def warn(self, node: str, text: str) -> None:
         """Warn on the terminal and on /rosout."""

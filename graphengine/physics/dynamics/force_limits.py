@@ -23,6 +23,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.devices.stateful import Stateful
 from graphengine.format.diagnostics import Findings
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.drives import Drive, position_servo, servos, velocity_servo
@@ -34,7 +35,7 @@ _NOTHING = 1e-9
 """Share of a maximum force below which a force tells nothing about how freely a joint moves."""
 
 
-class ForceLimits:
+class ForceLimits(Stateful):
     """Those drives of a model that have a maximum force.
 
     Args:
@@ -46,6 +47,8 @@ class ForceLimits:
         joints: names of the joints.
         inertias: I of each, kg m² or kg.
     """
+
+    kept = ("_reach",)
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, drives: Iterable[tuple[str, Drive]]) -> None:
         limited = [(name, drive) for name, drive in drives if drive.max_force < np.inf]

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, ClassVar, TypeVar
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from graphengine.devices.stage import Prim, at_or_below
+from graphengine.devices.stateful import Stateful
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
 
 
-class Handle:
+class Handle(Stateful):
     """A prim's place in a simulation."""
 
     sees_steps: ClassVar[bool] = False
@@ -70,6 +71,18 @@ class HandleTable:
         """Let go of the handles of a prim and of all below it."""
         for key in [key for key in self._handles if at_or_below(key[1], prim_path)]:
             self._handles.pop(key).reset()
+        self._changed()
+
+    def save(self) -> dict[tuple[type[Handle], str], Any]:
+        """States of all handles."""
+        return {key: handle.save() for key, handle in self._handles.items()}
+
+    def restore(self, saved: Mapping[tuple[type[Handle], str], Any]) -> None:
+        """Let all go back; those that came since are forgotten, and asked for again where they are needed."""
+        for key in [key for key in self._handles if key not in saved]:
+            self._handles.pop(key).reset()
+        for key, handle in self._handles.items():
+            handle.restore(saved[key])
         self._changed()
 
     def bind(self) -> None:

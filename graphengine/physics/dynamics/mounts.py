@@ -14,18 +14,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.devices.rotation import Pose
+from graphengine.devices.stateful import Stateful
 from graphengine.physics.engine import mujoco
 
 Place = NDArray[np.float64]
 """Position, then the quaternion with its real part first."""
 
 
-class Mounts:
+class Mounts(Stateful):
     """Which bodies stand elsewhere than the model was compiled with."""
+
+    kept = ("_moved",)
 
     def __init__(self, moved: Mapping[str, tuple[Place, Place]] = MappingProxyType({})) -> None:
         self._moved = dict(moved)
         """By name of the body: where it was built, and where it is."""
+
+    def __bool__(self) -> bool:
+        return bool(self._moved)
 
     def moved(self, model: mujoco.MjModel, body: int, pose: Pose) -> tuple[Mounts, mujoco.MjModel]:
         """These with a topmost body elsewhere, and a copy of the model in which it is."""

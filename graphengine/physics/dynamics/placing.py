@@ -56,6 +56,8 @@ def find_mover(model: mujoco.MjModel, stage: Stage, prim: Prim) -> tuple[int, Po
 class PlacedBody(Handle):
     """The body that carries a prim, which stays where the prim was put last until the simulation is reset."""
 
+    kept = ("_coordinates",)
+
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         self._coordinates: Floats | None = None
         self._loose: list[Floats] = []

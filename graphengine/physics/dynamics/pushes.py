@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.devices.sensor import Vector3
+from graphengine.devices.stateful import Stateful
 from graphengine.physics.engine import mujoco
 
 Floats = NDArray[np.float64]
@@ -34,8 +35,10 @@ class _Push:
     left: float
 
 
-class Pushes:
+class Pushes(Stateful):
     """All forces that act from outside. MuJoCo's `xfrc_applied` is what they are in the next step."""
+
+    kept = ("_pushes",)
 
     def __init__(self) -> None:
         self._pushes: list[_Push] = []

@@ -6,11 +6,12 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from graphengine.devices.stateful import Stateful
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.drives import Drive, velocity_servo
 
 
-class SetPoints:
+class SetPoints(Stateful):
     """Targets of actuators and efforts of joints; a step takes them over, so that what was read before belongs to the last step.
 
     Args:
@@ -24,6 +25,7 @@ class SetPoints:
         pending: whether the next step has anything to take over.
     """
 
+    kept = ("efforts", "pending", "targets")
     __slots__ = ("_applied", "_changes", "_control", "_starts", "efforts", "pending", "targets")
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, drives: Iterable[tuple[str, Drive]]) -> None:

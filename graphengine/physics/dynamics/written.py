@@ -8,6 +8,7 @@ MuJoCo's diffuse light then is colour times intensity; ambient and specular ligh
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -31,7 +32,8 @@ class Written(Generic[T]):
 
     def __init__(self, stage: Stage) -> None:
         self._stage = stage
-        self._written: dict[str, T] = {}
+        self.written: dict[str, T] = {}
+        """By prim path."""
 
     def built(self, prim: Prim) -> T:
         """What a prim was built with."""
@@ -43,24 +45,30 @@ class Written(Generic[T]):
 
     def of(self, prim: Prim) -> T:
         """A prim's value."""
-        return self._written[prim.path] if prim.path in self._written else self.built(prim)
+        return self.written[prim.path] if prim.path in self.written else self.built(prim)
 
     def write(self, model: mujoco.MjModel, prim: Prim, value: T) -> None:
         """Give a prim another value."""
         self.tell(model, prim, value)
-        self._written[prim.path] = value
+        self.written[prim.path] = value
 
     def carry_over(self, model: mujoco.MjModel) -> None:
         """Write in another model what was written before; prims that are gone are forgotten."""
-        self._written = {path: value for path, value in self._written.items() if path in self._stage}
-        for path, value in self._written.items():
+        self.written = {path: value for path, value in self.written.items() if path in self._stage}
+        for path, value in self.written.items():
             self.tell(model, self._stage.find(path), value)
+
+    def restore(self, model: mujoco.MjModel, written: Mapping[str, T]) -> None:
+        """Write in a model what was written at another time, and nothing else."""
+        self.put_back(model)
+        self.written = dict(written)
+        self.carry_over(model)
 
     def put_back(self, model: mujoco.MjModel) -> None:
         """Let all have what they were built with."""
-        for prim in map(self._stage.find, self._written):
+        for prim in map(self._stage.find, self.written):
             self.tell(model, prim, self.built(prim))
-        self._written.clear()
+        self.written.clear()
 
 
 class Frictions(Written[Friction]):

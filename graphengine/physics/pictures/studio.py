@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from graphengine.devices.rotation import Pose
 from graphengine.devices.sensor import Picture
+from graphengine.devices.stateful import Stateful
 from graphengine.format.errors import RenderError
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.housings import housing_of
@@ -50,8 +51,10 @@ class _Job:
 _Jobs = SimpleQueue[_Job | None]
 
 
-class Studio:
+class Studio(Stateful):
     """Captures in the thread that steps the simulation, and draws in another."""
+
+    kept = ("_labels", "_numbers")
 
     def __init__(self, simulation: SimulationCore) -> None:
         self._simulation = simulation

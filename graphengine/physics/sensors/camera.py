@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Mapping
-from concurrent.futures import Future
+from concurrent.futures import Future, wait
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
@@ -46,6 +46,11 @@ class _Exposure:
     segmented: bool
     picture: Future[Picture]
 
+    def __deepcopy__(self, _: object) -> _Exposure:
+        """It does not change any more, once it is drawn."""
+        wait([self.picture])
+        return self
+
 
 def native_size(prim: Prim) -> tuple[int, int]:
     """Width and height of a camera prim's own pictures, pixels."""
@@ -62,6 +67,8 @@ class PinholeCamera(Sampled):
         prim: where it is.
         size: width and height of its pictures, pixels; at any it sees the same from left to right.
     """
+
+    kept = ("_delivery", "_pending", "_segmented", "_skipped")
 
     def __init__(self, simulation: SimulationCore, studio: Studio, prim: Prim, size: tuple[int, int]) -> None:
         facts = prim.facts

@@ -27,6 +27,7 @@ class BodyContactSensor(Handle):
     """The sensor at a contact prim, whose facts are its profile."""
 
     sees_steps = True
+    kept = ("_of_step", "_of_tick")
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         self._threshold: float = prim.facts["threshold"]

@@ -73,6 +73,7 @@ class InertialUnit(Handle):
     """
 
     sees_steps = True
+    kept = ("_by_step", "_by_tick", "_orientation", "_sample", "_sampled", "_velocity")
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         facts = prim.facts

@@ -31,6 +31,8 @@ _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 class RayLidar(Sampled):
     """The ray-casting sensor at a lidar prim, whose facts are its profile."""
 
+    kept = ("_newest",)
+
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         facts = prim.facts
         self.rate: float = facts["rate"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from graphengine.node import Context, ExecIn, ExecOut, Fire, In, Mailbox, Node, Out, State, String, Variable
+from graphengine.node import Bound, Context, ExecIn, ExecOut, Fire, In, Mailbox, Node, Out, State, String, Variable
 from tests.compiler.nodes_for_tests.journal import Journaling
 
 
@@ -139,7 +139,7 @@ class Post(Node, type="test.Post"):
     times: int = In(default=1)
     exec_out = ExecOut()
 
-    mailbox: Mailbox = State()
+    mailbox: Mailbox = Bound()
 
     def setup(self, context: Context) -> None:
         self.mailbox = context.mailbox(self.name)
@@ -157,7 +157,7 @@ class WriteVariable(Journaling, type="test.WriteVariable"):
     value: float = In(default=0.0)
     exec_out = ExecOut()
 
-    variable: Variable = State()
+    variable: Variable = Bound()
 
     def setup(self, context: Context) -> None:
         super().setup(context)
@@ -226,7 +226,7 @@ class Dice(Journaling, type="test.Dice"):
     """Writes down a random number."""
 
     exec_in = ExecIn()
-    random: Any = State()
+    random: Any = Bound()
 
     def setup(self, context: Context) -> None:
         super().setup(context)

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from graphengine.messages.definitions import Definitions
-from graphengine.node import Context, Double, In, Int64, Node, Out, State, String, Token, Variable, node
+from graphengine.node import Bound, Context, Double, In, Int64, Node, Out, State, String, Token, Variable, node
 
 
 class Word(Node, type="test.Word"):
@@ -102,7 +102,7 @@ class ReadVariable(Node, type="test.ReadVariable", volatile=True):
     variable_name: str = In(default="speed", setup=True)
     value: Double = Out()
 
-    variable: Variable = State()
+    variable: Variable = Bound()
     computes: int = State(default=0)
 
     def setup(self, context: Context) -> None:

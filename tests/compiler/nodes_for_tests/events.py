@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from graphengine.node import Clock, Context, ExecOut, Fire, In, Mailbox, Node, Out, Pushes, State
+from graphengine.node import Bound, Clock, Context, ExecOut, Fire, In, Mailbox, Node, Out, Pushes, State
 
 
 class Tick(Node, type="test.Tick"):
@@ -12,7 +12,7 @@ class Tick(Node, type="test.Tick"):
     number: float = Out()
     time: float = Out()
 
-    clock: Clock = State()
+    clock: Clock = Bound()
 
     def setup(self, context: Context) -> None:
         self.clock = context.clock
@@ -54,7 +54,7 @@ class OnImpulse(Node, type="test.OnImpulse", gated=True):
     name: str = In(default="impulse", setup=True)
     fired = ExecOut()
 
-    mailbox: Mailbox = State()
+    mailbox: Mailbox = Bound()
 
     def setup(self, context: Context) -> None:
         self.mailbox = context.mailbox(self.name)
@@ -71,7 +71,7 @@ class OnMessage(Node, type="test.OnMessage"):
     done = ExecOut()
     value: float = Out()
 
-    mailbox: Mailbox = State()
+    mailbox: Mailbox = Bound()
 
     def setup(self, context: Context) -> None:
         self.mailbox = context.mailbox(self.name)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from graphengine.messages.endpoints import Publisher
-from graphengine.node import Context, Node, State
+from graphengine.node import Bound, Context, Node
 
 
 class Journaling(Node):
     """Base of nodes that write down what they do."""
 
-    journal: Publisher = State()
-    me: str = State()
+    journal: Publisher = Bound()
+    me: str = Bound()
 
     def setup(self, context: Context) -> None:
         self.journal = context.publisher("std_msgs/msg/String", "journal")

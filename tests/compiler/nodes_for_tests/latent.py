@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from graphengine.node import Clock, Context, ExecIn, ExecOut, Fire, In, Node, Out, State, String
+from graphengine.node import Bound, Clock, Context, ExecIn, ExecOut, Fire, In, Node, Out, State, String
 from tests.compiler.nodes_for_tests.journal import Journaling
 
 
@@ -15,7 +15,7 @@ class Delay(Journaling, type="test.Delay"):
     started: float = Out()
     updates: float = Out()
 
-    clock: Clock = State()
+    clock: Clock = Bound()
 
     def setup(self, context: Context) -> None:
         super().setup(context)
