@@ -14,16 +14,18 @@ then not confined in any way. Without that a check refuses the graph.
 
 from __future__ import annotations
 
+import copy
 import linecache
+import sys
 import types as python
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal
 
 import numpy as np
 
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages.definitions import Definitions
-from graphengine.node import Bound, Context, ContextError, ExecIn, ExecOut, Fire, In, Node, Out, State, types
+from graphengine.node import Bound, Context, ContextError, ExecIn, ExecOut, Fire, In, Node, Out, types
 from graphengine.node.port import Port
 from graphengine.node.types import PortType, String, Token, Tokens
 
@@ -89,7 +91,7 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
 
     code: python.CodeType = Bound()
     log: Log = Bound()
-    running: tuple[dict[str, Any], Database] | None = State(default=None)
+    running: tuple[dict[str, Any], Database] | None = Bound()
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
@@ -114,6 +116,7 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
         Raises:
             ContextError: scripts are not allowed, the file cannot be read, or it is no Python.
         """
+        self.running = None
         context.allow_scripts()
         name, text = f"<script of {context.prim_path}>", self.script
         if self.use_path:
@@ -166,6 +169,23 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
             except (TypeError, ValueError) as error:
                 raise type(error)(f"db.outputs.{name} is {port_type}: {error}, got {value!r}") from None
 
+    def save(self) -> Any:
+        """The node's values, and copies of the script's variables and of what it keeps in `db`.
+
+        Raises:
+            TypeError: a variable of the script cannot be copied, such as an open file.
+        """
+        return super().save(), self.running, _copied(self.running) if self.running is not None else ()
+
+    def restore(self, saved: Any) -> None:
+        """Go back to what `save` returned; functions of the script see its variables as they were then."""
+        values, self.running, kept = saved
+        super().restore(values)
+        if self.running is not None:
+            for place, variables in zip(_places(self.running), _copied(self.running, kept), strict=True):
+                place.clear()
+                place.update(variables)
+
     def reset(self) -> None:
         """Let the script clean up and forget it."""
         if self.running is not None:
@@ -193,6 +213,33 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
             text = linecache.getline(self.code.co_filename, lines[-1]).strip()
             where = f"{self.code.co_filename}, line {lines[-1]}{f' ({text})' if text else ''}"
             raise RuntimeError(f"{where}: {type(error).__name__}: {error}") from error
+
+
+_Running = tuple[dict[str, Any], Database]
+
+
+def _places(running: _Running) -> list[dict[str, Any]]:
+    """Where a script keeps what it knows: its variables, and what `db` holds."""
+    namespace, db = running
+    return [namespace, *(vars(part) for part in (db.inputs, db.outputs, db.per_instance_state))]
+
+
+def _copied(running: _Running, kept: Sequence[dict[str, Any]] | None = None) -> list[dict[str, Any]]:
+    """Copies of what a script knows, or of what was kept of it; modules and `db` itself stay what they are.
+
+    Raises:
+        TypeError: a variable cannot be copied.
+    """
+    own = (running[1], running[1].inputs, running[1].outputs, running[1].per_instance_state)
+    memo: dict[int, Any] = {id(one): one for one in (*sys.modules.values(), *own)}
+    copied: list[dict[str, Any]] = [{} for _ in _places(running)]
+    for into, place in zip(copied, kept or _places(running), strict=True):
+        for name, value in place.items():
+            try:
+                into[name] = value if name == "__builtins__" else copy.deepcopy(value, memo)
+            except Exception as error:  # a value of the script may refuse in any way
+                raise TypeError(f"the script's {name} cannot be kept by a checkpoint: {error}") from error
+    return copied
 
 
 def declared(node: ScriptNode, side: Literal["inputs", "outputs"]) -> list[Port]:

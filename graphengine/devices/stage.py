@@ -22,6 +22,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.stateful import Shared
 from graphengine.format.errors import AmbiguousPrimError, PrimError
 from graphengine.format.wording import did_you_mean, listing
 
@@ -49,7 +50,7 @@ ORIGIN: Vector3 = (0.0, 0.0, 0.0)
 
 
 @dataclass(slots=True, eq=False)
-class Prim:
+class Prim(Shared):
     """One prim. Its pose is relative to its parent prim; `body` names what physics moves it with."""
 
     path: str

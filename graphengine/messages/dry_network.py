@@ -33,6 +33,12 @@ class DryNetwork:
     def flush(self) -> None:
         """Nothing was published."""
 
+    def save(self) -> None:
+        """Nothing has arrived."""
+
+    def restore(self, saved: Any) -> None:
+        """Nothing has arrived."""
+
     def forget_calls(self) -> None:
         """Nothing was asked."""
 

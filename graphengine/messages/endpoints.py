@@ -166,6 +166,12 @@ class Network(Protocol):
     def flush(self) -> None:
         """End a tick: what was published in it leaves now."""
 
+    def save(self) -> Any:
+        """A copy of what has arrived and was not taken, and of open calls."""
+
+    def restore(self, saved: Any) -> None:
+        """Go back to what `save` returned, as far as messages have not left this process."""
+
     def forget_calls(self) -> None:
         """Graphs begin anew: requests that nobody answered will not be, answers that have not come are not waited for."""
 

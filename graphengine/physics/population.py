@@ -35,8 +35,11 @@ class Population:
             PhysicsError: it cannot be where it was put.
             UsageError: rays that were asked for cannot meet it. After an error of any kind all is as it was.
         """
-        loaded = self._loaded
-        placement = self._placement(name, use, findings)
+        self.put(self._placement(name, use, findings), findings)
+
+    def put(self, placement: Placement, findings: Findings) -> None:
+        """The same for a place that was found before."""
+        loaded, name = self._loaded, placement.name
         loaded.scenery.forget(loaded.robots)
         robot = loaded.scenery.robot(placement, findings)
         findings.raise_errors()
@@ -47,7 +50,6 @@ class Population:
         try:
             add_robot(loaded.stage, robot, body_names(model), findings)
             findings.raise_errors()
-            loaded.stage.find(robot.prim_path).facts["spawned"] = True
             loaded.simulation.continue_with(model)
         except BaseException:
             loaded.stage.remove(robot.prim_path)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict, deque
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from typing import Protocol
+from typing import Any, Protocol
 
 from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.messages.endpoints import EndpointClaim
@@ -165,6 +165,25 @@ class LiveNetwork:
         for client in self._clients:
             client.forget_calls()
 
+    def save(self) -> Any:
+        """A copy of what has arrived and was not taken, of open calls, and of what transports keep."""
+        ends = [(_key(end), end.save()) for end in self.hearing]
+        return self._ticks, ends, {domain: transport.save() for domain, transport in self._transports.items()}
+
+    def restore(self, saved: Any) -> None:
+        """Go back to what `save` returned, as far as messages have not left this process."""
+        self._ticks, ends, transports = saved
+        self.outbox.clear()
+        known: defaultdict[object, deque[Any]] = defaultdict(deque)
+        for key, state in ends:
+            known[key].append(state)
+        for end in self.hearing:
+            if known[_key(end)]:
+                end.restore(known[_key(end)].popleft())
+        for domain, state in transports.items():
+            if domain in self._transports:
+                self._transports[domain].restore(state)
+
     @property
     def malformed(self) -> Counter[str]:
         """By topic, how many messages were dropped that are none of its type."""
@@ -202,3 +221,8 @@ class LiveNetwork:
             kept.clear()
         for ends in (self.publishers, self.subscriptions, self._servers, self._clients):
             ends.clear()
+
+
+def _key(end: LiveSubscription | LiveServer | LiveClient) -> object:
+    """What an endpoint has in common with the one that its node opens when it is set up again."""
+    return type(end), end.claim.node, end.claim.topic

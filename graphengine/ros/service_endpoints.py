@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from graphengine.devices.stateful import Stateful
 from graphengine.format.errors import TransportError
 from graphengine.messages import messages
 from graphengine.messages.endpoints import EndpointClaim
@@ -37,7 +38,7 @@ GID, IDENTITY = 16, 24
 _REQUEST_SENT, _REQUEST_RECEIVED, _RESPONSE_SENT, _RESPONSE_RECEIVED = range(4)
 
 
-class _Endpoint:
+class _Endpoint(Stateful):
     """What a server and a client have in common."""
 
     def __init__(self, network: LiveNetwork, claim: EndpointClaim, hears: str, says: str) -> None:
@@ -106,6 +107,8 @@ class _Endpoint:
 
 class LiveServer(_Endpoint):
     """One service of one transport that is offered."""
+
+    kept = ("_arrived", "_open", "_refused", "_visible", "current")
 
     def __init__(self, network: LiveNetwork, claim: EndpointClaim, handle: int) -> None:
         super().__init__(network, claim, "Request", "Response")
@@ -187,6 +190,8 @@ class LiveServer(_Endpoint):
 
 class LiveClient(_Endpoint):
     """One service of one transport that is called. As many calls as the QoS keeps wait for a server to come."""
+
+    kept = ("_arrived", "_calls", "_from_recording", "_numbers", "_open", "_patience", "_visible", "_waiting")
 
     def __init__(self, network: LiveNetwork, claim: EndpointClaim) -> None:
         super().__init__(network, claim, "Response", "Request")

@@ -7,6 +7,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from graphengine.devices.stateful import Shared, Stateful
 from graphengine.format.errors import TransportError
 from graphengine.messages import messages
 from graphengine.messages.endpoints import EndpointClaim
@@ -20,7 +21,7 @@ MAX_KEPT = 10_000
 """Messages that a keepAll subscription holds between two ticks."""
 
 
-class LivePublisher:
+class LivePublisher(Shared):
     """One topic of one transport, and every sink."""
 
     __slots__ = ("_encode", "_network", "_writer", "claim", "largest", "topic")
@@ -64,9 +65,10 @@ class LivePublisher:
             sink.write(self.claim, data)
 
 
-class LiveSubscription:
+class LiveSubscription(Stateful):
     """One topic of one transport; deliveries wait for the next tick."""
 
+    kept = ("_arrived", "_frozen", "_visible", "heard", "malformed", "skipped")
     __slots__ = (
         "_arrived", "_frozen", "_network", "_reader", "_visible",
         "claim", "heard", "largest", "malformed", "skipped", "topic",

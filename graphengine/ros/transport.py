@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 from graphengine.messages.endpoints import QoS
 from graphengine.ros.graph import Direction, Graph
@@ -135,6 +135,12 @@ class Transport(Protocol):
         Raises:
             TransportError: the transport is closed.
         """
+
+    def save(self) -> Any:
+        """A copy of what the transport keeps of messages that do not leave the process, for `restore`."""
+
+    def restore(self, saved: Any) -> None:
+        """Go back to what `save` returned; messages that have left the process are not taken back."""
 
     def close(self) -> None:
         """Leave the network; safe to call twice."""

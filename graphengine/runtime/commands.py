@@ -224,6 +224,27 @@ class Release(_Keys):
         session.release(*self.keys)
 
 
+class Checkpoint(Command):
+    """Keep a copy of the whole state of the session, to which `restore` goes back."""
+
+    name: Annotated[str, Field(max_length=1000)] = ""
+    """By which it is known; numbered if not given."""
+
+    def _apply(self, session: Session) -> dict[str, Any]:
+        made = session.checkpoint(self.name)
+        session.held[made.name] = made
+        return {"name": made.name}
+
+
+class Restore(Command):
+    """Go back to a checkpoint; messages that have left the process are not taken back."""
+
+    name: EntityName
+
+    def _apply(self, session: Session) -> None:
+        session.restore(self.name)
+
+
 class State(Command):
     """Tell how the session is."""
 
@@ -270,11 +291,31 @@ class Quit(Command):
         session.interrupt()
 
 
-_KINDS = (Play, Pause, Step, Stop, Reset, Rate, Spawn, Delete, Move, Push, Impulse, Press, Release, State, Quit)
+_KINDS = (
+    Play,
+    Pause,
+    Step,
+    Stop,
+    Reset,
+    Rate,
+    Spawn,
+    Delete,
+    Move,
+    Push,
+    Impulse,
+    Press,
+    Release,
+    Checkpoint,
+    Restore,
+    State,
+    Quit,
+)
 
 COMMANDS: Mapping[str, type[Command]] = MappingProxyType({kind.__name__.lower(): kind for kind in _KINDS})
 
-RECORDED = frozenset({"stop", "reset", "spawn", "delete", "move", "push", "impulse", "press", "release"})
+RECORDED = frozenset(
+    {"stop", "reset", "spawn", "delete", "move", "push", "impulse", "press", "release", "checkpoint", "restore"}
+)
 """Those that change the simulation's course: another run that is asked for them before the same ticks is the same."""
 
 

@@ -5,13 +5,16 @@ from __future__ import annotations
 import contextlib
 import math
 import time
+import weakref
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Literal
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
 
 from graphengine.devices.entity import Move, warning
 from graphengine.devices.sensor import Quaternion, Vector3
 from graphengine.format.errors import GraphError, StateError, TransportError, UnknownEntityError, UsageError
 from graphengine.format.spec import RobotUse
+from graphengine.format.wording import did_you_mean, listing
 from graphengine.node.clock import Clock
 from graphengine.node.context.services import Services
 from graphengine.node.mailbox import find_impulses
@@ -59,6 +62,27 @@ class Roster:
         """Take a robot away, with its graphs and topics."""
         raise NotImplementedError
 
+    def save(self) -> Any:
+        """Which robots are there."""
+
+    def restore(self, saved: Any, running: Sequence[GraphRun]) -> Sequence[GraphRun]:
+        """Put back the robots that were there, and take away the others; the graphs that run then, in their order.
+
+        Raises:
+            GraphError: a robot cannot be put back.
+        """
+        return running
+
+
+@dataclass(frozen=True, eq=False)
+class Checkpoint:
+    """The whole state of a session, which goes back to it as long as somebody holds this."""
+
+    name: str
+    robots: Any
+    state: Any
+    play: tuple[SessionState, str, bool]
+
 
 class Session:
     """Owns world, network and graphs.
@@ -96,6 +120,10 @@ class Session:
         self._pacer: Pacer | None = None
         self._interrupted = self._ended = False
         self._failure = ""
+        self._checkpoints = 0
+        self.held: dict[str, Checkpoint] = {}
+        """Checkpoints that commands asked for, which nobody else holds."""
+        self._known: weakref.WeakValueDictionary[str, Checkpoint] = weakref.WeakValueDictionary()
         self._ticker = Ticker(services, clock, step_clock, graphs)
 
     @property
@@ -243,6 +271,47 @@ class Session:
         self._refuse_within_tick()
         self.services.keys.release(keys)
         self.inbox.command("release", {"keys": list(keys)})
+
+    def checkpoint(self, name: str = "") -> Checkpoint:
+        """Keep a copy of the whole state, between two ticks; a picture that is being drawn is waited for.
+
+        Args:
+            name: by which `restore` knows it; numbered if not given.
+
+        Raises:
+            UsageError: within a tick.
+            NodeError: a node holds what cannot be copied.
+        """
+        self._refuse_within_tick()
+        self._checkpoints += 1
+        name = name or f"checkpoint_{self._checkpoints}"
+        made = Checkpoint(name, self._roster.save(), self._ticker.save(), (self.state, self._failure, self._ended))
+        self._known[name] = made
+        self.inbox.command("checkpoint", {"name": name})
+        return made
+
+    def restore(self, name: str) -> None:
+        """Go back to a checkpoint, between two ticks; what follows is the same, byte by byte, over memory.
+
+        Ticks and recordings go on counting, and messages that have left the process are not taken back.
+
+        Args:
+            name: of the checkpoint, which is still held by somebody.
+
+        Raises:
+            UsageError: there is no such checkpoint, or within a tick.
+            GraphError: a robot that has gone, or a node, cannot be what it was.
+        """
+        self._refuse_within_tick()
+        kept = self._known.get(name)
+        if kept is None:
+            hint = did_you_mean(name, self._known) or listing(self._known, "checkpoints")
+            raise UsageError(f"no checkpoint {name!r}\n  {hint}")
+        self._ticker.take(self._roster.restore(kept.robots, self.graphs))
+        self._ticker.restore(kept.state)
+        state, self._failure, self._ended = kept.play
+        self._set(state)
+        self.inbox.command("restore", {"name": name})
 
     def play(self) -> None:
         """Let ticks run."""
@@ -439,6 +508,7 @@ class Session:
             self.end()
         if self.desk is not None:
             self.desk.close(self._failure or "the run has ended")
+        self.held.clear()
         for run in self.graphs:
             run.close()
         self.services.network.close()

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Sequence
-from typing import Literal
+from typing import Any, Literal
 
+from graphengine.devices.backend import World
 from graphengine.format.errors import GraphError, TransportError
+from graphengine.messages.endpoints import Network
 from graphengine.node.clock import Clock
 from graphengine.node.context.services import Services
 from graphengine.node.node_class import Ending
@@ -101,6 +103,26 @@ class Ticker:
         for run in self.graphs:
             for variable in run.variables.values():
                 variable.freeze()
+
+    def save(self) -> Any:
+        """A copy of the state of clocks, world, network and graphs."""
+        return [part.save() for part in self._parts()], {run.name: run.save() for run in self.graphs}
+
+    def restore(self, saved: Any) -> None:
+        """Go back to what `save` returned while the same graphs were there; ticks count on.
+
+        Raises:
+            GraphError: a node that was set up again since cannot be set up as it was.
+        """
+        states, graphs = saved
+        for run in self.graphs:
+            run.restore(graphs[run.name])
+        for part, state in zip(self._parts(), states, strict=True):
+            part.restore(state)
+
+    def _parts(self) -> Sequence[Clock | World | Services | Network]:
+        services = self._services
+        return self._clock, self._step_clock, services.world, services.network, services
 
     def tell(self, ending: Ending, graphs: Sequence[GraphRun]) -> None:
         """Let graphs do what they have for an ending, and send what comes of it; one that fails ends for itself alone."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -24,6 +25,7 @@ from graphengine.scene.uses import resolve_uses, robot_uses
 
 if TYPE_CHECKING:
     from graphengine.physics.loading import LoadedWorld
+    from graphengine.physics.model.robot import Robot
 
 
 class SceneRoster(Roster):
@@ -70,6 +72,14 @@ class SceneRoster(Roster):
             GraphError: physics, rays or one of its nodes cannot begin. After an error of any kind all is as it was.
         """
         self._population.add(name, use, Findings())
+        self._mark_spawned(name, True)
+        return self._begin(name, running)
+
+    def _mark_spawned(self, name: str, spawned: bool) -> None:
+        self._services.stage.find(self._robots[name].prim_path).facts["spawned"] = spawned
+
+    def _begin(self, name: str, running: Sequence[GraphRun]) -> list[GraphRun]:
+        """The graphs of a robot that was put into the world, set up; after an error the robot is gone again."""
         runs: list[GraphRun] = []
         try:
             graphs = self._plan(name, running)
@@ -79,7 +89,6 @@ class SceneRoster(Roster):
         except BaseException:
             self._dismiss(name, runs)
             raise
-        self._services.stage.find(self._robots[name].prim_path).facts["spawned"] = True
         return runs
 
     def _plan(self, name: str, running: Sequence[GraphRun]) -> list[Graph]:
@@ -123,6 +132,24 @@ class SceneRoster(Roster):
     def remove(self, name: str, own: Sequence[GraphRun]) -> None:
         """Take a robot away, with its graphs and topics."""
         self._dismiss(name, own)
+
+    def save(self) -> Sequence[tuple[Robot, bool]]:
+        """The robots in their order, and which of them came while the session ran."""
+        return [(robot, name in self.spawned) for name, robot in self._robots.items()]
+
+    def restore(self, saved: Sequence[tuple[Robot, bool]], running: Sequence[GraphRun]) -> Sequence[GraphRun]:
+        """Put back the robots that were there, and take away the others; the graphs that run then, in their order."""
+        pairs = zip(self._robots.values(), saved, strict=False)
+        same = sum(1 for _ in itertools.takewhile(lambda pair: pair[0] is pair[1][0], pairs))
+        for name in reversed(list(self._robots)[same:]):
+            own = self.own(name, running)
+            running = [run for run in running if run not in own]
+            self.remove(name, own)
+        for robot, spawned in saved[same:]:
+            self._population.put(robot.placement, Findings())
+            self._mark_spawned(robot.name, spawned)
+            running = [*running, *self._begin(robot.name, running)]
+        return running
 
     def _dismiss(self, name: str, own: Sequence[GraphRun]) -> None:
         """Take a robot away, with its graphs and with what the session keeps for it."""

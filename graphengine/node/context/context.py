@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from graphengine.devices.stateful import Shared
 from graphengine.node.clock import Clock
 from graphengine.node.context.endpoints import OwnedEndpoints
 from graphengine.node.context.handles import WorldHandles
@@ -17,7 +18,7 @@ from graphengine.node.mailbox import EventQueue, Mailbox
 from graphengine.node.variable import Variable, find_variable
 
 
-class Context(WorldHandles, OwnedEndpoints):
+class Context(WorldHandles, OwnedEndpoints, Shared):
     """What a node can ask for in `setup`. Everything handed out is owned, and closed, by the context.
 
     Handles stay valid for the life of the session: after a robot is added or removed the engine rebinds them in place. Units

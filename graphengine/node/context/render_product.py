@@ -8,7 +8,7 @@ from operator import attrgetter
 from typing import Any
 
 from graphengine.devices.sensor import Camera, Picture
-from graphengine.devices.stateful import Stateful
+from graphengine.devices.stateful import Shared, Stateful
 
 
 @dataclass(slots=True)
@@ -42,7 +42,7 @@ def _of_source(name: str) -> Any:
     return property(attrgetter(f"source.{name}"))
 
 
-class ProductCamera:
+class ProductCamera(Shared):
     """The camera that a render product shows at the moment, which may change while others hold this."""
 
     __slots__ = ("own", "source")

@@ -16,6 +16,7 @@ from graphengine.devices.backend import select_joints
 from graphengine.devices.poses import NOWHERE, carrier
 from graphengine.devices.rotation import multiply, rotate
 from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.stateful import Shared
 from graphengine.format.errors import BadValueError
 from graphengine.physics.dynamics.command_limits import Kind, command_limits
 from graphengine.physics.dynamics.handle_table import Handle
@@ -155,7 +156,7 @@ class Joints(Handle):
         return np.einsum("jik,ji->jk", axes, forces), np.einsum("jik,ji->jk", axes, torques)
 
 
-class SelectedJoints:
+class SelectedJoints(Shared):
     """Some joints of a robot, in the order they were asked for."""
 
     __slots__ = ("_chosen", "_joints", "_simulation", "names")

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import threading
 
+from graphengine.devices.stateful import Stateful
+
 MAX_OPEN = 10_000
 """Calls that wait; beyond, the oldest is given up, as answers of a server that went never come."""
 
 
-class Calls:
+class Calls(Stateful):
     """Numbers that each call is given, from 1 up, and of which each is answered once at most."""
+
+    kept = ("_last", "_open")
 
     def __init__(self) -> None:
         self._lock = threading.Lock()

@@ -6,6 +6,7 @@ import threading
 import time
 from collections import Counter
 
+from graphengine.devices.stateful import Stateful
 from graphengine.format.errors import TransportError
 from graphengine.messages import messages, names, qos
 from graphengine.messages.definitions import Definitions
@@ -18,7 +19,7 @@ ROSOUT = ("/rosout", "rcl_interfaces/msg/Log", qos.ROSOUT)
 _LEVELS = {"info": messages.Log.INFO, "warning": messages.Log.WARN, "error": messages.Log.ERROR}
 
 
-class RosNode:
+class RosNode(Stateful):
     """A ROS 2 node; a subclass joins the network and opens the writer of the log.
 
     Args:

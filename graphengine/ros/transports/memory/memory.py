@@ -196,6 +196,21 @@ class MemoryTransport:
         for reader in readers:
             reader.deliver(message)
 
+    def save(self) -> Any:
+        """A copy of what late readers are to get, and of open calls."""
+        kept = {name: [list(writer.kept) for writer in topic.writers] for name, topic in self._topics.items()}
+        return kept, [client.calls.save() for client in self._services.clients]
+
+    def restore(self, saved: Any) -> None:
+        """Go back to what `save` returned; what can be read back stays."""
+        topics, calls = saved
+        for name, topic in self._topics.items():
+            for writer, kept in zip(topic.writers, topics.get(name, ()), strict=False):
+                writer.kept.clear()
+                writer.kept.extend(kept)
+        for client, state in zip(self._services.clients, calls, strict=False):
+            client.calls.restore(state)
+
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> Graph:
         """Who writes and reads which topic; there are no nodes.
 
