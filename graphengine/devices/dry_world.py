@@ -24,7 +24,7 @@ from graphengine.devices.sensor import (
     pinhole,
 )
 from graphengine.devices.stage import Prim, Stage
-from graphengine.devices.stateful import Stateful
+from graphengine.devices.stateful import Shared, Stateful
 from graphengine.format.errors import UnknownEntityError
 
 
@@ -200,7 +200,7 @@ class DryArticulation:
         return np.zeros((len(self.joint_names), 3)), np.zeros((len(self.joint_names), 3))
 
 
-class DryJointSelection:
+class DryJointSelection(Shared):
     """Remembers nothing."""
 
     def __init__(self, names: tuple[str, ...]) -> None:

@@ -122,7 +122,7 @@ class Bench:
         self.clock = Clock((1, 100))
         self.faults: list[NodeError] = []
         fault = self.faults.append if keep_going else None
-        run = make_graph_run(graph, self.services, self.clock, fault)
+        self.run = run = make_graph_run(graph, self.services, self.clock, fault)
         self.executor, self.variables, self.context_of = run.executor, run.variables, run.contexts
 
     def __getitem__(self, node_id: str) -> Any:

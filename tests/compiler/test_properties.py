@@ -295,6 +295,24 @@ def test_any_graph_does_what_the_rules_say_or_is_refused_for_a_cycle(folder: Pat
     assert done == said
 
 
+@settings(QUICK, max_examples=100)
+@given(st.randoms(use_true_random=False), st.integers(2, 16), st.integers(0, 6))
+def test_any_graph_goes_on_from_a_checkpoint_as_it_did(folder: Path, random: Random, size: int, passes: int) -> None:
+    path = save(folder, draw_graph(random, EVERYTHING, size).text(NAMES[: size + 1]))
+    if planned(path, Findings()) is None:
+        return
+    bench = Bench(path).setup()
+    parts: list[Any] = [bench.run, bench.clock, bench.services]
+    for _ in range(passes):
+        bench.tick()
+    saved = [part.save() for part in parts]
+    first = play(bench)
+    for _ in range(2):
+        for part, state in zip(parts, saved, strict=True):
+            part.restore(state)
+        assert play(bench) == first
+
+
 @settings(QUICK, max_examples=150)
 @given(st.randoms(use_true_random=False), st.integers(2, 16))
 def test_any_graph_of_flow_control_does_what_the_rules_say(folder: Path, random: Random, size: int) -> None:

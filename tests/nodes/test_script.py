@@ -63,6 +63,47 @@ STATEFUL = """
     """
 
 
+COUNTING = """
+    import math
+    count, seen = 0, []
+    def compute(db):
+        global count
+        count += 1
+        seen.append(count)
+        db.per_instance_state.last = seen
+        db.outputs.total = len(seen) + 10 * count
+"""
+
+
+def test_a_script_goes_back_to_a_checkpoint_with_its_variables() -> None:
+    node = scripted(COUNTING, "outputs:total int")
+    totals = []
+    node.compute()
+    saved = node.save()
+    for _ in range(2):
+        for _ in range(3):
+            node.compute()
+            totals.append(node.outputs_total)
+        node.restore(saved)
+    assert totals == [22, 33, 44] * 2
+
+
+def test_a_script_that_has_not_run_has_not_run_at_its_checkpoint() -> None:
+    node = scripted(COUNTING, "outputs:total int")
+    saved = node.save()
+    node.compute()
+    node.restore(saved)
+    node.compute()
+    assert node.outputs_total == 11
+
+
+def test_a_variable_of_a_script_that_cannot_be_copied_is_named(tmp_path: Path) -> None:
+    node = scripted("import sys\ndef compute(db):\n    db.per_instance_state.lines = (line for line in 'ab')\n")
+    node.compute()
+    with pytest.raises(TypeError, match="the script's lines cannot be kept by a checkpoint: cannot pickle 'generator'"):
+        node.save()
+
+
 def test_a_script_is_set_up_once_and_cleans_up_at_a_stop() -> None:
     where = context()
     node = scripted(STATEFUL, "outputs:total int64", where=where)
