@@ -109,7 +109,6 @@ def _replay(arguments: argparse.Namespace, recording: Recording, plain: Callable
 def _what_to_run(arguments: argparse.Namespace, recording: Recording) -> tuple[Path, Options]:
     """The file and the options: as they were recorded, but for what the command line says."""
     from graphengine.cli.common import environment, find_file, parse_set, reading_options
-    from graphengine.recording import sources
 
     manifest, files = recording.manifest, recording.workspace
     options = replace(
@@ -124,16 +123,7 @@ def _what_to_run(arguments: argparse.Namespace, recording: Recording) -> tuple[P
     )
     if arguments.against:
         return find_file(arguments.against), options
-    options = replace(
-        options,
-        allowed=[files.place(sources.PROJECT)],
-        installed=[files.place(sources.INSTALLED)],
-        shipped=files.place(sources.SHIPPED),
-        message_paths=[files.place(sources.MESSAGES)],
-        scene=files.path(manifest.scene) if manifest.scene else None,
-        near=None,
-    )
-    return files.path(manifest.given), options
+    return files.path(manifest.given), files.options(options, manifest.scene)
 
 
 def _rays(rays: RaysChoice, recording: Path) -> RaysChoice:

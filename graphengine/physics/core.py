@@ -129,10 +129,10 @@ class SimulationCore(Stateful):
         self._remember_start()
         self._start_commands()
 
-    def copy(self) -> Self:
-        """An independent simulation that begins as this one, which has not been stepped."""
+    def copy(self, seed: int) -> Self:
+        """An independent simulation that begins as this one, which has not been stepped; `seed` is that of its sensors' noise."""
         model, rate = copy.copy(self.model), Fraction(*reversed(self.tick_period))
-        made = type(self)(model, self.stage.copy(), rate, self.substeps, seed=self.seed, rays=self._rays_choice)
+        made = type(self)(model, self.stage.copy(), rate, self.substeps, seed=seed, rays=self._rays_choice)
         mujoco.mj_copyData(made.data, model, self.data)  # which may have settled
         made.settled_after = self.settled_after
         made._remember_start()

@@ -49,13 +49,14 @@ class LoadedWorld:
         """Prims of robots and of the world; graphs are not among them."""
         return self.simulation.stage
 
-    def copy(self, files: Files) -> LoadedWorld:
+    def copy(self, files: Files, seed: int) -> LoadedWorld:
         """An independent world that begins as this one, which has not been stepped.
 
         Args:
             files: where the references of robots that are added may lead.
+            seed: of the sensors' noise.
         """
-        return LoadedWorld(self.simulation.copy(), dict(self.robots), self.scenery.copy(files))
+        return LoadedWorld(self.simulation.copy(seed), dict(self.robots), self.scenery.copy(files))
 
 
 def load_robot_file(path: Path, files: Files, findings: Findings) -> Robot | None:

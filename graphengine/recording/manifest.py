@@ -85,7 +85,7 @@ def describe_run(
         given=names.name(scene.path.absolute()),
         scene=names.name(options.scene.absolute()) if options.scene else "",
         overrides=dict(options.overrides),
-        seed=options.seed,
+        seed=services.seed,
         robot_state=options.robot_state,
         rays=cast(RaysName, services.world.rays_in_use or options.rays),
         keep_going=keep_going,

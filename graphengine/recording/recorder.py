@@ -19,7 +19,7 @@ from graphengine.recording import layout
 from graphengine.recording.layout import Stream, TickTimes
 from graphengine.recording.manifest import describe_run
 from graphengine.recording.sightings import Sightings
-from graphengine.recording.sources import MESSAGES, SourceNames, media_type
+from graphengine.recording.sources import SourceNames, media_type, sources
 from graphengine.recording.writer import Entry, RecordingWriter
 from graphengine.ros.network import LiveNetwork
 from graphengine.runtime.session import Session
@@ -227,8 +227,7 @@ class Recorder:
 
     def _attach(self) -> None:
         """Attach the files that were read since this was last called."""
-        used = {self._names.name(path): path for path in self._files.used}
-        used |= {f"{MESSAGES}/{name}{path.suffix}": path for name, path in self._definitions.files.items()}
+        used = sources(self._files, self._definitions, self._names)
         fresh = {name: path for name, path in used.items() if name not in self._attached}
         if not fresh:
             return

@@ -9,12 +9,15 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 
 from graphengine.format.errors import RecordingError
 from graphengine.format.files import Files
 from graphengine.format.wording import shown
+from graphengine.messages.definitions import Definitions
+from graphengine.scene.scene import Options
 
 SHIPPED, INSTALLED, MESSAGES, PROJECT = PLACES = ("shipped", "installed", "messages", "project")
 MAX_BYTES = 2_000_000_000
@@ -61,6 +64,12 @@ class SourceNames:
         return f"{PROJECT}/{path.name}"
 
 
+def sources(files: Files, definitions: Definitions, names: SourceNames) -> dict[str, Path]:
+    """The files that a run reads, message types among them, by the names that they have elsewhere."""
+    used = {names.name(path): path for path in files.used}
+    return used | {f"{MESSAGES}/{name}{path.suffix}": path for name, path in definitions.files.items()}
+
+
 def media_type(name: str) -> str:
     """What kind of file a name means."""
     return _MEDIA_TYPES.get(PurePosixPath(name).suffix.lower(), "application/octet-stream")
@@ -82,6 +91,23 @@ class Workspace:
     def place(self, name: str) -> Path:
         """The folder of one of `PLACES`."""
         return self._folder / name
+
+    def options(self, options: Options, scene: str = "") -> Options:
+        """Options by which the files that are laid out here are read, and no others.
+
+        Args:
+            options: all others are these.
+            scene: name of the scene for a single graph; empty for none.
+        """
+        return replace(
+            options,
+            allowed=[self.place(PROJECT)],
+            installed=[self.place(INSTALLED)],
+            shipped=self.place(SHIPPED),
+            message_paths=[self.place(MESSAGES)],
+            scene=self.path(scene) if scene else None,
+            near=None,
+        )
 
     def path(self, name: str) -> Path:
         """Where a file is, or would be.

@@ -196,6 +196,7 @@ def start(
     scene: Scene,
     network: Network,
     *,
+    seed: int | None = None,
     domain_id: int = 0,
     domain_from_environment: int | None = None,
     log: Callable[[str, str, str], None] | None = None,
@@ -208,6 +209,7 @@ def start(
     Args:
         scene: without errors.
         network: endpoints for the topics.
+        seed: of every random generator; that of the scene's options if not given.
         domain_id: the session's ROS 2 domain.
         domain_from_environment: ROS_DOMAIN_ID where the caller found one.
         log: receives severity, prim path and text of what nodes log.
@@ -225,10 +227,11 @@ def start(
         if graph.left_open:
             ports = ", ".join(graph.left_open)
             raise UsageError(f"{graph.name} is a part of other graphs, which give it {ports}; run one of those")
+    seed = scene.options.seed if seed is None else seed
     files = replace(scene.files, used=dict(scene.files.used))
-    loaded = scene.world.copy(files) if scene.world is not None else None
+    loaded = scene.world.copy(files, seed) if scene.world is not None else None
     world = loaded.simulation if loaded is not None else world or DryWorld(Stage())
-    services = Services(world, network, scene.options.seed, domain_id, domain_from_environment)
+    services = Services(world, network, seed, domain_id, domain_from_environment)
     services.permissions = Permissions(files, scene.options.environment, scene.options.scripts)
     services.dropped = DroppedValues() if bad_values == "drop" else None
     world.clamps_commands = bad_values == "drop"

@@ -30,7 +30,7 @@ class Options:
         installed: folders of ROS packages, as an ament index has them; files may be read from there too, and message types.
         message_paths: files of message types, packages with such files, or folders that packages lie in.
         shipped: what holds `graphs/` and `scenes/` in the place of those that ship.
-        seed: of every generator.
+        seed: of every random generator of its sessions, where they are given no other.
         robot_state: publish what robot_state_publisher would, for every robot.
         scene: scene to put a single graph into; its own `scene:` key when empty.
         rays: what lidars see with: MuJoCo's own rays, the fast ones that need numba, or these where they serve.

@@ -1,0 +1,64 @@
+"""A scene as the bytes of its files and the arguments that it was loaded with, from which it is loaded anew elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import cast
+
+from graphengine.format.errors import RecordingError
+from graphengine.recording.manifest import RaysName
+from graphengine.recording.sources import SourceNames, Workspace, sources
+from graphengine.scene.scene import Options, Scene
+
+
+@dataclass(frozen=True, slots=True)
+class PackedScene:
+    """What a scene is loaded from, without a path of this machine.
+
+    Attributes:
+        given: name of the file that was given.
+        scene: name of the scene for a single graph; empty for none.
+        options: without folders and node types, which are elsewhere on another machine; with the rays that lidars see with here.
+        files: contents by name.
+    """
+
+    given: str
+    scene: str
+    options: Options
+    files: Mapping[str, bytes]
+
+    @classmethod
+    def of(cls, scene: Scene) -> PackedScene:
+        """Pack a scene; files are read again.
+
+        Raises:
+            RecordingError: one of them cannot be read any more.
+        """
+        names, options = SourceNames(scene.files), scene.options
+        try:
+            files = {name: path.read_bytes() for name, path in sources(scene.files, scene.definitions, names).items()}
+        except OSError as error:
+            raise RecordingError(f"{error.filename}: it cannot be read again: {error.strerror}") from None
+        bare = replace(
+            options, allowed=(), installed=(), message_paths=(), shipped=None, scene=None, registry=None, near=None
+        )
+        if scene.world is not None and any(scene.stage.prims("lidar")):
+            bare = replace(bare, rays=cast("RaysName", scene.world.simulation.rays.name))
+        placed = names.name(options.scene.absolute()) if options.scene else ""
+        return cls(names.name(scene.path.absolute()), placed, bare, files)
+
+    def lay_out(self, folder: Path) -> tuple[Path, Options]:
+        """Write the files; the one to load, and the options to load it with.
+
+        Args:
+            folder: an empty one, which is there as long as the scene is used.
+
+        Raises:
+            RecordingError: the files are too many or too large, or cannot be written.
+        """
+        workspace = Workspace(folder)
+        for name, data in self.files.items():
+            workspace.add(name, data)
+        return workspace.path(self.given), workspace.options(self.options, self.scene)

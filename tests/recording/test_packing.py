@@ -1,0 +1,91 @@
+"""A scene that is packed is loaded in another process, where none of its files are."""
+
+from __future__ import annotations
+
+import pickle
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from graphengine.format.errors import RecordingError
+from graphengine.recording.packing import PackedScene
+from graphengine.scene import build
+from graphengine.scene.scene import Options
+from tests.jobs.harness import ROOT, Job, assemble
+
+ELSEWHERE = """
+import pickle, sys, tempfile
+from pathlib import Path
+from graphengine.ros.network import LiveNetwork
+from graphengine.ros.transports.memory.memory import MemoryTransport
+from graphengine.scene import build
+packed = pickle.load(sys.stdin.buffer)
+with tempfile.TemporaryDirectory() as folder:
+    scene = build.load(*packed.lay_out(Path(folder)))
+    transport = MemoryTransport(wants_all=True)
+    with build.start(scene, LiveNetwork(lambda _: transport, 0, print)) as session:
+        session.step(30)
+    assert all(str(path).startswith(folder) for path in scene.files.used), list(scene.files.used)
+    sys.stdout.buffer.write(pickle.dumps([transport.raw(claim.topic) for claim in scene.claims]))
+"""
+
+
+def project(folder: Path) -> Path:
+    """A scene with a robot file and a graph of its own, beside what ships."""
+    shutil.copytree(ROOT / "scenes" / "robots", folder / "bots")
+    (folder / "tick.yaml").write_text(
+        "format: 1\ngraph: tick\nnodes:\n  Tick: OnPlaybackTick\n  Say: {type: ROS2PublishClock, inputs: {topicName: tick}}\n"
+        "  Time: IsaacReadSimulationTime\nconnections: [Tick.tick -> Say.execIn, Time.simulationTime -> Say.timeStamp]\n"
+    )
+    (folder / "scene.yaml").write_text(
+        "format: 1\nscene: mine\nworld: worlds/flat_grid.xml\nrobots: {one: {use: bots/dd100.yaml}}\n"
+        "graphs: {tick: {use: tick.yaml}}\n"
+    )
+    return folder / "scene.yaml"
+
+
+def elsewhere(packed: PackedScene, folder: Path) -> list[list[bytes]]:
+    """What the scene's topics carry in another process."""
+    done = subprocess.run(
+        [sys.executable, "-c", ELSEWHERE],
+        input=pickle.dumps(packed),
+        capture_output=True,
+        cwd=folder,
+        env={"PYTHONPATH": str(ROOT)},
+    )
+    assert done.returncode == 0, done.stderr.decode()
+    sent: list[list[bytes]] = pickle.loads(done.stdout)
+    return sent
+
+
+def test_a_packed_scene_sends_the_same_bytes_without_its_files(tmp_path: Path) -> None:
+    path = project(tmp_path / "project")
+    scene = build.load(path, Options(overrides={"Say.topicName": "tock"}))
+    scene.findings.raise_errors()
+    with Job(path, {"Say.topicName": "tock"}) as job:
+        job.session.step(30)
+        here = [job.transport.raw(claim.topic) for claim in scene.claims]
+    packed = PackedScene.of(scene)
+    shutil.rmtree(tmp_path / "project")
+    assert elsewhere(packed, tmp_path) == here
+    assert any(here)
+
+
+def test_a_packed_scene_names_no_path_of_this_machine(tmp_path: Path) -> None:
+    packed = PackedScene.of(build.load(project(tmp_path / "project")))
+    assert str(tmp_path) not in repr((packed.given, packed.scene, packed.options, list(packed.files)))
+    assert packed.given == "project/project/scene.yaml"
+
+
+def test_a_file_that_has_gone_meanwhile_is_named(tmp_path: Path) -> None:
+    scene = build.load(project(tmp_path / "project"))
+    (tmp_path / "project" / "tick.yaml").unlink()
+    with pytest.raises(RecordingError, match=r"tick\.yaml: it cannot be read again"):
+        PackedScene.of(scene)
+
+
+def test_the_rays_that_lidars_see_with_are_packed() -> None:
+    assert PackedScene.of(assemble("dd100_flat")).options.rays in ("fast", "mujoco")
