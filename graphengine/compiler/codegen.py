@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import itertools
 import linecache
+import re
 import weakref
-from collections.abc import Callable, Container, Iterable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import CodeType
@@ -21,6 +22,8 @@ from graphengine.node import types
 from graphengine.node.node_class import Node
 
 _serial = itertools.count()
+_FUNCTIONS = re.compile(r"\b(pass_|constants|at_stop|at_close|r\d+)\(")
+"""Names of generated functions, where they are defined and called."""
 _programs: weakref.WeakKeyDictionary[Plan, Source] = weakref.WeakKeyDictionary()
 
 
@@ -251,6 +254,25 @@ def _bounded(node: Node) -> Callable[[], Iterator[int]]:
             yield port
 
     return pushes
+
+
+def bind_observed(
+    plan: Plan, functions: dict[str, Any], computes: Mapping[int, Callable[[], Any]]
+) -> Callable[[], None]:
+    """The pass of bound functions once more, with other functions in the place of some nodes' computes.
+
+    Args:
+        plan: of the functions.
+        functions: from `bind`; both passes share flags and nodes.
+        computes: by index of the node.
+    """
+    source, plain = source_of(plan), dict(functions)
+    text = _FUNCTIONS.sub(r"observed_\1(", source.text)
+    functions |= {f"c{index}": compute for index, compute in computes.items()}  # bound where the functions are defined
+    exec(compile(text, source.name, "exec"), functions)
+    functions |= {name: plain[name] for name in plain if name[0] == "c"}
+    observed: Callable[[], None] = functions["observed_pass_"]
+    return observed
 
 
 def bind(

@@ -17,6 +17,9 @@ from graphengine.node.node_class import Ending, Node
 ContextFactory = Callable[[int], Context]
 """The context of a node, by its index in the graph; each call gives a new one and closes the old one's handles."""
 
+Observed = Callable[[bool], None]
+"""Lets passes be observed from here on, or no longer."""
+
 
 class Executor:
     """Runs the plan of a graph.
@@ -196,6 +199,21 @@ class Executor:
             if isinstance(error, GraphError) and not isinstance(error, BadValueError):
                 raise
             raise self.explain(index, error) from error
+
+    def observe(self, wrap: Callable[[int, Callable[[], Any]], Callable[[], Any]]) -> Observed:
+        """A second pass whose nodes compute through functions that see each compute.
+
+        Args:
+            wrap: makes such a function of a node's index and its compute.
+        """
+        plain, functions = self._pass, self._functions
+        computes = {index: wrap(index, functions[f"c{index}"]) for index in self.plan.order}
+        observed = codegen.bind_observed(self.plan, functions, computes)
+
+        def switch(on: bool) -> None:
+            self._pass = observed if on else plain
+
+        return switch
 
     def run_pass(self) -> None:
         """One pass: events fire, and what they reach is computed.

@@ -1,0 +1,111 @@
+"""How often nodes run and fire, and how long that takes, on sampled ticks; ticks between them run as without a profile."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from graphengine.runtime.executor import Executor, Observed
+from graphengine.runtime.graph_run import GraphRun
+
+
+@dataclass(slots=True)
+class NodeProfile:
+    """A node on the sampled ticks.
+
+    Attributes:
+        path: `robot/graph/node`.
+        type: registered name.
+        runs: number of computes.
+        fired: number of computes after which an execution output fired; of a pusher, number of its yields.
+        seconds: wall time of its computes; of a pusher, without what hangs on its outputs.
+    """
+
+    path: str
+    type: str
+    runs: int = 0
+    fired: int = 0
+    seconds: float = 0.0
+
+
+class Profile:
+    """Measures the nodes of graphs.
+
+    Args:
+        every: one tick in so many is sampled.
+    """
+
+    def __init__(self, every: int = 10) -> None:
+        self.sampled = 0
+        """Number of sampled ticks."""
+        self._every = every
+        self._ticks = 0
+        self._nodes: dict[str, NodeProfile] = {}
+        self._watched: dict[int, tuple[GraphRun, Observed]] = {}
+
+    def begin_tick(self, graphs: Sequence[GraphRun]) -> None:
+        """Decide whether the tick that follows is sampled; call it before each.
+
+        Args:
+            graphs: those that run in it.
+        """
+        sampled = self._ticks % self._every == 0
+        if sampled or self._ticks % self._every == 1:
+            self._watched = {id(run): self._watched.get(id(run)) or self._watch(run) for run in graphs}
+            for _, switch in self._watched.values():
+                switch(sampled)
+        self._ticks += 1
+        self.sampled += sampled
+
+    def nodes(self) -> list[NodeProfile]:
+        """All nodes that ran, by the time they took, longest first."""
+        return sorted((node for node in self._nodes.values() if node.runs), key=lambda node: -node.seconds)
+
+    def _watch(self, run: GraphRun) -> tuple[GraphRun, Observed]:
+        executor = run.executor
+
+        def wrap(index: int, compute: Callable[[], Any]) -> Callable[[], Any]:
+            cls = executor.graph.instances[index].cls
+            outputs = any(port.mask for port in cls.fields.values())
+            always = outputs and cls.kind() in ("action", "event") and not cls.gated
+            return _timed(self._of(executor, index), compute, pusher=cls.kind() == "pusher", always=always)
+
+        return run, executor.observe(wrap)
+
+    def _of(self, executor: Executor, index: int) -> NodeProfile:
+        instance = executor.graph.instances[index]
+        path = f"{executor.graph.name}/{instance.id}"
+        return self._nodes.setdefault(path, NodeProfile(path, instance.cls.type_name))
+
+
+def _timed(node: NodeProfile, compute: Callable[[], Any], *, pusher: bool, always: bool) -> Callable[[], Any]:
+    """A compute that is counted and timed; one that always fires does not say so."""
+    now = time.perf_counter
+
+    def timed() -> Any:
+        begin = now()
+        try:
+            fired = compute()
+        finally:
+            node.seconds += now() - begin
+            node.runs += 1
+        node.fired += bool(fired or always)
+        return fired
+
+    def timed_pushes() -> Iterator[int]:
+        pushes = compute()
+        node.runs += 1
+        while True:
+            begin = now()
+            try:
+                port = next(pushes)
+            except StopIteration:
+                return
+            finally:
+                node.seconds += now() - begin
+            node.fired += 1
+            yield port
+
+    return timed_pushes if pusher else timed
