@@ -26,7 +26,7 @@ MAX_CHARACTERS = 100_000
 MAX_DEPTH = 100
 """Levels of an expression's syntax tree."""
 MAX_STEPS = 1_000_000
-"""Turns of loops, calls, and elements of the texts and collections that one guard allows in all."""
+"""That one guard allows in all: turns of loops, calls, and elements of what is computed and of what it is computed from."""
 MAX_BITS = 10_000
 """Of a whole number that an operator computes."""
 
@@ -85,7 +85,7 @@ _OPERATORS: Mapping[str, Callable[..., Any]] = {
 }
 _CONVERSIONS: Mapping[int, Callable[[Any], Any]] = {ord("s"): str, ord("r"): repr, ord("a"): ascii}
 _WIDE = re.compile(r"\*|\d{4}")
-_WIDE_FIELD = re.compile(r"%(\([^)]*\))?[^%a-zA-Z]*?(\*|\d{4})")
+_WIDE_FIELD = re.compile(r"%\([^)]*\(|%(\([^)]*\))?[#0+ -]*(\d*\.)?(\*|\d{4})")
 _COLLECTIONS = (str, bytes, list, tuple, set, frozenset, dict)
 
 
@@ -129,22 +129,27 @@ class Guard:
 
     def call(self, place: tuple[int, int, int], function: Any, /, *arguments: Any, **named: Any) -> Any:
         """Call a function; `place` is the first line, the last line and the column of the call."""
+        if "key" in named:
+            raise ForbiddenError(
+                "an expression sorts and compares by no key"
+            )  # which is called in loops of Python's own
         self._spend(1)
+        self.weigh(getattr(function, "__self__", None), *arguments, *named.values())
         return self.made(function(*arguments, **named))
 
     def operate(self, name: str, /, *operands: Any) -> Any:
         """The result of an operator, which has its name in the module `ast`."""
+        first, last = operands[0], operands[-1]
         if all(isinstance(operand, int) for operand in operands):
-            first, last = operands[0].bit_length(), operands[-1]
-            bits = {"Pow": first * last, "LShift": first + last, "Mult": first + last.bit_length()}.get(name, 0)
-            if bits > MAX_BITS:
+            size, other = first.bit_length(), last.bit_length()
+            if {"Pow": size * last, "LShift": size + last, "Mult": size + other}.get(name, 0) > MAX_BITS:
                 raise ForbiddenError(f"a number of more than {MAX_BITS} bits is not allowed in an expression")
-        elif name == "Mult":
-            sizes = (len(part) if isinstance(part, _COLLECTIONS) else part for part in operands)
-            if any(isinstance(part, _COLLECTIONS) for part in operands) and math.prod(sizes) > self._left:
-                self._spend(self._left + 1)
-        elif name == "Mod" and isinstance(operands[0], str | bytes) and _WIDE_FIELD.search(str(operands[0])):
+        elif name == "Mult" and any(isinstance(operand, _COLLECTIONS) for operand in operands):
+            size = math.prod(len(operand) if isinstance(operand, _COLLECTIONS) else operand for operand in operands)
+            self._spend(max(size, 0))
+        elif name == "Mod" and isinstance(first, str | bytes) and _WIDE_FIELD.search(str(first)):
             raise ForbiddenError("a field of more than 999 characters is not allowed in an expression")
+        self.weigh(*operands)
         return self.made(_OPERATORS[name](*operands))
 
     def iterate(self, values: Iterable[Any]) -> Iterator[Any]:
@@ -157,13 +162,26 @@ class Guard:
         """What stands for a value in an f-string."""
         if _WIDE.search(form):
             raise ForbiddenError("a field of more than 999 characters is not allowed in an expression")
+        self.weigh(value)
         return format(_CONVERSIONS[conversion](value) if conversion in _CONVERSIONS else value, form)
 
     def made(self, value: Any) -> Any:
-        """A value that was computed; the elements of a text or collection are steps."""
-        if isinstance(value, _COLLECTIONS):
-            self._spend(len(value))
+        """A value that was computed, or that is compared."""
+        self.weigh(value)
         return value
+
+    def weigh(self, *values: Any) -> None:
+        """Take the elements of values for steps, and those of their elements, which may be one list a thousand times."""
+        pending = [*values]
+        for part in pending:
+            if isinstance(part, int):
+                self._spend(part.bit_length() // 64)
+            elif isinstance(part, _COLLECTIONS):
+                self._spend(len(part))
+                if not isinstance(part, str | bytes):
+                    pending.extend(part)
+                if isinstance(part, dict):
+                    pending.extend(part.values())
 
     def _spend(self, steps: int) -> None:
         self._left -= steps
@@ -254,6 +272,13 @@ class _Guarded(ast.NodeTransformer):
                 return ast.FormattedValue(_guard("format", node.value, _constant(node.conversion), form), -1)
             case ast.Starred():
                 node.value = _guard("made", node.value)
-            case ast.Subscript() | ast.Dict() | ast.JoinedStr():
+            case ast.Compare():
+                node.left = _guard("made", node.left)
+                node.comparators = [_guard("made", side) for side in node.comparators]
+            case ast.List() | ast.Tuple() if isinstance(node.ctx, ast.Store):
+                pass
+            case ast.List() | ast.Tuple() | ast.Set() | ast.Dict() | ast.ListComp() | ast.SetComp() | ast.DictComp():
+                return _guard("made", node)
+            case ast.Subscript() | ast.JoinedStr():
                 return _guard("made", node)
         return node
