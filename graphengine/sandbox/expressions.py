@@ -40,6 +40,8 @@ _VALUES = "Expression Constant Name Load Attribute Subscript Slice List Tuple Se
 _OPERATIONS = "BinOp operator UnaryOp unaryop BoolOp boolop Compare cmpop IfExp Call keyword"
 SYNTAX = syntax(f"{_VALUES} {_OPERATIONS} ListComp SetComp DictComp GeneratorExp comprehension Store")
 
+_LEGAL = "legal: values, names, attributes, indices, operators, comparisons, calls, comprehensions, f-strings"
+
 _SAFE = "abs all any bool dict enumerate float int len list max min reversed round set sorted str tuple zip"
 _MATHEMATICS = "atan2 ceil cos degrees e floor hypot inf isfinite isinf isnan nan pi radians sin sqrt tan tau"
 FUNCTIONS: Mapping[str, Any] = {
@@ -182,6 +184,8 @@ class Guard:
                     pending.extend(part)
                 if isinstance(part, dict):
                     pending.extend(part.values())
+            elif hasattr(part, "__array_interface__"):  # of numpy, which is as much faster
+                self._spend(part.size // 64)
 
     def _spend(self, steps: int) -> None:
         self._left -= steps
@@ -210,8 +214,7 @@ def compiled(
     for _ in range(MAX_DEPTH):
         for node in level:
             if not isinstance(node, syntax):
-                legal = listing(sorted(kind.__name__ for kind in syntax if issubclass(kind, ast.expr)))
-                raise ForbiddenError(f"{type(node).__name__} is not allowed in an expression\n{legal}")
+                raise ForbiddenError(f"{type(node).__name__} is not allowed in an expression\n{_LEGAL}")
             if isinstance(node, ast.Attribute | ast.Subscript | ast.Starred) and isinstance(node.ctx, ast.Store):
                 raise ForbiddenError("an expression sets nothing but the names of its loops")
             name = _name(node)
