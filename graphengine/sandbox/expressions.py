@@ -131,10 +131,8 @@ class Guard:
 
     def call(self, place: tuple[int, int, int], function: Any, /, *arguments: Any, **named: Any) -> Any:
         """Call a function; `place` is the first line, the last line and the column of the call."""
-        if "key" in named:
-            raise ForbiddenError(
-                "an expression sorts and compares by no key"
-            )  # which is called in loops of Python's own
+        if "key" in named:  # Python calls it in loops of its own, which nobody counts
+            raise ForbiddenError("an expression sorts and compares without a key")
         self._spend(1)
         self.weigh(getattr(function, "__self__", None), *arguments, *named.values())
         return self.made(function(*arguments, **named))
@@ -147,8 +145,8 @@ class Guard:
             if {"Pow": size * last, "LShift": size + last, "Mult": size + other}.get(name, 0) > MAX_BITS:
                 raise ForbiddenError(f"a number of more than {MAX_BITS} bits is not allowed in an expression")
         elif name == "Mult" and any(isinstance(operand, _COLLECTIONS) for operand in operands):
-            size = math.prod(len(operand) if isinstance(operand, _COLLECTIONS) else operand for operand in operands)
-            self._spend(max(size, 0))
+            sizes = (len(part) if isinstance(part, _COLLECTIONS) else operator.index(part) for part in operands)
+            self._spend(max(math.prod(sizes), 0))
         elif name == "Mod" and isinstance(first, str | bytes) and _WIDE_FIELD.search(str(first)):
             raise ForbiddenError("a field of more than 999 characters is not allowed in an expression")
         self.weigh(*operands)

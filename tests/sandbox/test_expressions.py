@@ -202,6 +202,11 @@ def test_one_guard_bounds_all_that_it_evaluates() -> None:
         guard.evaluate(code, {"a": text})
 
 
+def test_a_list_is_not_repeated_as_often_as_a_number_of_numpy_says_that_overflows() -> None:
+    with pytest.raises(ForbiddenError, match=rf"\b{MAX_STEPS}\b"):
+        Guard().evaluate(compiled("[0, 1, 2, 3] * times"), {"times": np.int64(2**62)})
+
+
 def test_elements_of_numpys_arrays_are_cheaper() -> None:
     names = {**FUNCTIONS, "image": np.zeros(MAX_STEPS), "times": [0] * 90}
     assert Guard().evaluate(compiled("[len(image + 1) for t in times[:9]]"), names) == [MAX_STEPS] * 9
