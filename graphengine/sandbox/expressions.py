@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import ast
 import builtins
+import copy
 import math
 import operator
 import re
@@ -26,7 +27,7 @@ MAX_CHARACTERS = 100_000
 MAX_DEPTH = 100
 """Levels of an expression's syntax tree."""
 MAX_STEPS = 1_000_000
-"""That one guard allows in all: turns of loops, calls, and elements of what is computed and of what it is computed from."""
+"""That one guard allows in all: turns of loops, calls, and elements of what is computed and what it is computed from."""
 MAX_BITS = 10_000
 """Of a whole number that an operator computes."""
 
@@ -171,18 +172,21 @@ class Guard:
         return value
 
     def weigh(self, *values: Any) -> None:
-        """Take the elements of values for steps, and those of their elements, which may be one list a thousand times."""
+        """Take the elements of values for steps, and those of their elements, which may be one list a thousand times.
+
+        64 bits, characters or numbers of an array count as one element: they are computed so much faster.
+        """
         pending = [*values]
         for part in pending:
             if isinstance(part, int):
                 self._spend(part.bit_length() // 64)
+            elif isinstance(part, str | bytes):
+                self._spend(len(part) // 64)
             elif isinstance(part, _COLLECTIONS):
                 self._spend(len(part))
-                if not isinstance(part, str | bytes):
-                    pending.extend(part)
-                if isinstance(part, dict):
-                    pending.extend(part.values())
-            elif hasattr(part, "__array_interface__"):  # of numpy, which is as much faster
+                pending.extend(part)
+                pending.extend(part.values() if isinstance(part, dict) else ())
+            elif hasattr(part, "__array_interface__"):  # of numpy
                 self._spend(part.size // 64)
 
     def _spend(self, steps: int) -> None:
@@ -197,7 +201,7 @@ def compiled(
     """Code of an expression for `Guard.evaluate`.
 
     Args:
-        expression: its text, or its tree, which is changed.
+        expression: its text or its tree.
         syntax: classes of the nodes that it may have.
         known: names that it may use beside those of its loops; None for any, names of Python's own excepted.
 
@@ -206,26 +210,25 @@ def compiled(
         ForbiddenError: the expression is too large, or uses syntax or a name that is not allowed.
     """
     tree = ast.Expression(expression) if isinstance(expression, ast.expr) else _parsed(expression)
-    level: list[ast.AST] = [tree]
     used: set[str] = set()
     bound: set[str] = set()
-    for _ in range(MAX_DEPTH):
-        for node in level:
-            if not isinstance(node, syntax):
-                raise ForbiddenError(f"{type(node).__name__} is not allowed in an expression\n{_LEGAL}")
-            if isinstance(node, ast.Attribute | ast.Subscript | ast.Starred) and isinstance(node.ctx, ast.Store):
-                raise ForbiddenError("an expression sets nothing but the names of its loops")
-            name = _name(node)
-            if name.startswith("__") and not (isinstance(node, ast.Name) and name in (known or ())):
-                raise ForbiddenError(f"the name {name!r} is not allowed in an expression")
-            if isinstance(node, ast.Name | ast.arg):
-                (used if isinstance(getattr(node, "ctx", None), ast.Load) else bound).add(name)
-        level = [child for node in level for child in ast.iter_child_nodes(node)]
-    if level:
-        raise ForbiddenError(f"an expression is nested at most {MAX_DEPTH} levels deep")
-    for name in sorted(used - bound - {*known}) if known is not None else ():
-        raise ForbiddenError(f"there is no {name!r}\n{did_you_mean(name, known or ()) or listing(known or ())}")
-    guarded: ast.Expression = _Guarded().visit(tree)
+    for node in _nodes(tree):
+        if not isinstance(node, syntax):
+            raise ForbiddenError(f"{type(node).__name__} is not allowed in an expression\n{_LEGAL}")
+        if isinstance(node, ast.Attribute | ast.Subscript | ast.Starred) and isinstance(node.ctx, ast.Store):
+            raise ForbiddenError("an expression sets nothing but the names of its loops")
+        name = str(getattr(node, "id", None) or getattr(node, "attr", None) or getattr(node, "arg", None) or "")
+        if name.startswith("__") and (
+            not isinstance(node, ast.Name) or name not in (known or ()) or name == "__builtins__"
+        ):
+            raise ForbiddenError(f"the name {name!r} is not allowed in an expression")
+        if isinstance(node, ast.Name | ast.arg):
+            (used if isinstance(getattr(node, "ctx", None), ast.Load) else bound).add(name)
+    unknown = [name for name in sorted(used - bound) if known is not None and name not in known]
+    if unknown:
+        near = did_you_mean(unknown[0], known or ()) or listing(known or ())
+        raise ForbiddenError(f"there is no {unknown[0]!r}\n{near}")
+    guarded: ast.Expression = _Guarded().visit(tree if isinstance(expression, str) else copy.deepcopy(tree))
     return compile(ast.fix_missing_locations(guarded), "<expression>", "eval")
 
 
@@ -238,9 +241,19 @@ def _parsed(text: str) -> ast.Expression:
         raise ForbiddenError(f"an expression is nested at most {MAX_DEPTH} levels deep") from None
 
 
-def _name(node: ast.AST) -> str:
-    """What a node names; the empty string for any that names nothing."""
-    return str(getattr(node, "id", None) or getattr(node, "attr", None) or getattr(node, "arg", None) or "")
+def _nodes(tree: ast.AST) -> Iterator[ast.AST]:
+    """The nodes of a tree, level by level.
+
+    Raises:
+        ForbiddenError: it has too many levels.
+    """
+    level = [tree]
+    for _ in range(MAX_DEPTH):
+        yield from level
+        level = [child for node in level for child in ast.iter_child_nodes(node)]
+        if not level:
+            return
+    raise ForbiddenError(f"an expression is nested at most {MAX_DEPTH} levels deep")
 
 
 def _constant(value: Any) -> ast.Constant:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import warnings
 from typing import Any
@@ -195,11 +196,11 @@ def test_deeply_nested_brackets_are_no_expression() -> None:
 
 
 def test_one_guard_bounds_all_that_it_evaluates() -> None:
-    guard, code, text = Guard(), compiled("a + a"), "a" * (MAX_STEPS // 10)
+    guard, code, a_tenth = Guard(), compiled("a + a"), [0] * (MAX_STEPS // 10)
     for _ in range(2):
-        assert guard.evaluate(code, {"a": text}) == 2 * text
+        assert guard.evaluate(code, {"a": a_tenth}) == 2 * a_tenth
     with pytest.raises(ForbiddenError, match=rf"\b{MAX_STEPS}\b"):
-        guard.evaluate(code, {"a": text})
+        guard.evaluate(code, {"a": a_tenth})
 
 
 def test_a_list_is_not_repeated_as_often_as_a_number_of_numpy_says_that_overflows() -> None:
@@ -219,6 +220,16 @@ def test_a_name_that_is_not_known_is_refused_before_it_is_evaluated_and_near_one
         compiled("some or maxx(some)", known=["some", "max"])
     with pytest.raises(NameError, match="'maxx' is not defined"):
         evaluate("maxx(some)", known=False)
+
+
+def test_a_tree_can_be_compiled_twice_and_names_of_python_can_be_given() -> None:
+    tree = ast.parse("[__name__, some[0] + 1]", mode="eval").body
+    names = {"__name__": "main", "some": [1]}
+    assert [Guard().evaluate(compiled(tree, known=names), names) for _ in range(2)] == [["main", 2]] * 2
+    with pytest.raises(ForbiddenError, match="'__builtins__' is not allowed"):
+        compiled("__builtins__", known=names)  # which are among the names by now
+    with pytest.raises(ForbiddenError, match="'__name__' is not allowed"):
+        compiled("some.__name__", known=names)
 
 
 def test_an_attribute_that_is_not_allowed_is_told_with_those_that_are() -> None:

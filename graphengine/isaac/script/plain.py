@@ -31,7 +31,7 @@ def evaluate(script: Script) -> Recorder | None:
     """What a script builds; None if it has to be run to know."""
     evaluator = _Evaluator(script)
     try:
-        evaluator.block(ast.parse("\n".join(script.source.lines)).body)
+        evaluator.block(script.tree.body)
     except Exception:  # it is run then, where each failure is told with its place
         return None
     return evaluator.recorder
@@ -117,7 +117,7 @@ class _Evaluator(Guard):
                 raise NotPlainError
             return left == right
         self.place = node.lineno, node.end_lineno or node.lineno, node.col_offset
-        return self.evaluate(compiled(node, _SYNTAX, self.names), dict(self.names))
+        return self.evaluate(compiled(node, _SYNTAX, self.names), self.names)
 
     def attribute(self, value: Any, name: str) -> Any:
         if name.startswith("_") or not _ours(value):
