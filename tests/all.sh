@@ -18,4 +18,4 @@ fi
 # Compiled once, and kept: no test waits for it, or hears that it takes some seconds.
 python -c 'from graphengine.physics.sensors.fast import rays; rays.trouble()'
 # One process more than there are processors, as many tests wait for another process.
-python -m pytest -n "$(python -c 'import os; print(len(os.sched_getaffinity(0)) + 1)')" --dist loadgroup "$@"
+python -m pytest -n "$(python -c 'import os; print(len(getattr(os, "sched_getaffinity", lambda _: range(os.cpu_count()))(0)) + 1)')" --dist loadgroup "$@"

@@ -16,9 +16,9 @@ from graphengine.compiler.registry import Registry
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.errors import ContextError
 from graphengine.format.wording import listing
+from graphengine.format.yaml_text import block, comment, flow, scalar
 from graphengine.isaac.recorded import IMPULSE, RecordedGraph, RecordedNode, RecordedValue, RecordedWire
 from graphengine.isaac.replaced import modernize, replacement
-from graphengine.isaac.yaml_text import block, comment, flow, scalar
 from graphengine.node import PortType, types
 from graphengine.node.node_class import Node, grown
 from graphengine.node.port import Port

@@ -7,6 +7,7 @@ where `Simulation` looks.
 from __future__ import annotations
 
 import os
+import re
 
 import numpy as np
 
@@ -17,6 +18,13 @@ try:
 except RuntimeError as error:  # of the only setting that is read on import
     remedy = "unset it; pictures here are drawn by EGL or OSMesa, whatever it says"
     raise UsageError(f"MUJOCO_GL={os.environ.get('MUJOCO_GL')}: MuJoCo knows no such value\n  {remedy}") from error
+
+OLDEST = (4, 0, 1)
+"""The first version of MuJoCo whose sparse solver is right."""
+if tuple(map(int, re.findall(r"\d+", mujoco.__version__)[:3])) < OLDEST:
+    reason = "4.0.1 is the first whose solver is right where many contacts meet"
+    remedy = "pip uninstall mujoco mujoco-core, then pip install 'mujoco-core>=4.0.1,<4.1'"
+    raise UsageError(f"MuJoCo {mujoco.__version__} is installed; {reason}\n  {remedy}")
 
 REFUSALS = (ValueError, RuntimeError, MemoryError, mujoco.FatalError, mujoco.UnexpectedError)
 """What MuJoCo raises of a model that it cannot read, build or find memory for."""

@@ -7,7 +7,7 @@ ArrayGetSize; ArrayLength there is a node of bundles, which are not modelled.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, ClassVar
 
 from graphengine.node import In, Node, Numbered, Out
@@ -51,6 +51,18 @@ class ArrayEdit(ArrayNode):
     array_in: Any = In(type=SEQUENCES, name="array", required=True)
     array_out: Any = Out(type=SEQUENCES, name="array")
 
+    def compute(self) -> None:
+        """Join the parts of the new array.
+
+        Raises:
+            BadValueError: there is no element at an index.
+        """
+        self.array_out = joined(self.array_in, *self._parts(as_array(self.array_in)))
+
+    def _parts(self, array: Any) -> Iterable[Any]:
+        """Arrays and lists of elements that follow each other in the new array."""
+        raise NotImplementedError
+
 
 class ArrayGetSize(Node, type="omni.graph.nodes.ArrayGetSize"):
     """Number of elements of an array; of a string, that of its bytes."""
@@ -87,17 +99,11 @@ class ArraySetIndex(ArrayEdit, type="omni.graph.nodes.ArraySetIndex"):
     resize_to_fit: bool = In(default=False, doc="an index beyond the end makes the array longer, by zeros")
     value: Any = In(type=ELEMENTS, required=True, doc="what is to be there")
 
-    def compute(self) -> None:
-        """Replace it.
-
-        Raises:
-            BadValueError: there is no such element.
-        """
-        array = as_array(self.array_in)
+    def _parts(self, array: Any) -> Iterable[Any]:
         if self.resize_to_fit and self.index >= len(array):
             array = joined(array, array, zeros(array, checked_length("index", self.index + 1) - len(array)))
         index = position(self.index, len(array))
-        self.array_out = joined(self.array_in, array[:index], [self.value], array[index + 1 :])
+        return array[:index], [self.value], array[index + 1 :]
 
 
 class ArrayAppendValue(ArrayEdit, type="omni.graph.nodes.ArrayAppendValue"):
@@ -105,9 +111,8 @@ class ArrayAppendValue(ArrayEdit, type="omni.graph.nodes.ArrayAppendValue"):
 
     value: Any = In(type=ELEMENTS, required=True, doc="comes last")
 
-    def compute(self) -> None:
-        """Append it."""
-        self.array_out = joined(self.array_in, as_array(self.array_in), [self.value])
+    def _parts(self, array: Any) -> Iterable[Any]:
+        return array, [self.value]
 
 
 class ArrayInsertValue(ArrayEdit, type="omni.graph.nodes.ArrayInsertValue"):
@@ -116,10 +121,9 @@ class ArrayInsertValue(ArrayEdit, type="omni.graph.nodes.ArrayInsertValue"):
     index: Int = In(default=0, doc="0 or less puts it first, the array's length or more last")
     value: Any = In(type=ELEMENTS, required=True, doc="is put in")
 
-    def compute(self) -> None:
-        """Insert it."""
-        array, index = as_array(self.array_in), max(self.index, 0)
-        self.array_out = joined(self.array_in, array[:index], [self.value], array[index:])
+    def _parts(self, array: Any) -> Iterable[Any]:
+        index = max(self.index, 0)
+        return array[:index], [self.value], array[index:]
 
 
 class ArrayRemoveIndex(ArrayEdit, type="omni.graph.nodes.ArrayRemoveIndex"):
@@ -127,15 +131,9 @@ class ArrayRemoveIndex(ArrayEdit, type="omni.graph.nodes.ArrayRemoveIndex"):
 
     index: Int = In(default=0, doc=INDEX)
 
-    def compute(self) -> None:
-        """Leave it out.
-
-        Raises:
-            BadValueError: there is no such element.
-        """
-        array = as_array(self.array_in)
+    def _parts(self, array: Any) -> Iterable[Any]:
         index = position(self.index, len(array))
-        self.array_out = joined(self.array_in, array[:index], array[index + 1 :])
+        return array[:index], array[index + 1 :]
 
 
 class ArrayRemoveValue(ArrayEdit, type="omni.graph.nodes.ArrayRemoveValue"):
@@ -146,15 +144,13 @@ class ArrayRemoveValue(ArrayEdit, type="omni.graph.nodes.ArrayRemoveValue"):
     remove_all_found: bool = In(default=False, doc="takes out every element that has the value, not only the first")
     found: bool = Out(doc="whether there was one")
 
-    def compute(self) -> None:
-        """Leave it out."""
-        array = as_array(self.array_in)
+    def _parts(self, array: Any) -> Iterable[Any]:
         gone = places(array, self.value)
         self.found = bool(gone)
         if not (self.remove_all or self.remove_all_found):
             gone = gone[:1]
         ends = itertools.pairwise([-1, *gone, len(array)])
-        self.array_out = joined(self.array_in, *(array[start + 1 : stop] for start, stop in ends))
+        return (array[start + 1 : stop] for start, stop in ends)
 
 
 class ArrayReplaceValue(ArrayEdit, type="omni.graph.nodes.ArrayReplaceValue"):
@@ -165,14 +161,12 @@ class ArrayReplaceValue(ArrayEdit, type="omni.graph.nodes.ArrayReplaceValue"):
     replace_all_found: bool = In(default=False, doc="replaces every element that has the value, not only the first")
     found: bool = Out(doc="whether there was one")
 
-    def compute(self) -> None:
-        """Replace it."""
-        array = as_array(self.array_in)
+    def _parts(self, array: Any) -> Iterable[Any]:
         there = places(array, self.value)[: None if self.replace_all_found else 1]
         self.found = bool(there)
         kept = [array[start + 1 : stop] for start, stop in itertools.pairwise([-1, *there, len(array)])]
         changed = [part for piece in kept[:-1] for part in (piece, [self.new_value])]
-        self.array_out = joined(self.array_in, *changed, kept[-1])
+        return *changed, kept[-1]
 
 
 class ArrayFindValue(ArrayNode, type="omni.graph.nodes.ArrayFindValue"):
@@ -204,10 +198,9 @@ class ArrayResize(ArrayEdit, type="omni.graph.nodes.ArrayResize"):
 
     new_size: Int = In(default=0, doc="less than 0 is 0")
 
-    def compute(self) -> None:
-        """Cut or fill."""
-        array, size = as_array(self.array_in), checked_length("newSize", self.new_size)
-        self.array_out = joined(self.array_in, array[:size], zeros(array, size - len(array)))
+    def _parts(self, array: Any) -> Iterable[Any]:
+        size = checked_length("newSize", self.new_size)
+        return array[:size], zeros(array, size - len(array))
 
 
 class ArrayRotate(ArrayEdit, type="omni.graph.nodes.ArrayRotate"):
@@ -215,19 +208,16 @@ class ArrayRotate(ArrayEdit, type="omni.graph.nodes.ArrayRotate"):
 
     steps: Int = In(default=0, doc="how far; negative ones shift to the left")
 
-    def compute(self) -> None:
-        """Cut in two and exchange."""
-        array = as_array(self.array_in)
+    def _parts(self, array: Any) -> Iterable[Any]:
         cut = -self.steps % len(array) if len(array) else 0
-        self.array_out = joined(self.array_in, array[cut:], array[:cut])
+        return array[cut:], array[:cut]
 
 
 class ArrayReverse(ArrayEdit, type="omni.graph.nodes.ArrayReverse"):
     """An array from its end to its beginning."""
 
-    def compute(self) -> None:
-        """Turn it round."""
-        self.array_out = joined(self.array_in, as_array(self.array_in)[::-1])
+    def _parts(self, array: Any) -> Iterable[Any]:
+        return (array[::-1],)
 
 
 class ArraySlice(ArrayEdit, type="omni.graph.nodes.ArraySlice"):
@@ -237,10 +227,8 @@ class ArraySlice(ArrayEdit, type="omni.graph.nodes.ArraySlice"):
     end: Int = In(default=0, doc="as start; not above start gives an empty array; unused while useLength is set")
     use_length: bool = In(default=True, doc="whether the part goes to the end of the array")
 
-    def compute(self) -> None:
-        """Cut."""
-        part = as_array(self.array_in)[self.start : None if self.use_length else self.end]
-        self.array_out = joined(self.array_in, part)
+    def _parts(self, array: Any) -> Iterable[Any]:
+        return (array[self.start : None if self.use_length else self.end],)
 
 
 class AppendArray(ArrayNode, type="omni.graph.nodes.AppendArray"):

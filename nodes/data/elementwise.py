@@ -59,12 +59,13 @@ class TypedNode(Node):
 class Elementwise(TypedNode):
     """A node that does one thing to all numbers, and has one output.
 
-    `operation` gets the inputs with numbers as arrays that broadcast, in the order of the ports; `on_numbers` gets single
-    numbers and is there where numpy would be slow.
+    `operation` gets the inputs with numbers as arrays that broadcast, in the order of the ports. Where numpy would be slow,
+    `on_numbers` gets single numbers, and `on_tuples` gets whole tuples.
     """
 
     operation: ClassVar[Operation]
     on_numbers: ClassVar[Operation | None] = None
+    on_tuples: ClassVar[Operation | None] = None
 
     operate: Operation = Bound()
     operand_values: Callable[[Node], tuple[Any, ...]] = Bound()
@@ -85,7 +86,10 @@ class Elementwise(TypedNode):
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """The operation on values of some types."""
-        return lift(type(self).operation, inputs, output, type(self).on_numbers)
+        cls = type(self)
+        if cls.on_tuples is not None and not any(one.array for one in inputs):
+            return cls.on_tuples
+        return lift(cls.operation, inputs, output, cls.on_numbers)
 
     @classmethod
     def operands(cls) -> list[str]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from graphengine.node import BadValueError, In, Int, Out, PortType
-from graphengine.nodes.data.broadcast import is_real
+from graphengine.nodes.data.broadcast import Operation, is_real
 from graphengine.nodes.data.elementwise import Elementwise
 from graphengine.nodes.data.unions import DECIMALS, INTEGRAL_TUPLES, NUMERICS, PLAIN_NUMERICS, with_arrays
 
@@ -67,26 +67,21 @@ class _ToWhole(Elementwise):
         return PortType("int", given["a"].count, given["a"].array)
 
 
+def _of_finite(function: Operation) -> Operation:
+    """A function of one number that leaves NaN and infinities as they are."""
+    return lambda value: function(value) if math.isfinite(value) else value
+
+
 class Floor(_ToWhole, type="omni.graph.nodes.Floor"):
     """The largest whole number that is not above a real one."""
 
-    operation = np.floor
-
-    @staticmethod
-    def on_numbers(value: float) -> float:
-        """Of one number; of one that is not finite itself."""
-        return math.floor(value) if math.isfinite(value) else value
+    operation, on_numbers = np.floor, _of_finite(math.floor)
 
 
 class Ceil(_ToWhole, type="omni.graph.nodes.Ceil"):
     """The smallest whole number that is not below a real one."""
 
-    operation = np.ceil
-
-    @staticmethod
-    def on_numbers(value: float) -> float:
-        """Of one number; of one that is not finite itself."""
-        return math.ceil(value) if math.isfinite(value) else value
+    operation, on_numbers = np.ceil, _of_finite(math.ceil)
 
 
 class Round(Elementwise, type="omni.graph.nodes.Round"):

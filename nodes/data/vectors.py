@@ -166,6 +166,8 @@ def _dot(a: tuple[float, ...], b: tuple[float, ...]) -> float:
 class DotProduct(Elementwise, type="omni.graph.nodes.DotProduct"):
     """The dot product of two vectors; of two arrays of vectors, those of the pairs; an array of numbers is one vector."""
 
+    on_tuples = _dot
+
     a: Any = In(type=_DOT, required=True, doc="a vector, or an array of them")
     b: Any = In(type=_DOT, required=True, doc="as long as a")
     product: Any = Out(type=with_arrays(f"{REALS}|timecode"), doc="a number, or an array of them")
@@ -180,10 +182,6 @@ class DotProduct(Elementwise, type="omni.graph.nodes.DotProduct"):
         if a.shape[-1] != b.shape[-1]:
             raise BadValueError("a, b", [a.shape[-1], b.shape[-1]], "of one length")
         return np.sum(a * b, axis=-1)
-
-    def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Of arrays, or of one pair of tuples."""
-        return super().lifted(inputs, output) if any(one.array for one in inputs) else _dot
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
         """A number for each pair of vectors.
@@ -204,11 +202,7 @@ def _cross(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[float, ...]:
 class CrossProduct(Elementwise, type="omni.graph.nodes.CrossProduct"):
     """The cross product of two vectors; of two arrays of vectors, those of the pairs."""
 
-    operation = np.cross
-
-    def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """By numpy for arrays alone, which takes fifty times as long for one."""
-        return super().lifted(inputs, output) if output.array else _cross
+    operation, on_tuples = np.cross, _cross
 
     a: Any = In(type=VECTORS, required=True, doc="a vector, or an array of them")
     b: Any = In(type=VECTORS, required=True, doc="a vector, or an array of as many")
@@ -221,6 +215,8 @@ _POINTS = with_arrays("pointd[3]|pointf[3]|pointh[3]")
 class Distance3D(Elementwise, type="omni.graph.nodes.Distance3D"):
     """How far two points are from each other."""
 
+    on_tuples = math.dist
+
     a: Any = In(type=_POINTS, required=True, doc="a point, or an array of them")
     b: Any = In(type=_POINTS, required=True, doc="a point, or an array of them")
     distance: Any = Out(type=with_arrays(REALS), unit="m")
@@ -229,10 +225,6 @@ class Distance3D(Elementwise, type="omni.graph.nodes.Distance3D"):
     def operation(a: Any, b: Any) -> Any:
         """Distances of arrays of points."""
         return np.linalg.norm(a - b, axis=-1)
-
-    def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Of arrays, or of one pair."""
-        return super().lifted(inputs, output) if output.array else math.dist
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
         """A number for each pair of points."""

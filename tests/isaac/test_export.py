@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 from graphengine.compiler.graph import Graph
 from graphengine.compiler.registry import default_registry
 from graphengine.format.diagnostics import Findings
+from graphengine.format.yaml_text import flow
 from graphengine.isaac.export import write_script
 from graphengine.isaac.graph_file import compose
 from graphengine.isaac.script.places import Script
 from graphengine.isaac.script.plain import evaluate
-from graphengine.isaac.yaml_text import flow
 from graphengine.node import Node, PortType, UnionType
 from graphengine.node.node_class import grown
 from graphengine.node.port import Port

@@ -6,7 +6,7 @@ What is called are the stand-ins only, never anything of Python's; whatever else
 from __future__ import annotations
 
 import ast
-from types import ModuleType, UnionType
+from types import ModuleType
 from typing import Any
 
 from graphengine.format.diagnostics import Span
@@ -15,7 +15,11 @@ from graphengine.isaac.omniverse.recorder import Recorder
 from graphengine.isaac.omniverse.stand_in import StandIn, StandInModule
 from graphengine.isaac.script.builders import BUILDING, called
 from graphengine.isaac.script.places import Script
+from graphengine.sandbox.expressions import Guard, compiled, syntax
 
+_SYNTAX = syntax(
+    "Expression Constant Name Load JoinedStr FormattedValue List Tuple Dict UnaryOp USub BinOp Add Attribute Call keyword"
+)
 _OURS = f"{StandIn.__module__.rpartition('.')[0]}."
 
 
@@ -33,17 +37,18 @@ def evaluate(script: Script) -> Recorder | None:
     return evaluator.recorder
 
 
-class _Evaluator:
+class _Evaluator(Guard):
     def __init__(self, script: Script) -> None:
+        super().__init__()
         self.script = script
         self.recorder = Recorder(self._where)
         self.modules = make_modules(self.recorder)
         self.names: dict[str, Any] = {"__name__": "__main__", "__file__": script.source.path, "float": float}
-        self.call: ast.Call | None = None
+        self.place = 1, 1, 0
+        """First line, last line and column of the expression or call that is evaluated."""
 
     def _where(self, text: str) -> Span | None:
-        call = self.call
-        return self.script.span(call.lineno, call.end_lineno, call.col_offset, text) if call else None
+        return self.script.span(*self.place, text)
 
     def block(self, statements: list[ast.stmt]) -> None:
         for statement in statements:
@@ -105,72 +110,39 @@ class _Evaluator:
         self.block(taken)
 
     def value(self, node: ast.expr) -> Any:
-        """Of an expression."""
-        match node:
-            case ast.Constant():
-                return node.value
-            case ast.Name() if node.id in self.names:
-                return self.names[node.id]
-            case ast.JoinedStr():
-                return "".join(self._part(part) for part in node.values)
-            case ast.List():
-                return [self.value(item) for item in node.elts]
-            case ast.Tuple():
-                return tuple(self.value(item) for item in node.elts)
-            case ast.Dict():
-                pairs = zip(node.keys, node.values, strict=True)
-                return {self.value(key or _no()): self.value(value) for key, value in pairs}
-            case ast.UnaryOp(op=ast.USub()):
-                return -self._typed(node.operand, int | float)
-            case ast.BinOp(op=ast.Add()):
-                return self._sum(self.value(node.left), self.value(node.right))
-            case ast.Compare(ops=[ast.Eq()]):
-                return self._typed(node.left, str) == self._typed(node.comparators[0], str)
-            case ast.Attribute():
-                return self._attribute(node)
-            case ast.Call():
-                return self._called(node)
-        raise NotPlainError
-
-    def _part(self, part: ast.expr) -> str:
-        if isinstance(part, ast.FormattedValue):
-            if part.format_spec is not None or part.conversion != -1:
+        """The value of an expression; of comparisons, that of texts alone."""
+        if isinstance(node, ast.Compare):
+            left, right = (self.value(side) for side in (node.left, *node.comparators))
+            if not isinstance(node.ops[0], ast.Eq) or not isinstance(left, str) or not isinstance(right, str):
                 raise NotPlainError
-            return str(self._typed(part.value, str | int | float))
-        return str(self.value(part))
+            return left == right
+        self.place = node.lineno, node.end_lineno or node.lineno, node.col_offset
+        return self.evaluate(compiled(node, _SYNTAX, self.names), self.names)
 
-    def _sum(self, left: Any, right: Any) -> Any:
-        if type(left) is not type(right) or not isinstance(left, str | int | float | list):
+    def attribute(self, value: Any, name: str) -> Any:
+        if name.startswith("_") or not _ours(value):
             raise NotPlainError
-        return left + right
+        return getattr(value, name)
 
-    def _typed(self, node: ast.expr, kinds: type | UnionType) -> Any:
-        value = self.value(node)
-        if not isinstance(value, kinds):
-            raise NotPlainError
-        return value
-
-    def _attribute(self, node: ast.Attribute) -> Any:
-        owner = self.value(node.value)
-        if node.attr.startswith("_") or not _ours(owner):
-            raise NotPlainError
-        return getattr(owner, node.attr)
-
-    def _called(self, node: ast.Call) -> Any:
-        before, self.call = self.call, node
-        function = self.value(node.func)
+    def call(self, place: tuple[int, int, int], function: Any, /, *arguments: Any, **named: Any) -> Any:
         if function is not float and not _ours(function):
             raise NotPlainError
-        arguments = [self.value(argument) for argument in node.args]
-        named = {keyword.arg or _no(): self.value(keyword.value) for keyword in node.keywords}
-        self.call = node
-        result = function(*arguments, **named)
-        self.call = before
+        before, self.place = self.place, place
+        result = super().call(place, function, *arguments, **named)
+        self.place = before
         return result
 
+    def operate(self, name: str, /, *operands: Any) -> Any:
+        if any(
+            type(part) is not type(operands[0]) or not isinstance(part, str | int | float | list) for part in operands
+        ):
+            raise NotPlainError
+        return super().operate(name, *operands)
 
-def _no() -> Any:
-    raise NotPlainError
+    def format(self, value: Any, conversion: int, form: str) -> str:
+        if not isinstance(value, str | int | float) or conversion != -1 or form:
+            raise NotPlainError
+        return str(value)
 
 
 def _ours(thing: Any) -> bool:

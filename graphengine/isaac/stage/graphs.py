@@ -20,10 +20,10 @@ from graphengine.isaac.recorded import (
     RecordedValue,
     RecordedWire,
 )
+from graphengine.isaac.replaced import upgrade
 from graphengine.isaac.stage.instances import instances
 from graphengine.isaac.stage.places import Places
 from graphengine.isaac.stage.prims import COMPOUND, INSTANCES, StageAttribute, StageContents, StagePrim
-from graphengine.isaac.stage.versions import upgrade
 
 _STAGES: dict[str, PipelineStage] = {
     "pipelineStagePreRender": "pre_render",

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
-import re
 import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from graphengine.devices.rotation import rotate
 from graphengine.format.wording import printable
+from graphengine.format.yaml_text import scalar
 from graphengine.physics.description.urdf import WORLD, Joint, Link, Urdf, shape_of
 from graphengine.physics.files.xml import Element, numbers
 
@@ -17,9 +16,6 @@ WHEEL_DAMPING = 50.0
 """Of the velocity drive that a wheel gets, N m s/rad: it keeps within 0.02 % of its target."""
 
 _WIDTH = 120
-
-_PLAIN = re.compile(r"[A-Za-z_][\w./-]*")
-_SPECIAL = ("true", "false", "null", "nan", "inf")
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,11 +77,11 @@ def compose(urdf: Urdf, name: str, source: str, path: str, package_paths: Sequen
         package_paths: where its packages lie, as the file names them.
         fixed_base: whether its root link is bolted to the world.
     """
-    lines = [f"# Imported by `graphrun import-urdf` from {printable(source)}.", "format: 1", f"robot: {_text(name)}"]
-    lines += [f"urdf: {_text(path)}"]
+    lines = [f"# Imported by `graphrun import-urdf` from {printable(source)}.", "format: 1", f"robot: {scalar(name)}"]
+    lines += [f"urdf: {scalar(path)}"]
     if package_paths:
-        lines += ["package_paths:", *(f"  - {_text(folder)}" for folder in package_paths)]
-    lines += [f"base_link: {_text(urdf.root)}"]
+        lines += ["package_paths:", *(f"  - {scalar(folder)}" for folder in package_paths)]
+    lines += [f"base_link: {scalar(urdf.root)}"]
     if urdf.root == WORLD:
         lines[-1] += "    # which is the world itself: the robot is bolted to it"
     elif fixed_base:
@@ -112,7 +108,7 @@ def _links(urdf: Urdf) -> Iterator[str]:
     for link in urdf.depth_first():
         shapes = [_shape(collider) for collider in link.colliders]
         mass = f"{link.mass:g} kg" if link.mass else "no mass"
-        yield printable(", ".join([f"{_text(link.name)}: {mass}", *shapes]))
+        yield printable(", ".join([f"{scalar(link.name)}: {mass}", *shapes]))
 
 
 def _shape(collider: Element) -> str:
@@ -135,18 +131,18 @@ def _joints(urdf: Urdf) -> Iterator[str]:
         if joint.name in rolling:
             wheel = rolling[joint.name]
             yield f"  # a wheel of radius {wheel.radius:g} m; its velocity drive follows what a controller commands"
-            yield f"  {_text(joint.name)}: {{drive: {{damping: {WHEEL_DAMPING}}}}}"
+            yield f"  {scalar(joint.name)}: {{drive: {{damping: {WHEEL_DAMPING}}}}}"
         elif joint.mimic is not None:
-            yield f"  {_text(joint.name)}: {{}}"
+            yield f"  {scalar(joint.name)}: {{}}"
         else:
-            yield f"  {_text(joint.name)}: {{}}    # to hold it, e.g. {{drive: {_servo(joint)}}}"
+            yield f"  {scalar(joint.name)}: {{}}    # to hold it, e.g. {{drive: {_servo(joint)}}}"
     for joint in urdf.joints.values():
         if not joint.moves:
             yield f"# {_about(joint, urdf.links[joint.child])}"
 
 
 def _about(joint: Joint, child: Link) -> str:
-    parts = [f"{_text(joint.name)}: {joint.type}, {_text(joint.parent)} -> {_text(child.name)}"]
+    parts = [f"{scalar(joint.name)}: {joint.type}, {scalar(joint.parent)} -> {scalar(child.name)}"]
     unit, force = ("m", "N") if joint.type == "prismatic" else ("rad", "N m")
     if joint.moves:
         parts.append("axis " + " ".join(f"{value:g}" for value in joint.axis))
@@ -155,7 +151,7 @@ def _about(joint: Joint, child: Link) -> str:
     if joint.moves and joint.effort:
         parts.append(f"up to {joint.effort:g} {force}")
     if joint.mimic is not None:
-        parts.append(f"follows {_text(joint.mimic.leader)} x {joint.mimic.multiplier:g} + {joint.mimic.offset:g}")
+        parts.append(f"follows {scalar(joint.mimic.leader)} x {joint.mimic.multiplier:g} + {joint.mimic.offset:g}")
     return printable(", ".join(parts))
 
 
@@ -177,11 +173,4 @@ def _told(element: Element) -> str:
 
 
 def _names(names: Sequence[str]) -> str:
-    return ", ".join(printable(_text(name)) for name in names)
-
-
-def _text(text: str) -> str:
-    """Text as a YAML scalar, quoted where it could be anything else."""
-    if _PLAIN.fullmatch(text) and text.lower() not in _SPECIAL:
-        return text
-    return json.dumps(text, ensure_ascii=not text.isprintable())
+    return ", ".join(printable(scalar(name)) for name in names)

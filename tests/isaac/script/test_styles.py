@@ -250,6 +250,12 @@ def test_a_script_that_does_more_has_to_be_run(name: str) -> None:
     assert evaluate(Script(str(path), path.read_text(encoding="utf-8"))) is None
 
 
+def test_a_script_that_doubles_a_text_without_end_is_not_evaluated() -> None:
+    text = "import omni.graph.core as og\na = 'a'\n" + "a = a + a\n" * 60 + "og.Controller.edit('/World/graph', {})\n"
+    assert evaluate(Script("doubling.py", text)) is None
+    assert evaluate(Script("once.py", text.replace("a = a + a\n", ""))) is not None
+
+
 def test_a_value_that_only_omniverse_knows_is_told_at_its_place(tmp_path: Path) -> None:
     _, findings = imported(SCRIPTS / "rtx_lidar.py", tmp_path)
     (warning,) = findings.warnings

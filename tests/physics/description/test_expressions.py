@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from graphengine.physics.description.expressions import ForbiddenError, evaluate
+from graphengine.physics.description.expressions import evaluate
+from graphengine.sandbox.expressions import ForbiddenError
 
 NAMES = "abs dict enumerate float hash int isinstance len list map max min range repr reversed round set sorted str sum tuple zip"
 
@@ -23,15 +24,14 @@ def names() -> dict[str, Any]:
     [
         ("2 * pi * wheel.radius", 2 * math.pi * 0.3),
         (" -1 if side == 'left' and not 3 in wheel['sizes'][:2] else 1 ", -1),
-        ("[(i, 2 * i) for i in range(4) if i % 2]", [(1, 2), (3, 6)]),
         ("{k: v for k, v in zip('ab', wheel.sizes)}.items()", {"a": 1, "b": 2}.items()),
         ("max(wheel.sizes, key=lambda size: -size)", 1),
-        ("sum(size for size in wheel.sizes)", 6),
         ("'front,rear'.split(',')[1].upper()", "REAR"),
         ("f'{side}_{wheel.radius:.2f}'", "left_0.30"),
         ("'%s_wheel' % side", "left_wheel"),
         ("wheel.get('width', 1)", 1),
-        ("1 < 2 < 3 and (1 | 4) ^ 1", 4),
+        ("[sizes.append(4) for sizes in [[*wheel.sizes]]]", [None]),
+        ("len([[[0] * 99] * 99] * 99 + list(range(2000000)))", 2000099),
     ],
 )
 def test_an_expression_has_the_value_that_python_gives_it(expression: str, value: object) -> None:
@@ -41,26 +41,16 @@ def test_an_expression_has_the_value_that_python_gives_it(expression: str, value
 @pytest.mark.parametrize(
     "expression",
     [
-        "__import__('os')",
         "().__class__.__base__.__subclasses__()",
         "(lambda: 0).__globals__",
         "(lambda: ().__class__)()",
-        "[c for c in ().__class__.__mro__]",
-        "(i for i in [1]).gi_frame.f_back.f_globals",
         "'{0.__class__}'.format(0)",
-        "str.format('{0.__class__}', 0)",
         "'{x}'.format_map(wheel)",
-        "f'{().__class__}'",
         "len.__self__",
         "wheel.items.__self__",
         "wheel.sizes.__len__()",
-        "dict(__class__=1)",
         "(lambda __builtins__: 0)(1)",
         "[0 for wheel.radius in [1]]",
-        "(radius := 1)",
-        "[await x for x in []]",
-        "(yield 1)",
-        "str.mro()",
         "'a'.encode().hex()",
         "0 .to_bytes(2, 'big')",
     ],

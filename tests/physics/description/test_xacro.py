@@ -200,6 +200,10 @@ def test_xacro_runs_no_code(project: Project, inside: str) -> None:
     assert not Path("marker").exists()
 
 
+DOUBLED = "".join(f'<xacro:property name="p{n + 1}" value="${{p{n}}}${{p{n}}}" lazy_eval="false"/>' for n in range(12))
+"""Properties, each twice as long as the one before."""
+
+
 @pytest.mark.parametrize(
     ("inside", "told"),
     [
@@ -208,7 +212,8 @@ def test_xacro_runs_no_code(project: Project, inside: str) -> None:
         ('<xacro:macro name="m"><xacro:m/></xacro:macro><xacro:m/>', "xacro: it expands without end"),
         ('<xacro:property name="a" value="${a}"/><link name="${a}"/>', "circular variable definition"),
         ('<link name="$(eval wheels)"/>', "xacro: name 'wheels' is not defined"),
-        ("<link name=\"${'a' * 10 ** 10}\"/>", "xacro: it takes more than 1024 MiB"),
+        (f"<xacro:property name='p0' value=\"${{'a' * 900000}}\"/>{DOUBLED}", "xacro: it takes more than 1024 MiB"),
+        ("<link name=\"${'a' * 10 ** 10}\"/>", "xacro: an expression takes at most 1000000 steps"),
         ('<link name="${xacro.fatal(7)}"/>', "xacro: 7"),
         ("<link name=\"${xacro.load_yaml(b'/etc/passwd')}\"/>", "xacro: open is not allowed here"),
         ("<link name=\"${'\\ud800'}\"/>", "bot.xacro:5:1: error S103: xacro: XML cannot hold '\\ud800'"),
@@ -248,7 +253,11 @@ def test_an_environment_variable_with_a_default_has_that_value(project: Project)
 
 def test_xacro_that_takes_too_long_is_ended(project: Project, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(xacro, "MAX_SECONDS", 0.5)
-    assert "xacro: takes more than 0.5 s" in description(project, '<link name="${7 ** 10 ** 9}"/>').error()
+    twice = '<xacro:m n="${n - 1}"/>' * 2
+    inside = (
+        f'<xacro:macro name="m" params="n"><xacro:if value="${{n}}">{twice}</xacro:if></xacro:macro><xacro:m n="40"/>'
+    )
+    assert "xacro: takes more than 0.5 s" in description(project, inside).error()
 
 
 def workspace(folder: Path, **packages: str) -> Path:

@@ -1,4 +1,4 @@
-"""Plain data as YAML text that the reader of graph files reads back as the same data."""
+"""Plain data as YAML text, which `document` reads as the same data."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import re
 from typing import Any
 
 _PLAIN = re.compile(r"[A-Za-z_/][A-Za-z0-9_/.-]*\Z")
-_SPECIAL = frozenset(("true", "false", "null"))
+_SPECIAL = frozenset(("true", "false", "null", "nan", "inf"))
 _ESCAPES = {'"': '\\"', "\\": "\\\\", "\n": "\\n", "\t": "\\t"}
 
 

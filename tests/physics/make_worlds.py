@@ -1,6 +1,6 @@
-"""Write the worlds beside this file: flat_grid, simple_warehouse and full_warehouse.
+"""Write the worlds of `scenes/worlds`: flat_grid, simple_warehouse and full_warehouse.
 
-    python scenes/worlds/make_worlds.py
+    python tests/physics/make_worlds.py
 
 Everything is a box, a cylinder or the floor, so that lidars, occupancy maps and a laptop's
 renderer are exact and quick. A world holds no robot and no actuator. One object is one body and
@@ -22,7 +22,7 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-HERE = Path(__file__).resolve().parent
+SHIPPED = Path(__file__).resolve().parents[2] / "scenes/worlds"
 
 Rectangle = tuple[tuple[float, float], tuple[float, float]]  # ((west, east), (south, north))
 
@@ -179,7 +179,7 @@ class World:
             element.set("quat", text(math.cos(half), 0, 0, math.sin(half)))
         return Body(element)
 
-    def write(self) -> None:
+    def write(self, folder: Path) -> None:
         """Add the materials in use and write the file."""
         used = {geom.get("material") for geom in self.root.iter("geom")}
         for name, rgb in COLOURS.items():
@@ -188,7 +188,7 @@ class World:
         ET.indent(self.root)
         document = ET.tostring(self.root, encoding="unicode")
         head = "<!-- Written by make_worlds.py: change that file, not this one. -->"
-        path = HERE / f"{self.name}.xml"
+        path = folder / f"{self.name}.xml"
         path.write_text(f"{head}\n{document}\n", encoding="utf-8", newline="\n")
 
 
@@ -303,7 +303,7 @@ def forklift(world: World, name: str, x: float, y: float, yaw: float) -> None:
 def cone(world: World, name: str, x: float, y: float) -> None:
     """A loose traffic cone, 0.5 m high and 2.4 kg heavy."""
     body = world.body(name, x, y, loose=True)
-    body.box("base", "orange", (0.28, 0.28, 0.03), mass="1.5", **SLIDING)
+    body.box("base", "orange", (0.28, 0.28, 0.03), (0, 0, 0), mass="1.5", **SLIDING)
     body.cylinder("lower", "orange", 0.11, 0.17, 0.03, mass="0.5", **SLIDING)
     body.cylinder("band", "white", 0.08, 0.13, 0.20, mass="0.3", **SLIDING)
     body.cylinder("tip", "orange", 0.05, 0.17, 0.33, mass="0.1", **SLIDING)
@@ -313,14 +313,14 @@ def barrel(world: World, name: str, x: float, y: float, *, empty: bool = False) 
     """A barrel of 0.58 m x 0.88 m. An empty one is loose and weighs 9 kg."""
     body = world.body(name, x, y, loose=empty)
     drum, lid = ({"mass": mass, **SLIDING} if empty else {} for mass in ("8", "1"))
-    body.cylinder("drum", "barrel", 0.29, 0.86, **drum)
+    body.cylinder("drum", "barrel", 0.29, 0.86, 0, **drum)
     body.cylinder("lid", "dark", 0.27, 0.02, 0.86, **lid)
 
 
 def carton(world: World, name: str, at: Sequence[float], side: float, mass: float) -> None:
     """A loose carton at (x, y, yaw)."""
     size = (side, side, 0.8 * side)
-    world.body(name, *at, loose=True).box("carton", "carton_light", size, mass=text(mass), **SLIDING)
+    world.body(name, *at, loose=True).box("carton", "carton_light", size, (0, 0, 0), mass=text(mass), **SLIDING)
 
 
 def flat_grid() -> World:
@@ -422,6 +422,11 @@ def full_warehouse() -> World:
     return world
 
 
-if __name__ == "__main__":
+def write_worlds(folder: Path) -> None:
+    """Write each world into a folder."""
     for make in (flat_grid, simple_warehouse, full_warehouse):
-        make().write()
+        make().write(folder)
+
+
+if __name__ == "__main__":
+    write_worlds(SHIPPED)

@@ -1,0 +1,99 @@
+"""What is imported is declared, and what cannot be installed everywhere is said in words where it is missing."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import grimp
+import pytest
+import yaml
+from packaging.requirements import Requirement
+
+ROOT = Path(__file__).resolve().parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+
+DISTRIBUTIONS = {"PIL": "pillow", "collada": "pycollada", "mujoco": "mujoco-core", "pxr": "usd-core", "yaml": "pyyaml"}
+"""Names of packages on PyPI, by the names of their modules where the two differ."""
+OF_ROS = {"rclpy", "rosidl_runtime_py"}
+"""Modules of an installed ROS 2, which PyPI does not have."""
+
+
+def declared(*texts: str) -> set[str]:
+    return {Requirement(text).name.lower() for text in texts}
+
+
+def required(**system: str) -> set[str]:
+    """What pip installs on a system."""
+    found = (Requirement(text) for text in PROJECT["dependencies"])
+    return {one.name for one in found if one.marker is None or one.marker.evaluate(dict(system))}
+
+
+def run(program: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, cwd=ROOT)
+
+
+def test_what_is_imported_is_declared_and_what_is_declared_is_imported() -> None:
+    graph = grimp.build_graph("graphengine", include_external_packages=True)
+    modules = {name for name in graph.modules if name.partition(".")[0] != "graphengine"}
+    extras = PROJECT["optional-dependencies"]
+    offered = [text for name, texts in extras.items() if name != "test" for text in texts]
+    imported = {DISTRIBUTIONS.get(name, name) for name in modules - sys.stdlib_module_names - OF_ROS}
+    assert imported == declared(*PROJECT["dependencies"], *offered)
+
+
+@pytest.mark.parametrize(
+    ("python", "system", "machine", "has_dds"),
+    [
+        ("3.11", "linux", "x86_64", True),
+        ("3.13", "darwin", "arm64", True),
+        ("3.11", "linux", "aarch64", False),
+        ("3.12", "linux", "riscv64", False),
+        ("3.14", "linux", "x86_64", False),
+        ("3.14", "darwin", "arm64", False),
+    ],
+)
+def test_cyclonedds_is_required_where_it_has_a_wheel(python: str, system: str, machine: str, has_dds: bool) -> None:
+    found = required(python_version=python, sys_platform=system, platform_machine=machine)
+    assert ("cyclonedds" in found) == has_dds
+    assert {"mujoco-core", "rosbags"} <= found
+
+
+def test_the_tests_that_run_where_it_has_none_do_not_import_it() -> None:
+    workflow = yaml.safe_load((ROOT / ".github/workflows/tests.yml").read_text(encoding="utf-8"))
+    *_, tests = workflow["jobs"]["without-dds"]["steps"]
+    rooms = [ROOT / word for word in tests["run"].split() if word.startswith("tests/") and word != "tests/all.sh"]
+    assert len(rooms) >= 5
+    files = [file for room in rooms for file in room.rglob("*.py")]
+    assert all(room.is_dir() for room in rooms)
+    imports = re.compile(r"(from|import) (cyclonedds|graphengine\.ros\.transports\.dds|tests\.ros)\b")
+    assert [file for file in files if imports.search(file.read_text(encoding="utf-8"))] == []
+
+
+@pytest.mark.parametrize("transport", ["dds", "auto"])
+def test_a_run_without_cyclonedds_says_what_to_do(transport: str) -> None:
+    missing = "import sys; sys.modules.update(cyclonedds=None, rclpy=None); from graphengine.cli import main; "
+    result = run(f"{missing} sys.exit(main(['run', 'dd100_flat', '--for', '1s', '--transport', {transport!r}]))")
+    assert result.returncode == 1
+    assert "dds needs cyclonedds, which cannot be imported" in result.stderr
+    assert "--transport rclpy, or do without a network: --transport memory" in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+def test_a_run_in_memory_needs_no_cyclonedds() -> None:
+    missing = "import sys; sys.modules.update(cyclonedds=None, rclpy=None); from graphengine.cli import main; "
+    result = run(f"{missing} sys.exit(main(['run', 'dd100_flat', '--for', '1s', '--transport', 'memory']))")
+    assert result.returncode == 0, result.stderr
+
+
+@pytest.mark.parametrize("version", ["4.0.0", "3.3.7"])
+def test_a_version_of_mujoco_with_a_wrong_solver_is_refused(version: str) -> None:
+    other = f"import sys, mujoco; mujoco.__version__ = {version!r}; from graphengine.cli import main; "
+    result = run(f"{other} sys.exit(main(['check', 'dd100_flat']))")
+    assert result.returncode == 2
+    assert f"MuJoCo {version} is installed; 4.0.1 is the first" in result.stderr
+    assert "pip install 'mujoco-core>=4.0.1,<4.1'" in result.stderr
+    assert "mujoco-core>=4.0.1,<4.1" in PROJECT["dependencies"]
