@@ -17,7 +17,8 @@ def test_orders_paths_and_components_are_those_of_networkx(seed: int) -> None:
     edges = [(draw.choice(nodes), draw.choice(nodes)) for _ in range(draw.randrange(30))]
     if seed % 2:
         edges = [(one, other) for one, other in edges if nodes.index(one) < nodes.index(other)]
-    mine, theirs = Digraph(nodes, edges), nx.DiGraph()
+    mine = Digraph(nodes, edges)
+    theirs: nx.DiGraph[int] = nx.DiGraph()
     theirs.add_nodes_from(nodes)
     theirs.add_edges_from(edges)
     assert {frozenset(part) for part in mine.components()} == set(
