@@ -50,18 +50,6 @@ if TYPE_CHECKING:
     String = ros2_jazzy.std_msgs__msg__String
     TFMessage = ros2_jazzy.tf2_msgs__msg__TFMessage
 
-_COMMON = (
-    "builtin_interfaces",
-    "geometry_msgs",
-    "nav_msgs",
-    "rcl_interfaces",
-    "rmw_dds_common",
-    "rosgraph_msgs",
-    "sensor_msgs",
-    "std_msgs",
-    "tf2_msgs",
-)
-"""Packages whose messages are attributes of this module."""
 _EARLIEST, _LATEST = -(2.0**31), 2.0**31
 """Seconds that a stamp can hold, the last one not included: it counts them in 32 bits."""
 _ENCAPSULATIONS = (b"\0\0", b"\0\1")
@@ -73,12 +61,12 @@ class MessageError(TransportError):
 
 
 def __getattr__(name: str) -> Any:
-    """The class of a common message by the last part of its type's name, as in `Twist`."""
+    """The class of a message of Jazzy by the last part of its type's name, as in `Twist`."""
     if name[0].isupper():
         from rosbags.typesys.stores import ros2_jazzy
 
-        for package in _COMMON:
-            if found := getattr(ros2_jazzy, f"{package}__msg__{name}", None):
+        for full_name, found in vars(ros2_jazzy).items():
+            if full_name.endswith(f"__msg__{name}"):
                 globals()[name] = found
                 return found
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
