@@ -6,8 +6,7 @@ import heapq
 from collections.abc import Mapping
 from dataclasses import replace
 
-import networkx as nx
-
+from graphengine.compiler.digraph import Digraph
 from graphengine.compiler.graph import (
     Graph,
     Instance,
@@ -80,13 +79,12 @@ def _tell_untold(graph: Graph, untold: list[Wire], findings: Findings) -> list[W
 
 def _circular(graph: Graph) -> set[int]:
     """Data nodes that wait for each other, and those that wait for them: no type comes out of a circle."""
-    waiting: nx.DiGraph[int] = nx.DiGraph()
+    waiting = Digraph(range(len(graph.instances)))
     for wire in graph.data_wires:
         source, target = graph.instances[wire.source].cls, graph.instances[wire.target].cls
         if source.kind() == target.kind() == "data" and source.fields[wire.source_field].side == "outputs":
             waiting.add_edge(wire.source, wire.target)
-    circles = [part for part in nx.strongly_connected_components(waiting) if waiting.subgraph(part).number_of_edges()]
-    return set[int]().union(*({first} | nx.descendants(waiting, first) for first in map(min, circles)))
+    return waiting.successors.keys() - waiting.sort()
 
 
 def _tell_refusal(instance: Instance, error: ValueError | ContextError, findings: Findings) -> None:

@@ -9,11 +9,11 @@ from __future__ import annotations
 import functools
 import importlib
 import importlib.metadata
+import json
 import pkgutil
-from collections.abc import Iterable
 from dataclasses import dataclass, field
+from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import GraphError
@@ -22,6 +22,8 @@ from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.node.node_class import Node
 
 GROUP = "graphengine.nodes"
+INDEX = "index.json"
+"""In the library's folder: the node types that each of its modules defines; the test of this file writes it."""
 
 OLD_PREFIXES: dict[str, tuple[str, ...]] = {
     "omni.isaac.core_nodes.": ("isaacsim.core.nodes.",),
@@ -47,7 +49,8 @@ class Found:
 class Registry:
     """All node types that a file can name."""
 
-    types: dict[str, type[Node]] = field(default_factory=dict)
+    imported: dict[str, type[Node]] = field(default_factory=dict)
+    """Types whose modules are imported."""
     short_names: dict[str, str] = field(default_factory=dict)
     owners: dict[str, str] = field(default_factory=dict)
     """Distribution or module that brought each type."""
@@ -55,33 +58,45 @@ class Registry:
     """Plugins that could not be imported, and why."""
     definitions: Definitions = DEFINITIONS
     """Message types, from whose fields some node types grow ports."""
+    modules: dict[str, str] = field(default_factory=dict)
+    """Modules of the types that are imported when somebody asks for them."""
+
+    @property
+    def types(self) -> dict[str, type[Node]]:
+        """Every type by its name and its aliases; imports all modules."""
+        return {name: self._import(name) for name in self.owners}
 
     def copy(self, definitions: Definitions | None = None) -> Registry:
         """The same types, to which others can be added without this one being changed; and other message types."""
-        mine = dict(self.types), dict(self.short_names), dict(self.owners), dict(self.broken)
-        return Registry(*mine, definitions or self.definitions)
+        mine = dict(self.imported), dict(self.short_names), dict(self.owners), dict(self.broken)
+        return Registry(*mine, definitions or self.definitions, self.modules)
 
     def find(self, name: str) -> Found | None:
         """The type that a name means, or None."""
-        if name in self.types:
-            return Found(self.types[name])
-        if name in self.short_names:
-            return Found(self.types[self.short_names[name]])
+        known = self.short_names.get(name, name)
+        if known in self.owners:
+            return Found(self._import(known))
         for old, news in OLD_PREFIXES.items():
             if name.startswith(old):
                 last = name.removeprefix(old)
                 for new in news:
                     for spelling in (last, last.removeprefix("Ogn"), f"Ogn{last}"):
-                        if new + spelling in self.types:
-                            return Found(self.types[new + spelling], old_name=True)
+                        if new + spelling in self.owners:
+                            return Found(self._import(new + spelling), old_name=True)
         return None
 
     def suggest(self, name: str, findings: Findings | None = None) -> str:
         """Names near to one that is unknown, or where the legal ones are listed, and which plugins are missing."""
         guess = findings.guess if findings else did_you_mean
-        near = guess(name, [*self.short_names, *self.types]) or "`graphrun nodes` lists every type"
+        near = guess(name, [*self.short_names, *self.owners]) or "`graphrun nodes` lists every type"
         missing = [f"{plugin} could not be imported ({problem})" for plugin, problem in self.broken.items()]
         return "; ".join([near, *missing])
+
+    def _import(self, name: str) -> type[Node]:
+        if name not in self.imported:
+            for cls in _classes(importlib.import_module(self.modules[name])):
+                self.imported |= dict.fromkeys((cls.type_name, *cls.aliases), cls)
+        return self.imported[name]
 
     def add_module(self, module: ModuleType, owner: str, *, built_in: bool = False) -> None:
         """Register every node class of a module, and of its submodules if it is a package.
@@ -92,8 +107,7 @@ class Registry:
         names = sorted(
             info.name for info in pkgutil.walk_packages(getattr(module, "__path__", []), module.__name__ + ".")
         )
-        modules = [module, *map(importlib.import_module, names)]
-        classes = [cls for member in modules for cls in _classes(vars(member).values(), member.__name__)]
+        classes = [cls for member in [module, *map(importlib.import_module, names)] for cls in _classes(member)]
         for cls in classes:
             self._refuse_clash(cls, owner)
         for cls in classes:
@@ -107,16 +121,28 @@ class Registry:
         """
         self._refuse_clash(cls, owner)
         for name in (cls.type_name, *cls.aliases):
-            self.types[name] = cls
+            self.imported[name] = cls
             self.owners[name] = owner
         if built_in:
-            for short in short_names(cls.type_name):
-                self.short_names.setdefault(short, cls.type_name)
+            self._shorten(cls.type_name)
+
+    def add_library(self, package: ModuleType, owner: str) -> None:
+        """Register the types that the index of a package names, with short names, without importing their modules."""
+        index = json.loads((Path(package.__path__[0]) / INDEX).read_text("utf-8"))
+        for module, names in index.items():
+            for name in names:
+                self.modules[name] = f"{package.__name__}.{module}"
+                self.owners[name] = owner
+                self._shorten(name)
+
+    def _shorten(self, name: str) -> None:
+        for short in short_names(name):
+            self.short_names.setdefault(short, name)
 
     def _refuse_clash(self, cls: type[Node], owner: str) -> None:
         for name in (cls.type_name, *cls.aliases):
             taken = self.short_names.get(name, name)
-            other = self.types.get(taken, cls)
+            other = self._import(taken) if taken in self.owners else cls
             if other is not cls:
                 raise GraphError(
                     f"two node types are called {name!r}: {other.__module__}.{other.__qualname__} of "
@@ -133,18 +159,17 @@ def short_names(type_name: str) -> list[str]:
     return list(dict.fromkeys(names))
 
 
-def _classes(values: Iterable[Any], module: str) -> list[type[Node]]:
-    found = [
-        v for v in values if isinstance(v, type) and issubclass(v, Node) and v.type_name and v.__module__ == module
-    ]
-    return list(dict.fromkeys(found))
+def _classes(module: ModuleType) -> list[type[Node]]:
+    """The node types that a module defines."""
+    classes = [value for value in vars(module).values() if isinstance(value, type) and issubclass(value, Node)]
+    return list(dict.fromkeys(cls for cls in classes if cls.type_name and cls.__module__ == module.__name__))
 
 
 @functools.cache
 def default_registry() -> Registry:
     """Built-in types and those of installed plugins; a plugin that cannot be imported is remembered, not fatal."""
     registry = Registry()
-    registry.add_module(importlib.import_module("graphengine.nodes"), "graphengine", built_in=True)
+    registry.add_library(importlib.import_module("graphengine.nodes"), "graphengine")
     for entry in sorted(importlib.metadata.entry_points(group=GROUP), key=lambda e: (e.name, e.value)):
         if entry.value == "graphengine.nodes":
             continue

@@ -41,7 +41,7 @@ _NAN = re.compile(r"\.(?:nan|NaN|NAN)\Z")
 
 _LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
 """What the parser takes for the end of a line."""
-_ILLEGAL = re.compile("[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]")
+_ILLEGAL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff\ufeff\ufffe\uffff]")
 
 _ADVICE: tuple[tuple[str, str], ...] = (
     ("mapping values are not allowed", "quote a text that holds ': '; keys of one mapping begin in the same column"),

@@ -30,7 +30,7 @@ class Spec(BaseModel):
     """Base of everything that is read from YAML: no unknown keys, no conversions, no changes."""
 
     model_config = ConfigDict(
-        extra="forbid", frozen=True, strict=True, allow_inf_nan=False, json_schema_extra=_name_keys
+        extra="forbid", frozen=True, strict=True, allow_inf_nan=False, json_schema_extra=_name_keys, defer_build=True
     )
 
 

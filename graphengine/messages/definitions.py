@@ -15,6 +15,7 @@ import itertools
 import threading
 from collections import ChainMap
 from collections.abc import Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,6 @@ import numpy as np
 from rosbags.interfaces import Msgdef, Nodetype
 from rosbags.typesys.base import normalize_fieldname
 from rosbags.typesys.store import TIDMAP, Typestore
-from rosbags.typesys.stores import ros2_jazzy
 
 from graphengine.format.wording import did_you_mean, listing, shown
 from graphengine.messages import wide_strings
@@ -56,6 +56,13 @@ TIDMAP["wstring"] = 18  # of type_description_interfaces/msg/FieldType, which ro
 _lock = threading.RLock()
 
 
+def _jazzy() -> Any:
+    """The types of ROS 2 Jazzy; importing them takes 50 ms, and most graphs are checked without."""
+    from rosbags.typesys.stores import ros2_jazzy
+
+    return ros2_jazzy
+
+
 class _Store(Typestore):
     """Types, and the codecs of those in another store."""
 
@@ -80,19 +87,29 @@ class Definitions:
     """
 
     def __init__(self, folders: Folders, below: Definitions | None = None) -> None:
-        self.store: Typestore = _Store(below.store) if below else Typestore(ros2_jazzy)
-        """Encodes and decodes the types that were asked for."""
         self.files: dict[str, Path] = {}
         """Files of the users' folders that were read, by what they define, as in `std_srvs/srv/Trigger`."""
         self._folders = folders
         self._below = below
-        self._known: dict[str, Definition] = {}
         self._sizes: dict[str, int] = {}
         self._hashes: dict[str, str] = {}
-        if below is None:
-            for name, (constants, fields) in ros2_jazzy.FIELDDEFS.items():
+
+    @cached_property
+    def store(self) -> Typestore:
+        """Encodes and decodes the types that were asked for."""
+        made = _Store(self._below.store) if self._below else Typestore(_jazzy())
+        kept: Typestore = vars(self).setdefault("store", made)  # the same one for threads that ask at once
+        return kept
+
+    @cached_property
+    def _known(self) -> dict[str, Definition]:
+        made: dict[str, Definition] = {}
+        if self._below is None:
+            for name, (constants, fields) in _jazzy().FIELDDEFS.items():
                 own = [field for field in fields if field[0] != PLACEHOLDER[0]]
-                self._known[name] = Definition(list(constants), own, _INITIAL.get(name, {}))
+                made[name] = Definition(list(constants), own, _INITIAL.get(name, {}))
+        kept: dict[str, Definition] = vars(self).setdefault("_known", made)
+        return kept
 
     def extended(self, given: Sequence[Path] = (), installed: Sequence[Path] = ()) -> Definitions:
         """These and the types of folders; see `Folders`."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-import networkx as nx
-
 from graphengine.compiler.gates import EveryHz, rate
 from graphengine.compiler.graph import Graph, Instance, asking, refusal
 from graphengine.compiler.lint_registry import LINTS, LintContext
@@ -270,10 +268,12 @@ def _check_parents(context: LintContext, edges: Iterable[tuple[str, str, Endpoin
 
 
 def _check_pieces(context: LintContext, namespace: str, edges: Sequence[tuple[str, str, EndpointClaim]]) -> None:
-    tree: nx.Graph[str] = nx.Graph()
+    piece_of: dict[str, set[str]] = {}
     for parent, child, _ in edges:
-        tree.add_edge(parent, child)
-    pieces = list(nx.connected_components(tree))
+        smaller, larger = sorted((piece_of.get(frame, {frame}) for frame in (parent, child)), key=len)
+        larger |= smaller
+        piece_of |= dict.fromkeys((parent, child, *smaller), larger)
+    pieces = list({id(piece): piece for piece in piece_of.values()}.values())
     if len(pieces) < 2:
         return
     roots = [f"{{{', '.join(sorted(piece))}}}" for piece in pieces]

@@ -29,8 +29,6 @@ from graphengine.node import (
 from graphengine.nodes.ros2.helper import SensorHelper
 from graphengine.nodes.ros2.publisher import SensorPublisher
 
-_WHOLE = messages.RegionOfInterest(0, 0, 0, 0, False)
-"""Zeros say that the picture is all of the sensor."""
 _NO_DISTORTION = np.zeros(5)
 _NO_DISTORTION.setflags(write=False)
 _PARALLEL = 1e-3
@@ -76,7 +74,8 @@ def camera_info(
 ) -> messages.CameraInfo:
     """The message of a whole picture without binning; matrices are K, R and P."""
     k, r, p = matrices
-    return messages.CameraInfo(header, size[1], size[0], model, distortion, k, r, p, 0, 0, _WHOLE)
+    whole = messages.RegionOfInterest(0, 0, 0, 0, False)  # zeros stand for all of the sensor
+    return messages.CameraInfo(header, size[1], size[0], model, distortion, k, r, p, 0, 0, whole)
 
 
 @functools.lru_cache(maxsize=64)

@@ -92,6 +92,22 @@ def test_r8_a_source_in_an_untaken_branch_makes_nothing_stale(bench: MakeBench) 
     assert computes_of(run, "Add") == 0
 
 
+def test_r8_what_depends_on_a_node_that_did_not_run_since_play_is_computed_of_its_defaults(bench: MakeBench) -> None:
+    run = bench("""
+        nodes: {Tick: Tick, Door: Door, Source: {type: Do, inputs: {a: 5.0}}, Add: {type: Add, inputs: {b: 1.0}}, Show: Do}
+        connections:
+          - Tick.tick -> Door.execIn
+          - Door.execOut -> Source.execIn
+          - Tick.tick -> Show.execIn
+          - Source.sum -> Add.a
+          - Add.sum -> Show.a
+    """)
+    assert run.tick() == ["Source 5", "Show 6"]
+    run.stop()
+    run["Door"].open = False
+    assert run.tick() == ["Show 1"]
+
+
 def test_r8_each_node_of_a_chain_is_computed_once_after_a_change_at_its_head(bench: MakeBench) -> None:
     run = bench("""
         nodes: {Tick: Tick, One: Add, Two: Add, Three: Add, Show: Do, Other: Do}

@@ -73,6 +73,17 @@ def test_aliases_count_as_often_as_they_repeat(tmp_path: Path) -> None:
     tracemalloc.stop()
 
 
+def test_values_up_to_the_bound_are_legal(tmp_path: Path) -> None:
+    path = tmp_path / "a.yaml"
+    repeated, single = divmod(MAX_VALUES - 1001, 999)  # beside the mapping, a list of 998 values, and the list of all
+    for more in (0, 1):
+        values = ["*a"] * repeated + ["x"] * (single + more)
+        path.write_text(f"a: &a [{', '.join(['x'] * 998)}]\nb: [{', '.join(values)}]\n")
+        loaded, findings = load(path)
+        assert [found.code for found in findings.items] == ["G105"] * more
+        assert more or (loaded is not None and loaded.size == MAX_VALUES)
+
+
 # Size
 
 

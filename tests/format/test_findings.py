@@ -211,6 +211,7 @@ def test_near_names(name: str, legal: list[str], said: str) -> None:
 def test_listings_end_after_twenty() -> None:
     assert listing(["a", "b"], "keys") == "keys: a, b"
     assert listing([]) == "legal: none"
+    assert listing(map(str, range(20)), "joints").endswith("18, 19")
     assert listing(map(str, range(22)), "joints").endswith("18, 19, … (2 more)")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from decimal import Decimal
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from hypothesis import strategies as st
 from graphengine.format.errors import CheckError, JointError, NodeError, PrimError
 from graphengine.nodes.core.articulation import IsaacArticulationController
 from graphengine.nodes.ros2.state import ROS2PublishJointState
+from graphengine.scene import build
 from graphengine.testing import RecordingArticulation, RecordingContext, RecordingWorld
 from tests.nodes.harness import Player, dd100, ready
 
@@ -161,6 +163,22 @@ def test_in_a_graph_a_wrong_width_stops_the_run_and_names_the_node(play: Player)
     )
     with pytest.raises(NodeError, match=r"node Controller .*effortCommand, .* must be one a joint, for 4 joints"):
         playing.tick()
+
+
+def test_controllers_of_the_same_joints_are_told_of_where_they_are_in_two_graphs(tmp_path: Path) -> None:
+    node = "{type: ArticulationController, inputs: {targetPrim: /dd100, velocityCommand: [1.0, 1.0]}}"
+    wires = "[Tick.tick -> One.execIn, Tick.tick -> Two.execIn]"
+    (tmp_path / "twice.yaml").write_text(
+        f"graph: twice\nnodes:\n  Tick: OnPlaybackTick\n  One: {node}\n  Two: {node}\nconnections: {wires}\n"
+    )
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(
+        "scene: a\nworld: worlds/flat_grid.xml\nrobots: {dd100: {use: robots/dd100.yaml}}\ngraphs: {twice: {use: twice.yaml}}\n"
+    )
+    assembly = build.load(scene)
+    assembly.world.close()
+    told = [found.message.partition(" command ")[0] for found in assembly.findings.items if found.code == "W207"]
+    assert told == ["dd100/cmd_vel/ArtController and twice/One"]
 
 
 def test_in_a_graph_without_a_robot_the_file_is_refused(play: Player) -> None:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import itertools
 
-import networkx as nx
-
 from graphengine.compiler.planning.regions import RegionGraph
 
 
@@ -35,7 +33,7 @@ def lint_reads_and_writes(regions: RegionGraph) -> None:
 
 def _in_stated_order(regions: RegionGraph, one: int, other: int) -> bool:
     """Whether execution, or the order of a pusher's ports, says which of two nodes comes first."""
-    if nx.has_path(regions.execution, one, other) or nx.has_path(regions.execution, other, one):
+    if regions.execution.has_path(one, other) or regions.execution.has_path(other, one):
         return True
     pairs = (pair for ports in regions.port_covers.values() for pair in itertools.permutations(ports, 2))
     return any(one in first and other in second for first, second in pairs)

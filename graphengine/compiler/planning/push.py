@@ -7,8 +7,7 @@ starts anew in every pass.
 
 from __future__ import annotations
 
-import networkx as nx
-
+from graphengine.compiler.digraph import Digraph
 from graphengine.compiler.graph import Graph, Wire
 from graphengine.compiler.plan import Call, Region
 from graphengine.compiler.planning.dependencies import DependencyGraph
@@ -30,22 +29,20 @@ class PushGraph(DependencyGraph):
 
     def _order_nodes(self) -> None:
         """Where a value would have to come from a later node, the node reads the one of the pass before."""
-        order: nx.DiGraph[int] = nx.DiGraph(self.execution.edges)
-        order.add_nodes_from(range(len(self.kinds)))
         wires = [wire for into in self.data_in.values() for wire in into if not self.reads_input(wire)]
         pure = self.data_rank.keys()
-        order.add_edges_from((wire.source, wire.target) for wire in wires if {wire.source, wire.target} <= pure)
+        plain = [(wire.source, wire.target) for wire in wires if {wire.source, wire.target} <= pure]
+        order = Digraph(self.execution.successors, [*self.execution.edges(), *plain])
         others = [wire for wire in sorted(wires, key=lambda wire: wire.order) if not {wire.source, wire.target} <= pure]
-        tentative = order.copy()
-        tentative.add_edges_from((wire.source, wire.target) for wire in others)
-        knot = {n: number for number, part in enumerate(nx.strongly_connected_components(tentative)) for n in part}
+        tentative = Digraph(order.successors, [*order.edges(), *((wire.source, wire.target) for wire in others)])
+        knot = {n: number for number, part in enumerate(tentative.components()) for n in part}
         for wire in others:
-            if knot[wire.source] == knot[wire.target] and nx.has_path(order, wire.target, wire.source):
+            if knot[wire.source] == knot[wire.target] and order.has_path(wire.target, wire.source):
                 if wire.source != wire.target:
                     self._report_previous(wire)
             else:
                 order.add_edge(wire.source, wire.target)
-        self.order = list(nx.lexicographical_topological_sort(order))
+        self.order = order.sort(key=int)
 
     def _report_previous(self, wire: Wire) -> None:
         why = f"other wires order {self.node(wire.target).id} before it"

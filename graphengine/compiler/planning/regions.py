@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-import networkx as nx
-
+from graphengine.compiler.digraph import Digraph
 from graphengine.compiler.gates import Gate
 from graphengine.compiler.graph import Graph, Wire
 from graphengine.compiler.planning.dependencies import DependencyGraph
@@ -53,7 +52,7 @@ class RegionGraph(DependencyGraph):
         self.titles: list[str] = []
         self.endings: dict[int, Ending] = {}
         self.pin_region: dict[tuple[int, str], int] = {}
-        self.covers = {i: nx.descendants(self.execution, i) for i, kind in enumerate(self.kinds) if kind == "pusher"}
+        self.covers = {i: self.execution.descendants(i) for i, kind in enumerate(self.kinds) if kind == "pusher"}
         self.port_covers = {pusher: self._cover_ports(pusher) for pusher in self.covers}
         self.gates: dict[int, tuple[int, ...]] = {}
         self.acyclic = self.acyclic and self._check_depth()
@@ -65,9 +64,10 @@ class RegionGraph(DependencyGraph):
     def _check_depth(self) -> bool:
         """Whether no more pushers lie one below the other than can run."""
         depth = dict[int, int]()
-        for index in nx.topological_sort(self.execution):
-            above = max((depth[source] for source in self.execution.predecessors(index)), default=0)
-            depth[index] = above + (self.kinds[index] == "pusher")
+        for index in self.execution.sort():
+            depth[index] = depth.get(index, 0) + (self.kinds[index] == "pusher")
+            for target in self.execution.successors[index]:
+                depth[target] = max(depth.get(target, 0), depth[index])
             if depth[index] > MAX_PUSHERS:
                 node = self.node(index)
                 what = f"{node.id} lies below more than {MAX_PUSHERS} loops and sequences, one below the other"
@@ -82,7 +82,7 @@ class RegionGraph(DependencyGraph):
         while count != len(reached):  # what starts a latent node starts, in a later pass, what follows it
             count = len(reached)
             starts += [w.target for i in sorted(reached) if self.kinds[i] == "latent" for w in self.exec_out.get(i, [])]
-            reached = set(starts).union(*(nx.descendants(self.execution, start) for start in set(starts)))
+            reached = set(starts).union(*(self.execution.descendants(start) for start in set(starts)))
         self.latents = {i for i in reached if self.kinds[i] == "latent"}
         self._open_region("pass", [], starts)
         for ending in ENDINGS:
@@ -149,24 +149,24 @@ class RegionGraph(DependencyGraph):
             for unit in members:
                 for covered in {unit} | self.covers.get(unit, set()):
                     owners.setdefault(covered, []).append(unit)
-            order: nx.DiGraph[int] = nx.DiGraph()
-            order.add_nodes_from(members)
+            order = Digraph(members)
             for unit in members:
                 if self.kinds[unit] not in ("pusher", "latent"):
-                    targets = [w.target for w in self.exec_out.get(unit, []) if self.forward(w) and w.target in inside]
-                    order.add_edges_from((unit, target) for target in targets)
+                    for wire in self.exec_out.get(unit, []):
+                        if self.forward(wire) and wire.target in inside:
+                            order.add_edge(unit, wire.target)
             self._add_data_edges(order, owners)
 
             def key(index: int) -> tuple[int, int, int]:
                 return (0 if index in self.events else 1, first_wire.get(index, -1), index)
 
-            self.members[region] = list(nx.lexicographical_topological_sort(order, key=key))
+            self.members[region] = order.sort(key)
         for pusher in self.covers:
             self._lint_later_ports(pusher)
 
     def _cover_ports(self, pusher: int) -> list[set[int]]:
         wires = [w for w in self.exec_out.get(pusher, []) if self.forward(w)]
-        below = {w.target: {w.target} | nx.descendants(self.execution, w.target) for w in wires}
+        below = {w.target: {w.target} | self.execution.descendants(w.target) for w in wires}
         ports = [[w.target for w in wires if w.source_field == port] for port in self.exec_outputs(pusher)]
         return [set[int]().union(*(below[target] for target in targets)) for targets in ports]
 
@@ -182,7 +182,7 @@ class RegionGraph(DependencyGraph):
                         self._report_previous(reading)
             before |= nodes
 
-    def _add_data_edges(self, order: nx.DiGraph[int], owners: dict[int, list[int]]) -> None:
+    def _add_data_edges(self, order: Digraph, owners: dict[int, list[int]]) -> None:
         """Order readers after what they read; a wire that would close a cycle reads the previous value."""
         edges: list[tuple[int, int, Reading]] = []
         for reader, units in owners.items():
@@ -191,13 +191,12 @@ class RegionGraph(DependencyGraph):
                     befores = owners.get(reading.source, [])
                     edges += [(before, unit, reading) for unit in units for before in befores if before != unit]
         edges.sort(key=lambda edge: (edge[2].wire.order, edge[0], edge[1]))
-        tentative = order.copy()
-        tentative.add_edges_from((before, unit) for before, unit, _ in edges)
-        component = {n: i for i, part in enumerate(nx.strongly_connected_components(tentative)) for n in part}
+        tentative = Digraph(order.successors, [*order.edges(), *((before, unit) for before, unit, _ in edges)])
+        component = {n: i for i, part in enumerate(tentative.components()) for n in part}
         for before, unit, reading in edges:
             if order.has_edge(before, unit):
                 continue
-            if component[before] == component[unit] and nx.has_path(order, unit, before):
+            if component[before] == component[unit] and order.has_path(unit, before):
                 self._report_previous(reading)
             else:
                 order.add_edge(before, unit)

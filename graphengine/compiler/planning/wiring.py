@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import networkx as nx
-
+from graphengine.compiler.digraph import Digraph
 from graphengine.compiler.graph import Graph, Instance, Wire
 from graphengine.format.diagnostics import Findings
 
@@ -28,7 +27,7 @@ class WiredGraph:
         """Wires into each node; one that began at a wired input begins where that input's value comes from."""
         self.exec_out: dict[int, list[Wire]] = {}
         self.exec_in: dict[int, list[Wire]] = {}
-        self.execution: nx.DiGraph[int] = nx.DiGraph()
+        self.execution = Digraph(range(len(self.kinds)))
         """What starts what in the same pass."""
         self.pending_control: set[int] = set()
         """Orders of control wires that close a cycle."""
@@ -66,10 +65,10 @@ class WiredGraph:
         return self.node(wire.source).cls.fields[wire.source_field].side == "inputs"
 
     def _check_data_cycles(self) -> bool:
-        graph: nx.DiGraph[int] = nx.DiGraph()
-        graph.add_nodes_from(i for i, kind in enumerate(self.kinds) if kind == "data")
-        wires = [w for i in graph for w in self.data_in.get(i, []) if w.source in graph and not self.reads_input(w)]
-        graph.add_edges_from((wire.source, wire.target) for wire in wires)
+        pure = [i for i, kind in enumerate(self.kinds) if kind == "data"]
+        into = (wire for index in pure for wire in self.data_in.get(index, []))
+        wires = [wire for wire in into if self.kinds[wire.source] == "data" and not self.reads_input(wire)]
+        graph = Digraph(pure, [(wire.source, wire.target) for wire in wires])
         if self._report_cycles("G209", "data nodes wait for each other", graph, wires):
             return False
         self.data_rank = _ranks(graph)
@@ -80,19 +79,19 @@ class WiredGraph:
         graph = self.execution
         wires: list[Wire] = []
         control: list[Wire] = []
-        graph.add_nodes_from(range(len(self.kinds)))
         for wire in self.graph.exec_wires:
             if self.kinds[wire.source] == "latent":
                 continue
             is_control = self.node(wire.target).cls.fields[wire.target_field].control
             (control if is_control else wires).append(wire)
-        graph.add_edges_from((wire.source, wire.target) for wire in wires)
+        for wire in wires:
+            graph.add_edge(wire.source, wire.target)
         if self._report_cycles("G210", "execution runs in a circle", graph, wires):
             return False
         rank = _ranks(graph)
         for wire in control:
             backward = rank[wire.source] >= rank[wire.target]
-            if backward and nx.has_path(graph, wire.target, wire.source):
+            if backward and graph.has_path(wire.target, wire.source):
                 self.pending_control.add(wire.order)
                 continue
             graph.add_edge(wire.source, wire.target)
@@ -100,15 +99,14 @@ class WiredGraph:
                 rank = _ranks(graph)
         return True
 
-    def _report_cycles(self, code: str, what: str, graph: nx.DiGraph[int], wires: list[Wire]) -> bool:
+    def _report_cycles(self, code: str, what: str, graph: Digraph, wires: list[Wire]) -> bool:
         """Tell of one cycle in each knot of nodes that wait for each other; whether there is any."""
         between = {(wire.source, wire.target): wire for wire in reversed(wires)}
         found = False
-        for component in sorted(nx.strongly_connected_components(graph), key=min):
+        for component in sorted(graph.components(), key=min):
             first = min(component)
             if len(component) > 1 or graph.has_edge(first, first):
-                loop = nx.find_cycle(graph.subgraph(component), first)
-                self._report_cycle(code, what, [between[edge[0], edge[1]] for edge in loop])
+                self._report_cycle(code, what, [between[edge] for edge in graph.find_cycle(component, first)])
                 found = True
         return found
 
@@ -123,7 +121,7 @@ class WiredGraph:
         return wire.order not in self.pending_control and self.kinds[wire.source] != "latent"
 
     def _find_counting(self) -> None:
-        for index in nx.topological_sort(self.execution):
+        for index in self.execution.sort():
             if self.node(index).cls.counts and self.fired_often(index):
                 self.counting.add(index)
 
@@ -141,6 +139,6 @@ class WiredGraph:
         return [p.field for p in self.node(index).cls.fields.values() if p.is_exec and p.side == "outputs"]
 
 
-def _ranks(graph: nx.DiGraph[int]) -> dict[int, int]:
+def _ranks(graph: Digraph) -> dict[int, int]:
     """Position of each node in an order in which every edge leads forward."""
-    return {index: rank for rank, index in enumerate(nx.topological_sort(graph))}
+    return {index: rank for rank, index in enumerate(graph.sort())}

@@ -147,6 +147,16 @@ def test_a_joint_that_is_not_there_is_told_with_the_nearest(ship: Ship) -> None:
         joints.select(indices=[2])
 
 
+def test_no_effort_is_left_once_commands_are_zeroed(ship: Ship) -> None:
+    simulation = ship("dd100_flat.yaml").simulation
+    simulation.articulation(simulation.stage.find("/dd100")).select(WHEELS).command(efforts=[0.1, 0.2])
+    simulation.step()
+    assert simulation.data.qfrc_applied.any()
+    simulation.zero_commands()
+    simulation.step()
+    assert not simulation.data.qfrc_applied.any()
+
+
 def test_a_state_that_is_not_finite_is_told_with_its_joint(ship: Ship) -> None:
     world = ship("dd100_flat.yaml")
     world.simulation.clamps_commands = False

@@ -1,0 +1,89 @@
+"""Directed graphs of numbered nodes. Cycles are left to networkx, whose import takes as long as the whole plan of most graphs."""
+
+from __future__ import annotations
+
+import heapq
+from collections import Counter
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import networkx as nx
+
+
+class Digraph:
+    """Nodes and edges, each once, in the order in which they were added."""
+
+    def __init__(self, nodes: Iterable[int], edges: Iterable[tuple[int, int]] = ()) -> None:
+        self.successors: dict[int, dict[int, None]] = {node: {} for node in nodes}
+        for source, target in edges:
+            self.add_edge(source, target)
+
+    def add_edge(self, source: int, target: int) -> None:
+        """Let an edge lead from one known node to another."""
+        self.successors[source][target] = None
+
+    def edges(self) -> list[tuple[int, int]]:
+        """All edges, by their first node."""
+        return [(source, target) for source, targets in self.successors.items() for target in targets]
+
+    def has_edge(self, source: int, target: int) -> bool:
+        """Whether an edge leads from one node to another."""
+        return target in self.successors[source]
+
+    def descendants(self, start: int) -> set[int]:
+        """All other nodes that are reached from one."""
+        found, pending = {start}, [start]
+        while pending:
+            new = self.successors[pending.pop()].keys() - found
+            found |= new
+            pending += new
+        return found - {start}
+
+    def has_path(self, source: int, target: int) -> bool:
+        """Whether edges lead from one node to another, or both are the same."""
+        return source == target or target in self.descendants(source)
+
+    def sort(self, key: Callable[[int], Any] | None = None) -> list[int]:
+        """Nodes after all that lead to them; nodes in a cycle, and those behind it, are left out.
+
+        Args:
+            key: of several nodes that could be next, the one with the smallest key is; None takes the one that became free first.
+        """
+        waiting = Counter(target for _, target in self.edges())
+        free = [(key(node) if key else i, node) for i, node in enumerate(self.successors) if not waiting[node]]
+        heapq.heapify(free)
+        order: list[int] = []
+        count = len(self.successors)
+        while free:
+            _, node = heapq.heappop(free)
+            order.append(node)
+            for target in self.successors[node]:
+                waiting[target] -= 1
+                if not waiting[target]:
+                    count += 1
+                    heapq.heappush(free, (key(target) if key else count, target))
+        return order
+
+    def components(self) -> list[set[int]]:
+        """Strongly connected components: single nodes, and sets of nodes that lead to each other."""
+        order = self.sort()
+        if len(order) == len(self.successors):
+            return [{node} for node in order]
+        import networkx as nx
+
+        return list(nx.strongly_connected_components(self._as_networkx()))
+
+    def find_cycle(self, component: set[int], start: int) -> list[tuple[int, int]]:
+        """Edges of a cycle within a component that has one, found from a node on."""
+        import networkx as nx
+
+        return [(edge[0], edge[1]) for edge in nx.find_cycle(self._as_networkx().subgraph(component), start)]
+
+    def _as_networkx(self) -> nx.DiGraph[int]:
+        import networkx as nx
+
+        graph: nx.DiGraph[int] = nx.DiGraph()
+        graph.add_nodes_from(self.successors)
+        graph.add_edges_from(self.edges())
+        return graph

@@ -1,0 +1,26 @@
+"""Queues of impulses and custom events, and the mailboxes by which nodes see them."""
+
+from __future__ import annotations
+
+import pytest
+
+from graphengine.format.errors import UsageError
+from graphengine.node.mailbox import IMPULSE, EventQueue, Mailbox, find_impulses
+
+
+def test_each_mailbox_of_a_queue_takes_an_item_once_in_the_tick_after_it_was_posted() -> None:
+    queue = EventQueue("event:bell")
+    one, other = Mailbox(queue), Mailbox(queue)
+    one.post("ring")
+    assert list(one.take()) == []
+    queue.freeze()
+    assert [list(one.take()), list(one.take()), list(other.take())] == [["ring"], [], ["ring"]]
+    queue.freeze()
+    assert list(one.take()) == []
+
+
+def test_an_impulse_goes_to_the_one_node_that_a_name_means() -> None:
+    queues = {f"{IMPULSE}/World/{graph}/Bell": EventQueue(graph) for graph in ("front", "back")}
+    assert find_impulses(queues, "back/Bell") == ("/World/back/Bell", queues[f"{IMPULSE}/World/back/Bell"])
+    with pytest.raises(UsageError, match=r"2 nodes 'Bell'\n  write one of: /World/front/Bell, /World/back/Bell"):
+        find_impulses(queues, "Bell")
