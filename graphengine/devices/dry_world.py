@@ -24,8 +24,8 @@ from graphengine.devices.sensor import (
     pinhole,
 )
 from graphengine.devices.stage import Prim, Stage
-from graphengine.devices.stateful import Shared, Stateful
 from graphengine.format.errors import UnknownEntityError
+from graphengine.format.stateful import Shared, Stateful
 
 
 class DryEntities:

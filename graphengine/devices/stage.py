@@ -22,8 +22,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from graphengine.devices.sensor import Quaternion, Vector3
-from graphengine.devices.stateful import Shared
 from graphengine.format.errors import AmbiguousPrimError, PrimError
+from graphengine.format.stateful import Shared
 from graphengine.format.wording import did_you_mean, listing
 
 PrimKind = Literal[

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from graphengine.devices.stateful import Stateful
+from graphengine.format.stateful import Stateful
 
 
 class Clock(Stateful):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
-from graphengine.devices.stateful import Stateful
+from graphengine.format.stateful import Stateful
 
 BadValues = Literal["drop", "stop"]
 """What becomes of a value from a wire that a node cannot use: it is dropped, or it ends the run."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from graphengine.devices.stateful import Stateful
 from graphengine.format.errors import UsageError
+from graphengine.format.stateful import Stateful
 from graphengine.format.wording import did_you_mean, listing
 
 LETTERS = tuple("ABCDEFGHIJKLMNOPQRSTUVWXYZ")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from graphengine.devices.stateful import Stateful
 from graphengine.format.errors import ContextError, UsageError
+from graphengine.format.stateful import Stateful
 from graphengine.format.wording import did_you_mean, listing
 
 IMPULSE = "impulse:"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
-from graphengine.devices.stateful import Stateful
 from graphengine.format.errors import ContextError
+from graphengine.format.stateful import Stateful
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.node import types
 

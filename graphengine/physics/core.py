@@ -13,8 +13,8 @@ import numpy as np
 from graphengine.devices.rotation import Pose
 from graphengine.devices.sensor import Friction, Light, Vector3
 from graphengine.devices.stage import Prim, PrimKind, Stage, at_or_below
-from graphengine.devices.stateful import Stateful
 from graphengine.format.errors import PrimError
+from graphengine.format.stateful import Stateful
 from graphengine.format.wording import listing
 from graphengine.physics.dynamics.force_limits import ForceLimits
 from graphengine.physics.dynamics.forces import Forces

@@ -36,6 +36,7 @@ class Population:
             UsageError: rays that were asked for cannot meet it. After an error of any kind all is as it was.
         """
         self.put(self._placement(name, use, findings), findings)
+        self._loaded.stage.find(self._loaded.robots[name].prim_path).facts["spawned"] = True
 
     def put(self, placement: Placement, findings: Findings) -> None:
         """The same for a place that was found before."""

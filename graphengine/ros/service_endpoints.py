@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from graphengine.devices.stateful import Stateful
 from graphengine.format.errors import TransportError
+from graphengine.format.stateful import Stateful
 from graphengine.messages import messages
 from graphengine.messages.endpoints import EndpointClaim
 

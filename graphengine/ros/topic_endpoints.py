@@ -7,8 +7,8 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from graphengine.devices.stateful import Shared, Stateful
 from graphengine.format.errors import TransportError
+from graphengine.format.stateful import Shared, Stateful
 from graphengine.messages import messages
 from graphengine.messages.endpoints import EndpointClaim
 from graphengine.messages.template import Encoder

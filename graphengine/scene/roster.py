@@ -72,11 +72,7 @@ class SceneRoster(Roster):
             GraphError: physics, rays or one of its nodes cannot begin. After an error of any kind all is as it was.
         """
         self._population.add(name, use, Findings())
-        self._mark_spawned(name, True)
         return self._begin(name, running)
-
-    def _mark_spawned(self, name: str, spawned: bool) -> None:
-        self._services.stage.find(self._robots[name].prim_path).facts["spawned"] = spawned
 
     def _begin(self, name: str, running: Sequence[GraphRun]) -> list[GraphRun]:
         """The graphs of a robot that was put into the world, set up; after an error the robot is gone again."""
@@ -147,7 +143,7 @@ class SceneRoster(Roster):
             self.remove(name, own)
         for robot, spawned in saved[same:]:
             self._population.put(robot.placement, Findings())
-            self._mark_spawned(robot.name, spawned)
+            self._services.stage.find(robot.prim_path).facts["spawned"] = spawned
             running = [*running, *self._begin(robot.name, running)]
         return running
 

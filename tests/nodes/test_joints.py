@@ -176,7 +176,6 @@ def test_controllers_of_the_same_joints_are_told_of_where_they_are_in_two_graphs
         "scene: a\nworld: worlds/flat_grid.xml\nrobots: {dd100: {use: robots/dd100.yaml}}\ngraphs: {twice: {use: twice.yaml}}\n"
     )
     assembly = build.load(scene)
-    assembly.world.close()
     told = [found.message.partition(" command ")[0] for found in assembly.findings.items if found.code == "W207"]
     assert told == ["dd100/cmd_vel/ArtController and twice/One"]
 

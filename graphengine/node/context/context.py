@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from graphengine.devices.stateful import Shared
+from graphengine.format.stateful import Shared
 from graphengine.node.clock import Clock
 from graphengine.node.context.endpoints import OwnedEndpoints
 from graphengine.node.context.handles import WorldHandles

@@ -8,7 +8,7 @@ from operator import attrgetter
 from typing import Any
 
 from graphengine.devices.sensor import Camera, Picture
-from graphengine.devices.stateful import Shared, Stateful
+from graphengine.format.stateful import Shared, Stateful
 
 
 @dataclass(slots=True)

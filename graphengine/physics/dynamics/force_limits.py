@@ -23,8 +23,8 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.devices.stateful import Stateful
 from graphengine.format.diagnostics import Findings
+from graphengine.format.stateful import Stateful
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.drives import Drive, position_servo, servos, velocity_servo
 from graphengine.physics.model.robot import Robot

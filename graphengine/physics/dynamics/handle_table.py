@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from graphengine.devices.stage import Prim, at_or_below
-from graphengine.devices.stateful import Stateful
+from graphengine.format.stateful import Stateful
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore

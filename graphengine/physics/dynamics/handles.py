@@ -16,8 +16,8 @@ from graphengine.devices.backend import select_joints
 from graphengine.devices.poses import NOWHERE, carrier
 from graphengine.devices.rotation import multiply, rotate
 from graphengine.devices.sensor import Quaternion, Vector3
-from graphengine.devices.stateful import Shared
 from graphengine.format.errors import BadValueError
+from graphengine.format.stateful import Shared
 from graphengine.physics.dynamics.command_limits import Kind, command_limits
 from graphengine.physics.dynamics.handle_table import Handle
 from graphengine.physics.engine import mujoco

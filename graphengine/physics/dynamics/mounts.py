@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.devices.rotation import Pose
-from graphengine.devices.stateful import Stateful
+from graphengine.format.stateful import Stateful
 from graphengine.physics.engine import mujoco
 
 Place = NDArray[np.float64]

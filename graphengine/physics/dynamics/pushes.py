@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.devices.sensor import Vector3
-from graphengine.devices.stateful import Stateful
+from graphengine.format.stateful import Stateful
 from graphengine.physics.engine import mujoco
 
 Floats = NDArray[np.float64]

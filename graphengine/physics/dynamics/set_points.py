@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from graphengine.devices.stateful import Stateful
+from graphengine.format.stateful import Stateful
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.drives import Drive, velocity_servo
 

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from graphengine.devices.rotation import Pose
 from graphengine.devices.sensor import Picture
-from graphengine.devices.stateful import Stateful
 from graphengine.format.errors import RenderError
+from graphengine.format.stateful import Stateful
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.housings import housing_of
 from graphengine.physics.pictures import opengl

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 
-from graphengine.devices.stateful import Stateful
+from graphengine.format.stateful import Stateful
 
 MAX_OPEN = 10_000
 """Calls that wait; beyond, the oldest is given up, as answers of a server that went never come."""

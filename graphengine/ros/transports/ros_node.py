@@ -6,8 +6,8 @@ import threading
 import time
 from collections import Counter
 
-from graphengine.devices.stateful import Stateful
 from graphengine.format.errors import TransportError
+from graphengine.format.stateful import Stateful
 from graphengine.messages import messages, names, qos
 from graphengine.messages.definitions import Definitions
 from graphengine.ros.graph import full_name
