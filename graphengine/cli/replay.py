@@ -109,7 +109,8 @@ def _replay(arguments: argparse.Namespace, recording: Recording, plain: Callable
 
 def _what_to_run(arguments: argparse.Namespace, recording: Recording) -> tuple[Path, Options]:
     """The file and the options: as they were recorded, but for what the command line says."""
-    from graphengine.cli.common import environment, find_file, parse_set, reading_options
+    from graphengine.cli.common import environment, parse_set, reading_options
+    from graphengine.format.files import find_file
     from graphengine.recording import sources
 
     manifest, files = recording.manifest, recording.workspace

@@ -60,10 +60,11 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def draw(assembly: Assembly, arguments: argparse.Namespace) -> int:
     """Write the drawing of all graphs, those with errors too; 1 if there are any."""
-    from graphengine.cli.common import clean, counted, near, print_findings
+    from graphengine.cli.common import clean, counted, print_findings
     from graphengine.drawing import page, svg
     from graphengine.drawing.scheme import make_scheme
     from graphengine.format.errors import UsageError
+    from graphengine.format.files import near
     from graphengine.format.output import write_together
 
     print_findings(assembly.findings, notes=False)

@@ -58,8 +58,9 @@ def size(text: str) -> tuple[int, int]:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when the picture was written, 1 with errors."""
-    from graphengine.cli.common import assemble_to_run, clean, near
+    from graphengine.cli.common import assemble_to_run, clean
     from graphengine.format.errors import UsageError
+    from graphengine.format.files import near
 
     output: Path = arguments.output
     if output.suffix.lower() != ".png" or output.is_dir():
