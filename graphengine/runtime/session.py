@@ -137,7 +137,7 @@ class Session:
             GraphError: physics, rays or one of its nodes cannot begin. After an error of any kind all is as it was.
             UsageError: the session has no scene, or is within a tick.
         """
-        self._admit()
+        self.admit()
         self._ticker.take([*self.graphs, *self._roster.add(name, use)])
         self.inbox.command("spawn", {"name": name, "use": use.model_dump(mode="json")})
         return self._warn_of_overlaps(name)
@@ -149,7 +149,7 @@ class Session:
             UnknownEntityError: there is no such robot.
             UsageError: a graph that is not its own reads something of it, or within a tick.
         """
-        self._admit()
+        self.admit()
         own = self._roster.own(name, self.graphs)
         self._ticker.tell("at_close", own)
         self._roster.remove(name, own)
@@ -181,7 +181,7 @@ class Session:
             UnknownEntityError: there is none of that name.
             UsageError: it cannot be moved, or within a tick.
         """
-        self._admit()
+        self.admit()
         self.services.world.entities.place(name, Move(position, orientation, linear, angular))
         turned = {"quaternion_xyzw": orientation} if orientation is not None else None
         told = {"entity": name, "position": position, "orientation": turned, "linear": linear, "angular": angular}
@@ -207,7 +207,7 @@ class Session:
             UnknownEntityError: there is none of that name.
             UsageError: it cannot be moved, or within a tick.
         """
-        self._admit()
+        self.admit()
         self.services.world.entities.push(name, force, duration, point)
         self.inbox.command("push", {"entity": name, "force": force, "duration": duration, "at": point})
 
@@ -222,7 +222,7 @@ class Session:
             UsageError: no such input, a wired one, a value that a port does not take, or within a tick. Nothing has changed.
             GraphError: a node cannot be set up with the value. The old values are back.
         """
-        self._admit()
+        self.admit()
         ports = find_ports(self.graphs, address, ("inputs",))
         changes = [(port, port.convert(value)) for port in ports]
         with contextlib.ExitStack() as undoing:
@@ -242,7 +242,7 @@ class Session:
         Raises:
             UsageError: there is no such node, there are several, or within a tick.
         """
-        self._admit()
+        self.admit()
         path, queue = find_impulses(self.services.queues, node)
         if not queue.waiting:
             queue.post()
@@ -254,7 +254,7 @@ class Session:
         Raises:
             UsageError: there is no such key, or within a tick.
         """
-        self._admit()
+        self.admit()
         self.services.keys.press(keys)
         self.inbox.command("press", {"keys": list(keys)})
 
@@ -264,18 +264,18 @@ class Session:
         Raises:
             UsageError: there is no such key, or within a tick.
         """
-        self._admit()
+        self.admit()
         self.services.keys.release(keys)
         self.inbox.command("release", {"keys": list(keys)})
 
     def play(self) -> None:
         """Let ticks run."""
-        self._admit()
+        self.admit()
         self._set("playing")
 
     def pause(self) -> None:
         """Hold; `step` still runs single ticks."""
-        self._admit()
+        self.admit()
         self._set("paused" if self.state == "playing" else self.state)
 
     def advance(self, ticks: int) -> None:
@@ -284,7 +284,7 @@ class Session:
         Raises:
             StateError: it plays, or does such ticks already.
         """
-        self._admit()
+        self.admit()
         if self.state == "playing":
             raise StateError("the session is playing; pause it to run single ticks")
         if self.advancing:
@@ -320,7 +320,7 @@ class Session:
             NodeError: a node raised; commands were set to zero.
             PhysicsError: the simulation diverged.
         """
-        self._admit()
+        self.admit()
         if self.state == "stopped":
             self.state = "paused"
         for _ in range(ticks):
@@ -348,7 +348,7 @@ class Session:
             NodeError: a node raised; commands were set to zero.
             PhysicsError: the simulation diverged.
         """
-        self._admit()
+        self.admit()
         self.pace = pace
         self._set("paused" if paused else "playing")
         last = math.inf if seconds is None else self.ticks + round(seconds / self.clock.delta)
@@ -396,8 +396,13 @@ class Session:
         if self._ticker.running:
             raise UsageError("a session can be asked for this between two ticks only, as from `on_tick`")
 
-    def _admit(self) -> None:
-        """Refuse a change within a tick, and of a session that failed."""
+    def admit(self) -> None:
+        """Refuse a change within a tick, or of a session that failed.
+
+        Raises:
+            StateError: the session failed, and its time was not reset.
+            UsageError: within a tick.
+        """
         self._refuse_within_tick()
         if self.state == "failed":
             raise StateError(f"the session failed; reset it first\n  {self._failure.partition(chr(10))[0]}")
