@@ -103,7 +103,8 @@ class Runner:
         self.writers: dict[object, Writer] = {}
         """Writers of the user's messages, by topic, type and transport."""
         self._lock = threading.RLock()
-        self._running = self._closed = False
+        self.closed = False
+        self._running = False
         self._recorder: Recorder | None = None
         if any(finding.code == "N102" for finding in assembly.findings.items):
             raise UsageError(f"{assembly.path} asks for prims of a scene; give one with --scene")
@@ -206,7 +207,7 @@ class Runner:
             StateError: another thread is in, or the session is closed.
         """
         with self._own_thread():
-            if self._closed:
+            if self.closed:
                 raise StateError("the session is closed")
             yield
 
@@ -289,7 +290,7 @@ class Runner:
         with self._own_thread():
             if self._running:
                 raise StateError("the session runs: it cannot be closed from `until`")
-            self._closed = True
+            self.closed = True
             self._closing.close()
 
     def __enter__(self) -> Runner:

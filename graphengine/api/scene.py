@@ -243,26 +243,35 @@ class Scene:
             simulation_interfaces=simulation_interfaces,
             log=log or log_to_logging,
         )
-        return Session(self.runner(options, seed))
-
-    def runner(self, options: RunOptions, seed: int | None = None) -> Runner:
-        """What runs a session; for `graphrun`, which shows more of it than `Session` does.
-
-        Args:
-            options: of the session.
-            seed: of every random generator; that which the scene was loaded with when None.
-        """
-        if options.record is not None:
-            check_recording(options.record, force=options.force)
-        return Runner(self._fresh(self._assembly.options.seed if seed is None else seed), options, self._modules)
-
-    def _fresh(self, seed: int) -> Assembly:
-        """An assembly that no session has used."""
-        assembly, self._unused = self._unused, None
-        if assembly is not None and assembly.options.seed == seed:
-            return assembly
-        return build.assemble(self._assembly.path, replace(self._assembly.options, seed=seed))
+        return Session(start_runner(self, options, seed))
 
     def __repr__(self) -> str:
         robots = ", ".join(list(self._robots)[:5]) + (", …" if len(self._robots) > 5 else "")
         return f"<Scene {self.name}: {len(self._graphs)} graphs, robots: {robots or 'none'}>"
+
+
+def assembly_of(scene: Scene) -> Assembly:
+    """What a scene was read as, for `graphrun`, which shows more of it than `Scene` does."""
+    return scene._assembly
+
+
+def start_runner(scene: Scene, options: RunOptions, seed: int | None = None) -> Runner:
+    """What runs a new session of a scene, for `graphrun`, which shows more of it than `Session` does.
+
+    Args:
+        scene: any number of runners can be started from it.
+        options: of the session.
+        seed: of every random generator; the one that the scene was loaded with when None.
+    """
+    if options.record is not None:
+        check_recording(options.record, force=options.force)
+    loaded = scene._assembly.options
+    return Runner(_unused_assembly(scene, loaded.seed if seed is None else seed), options, scene._modules)
+
+
+def _unused_assembly(scene: Scene, seed: int) -> Assembly:
+    """An assembly that no session has used."""
+    assembly, scene._unused = scene._unused, None
+    if assembly is not None and assembly.options.seed == seed:
+        return assembly
+    return build.assemble(scene._assembly.path, replace(scene._assembly.options, seed=seed))

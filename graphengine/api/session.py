@@ -504,4 +504,5 @@ class Session:
 
     def __repr__(self) -> str:
         inner = self._runner.session
-        return f"<Session of {self._runner.assembly.path.stem}: {inner.state}, t = {inner.time:.3f} s>"
+        state = "closed" if self._runner.closed else inner.state
+        return f"<Session of {self._runner.assembly.path.stem}: {state}, t = {inner.time:.3f} s>"

@@ -16,7 +16,8 @@ from graphengine.cli.units import whole
 from graphengine.format.files import find_file, installed_packages, near
 
 if TYPE_CHECKING:
-    from graphengine.format.diagnostics import Findings
+    from graphengine.api.scene import Scene
+    from graphengine.format.diagnostics import Finding, Findings
     from graphengine.format.errors import GraphError
     from graphengine.scene.assembly import Assembly, Options
 
@@ -196,19 +197,23 @@ def assemble(arguments: argparse.Namespace) -> Assembly:
     return build.assemble(find_file(arguments.file), make_options(arguments))
 
 
-def assemble_to_run(arguments: argparse.Namespace) -> Assembly | None:
-    """The same with its warnings printed; None if there are errors, which are printed too."""
-    assembly = assemble(arguments)
-    print_findings(assembly.findings, notes=False)
-    if not assembly.findings.errors:
-        return assembly
-    assembly.world.close()
-    return None
+def open_scene(arguments: argparse.Namespace) -> Scene | None:
+    """The scene of the given file, with its warnings printed; None if there are errors, which are printed too."""
+    from graphengine.api import scene
+    from graphengine.format.errors import CheckError
+
+    try:
+        opened = scene.open_scene(find_file(arguments.file), make_options(arguments), arguments.modules)
+    except CheckError as error:
+        print_findings(error.findings, notes=False)
+        return None
+    print_findings(opened.findings, notes=False)
+    return opened
 
 
-def print_findings(findings: Findings, *, stream: Any = None, notes: bool = True) -> None:
+def print_findings(findings: Findings | Sequence[Finding], *, stream: Any = None, notes: bool = True) -> None:
     """All findings in order, each with its excerpt; notes only when they are wanted."""
-    for finding in findings.sorted():
+    for finding in findings if isinstance(findings, Sequence) else findings.sorted():
         if notes or finding.severity != "note":
             print(finding.render(), file=stream or sys.stderr)
 
