@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, overload
 
-from graphengine.api.runner import Runner, reading
+from graphengine.api.runner import Runner, acting, reading
+from graphengine.api.topics import M, MessageType, Publication, Subscription, open_subscription
 from graphengine.devices.sensor import Quaternion, Vector3
 from graphengine.devices.stage import Prim
 from graphengine.format.errors import GraphError, UnknownEntityError
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages.names import full_topic, join_namespaces
-
-if TYPE_CHECKING:
-    from graphengine.api.session import Session
-    from graphengine.api.topics import MessageType, Publication, Subscription
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,8 +59,7 @@ class Joint:
 class Robot:
     """A robot of a session, as it is when it is read. `Session.robots` has it."""
 
-    def __init__(self, session: Session, runner: Runner, name: str) -> None:
-        self._session = session
+    def __init__(self, runner: Runner, name: str) -> None:
         self._runner = runner
         self._name = name
 
@@ -101,19 +97,24 @@ class Robot:
         base_link = find_robot(self._runner, self._name).facts["base_link"]
         return join_namespaces(self._runner.session.services.stage.namespaces(base_link))
 
+    @acting
     def publish(self, topic: str, message: Any, every: float | None = None, type: MessageType = None) -> Publication:
         """Publish below the robot's namespace; else as `Session.publish`.
 
         >>> drive = sim.robots["dd100"].publish("cmd_vel", {"linear": {"x": 0.2}})
         """
-        return self._session.publish(full_topic(self.namespace, topic), message, every, type)
+        return Publication(self._runner, full_topic(self.namespace, topic), message, every, type)
 
+    @overload
+    def subscribe(self, topic: str, type: type[M], keep: int = 1000) -> Subscription[M]: ...
+    @overload
+    def subscribe(self, topic: str, type: str | None = None, keep: int = 1000) -> Subscription[Any]: ...
     def subscribe(self, topic: str, type: MessageType = None, keep: int = 1000) -> Subscription[Any]:
         """Subscribe below the robot's namespace; else as `Session.subscribe`.
 
         >>> odom = sim.robots["dd100"].subscribe("odom")
         """
-        return self._session.subscribe(full_topic(self.namespace, topic), type, keep)
+        return open_subscription(self, full_topic(self.namespace, topic), type, keep)
 
     def __repr__(self) -> str:
         try:

@@ -14,9 +14,10 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, Protocol, TypeVar, get_args
 
 from graphengine.format.errors import NodeError, RecordingError, StateError, UsageError
+from graphengine.format.wording import listing
 from graphengine.messages.names import check_namespace
 from graphengine.node.dropped_values import BadValues
 from graphengine.ros.domain import Domain
@@ -108,6 +109,8 @@ class Runner:
         self._recorder: Recorder | None = None
         if any(finding.code == "N102" for finding in assembly.findings.items):
             raise UsageError(f"{assembly.path} asks for prims of a scene; give one with --scene")
+        if options.bad_values not in get_args(BadValues):
+            raise UsageError(f"bad_values: no policy {options.bad_values!r}; {listing(get_args(BadValues))}")
         if options.simulation_interfaces is not None:
             check_namespace(options.simulation_interfaces)
         with ExitStack() as closing:
@@ -326,12 +329,14 @@ def _ending_on_interrupt(session: Session) -> Iterator[None]:
         raise KeyboardInterrupt
 
 
-class _HasRunner(Protocol):
+class HasRunner(Protocol):
+    """Something that its user calls, of one session."""
+
     @property
     def _runner(self) -> Runner: ...
 
 
-S = TypeVar("S", bound=_HasRunner)
+S = TypeVar("S", bound=HasRunner)
 
 
 def reading(method: Callable[Concatenate[S, P], T]) -> Callable[Concatenate[S, P], T]:

@@ -16,6 +16,7 @@ from graphengine.compiler.registry import Registry, default_registry
 from graphengine.format.diagnostics import Finding
 from graphengine.format.errors import UsageError
 from graphengine.format.files import find_file, installed_packages
+from graphengine.format.wording import listing
 from graphengine.messages.endpoints import EndpointClaim
 from graphengine.messages.names import join_namespaces
 from graphengine.node.dropped_values import BadValues
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from graphengine.physics.sensors.rays import RaysChoice
     from graphengine.ros.transports.select import TransportKind
 
+RAYS = ("auto", "mujoco", "fast")
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 
@@ -96,6 +98,8 @@ def load(
         CheckError: the files have errors; its `findings` are all errors, warnings and notes.
         UsageError: an argument makes no sense: no such file, no node that `set` matches.
     """
+    if rays not in RAYS:
+        raise UsageError(f"rays: no rays {rays!r}; {listing(RAYS)}")
     given = {"allow": allow, "message_paths": message_paths, "packages": packages}
     paths = {name: [Path(path) for path in entries] for name, entries in given.items()}
     for name, entries in paths.items():
@@ -133,10 +137,19 @@ def open_scene(path: Path, options: Options, modules: Sequence[str] = ()) -> Sce
 
 
 def _registry(modules: Sequence[str | ModuleType]) -> Registry:
-    """The installed node types and those of some modules."""
+    """The installed node types and those of some modules.
+
+    Raises:
+        UsageError: there is no module of that name.
+    """
     registry = default_registry().copy()
     for module in modules:
-        found = importlib.import_module(module) if isinstance(module, str) else module
+        try:
+            found = importlib.import_module(module) if isinstance(module, str) else module
+        except ModuleNotFoundError as error:
+            if error.name != module:
+                raise
+            raise UsageError(f"modules: {error}") from None
         registry.add_module(found, found.__name__)
     return registry
 

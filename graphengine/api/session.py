@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from graphengine.api.pictures import look, simulated, write_png
 from graphengine.api.robots import Robot, Robots
 from graphengine.api.runner import Runner, acting, reading
-from graphengine.api.topics import M, MessageType, Publication, Subscription, call_service
+from graphengine.api.topics import M, MessageType, Publication, Subscription, call_service, open_subscription
 from graphengine.api.values import Values, plain, read_only
 from graphengine.devices.sensor import Quaternion, Vector3
 from graphengine.format.errors import UsageError
@@ -216,7 +216,7 @@ class Session:
     @overload
     def subscribe(self, topic: str, type: type[M], keep: int = 1000) -> Subscription[M]: ...
     @overload
-    def subscribe(self, topic: str, type: MessageType = None, keep: int = 1000) -> Subscription[Any]: ...
+    def subscribe(self, topic: str, type: str | None = None, keep: int = 1000) -> Subscription[Any]: ...
     def subscribe(self, topic: str, type: MessageType = None, keep: int = 1000) -> Subscription[Any]:
         """Read a topic; from here on its messages are built, its sensors cast and its pictures drawn.
 
@@ -233,11 +233,7 @@ class Session:
         Raises:
             UsageError: no graph knows the topic, or as another type.
         """
-        return self._subscribe(topic, type, keep)
-
-    @acting
-    def _subscribe(self, topic: str, type: MessageType, keep: int) -> Subscription[Any]:
-        return Subscription(self._runner, topic, type, keep)
+        return open_subscription(self, topic, type, keep)
 
     @acting
     def publish(self, topic: str, message: Any, every: float | None = None, type: MessageType = None) -> Publication:
@@ -292,7 +288,7 @@ class Session:
         'dd100_0000'
         """
         prims = self._runner.session.services.stage.prims("robot")
-        return Robots((prim.entity_name, Robot(self, self._runner, prim.entity_name)) for prim in prims)
+        return Robots((prim.entity_name, Robot(self._runner, prim.entity_name)) for prim in prims)
 
     @acting
     def move(
@@ -389,7 +385,7 @@ class Session:
             "robot_state": robot_state,
         }
         self._runner.command("spawn", name=name, use={key: plain(it) for key, it in given.items() if it is not None})
-        return Robot(self, self._runner, name)
+        return Robot(self._runner, name)
 
     @acting
     def remove(self, name: str) -> None:

@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from typing import Any, Generic, TypeVar
 
-from graphengine.api.runner import Runner
+from graphengine.api.runner import HasRunner, Runner, acting
 from graphengine.format.errors import TransportError, UsageError
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages import messages
@@ -92,6 +92,12 @@ class Subscription(Generic[M]):
     def __repr__(self) -> str:
         dropped = f", {self.dropped} dropped" if self.dropped else ""
         return f"<Subscription {self._topic} ({self._type}): {len(self)} messages{dropped}>"
+
+
+@acting
+def open_subscription(user: HasRunner, topic: str, type: MessageType, keep: int) -> Subscription[Any]:
+    """Subscribe for a user of the session; arguments as for `Session.subscribe`."""
+    return Subscription(user._runner, topic, type, keep)
 
 
 class Publication:
@@ -225,7 +231,9 @@ def _find(
         what = "service" if "serve" in directions else "topic"
         hint = near or listing(names, f"{what}s that graphs know")
         raise UsageError(f"no graph knows {what} {full!r}\n  {hint}\n  or give its type: type='package/…/Name'")
-    wanted = full_type(given) if isinstance(given, str) else messages.message_type(given) if given is not None else ""
+    wanted = full_type(given) if isinstance(given, str) else getattr(given, "__msgtype__", "")
+    if given is not None and not wanted:
+        raise UsageError(f"type: expected a message type such as 'nav_msgs/msg/Odometry', or its class, got {given!r}")
     types = list(dict.fromkeys(kind for claim in claims for kind in (claim.message_type, *claim.alternatives)))
     if wanted and types and wanted not in types:
         raise UsageError(f"{full} is {' or '.join(types)}, not {wanted}")

@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from graphengine.api.scene import Scene
     from graphengine.api.session import Session
 
+FixtureScope = Literal["function", "class", "module", "package", "session"]
+
 
 def session(source: str | PathLike[str], **arguments: Any) -> Session:
     """A session of a scene or graph, to be used in a `with` statement.
