@@ -9,8 +9,8 @@ import os
 import re
 import signal
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import FrameType
@@ -105,17 +105,14 @@ class Runner:
         """Writers of the user's messages, by topic, type and transport."""
         self._lock = threading.RLock()
         self.closed = False
-        self._running = False
+        self.running = False
+        """Whether ticks are under way, or called `until`."""
         self._recorder: Recorder | None = None
-        if any(finding.code == "N102" for finding in assembly.findings.items):
-            raise UsageError(f"{assembly.path} asks for prims of a scene; give one with --scene")
-        if options.bad_values not in get_args(BadValues):
-            raise UsageError(f"bad_values: no policy {options.bad_values!r}; {listing(get_args(BadValues))}")
-        if options.simulation_interfaces is not None:
-            check_namespace(options.simulation_interfaces)
         with ExitStack() as closing:
             closing.callback(assembly.world.close)
-            domain = self._domain(os.environ)
+            self._check()
+            own = Domain.from_environment(os.environ)
+            domain = own if options.domain is None else replace(own, id=options.domain)
             self.network = LiveNetwork(
                 functools.partial(self._open_domain, domain), domain.id, self._complain, assembly.definitions
             )
@@ -126,9 +123,7 @@ class Runner:
                 assembly,
                 self.network,
                 domain_id=domain.id,
-                domain_from_environment=Domain.from_environment(os.environ).id
-                if "ROS_DOMAIN_ID" in os.environ
-                else None,
+                domain_from_environment=own.id if "ROS_DOMAIN_ID" in os.environ else None,
                 log=options.log,
                 fault=(options.fault or self._log_fault) if options.keep_going else None,
                 bad_values=options.bad_values,
@@ -140,9 +135,15 @@ class Runner:
             self._offer_simulation_interfaces()
             self._closing = closing.pop_all()
 
-    def _domain(self, environ: Mapping[str, str]) -> Domain:
-        domain = Domain.from_environment(environ)
-        return domain if self.options.domain is None else replace(domain, id=self.options.domain)
+    def _check(self) -> None:
+        """Refuse options that make no sense."""
+        options = self.options
+        if any(finding.code == "N102" for finding in self.assembly.findings.items):
+            raise UsageError(f"{self.assembly.path} asks for prims of a scene; give one with --scene")
+        if options.bad_values not in get_args(BadValues):
+            raise UsageError(f"bad_values: no policy {options.bad_values!r}; {listing(get_args(BadValues))}")
+        if options.simulation_interfaces is not None:
+            check_namespace(options.simulation_interfaces)
 
     def _open_domain(self, domain: Domain, number: int) -> Transport:
         options = self.options
@@ -202,28 +203,29 @@ class Runner:
 
     # Who may call it, and when
 
-    @contextmanager
-    def alone(self) -> Iterator[None]:
-        """Keep other threads out.
+    def enter(self) -> None:
+        """Keep other threads out until `leave`.
 
         Raises:
-            StateError: another thread is in, or the session is closed.
+            StateError: another thread is in.
         """
-        with self._own_thread():
-            if self.closed:
-                raise StateError("the session is closed")
-            yield
-
-    @contextmanager
-    def _own_thread(self) -> Iterator[None]:
         if not self._lock.acquire(blocking=False):
             raise StateError(
                 "another thread uses this session; any thread may call submit and interrupt, no other method"
             )
-        try:
-            yield
-        finally:
-            self._lock.release()
+
+    def leave(self) -> None:
+        """Let other threads in."""
+        self._lock.release()
+
+    def refuse_closed(self) -> None:
+        """Refuse what only an open session can do.
+
+        Raises:
+            StateError: it is closed.
+        """
+        if self.closed:
+            raise StateError("the session is closed")
 
     def command(self, name: str, /, **arguments: Any) -> Any:
         """Do one of the commands of `runtime.commands` at once.
@@ -244,7 +246,7 @@ class Runner:
         on_tick: Callable[[Session], bool] | None = None,
         *,
         paused: bool = False,
-    ) -> None:
+    ) -> bool:
         """Play for some time of simulation, then pause; arguments as for `runtime.session.Session.run`.
 
         Ctrl-C ends it between two ticks, where Python itself handles that signal.
@@ -255,33 +257,48 @@ class Runner:
                 memory, else for real time.
             on_tick: called after each tick; returning False ends the run.
             paused: begin with a pause.
+
+        Returns:
+            Whether the whole time passed.
         """
-        if self._running:
-            raise StateError("the session runs: ticks cannot be asked for from `until`")
         factor = rate if rate is not None else math.inf if self.options.transport == "memory" else 1.0
         if not factor >= SLOWEST:
             raise UsageError(f"rate: expected a factor of real time, at least {SLOWEST:g}, got {rate!r}")
         if seconds is not None and not seconds >= 0.0:
             raise UsageError(f"seconds: expected a time that is not negative, got {seconds!r}")
+        ends = None if seconds is None or math.isinf(seconds) else seconds
+        last = None if ends is None else self.session.ticks + round(ends / self.session.clock.delta)
 
         def after_tick(session: Session) -> bool:
-            for call in tuple(self.after_tick):
-                call(session.clock.frame)
+            self._after_tick()
             return on_tick is None or on_tick(session)
 
-        self._running = True
-        try:
-            with _ending_on_interrupt(self.session):
-                ends = None if seconds is None or math.isinf(seconds) else seconds
-                self.session.run(ends, None if math.isinf(factor) else factor, after_tick, paused=paused)
-        except BaseException as error:
-            if self.session.state == "failed" or isinstance(error, RecordingError):
-                self._end_recording(error)
-            raise
-        finally:
-            self._running = False
-            if self.session.state == "playing":
-                self.session.pause()
+        with _Ticking(self):
+            self.session.run(ends, None if math.isinf(factor) else factor, after_tick, paused=paused)
+        return self.session.ticks == last
+
+    def step(self, ticks: int) -> None:
+        """Run some ticks, as fast as possible; Ctrl-C ends it as it does `run`."""
+        with _Ticking(self):
+            self.session.services.world.realtime = False
+            for _ in range(ticks):
+                self.desk.serve(self.session)
+                if self.session.interrupted:
+                    self.session.interrupted = False
+                    break
+                self.session.step()
+                self._after_tick()
+
+    def _after_tick(self) -> None:
+        for call in tuple(self.after_tick):
+            call(self.session.clock.frame)
+
+    def end_run(self, error: BaseException | None) -> None:
+        """Pause after ticks ran; close the recording after an error that ends it."""
+        if error is not None and (self.session.state == "failed" or isinstance(error, RecordingError)):
+            self._end_recording(error)
+        if self.session.state == "playing":
+            self.session.pause()
 
     def close(self) -> None:
         """End the session, then the recording and the network; safe to call twice.
@@ -290,11 +307,14 @@ class Runner:
             RecordingError: the recording cannot be written.
             StateError: the session runs, or another thread uses it.
         """
-        with self._own_thread():
-            if self._running:
+        self.enter()
+        try:
+            if self.running:
                 raise StateError("the session runs: it cannot be closed from `until`")
             self.closed = True
             self._closing.close()
+        finally:
+            self.leave()
 
     def __enter__(self) -> Runner:
         return self
@@ -303,30 +323,42 @@ class Runner:
         self.close()
 
 
-@contextmanager
-def _ending_on_interrupt(session: Session) -> Iterator[None]:
-    """Let Ctrl-C end a run between two ticks, and a second one at once, where Python itself handles the signal."""
-    own = threading.current_thread() is threading.main_thread()
-    if not own or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
-        yield
-        return
-    pressed = False
+class _Ticking:
+    """While ticks run: no others begin, and Ctrl-C waits for the end of the tick, where Python itself handles that signal.
 
-    def end(number: int, frame: FrameType | None) -> None:
-        nonlocal pressed
-        if pressed:
+    A second Ctrl-C does not wait.
+    """
+
+    __slots__ = ("_handles", "_pressed", "_runner")
+
+    def __init__(self, runner: Runner) -> None:
+        self._runner = runner
+        self._handles = self._pressed = False
+
+    def __enter__(self) -> None:
+        if self._runner.running:
+            raise StateError("the session runs: ticks cannot be asked for from `until`")
+        self._runner.running = True
+        own = threading.current_thread() is threading.main_thread()
+        if own and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+            self._handles = True
+            signal.signal(signal.SIGINT, self._end)
+
+    def _end(self, number: int, frame: FrameType | None) -> None:
+        if self._pressed:
             raise KeyboardInterrupt
-        pressed = True
-        session.interrupt()
+        self._pressed = True
+        self._runner.session.interrupt()
 
-    signal.signal(signal.SIGINT, end)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-    if pressed:
-        session.interrupted = False
-        raise KeyboardInterrupt
+    def __exit__(self, kind: object, error: BaseException | None, traceback: object) -> None:
+        if self._handles:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+        self._runner.running = False
+        self._runner.end_run(error)
+        if self._pressed:
+            self._runner.session.interrupted = False
+            if error is None:
+                raise KeyboardInterrupt
 
 
 class HasRunner(Protocol):
@@ -344,8 +376,13 @@ def reading(method: Callable[Concatenate[S, P], T]) -> Callable[Concatenate[S, P
 
     @functools.wraps(method)
     def guarded(self: S, /, *args: P.args, **kwargs: P.kwargs) -> T:
-        with self._runner.alone():
+        runner = self._runner
+        runner.enter()
+        try:
+            runner.refuse_closed()
             return method(self, *args, **kwargs)
+        finally:
+            runner.leave()
 
     return guarded
 
@@ -355,8 +392,7 @@ def acting(method: Callable[Concatenate[S, P], T]) -> Callable[Concatenate[S, P]
 
     @functools.wraps(method)
     def guarded(self: S, /, *args: P.args, **kwargs: P.kwargs) -> T:
-        with self._runner.alone():
-            self._runner.session.admit()
-            return method(self, *args, **kwargs)
+        self._runner.session.admit()
+        return method(self, *args, **kwargs)
 
-    return guarded
+    return reading(guarded)

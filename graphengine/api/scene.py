@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from graphengine.api.runner import Log, Runner, RunOptions, check_recording, log_to_logging
 from graphengine.api.session import Session
+from graphengine.api.values import plain
 from graphengine.compiler.registry import Registry, default_registry
 from graphengine.format.diagnostics import Finding
 from graphengine.format.errors import UsageError
@@ -107,7 +108,7 @@ def load(
             if not (path.is_dir() or (name == "message_paths" and path.is_file())):
                 raise UsageError(f"{name}: no such folder: {path}")
     options = Options(
-        overrides=dict(set),
+        overrides=plain(set),
         allowed=paths["allow"],
         installed=[*paths["packages"], *installed_packages()],
         message_paths=paths["message_paths"],
@@ -201,12 +202,12 @@ class Scene:
     @property
     def graphs(self) -> Mapping[str, GraphInfo]:
         """Graphs by name, `robot/graph` for those of robots, in the order in which they run."""
-        return self._graphs
+        return MappingProxyType(self._graphs)
 
     @property
     def robots(self) -> Mapping[str, RobotInfo]:
         """Robots by name."""
-        return self._robots
+        return MappingProxyType(self._robots)
 
     def session(
         self,

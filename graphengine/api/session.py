@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
@@ -79,9 +80,10 @@ class Session:
             NodeError: a node raised; commands were set to zero.
             PhysicsError: the simulation diverged.
         """
-        if ticks < 0:
-            raise UsageError(f"ticks: expected a number that is not negative, got {ticks!r}")
-        self._runner.run(ticks * self._runner.session.clock.delta, float("inf"))
+        count = operator.index(ticks)
+        if count < 0:
+            raise UsageError(f"ticks: expected a number that is not negative, got {count}")
+        self._runner.step(count)
 
     @acting
     def run(
@@ -112,8 +114,6 @@ class Session:
             NodeError: a node raised; commands were set to zero.
             PhysicsError: the simulation diverged.
         """
-        inner = self._runner.session
-        last = None if seconds is None else inner.ticks + round(min(seconds, 1e300) / inner.clock.delta)
         held = until is not None and until(self)
 
         def on_tick(_: InnerSession) -> bool:
@@ -121,9 +121,8 @@ class Session:
             held = until is not None and until(self)
             return not held
 
-        if not held:
-            self._runner.run(seconds, rate, on_tick)
-        return held if until is not None else inner.ticks == last
+        passed = not held and self._runner.run(seconds, rate, on_tick)
+        return held if until is not None else passed
 
     def interrupt(self) -> None:
         """End `run` after the tick, or the next `run` before its first; any thread may call it."""
@@ -237,7 +236,7 @@ class Session:
 
     @acting
     def publish(self, topic: str, message: Any, every: float | None = None, type: MessageType = None) -> Publication:
-        """Send a message, which arrives in the next tick as one of another program would. Recorded as such.
+        """Send a message, which arrives as one of another program would, over memory in the next tick. Recorded as such.
 
         >>> drive = sim.publish("/dd100_0000/cmd_vel", {"linear": {"x": 0.5}}, every=0.1)
         >>> sim.run(1.0)
@@ -472,8 +471,8 @@ class Session:
         >>> done.result(timeout=0)
 
         Args:
-            command: `play`, `pause`, `step`, `stop`, `reset`, `rate`, `spawn`, `delete`, `move`, `push`, `set`, `impulse`,
-                `press`, `release`, `state`, or `quit`, which ends `run`.
+            command: `pause` and `stop`, which hold a `run`; `play` and `step`, which let it go on; `quit`, which ends it;
+                `reset`, `rate`, `spawn`, `delete`, `move`, `push`, `set`, `impulse`, `press`, `release`, `state`.
             arguments: as JSON has them.
 
         Returns:

@@ -77,7 +77,7 @@ class Subscription(Generic[M]):
     @property
     def dropped(self) -> int:
         """Number of messages that newer ones replaced, as only `keep` are kept."""
-        return self._arrived - len(self._kept)
+        return max(self._arrived - len(self._kept), 0)
 
     def __iter__(self) -> Iterator[M]:
         return map(self._decode, tuple(self._kept))
@@ -200,6 +200,9 @@ def _writer(
         latched = any(qos.durability == "transientLocal" for qos in read)
         qos = QoS(durability="transientLocal" if latched else "volatile")
         runner.writers[key] = transport.writer(topic, message_type, qos)
+        for end in runner.network.subscriptions:
+            if end.topic == topic:
+                end.follow({message_type})
     return runner.writers[key]
 
 

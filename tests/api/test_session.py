@@ -155,7 +155,7 @@ def test_what_is_submitted_is_done_before_the_next_tick_or_refused(start: Start)
     sim = start(COUNTING)
     state, wrong = sim.submit("state"), sim.submit("stat")
     sim.step()
-    assert (state.result(0)["tick"], state.result(0)["state"]) == (0, "playing")
+    assert (state.result(0)["tick"], state.result(0)["state"]) == (0, "stopped")
     with pytest.raises(ge.UsageError, match="did you mean 'state'"):
         wrong.result(0)
 
