@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -163,7 +164,7 @@ class Scene:
 
     def __init__(self, assembly: Assembly, modules: Sequence[str] = ()) -> None:
         self._assembly = assembly
-        self._unused: Assembly | None = assembly
+        self._unused = [assembly]
         self._modules = modules
         self._findings = tuple(assembly.findings.sorted())
         claims = sorted(assembly.claims, key=lambda claim: (claim.topic, claim.direction, claim.node))
@@ -285,7 +286,8 @@ def start_runner(scene: Scene, options: RunOptions, seed: int | None = None) -> 
 
 def _unused_assembly(scene: Scene, seed: int) -> Assembly:
     """An assembly that no session has used."""
-    assembly, scene._unused = scene._unused, None
-    if assembly is not None and assembly.options.seed == seed:
-        return assembly
+    with contextlib.suppress(IndexError):
+        assembly = scene._unused.pop()  # of two threads one gets it
+        if assembly.options.seed == seed:
+            return assembly
     return build.assemble(scene._assembly.path, replace(scene._assembly.options, seed=seed))

@@ -478,6 +478,9 @@ class Session:
         Returns:
             A future that ends in the session's thread: with the result, what the session raised, UsageError for arguments
             that make no sense, or StateError when the session closes before.
+
+        Raises:
+            UsageError: JSON has nothing like the arguments.
         """
         return self._runner.desk.submit(command, plain(arguments))
 
