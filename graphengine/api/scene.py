@@ -18,7 +18,7 @@ from graphengine.compiler.registry import Registry, default_registry
 from graphengine.format.diagnostics import Finding
 from graphengine.format.errors import UsageError
 from graphengine.format.files import find_file, installed_packages
-from graphengine.format.wording import listing
+from graphengine.format.wording import listing, shown
 from graphengine.messages.endpoints import EndpointClaim
 from graphengine.messages.names import join_namespaces
 from graphengine.node.dropped_values import BadValues
@@ -102,6 +102,14 @@ def load(
     """
     if rays not in RAYS:
         raise UsageError(f"rays: no rays {rays!r}; {listing(RAYS)}")
+    for name, several in (
+        ("allow", allow),
+        ("message_paths", message_paths),
+        ("packages", packages),
+        ("modules", modules),
+    ):
+        if isinstance(several, str):
+            raise UsageError(f"{name}: expected a list, got {shown(several)}")
     given = {"allow": allow, "message_paths": message_paths, "packages": packages}
     paths = {name: [Path(path) for path in entries] for name, entries in given.items()}
     for name, entries in paths.items():
