@@ -1,3 +1,76 @@
-"""OmniGraph-style ActionGraphs in YAML, run against MuJoCo, seen by ROS 2."""
+"""OmniGraph-style ActionGraphs in YAML, run against MuJoCo, seen by ROS 2.
+
+import graphengine as ge
+
+with ge.load("dd100_warehouse").session() as sim:
+odom = sim.subscribe("/dd100_0000/odom")
+sim.publish("/dd100_0000/cmd_vel", {"linear": {"x": 0.5}}, every=0.1)
+sim.run(5.0)
+print(odom.latest.pose.pose.position)
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 from graphengine.format.version import __version__ as __version__
+
+if TYPE_CHECKING:
+    from graphengine.api.robots import Joint as Joint
+    from graphengine.api.robots import Pose as Pose
+    from graphengine.api.robots import Robot as Robot
+    from graphengine.api.robots import Velocity as Velocity
+    from graphengine.api.scene import GraphInfo as GraphInfo
+    from graphengine.api.scene import RobotInfo as RobotInfo
+    from graphengine.api.scene import Scene as Scene
+    from graphengine.api.scene import load as load
+    from graphengine.api.session import Session as Session
+    from graphengine.api.topics import Publication as Publication
+    from graphengine.api.topics import Subscription as Subscription
+    from graphengine.format.errors import CheckError as CheckError
+    from graphengine.format.errors import GraphError as GraphError
+    from graphengine.format.errors import NodeError as NodeError
+    from graphengine.format.errors import PhysicsError as PhysicsError
+    from graphengine.format.errors import RecordingError as RecordingError
+    from graphengine.format.errors import RenderError as RenderError
+    from graphengine.format.errors import StateError as StateError
+    from graphengine.format.errors import TransportError as TransportError
+    from graphengine.format.errors import UnknownEntityError as UnknownEntityError
+    from graphengine.format.errors import UsageError as UsageError
+
+_MODULES = {
+    "api.scene": ("load", "Scene", "GraphInfo", "RobotInfo"),
+    "api.session": ("Session",),
+    "api.topics": ("Subscription", "Publication"),
+    "api.robots": ("Robot", "Pose", "Velocity", "Joint"),
+    "format.errors": (
+        "GraphError",
+        "CheckError",
+        "NodeError",
+        "PhysicsError",
+        "RecordingError",
+        "RenderError",
+        "StateError",
+        "TransportError",
+        "UnknownEntityError",
+        "UsageError",
+    ),
+}
+_ORIGINS = {name: f"{__name__}.{module}" for module, names in _MODULES.items() for name in names}
+
+__all__ = [*_ORIGINS, "__version__"]
+
+if not TYPE_CHECKING:  # so that a misspelt name is an error to mypy and pyright
+
+    def __getattr__(name: str) -> object:
+        """Import what a name stands for when it is first used."""
+        if name not in _ORIGINS:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        import importlib
+
+        globals()[name] = found = getattr(importlib.import_module(_ORIGINS[name]), name)
+        return found
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -20,6 +20,8 @@ DISTRIBUTIONS = {"PIL": "pillow", "collada": "pycollada", "mujoco": "mujoco-core
 """Names of packages on PyPI, by the names of their modules where the two differ."""
 OF_ROS = {"rclpy", "rosidl_runtime_py"}
 """Modules of an installed ROS 2, which PyPI does not have."""
+OF_TESTS = {"pytest"}
+"""What only a user's tests import, by a fixture that `graphengine.testing` makes for them."""
 
 
 def declared(*texts: str) -> set[str]:
@@ -41,7 +43,7 @@ def test_what_is_imported_is_declared_and_what_is_declared_is_imported() -> None
     modules = {name for name in graph.modules if name.partition(".")[0] != "graphengine"}
     extras = PROJECT["optional-dependencies"]
     offered = [text for name, texts in extras.items() if name != "test" for text in texts]
-    imported = {DISTRIBUTIONS.get(name, name) for name in modules - sys.stdlib_module_names - OF_ROS}
+    imported = {DISTRIBUTIONS.get(name, name) for name in modules - sys.stdlib_module_names - OF_ROS - OF_TESTS}
     assert imported == declared(*PROJECT["dependencies"], *offered)
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from graphengine.format.diagnostics import Findings
-    from graphengine.scene.scene import Options
+    from graphengine.scene.loaded_scene import Options
 
 ORDER = ("scene", "robot", "graph", "unreadable")
 """Kinds of files in a folder, in the order in which they are checked."""
@@ -29,8 +29,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 without errors, 1 with."""
-    from graphengine.cli.common import counted, find_file, make_options, print_findings
+    from graphengine.cli.common import counted, make_options, print_findings
     from graphengine.format.diagnostics import Findings, to_json
+    from graphengine.format.files import find_file
 
     options = make_options(arguments)
     findings = Findings()
@@ -70,10 +71,10 @@ def _in_folder(folder: Path) -> list[tuple[str, Path]]:
     Raises:
         UsageError: there are none.
     """
-    from graphengine.cli.common import near
     from graphengine.format import document, spec_reader
     from graphengine.format.diagnostics import Findings
     from graphengine.format.errors import UsageError
+    from graphengine.format.files import near
 
     found: dict[str, list[Path]] = {kind: [] for kind in ORDER}
     for path in sorted(folder.rglob("*.y*ml")):

@@ -13,11 +13,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.units import whole
+from graphengine.format.files import find_file, installed_packages, near
 
 if TYPE_CHECKING:
-    from graphengine.format.diagnostics import Findings
+    from graphengine.api.scene import Scene
+    from graphengine.format.diagnostics import Finding, Findings
     from graphengine.format.errors import GraphError
-    from graphengine.scene.scene import Options, Scene
+    from graphengine.scene.loaded_scene import LoadedScene, Options
 
 
 def add_file_arguments(parser: argparse.ArgumentParser, *, many: bool = False) -> None:
@@ -72,54 +74,6 @@ def add_message_path(parser: argparse.ArgumentParser) -> None:
     add_repeatable(parser, "--msg-path", "PATH", what, type=Path)
 
 
-def find_file(name: str) -> Path:
-    """The file that the command line means, as short as it can be written.
-
-    Raises:
-        UsageError: there is none.
-    """
-    from graphengine.format.errors import UsageError
-    from graphengine.format.files import NotFoundError, find_given
-
-    failures = []
-    for folder in ("scenes", "graphs"):
-        try:
-            path = find_given(name, folder)
-        except NotFoundError as error:
-            failures.append(error)
-            continue
-        return Path(near(str(path)))
-    if os.path.exists(name):
-        require_file(name)
-    hints = [_beside(name), *(line for failure in failures for line in failure.help)]
-    near_ones = [line for line in hints if line.startswith("did you mean")]
-    raise UsageError("\n  ".join([failures[0].message, *dict.fromkeys(near_ones or filter(None, hints))]))
-
-
-def require_file(path: str | Path) -> None:
-    """Refuse a path that a plain `open` might wait at for ever.
-
-    Raises:
-        UsageError: nothing is there, or a folder, pipe or device.
-    """
-    from graphengine.format.errors import UsageError
-
-    if not os.path.isfile(path):
-        raise UsageError(f"{path}: not a regular file" if os.path.exists(path) else f"no file {str(path)!r}")
-
-
-def _beside(name: str) -> str:
-    """A file with a like name in the same folder."""
-    from graphengine.format.wording import did_you_mean
-
-    folder = os.path.dirname(name)
-    try:
-        there = os.listdir(folder or ".")
-    except (OSError, ValueError):
-        return ""
-    return did_you_mean(name, [os.path.join(folder, other) for other in there if other.endswith((".yaml", ".yml"))])
-
-
 def clean(text: str) -> str:
     """Lines that cannot steer a terminal."""
     return "".join(c if c.isprintable() or c == "\n" else "\N{REPLACEMENT CHARACTER}" for c in text)
@@ -135,12 +89,6 @@ def explain(error: GraphError) -> str:
     own = [frame for frame in frames if frame.filename != executor.__file__ and not frame.filename.startswith("<")]
     places = [f"  in {frame.name}, {near(frame.filename)}:{frame.lineno}: {frame.line or ''}" for frame in own]
     return clean("\n".join([str(error), *dict.fromkeys(places[:1] + places[-1:])]))
-
-
-def near(path: str) -> str:
-    """A path as short as it can be written."""
-    relative = os.path.relpath(path)
-    return path if relative.startswith("..") else relative
 
 
 def counted(number: int, thing: str) -> str:
@@ -174,7 +122,7 @@ def reading_options(arguments: argparse.Namespace) -> Options:
         UsageError: a file or folder that is not there.
     """
     from graphengine.format.errors import UsageError
-    from graphengine.scene.scene import Options
+    from graphengine.scene.loaded_scene import Options
 
     for folder in arguments.allow:
         if not folder.is_dir():
@@ -196,12 +144,6 @@ def message_paths(arguments: argparse.Namespace) -> list[Path]:
         if not (path.is_file() or path.is_dir()):
             raise UsageError(f"--msg-path {path}: no such file or folder")
     return given
-
-
-def installed_packages() -> list[Path]:
-    """Folders of the ROS packages of the workspaces that were sourced."""
-    prefixes = filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))
-    return [Path(prefix).absolute() / "share" for prefix in prefixes]
 
 
 def make_registry(modules: Sequence[str]) -> Any:
@@ -232,41 +174,46 @@ def _failure(error: BaseException, name: str) -> str:
     return f"{what} ({near(frames[-1].filename)}:{frames[-1].lineno})" if frames else what
 
 
-def parse_set(text: str) -> tuple[str, Any]:
-    """`Node.port=value` as target and YAML value."""
+def parse_set(text: str, option: str = "--set ") -> tuple[str, Any]:
+    """`Node.port=value` as target and YAML value; the option stands before the text in errors."""
     from graphengine.format import document
     from graphengine.format.diagnostics import Findings
     from graphengine.format.errors import UsageError
 
     target, equals, value = text.partition("=")
     if not equals or "." not in target:
-        raise UsageError(f"--set {text}: write NODE.PORT=VALUE")
+        raise UsageError(f"{option}{text}: write NODE.PORT=VALUE")
     findings = Findings()
     parsed = document.parse(value or '""', "--set", findings)
     if parsed is None or findings.errors:
-        raise UsageError(f"--set {text}: {findings.errors[0].message}")
+        raise UsageError(f"{option}{text}: {findings.errors[0].message}")
     return target.strip(), parsed.data
 
 
-def load(arguments: argparse.Namespace) -> Scene:
+def load(arguments: argparse.Namespace) -> LoadedScene:
     """The checked scene of the given file."""
     from graphengine.scene import build
 
     return build.load(find_file(arguments.file), make_options(arguments))
 
 
-def load_to_run(arguments: argparse.Namespace) -> Scene | None:
-    """The same with its warnings printed; None if there are errors, which are printed too."""
-    scene = load(arguments)
-    print_findings(scene.findings, notes=False)
-    if not scene.findings.errors:
-        return scene
-    return None
+def open_scene(arguments: argparse.Namespace) -> Scene | None:
+    """The scene of the given file, with its warnings printed; None if there are errors, which are printed too."""
+    from graphengine.api import scene
+    from graphengine.format.errors import CheckError
+
+    try:
+        opened = scene.open_scene(find_file(arguments.file), make_options(arguments), arguments.modules)
+    except CheckError as error:
+        print_findings(error.findings, notes=False)
+        return None
+    print_findings(opened.findings, notes=False)
+    return opened
 
 
-def print_findings(findings: Findings, *, stream: Any = None, notes: bool = True) -> None:
+def print_findings(findings: Findings | Sequence[Finding], *, stream: Any = None, notes: bool = True) -> None:
     """All findings in order, each with its excerpt; notes only when they are wanted."""
-    for finding in findings.sorted():
+    for finding in findings if isinstance(findings, Sequence) else findings.sorted():
         if notes or finding.severity != "note":
             print(finding.render(), file=stream or sys.stderr)
 

@@ -26,8 +26,10 @@ class Console:
 
     LIVE, PLAIN = 0.25, 10.0  # seconds of wall time between two lines
 
-    def __init__(self, network: LiveNetwork) -> None:
-        self.network = network
+    network: LiveNetwork
+    """Of the session, to be set before the first tick."""
+
+    def __init__(self) -> None:
         self.terminal = sys.stderr is not None and sys.stderr.isatty()
         self.said: set[tuple[str, str, str]] = set()
         self.faults = 0

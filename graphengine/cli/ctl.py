@@ -27,6 +27,7 @@ EXAMPLES = """examples:
   graphrun ctl push dd100 --force 0,80,0 --for 0.5s
   graphrun ctl move dd100 0 4 --yaw 90deg
   graphrun ctl spawn second robots/dd100.yaml --at 0,6,0.03 --namespace second
+  graphrun ctl set DiffController.maxLinearSpeed=0.5
   graphrun ctl reset --scope state
 
 A run answers to the user who started it, on the same machine, whatever its transport. What is asked for is done between two
@@ -79,6 +80,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     rate.add_argument("factor", metavar="FACTOR", type=_rate, help="realtime, max, or a factor of real time")
     _add_robots(add)
     _add_forces(add)
+    put = add("set", "give an input of a node another value", _set)
+    values = "[ROBOT/][GRAPH/]NODE.PORT=VALUE of an input that no wire feeds; globs allowed"
+    put.add_argument("input", metavar="NODE.PORT=VALUE", help=values)
     impulse = add("impulse", "let an OnImpulseEvent node fire", lambda given: {"node": given.node})
     impulse.add_argument("node", metavar="NODE", help="its prim path, or as much of the end as no other has")
     for name, summary in (("press", "hold keys down"), ("release", "let go of keys")):
@@ -167,6 +171,13 @@ def _move(given: argparse.Namespace) -> dict[str, Any]:
         "linear": given.linear,
         "angular": given.angular,
     }
+
+
+def _set(given: argparse.Namespace) -> dict[str, Any]:
+    from graphengine.cli.common import parse_set
+
+    address, value = parse_set(given.input, "")
+    return {"address": address, "value": value}
 
 
 def _push(given: argparse.Namespace) -> dict[str, Any]:

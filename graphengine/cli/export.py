@@ -24,7 +24,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when the script is written, 1 when the graph has errors or nothing in Isaac Sim is like it, which is told."""
-    from graphengine.cli.common import clean, load_to_run, print_findings
+    from graphengine.api.scene import loaded_of
+    from graphengine.cli.common import clean, open_scene, print_findings
     from graphengine.format.diagnostics import Findings
     from graphengine.format.errors import UsageError
     from graphengine.format.output import write_together
@@ -33,11 +34,11 @@ def execute(arguments: argparse.Namespace) -> int:
     output = arguments.output
     if output is not None and output.exists() and not arguments.force:
         raise UsageError(f"{output}: already there; --force writes over it")
-    scene = load_to_run(arguments)
+    scene = open_scene(arguments)
     if scene is None:
         return 1
     findings = Findings()
-    graphs = scene.planned
+    graphs = loaded_of(scene).planned
     _check_one(arguments.file, len(graphs), findings)
     script = write_script(graphs[0], findings) if graphs else ""
     print_findings(findings, notes=False)

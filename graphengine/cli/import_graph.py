@@ -98,8 +98,8 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _check_usage(arguments: argparse.Namespace) -> None:
-    from graphengine.cli.common import require_file
     from graphengine.format.errors import UsageError
+    from graphengine.format.files import require_file
 
     require_file(arguments.file)
     if arguments.file.suffix not in (".py", ".usd", ".usda", ".usdc", ".usdz"):
@@ -185,7 +185,8 @@ def _origin(path: Path, graph: RecordedGraph) -> str:
 
 def _report(files: dict[Path, str], graphs: Sequence[RecordedGraph], findings: Findings) -> Iterator[str]:
     """What was written, for people."""
-    from graphengine.cli.common import counted, near
+    from graphengine.cli.common import counted
+    from graphengine.format.files import near
 
     for path, graph in zip(files, graphs, strict=True):
         parts = counted(len(graph.nodes), "node"), counted(len(graph.wires), "wire")

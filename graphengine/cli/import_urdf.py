@@ -139,8 +139,8 @@ def _origin(arguments: argparse.Namespace, findings: Findings) -> Origin | None:
 
 
 def _from_file(arguments: argparse.Namespace, findings: Findings) -> Origin | None:
-    from graphengine.cli.common import near, require_file
     from graphengine.format.errors import UsageError
+    from graphengine.format.files import near, require_file
     from graphengine.physics.description import xacro
     from graphengine.physics.files.packages import Packages
     from graphengine.physics.files.xml import read
@@ -168,8 +168,7 @@ def _from_file(arguments: argparse.Namespace, findings: Findings) -> Origin | No
 
 def _files(given: Path, arguments: argparse.Namespace) -> Files:
     """What may be read: the description's package whole, and what the command line allows."""
-    from graphengine.cli.common import installed_packages
-    from graphengine.format.files import Files
+    from graphengine.format.files import Files, installed_packages
 
     package = next((folder for folder in given.absolute().parents if (folder / "package.xml").is_file()), None)
     allowed = [*arguments.allow, *arguments.package_path, *([package] if package is not None else [])]
@@ -198,7 +197,8 @@ def _report(imported: Imported, findings: Findings) -> None:
     """What was found, for people."""
     from collections import Counter
 
-    from graphengine.cli.common import clean, counted, near
+    from graphengine.cli.common import clean, counted
+    from graphengine.format.files import near
     from graphengine.format.wording import listing
     from graphengine.physics.description.draft import left_behind, track, wheels
 

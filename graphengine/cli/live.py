@@ -74,7 +74,8 @@ class Live:
     """
 
     def __init__(self, arguments: argparse.Namespace, node: str | None = None) -> None:
-        from graphengine.cli.common import installed_packages, message_paths
+        from graphengine.cli.common import message_paths
+        from graphengine.format.files import installed_packages
         from graphengine.messages.definitions import DEFINITIONS
         from graphengine.ros.domain import Domain
         from graphengine.ros.transports.select import open_transport

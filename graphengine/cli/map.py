@@ -60,8 +60,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when both files were written, 1 when the scene has errors."""
-    from graphengine.cli.common import clean, find_file, near
+    from graphengine.cli.common import clean
     from graphengine.format.errors import PrimError, UsageError
+    from graphengine.format.files import find_file, near
     from graphengine.physics.occupancy.chart import make_map
     from graphengine.physics.occupancy.files import write_map
 

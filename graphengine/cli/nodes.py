@@ -85,8 +85,9 @@ def _with_message(cls: type[Node], registry: Registry, arguments: argparse.Names
     Raises:
         UsageError: there is no such message, or the type grows nothing from one.
     """
-    from graphengine.cli.common import installed_packages, message_paths
+    from graphengine.cli.common import message_paths
     from graphengine.format.errors import ContextError, UsageError
+    from graphengine.format.files import installed_packages
     from graphengine.node.node_class import grown
 
     parts = arguments.message.split("/")

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from graphengine.recording.reader import Recording
     from graphengine.recording.replay import Difference, Replay
     from graphengine.runtime.session import Session
-    from graphengine.scene.scene import Options
+    from graphengine.scene.loaded_scene import Options
 
 LONGEST = 80
 """Characters of a port's value that are told."""
@@ -108,7 +108,8 @@ def _replay(arguments: argparse.Namespace, recording: Recording, plain: Callable
 
 def _what_to_run(arguments: argparse.Namespace, recording: Recording) -> tuple[Path, Options]:
     """The file and the options: as they were recorded, but for what the command line says."""
-    from graphengine.cli.common import environment, find_file, parse_set, reading_options
+    from graphengine.cli.common import environment, parse_set, reading_options
+    from graphengine.format.files import find_file
 
     manifest, files = recording.manifest, recording.workspace
     options = replace(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import math
 import os
-import re
 import signal
 import sys
 from collections.abc import Callable, Iterator
@@ -18,10 +17,8 @@ from graphengine.cli.console import Console
 from graphengine.cli.units import duration, rate
 
 if TYPE_CHECKING:
-    from graphengine.ros.network import LiveNetwork
     from graphengine.runtime.desk import Desk
     from graphengine.runtime.session import Session
-    from graphengine.scene.scene import Scene
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -67,88 +64,52 @@ def _namespace(text: str) -> str:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when it ran to its end or was stopped, 1 with errors."""
-    from graphengine.cli.common import clean, counted, load_to_run
+    from graphengine.api.runner import RunOptions, check_recording
+    from graphengine.api.scene import start_runner
+    from graphengine.cli.common import clean, counted, open_scene
     from graphengine.format.errors import UsageError
-    from graphengine.runtime.desk import Desk
-    from graphengine.scene import build
 
-    _check_recording(arguments)
-    scene = load_to_run(arguments)
+    if arguments.record is not None:
+        try:
+            check_recording(arguments.record, force=arguments.force)
+        except UsageError as error:
+            raise UsageError(f"--record {error}") from None
+    scene = open_scene(arguments)
     if scene is None:
         return 1
-    if any(finding.code == "N102" for finding in scene.findings.items):
-        raise UsageError(f"{scene.path} asks for prims of a scene; give one with --scene")
-    network, domain_id = _open_network(arguments, scene, lambda text: console.say("warning", "", text))
-    console = Console(network)
-    environment = domain_id if "ROS_DOMAIN_ID" in os.environ else None
-    session = build.start(
-        scene,
-        network,
-        domain_id=domain_id,
-        domain_from_environment=environment,
-        log=console.say,
-        fault=console.fault if arguments.keep_going else None,
+    console = Console()
+    options = RunOptions(
+        transport=arguments.transport,
+        keep_going=arguments.keep_going,
         bad_values=arguments.bad_values,
+        record=arguments.record,
+        force=arguments.force,
+        simulation_interfaces=arguments.simulation_interfaces,
+        log=console.say,
+        fault=console.fault,
+        patient=arguments.rate is not None and math.isinf(arguments.rate),
     )
-    session.desk = desk = Desk()
+    runner = start_runner(scene, options)
+    session, loaded = runner.session, runner.scene
+    console.network = runner.network
     with (
         _Signals(session),
-        _channel(arguments, desk, console),
-        session,
-        _recorder(arguments, scene, session, network),
+        _channel(arguments, runner.desk, console),
+        runner,
         _keys(session, console) as on_tick,
     ):
-        graphs = counted(len(scene.planned), "graph")
-        what = f"{scene.path}: {graphs}, {1.0 / session.clock.delta:g} Hz; {network.description}"
+        graphs = counted(len(loaded.planned), "graph")
+        what = f"{loaded.path}: {graphs}, {1.0 / session.clock.delta:g} Hz; {runner.network.description}"
         rays = session.services.world.rays_in_use
         what += (f"; rays {rays}" if rays else "") + (f"; recorded to {arguments.record}" if arguments.record else "")
         console.tell(clean(what))
-        _offer_simulation_interfaces(arguments, desk, scene, network)
         console.begin()
-        factor = arguments.rate or (math.inf if arguments.transport == "memory" else 1.0)
         try:
-            pace = None if math.isinf(factor) else factor
-            session.run(arguments.duration, pace, on_tick, paused=arguments.paused)
+            runner.run(arguments.duration, arguments.rate, on_tick, paused=arguments.paused)
             session.end()
         finally:
             console.summarize(session)
     return 0
-
-
-def _check_recording(arguments: argparse.Namespace) -> None:
-    """Refuse before anything is loaded what `--record` cannot mean.
-
-    Raises:
-        UsageError: a name that no reader of bags knows, a folder that is not there, or a file that is.
-    """
-    from graphengine.format.errors import UsageError
-
-    path: Path | None = arguments.record
-    if path is None:
-        return
-    if path.suffix != ".mcap" or not path.parent.is_dir() or path.is_dir():
-        raise UsageError(f"--record {path}: write the name of a file in a folder that is there, such as out.mcap")
-    if path.exists() and not arguments.force:
-        raise UsageError(f"--record {path}: already there; --force writes over it")
-
-
-def _recorder(
-    arguments: argparse.Namespace, scene: Scene, session: Session, network: LiveNetwork
-) -> AbstractContextManager[object]:
-    """What takes the run down, if that is wanted."""
-    if arguments.record is None:
-        return nullcontext()
-    from graphengine.recording.recorder import Recorder
-
-    return Recorder(
-        session,
-        network,
-        scene,
-        arguments.record,
-        force=arguments.force,
-        keep_going=arguments.keep_going,
-        modules=arguments.modules,
-    )
 
 
 def _channel(arguments: argparse.Namespace, desk: Desk, console: Console) -> AbstractContextManager[object]:
@@ -184,45 +145,6 @@ def _keys(session: Session, console: Console) -> Iterator[Callable[[Session], bo
             return console.on_tick(session)
 
         yield on_tick
-
-
-def _open_network(
-    arguments: argparse.Namespace, scene: Scene, complain: Callable[[str], None]
-) -> tuple[LiveNetwork, int]:
-    """The network on the domain that the environment names."""
-    from dataclasses import replace
-
-    from graphengine.ros.domain import Domain
-    from graphengine.ros.network import LiveNetwork
-    from graphengine.ros.transports.select import open_transport
-
-    domain, definitions = Domain.from_environment(os.environ), scene.definitions
-    name = re.sub(r"\A(?![A-Za-z])", "graph_", re.sub(r"[^A-Za-z0-9_]", "_", scene.path.stem))
-
-    def open_domain(number: int) -> Any:
-        there = replace(domain, id=number)
-        patient = arguments.rate is not None and math.isinf(arguments.rate)
-        return open_transport(
-            arguments.transport,
-            there,
-            name,
-            arguments.simulation_interfaces or "/",
-            environ=os.environ,
-            definitions=definitions,
-            patient=patient,
-        )
-
-    return LiveNetwork(open_domain, domain.id, complain, definitions), domain.id
-
-
-def _offer_simulation_interfaces(arguments: argparse.Namespace, desk: Desk, scene: Scene, network: LiveNetwork) -> None:
-    """The services by which ROS 2 programs control simulators, if they are wanted, until the network is closed."""
-    if arguments.simulation_interfaces is not None:
-        from graphengine.control.simulation_interfaces.server import SimulationInterfaces
-
-        SimulationInterfaces(
-            desk, scene, network.transport(0), network.complain, namespace=arguments.simulation_interfaces
-        )
 
 
 class _Signals:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from graphengine.compiler.graph import Graph, Wire
     from graphengine.compiler.plan import Call, Region
-    from graphengine.scene.scene import Scene
+    from graphengine.scene.loaded_scene import LoadedScene
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -57,12 +57,13 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def draw(scene: Scene, arguments: argparse.Namespace) -> int:
+def draw(scene: LoadedScene, arguments: argparse.Namespace) -> int:
     """Write the drawing of all graphs, those with errors too; 1 if there are any."""
-    from graphengine.cli.common import clean, counted, near, print_findings
+    from graphengine.cli.common import clean, counted, print_findings
     from graphengine.drawing import page, svg
     from graphengine.drawing.scheme import make_scheme
     from graphengine.format.errors import UsageError
+    from graphengine.format.files import near
     from graphengine.format.output import write_together
 
     print_findings(scene.findings, notes=False)

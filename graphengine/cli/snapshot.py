@@ -4,26 +4,21 @@ from __future__ import annotations
 
 import argparse
 import colorsys
-import contextlib
-import io
+import math
 import re
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from graphengine.api.scene import Scene
     from graphengine.devices.sensor import Picture
-    from graphengine.devices.stage import Prim
     from graphengine.physics.pictures.rendering import Image
-    from graphengine.physics.simulation import Simulation
-    from graphengine.scene.scene import Scene
 
-SIZE = (1280, 720)
-"""Of a view without one."""
 MILLIMETRES = 1000
 """In a metre: what a picture of distances counts in, as ROS does in depth images of 16 bits."""
 
@@ -58,24 +53,26 @@ def size(text: str) -> tuple[int, int]:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when the picture was written, 1 with errors."""
-    from graphengine.cli.common import clean, load_to_run, near
+    from graphengine.api.pictures import write_png
+    from graphengine.cli.common import clean, open_scene
     from graphengine.format.errors import UsageError
+    from graphengine.format.files import near
 
     output: Path = arguments.output
     if output.suffix.lower() != ".png" or output.is_dir():
         raise UsageError(f"-o {output}: write the name of a PNG file, such as snapshot.png")
-    scene = load_to_run(arguments)
+    scene = open_scene(arguments)
     if scene is None:
         return 1
     picture, labels = _take(scene, arguments)
     if arguments.depth:
-        _write(_millimetres(picture.depth), output)
+        write_png(_millimetres(picture.depth), output)
     elif arguments.segmentation:
         assert picture.segmentation is not None
-        _write(_colours(picture.segmentation), output)
+        write_png(_colours(picture.segmentation), output)
         print(clean(_table(picture.segmentation, labels)))
     else:
-        _write(picture.rgb, output)
+        write_png(picture.rgb, output)
     height, width = picture.depth.shape
     print(
         clean(f"{near(str(output))}: {arguments.camera} at t = {arguments.at:g} s, {width} x {height}"), file=sys.stderr
@@ -85,71 +82,32 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _take(scene: Scene, arguments: argparse.Namespace) -> tuple[Picture | Image, Mapping[int, str]]:
     """Run the scene with nobody on its network, and take the picture and the paths of its prims' numbers."""
+    from graphengine.api.pictures import find_camera, look, simulated
+    from graphengine.api.runner import RunOptions
+    from graphengine.api.scene import loaded_of, start_runner
     from graphengine.format.errors import UsageError
-    from graphengine.physics.simulation import Simulation
-    from graphengine.ros.network import LiveNetwork
-    from graphengine.ros.transports.memory.memory import MemoryTransport
-    from graphengine.scene import build
 
-    if scene.world is None:
-        raise UsageError(f"{scene.path} is a graph without a scene, and nothing is to be seen; give one with --scene")
-    prim = _camera(scene.world.simulation, arguments.camera)
+    loaded = loaded_of(scene)
+    if loaded.world is None:
+        raise UsageError(f"{loaded.path} is a graph without a scene, and nothing is to be seen; give one with --scene")
+    try:
+        prim = find_camera(loaded.world.simulation, arguments.camera)
+    except UsageError as error:
+        raise UsageError(f"--camera {error}") from None
     if arguments.depth and prim is None:
         raise UsageError(f"--depth: {arguments.camera} is a view, which has no range; name the prim of a camera")
-    transport = MemoryTransport(definitions=scene.definitions)
-    network = LiveNetwork(lambda _: transport, 0, lambda text: _log("warning", "network", text), scene.definitions)
-    with build.start(scene, network, log=_log) as session:
-        session.run(arguments.at)
-        world = session.services.world
-        assert isinstance(world, Simulation)
-        return _look(world, prim, arguments), world.studio.labels
+    with start_runner(scene, RunOptions(domain=0, log=_log)) as runner:
+        runner.run(arguments.at, math.inf)
+        world = simulated(runner.session.services.world)
+        picture = look(world, arguments.camera, arguments.size, segmentation=arguments.segmentation)
+        return picture, world.studio.labels
 
 
 def _log(severity: str, node: str, message: str) -> None:
     from graphengine.cli.common import clean
 
     if severity != "info":
-        print(clean(f"{severity}: {node}: {message}"), file=sys.stderr)
-
-
-def _camera(world: Simulation, name: str) -> Prim | None:
-    """The prim of the camera that a name or path means; None where it is a view.
-
-    Raises:
-        UsageError: it means neither, or several cameras.
-    """
-    from graphengine.format.errors import PrimError, UsageError
-    from graphengine.format.wording import did_you_mean, listing
-    from graphengine.physics.pictures import views
-
-    known, stage = views.names(world), world.stage
-    if name in known:
-        return None
-    cameras = list(stage.prims("camera"))
-    named = [prim for prim in cameras if prim.name == name]
-    with contextlib.suppress(PrimError):
-        named = named or [prim for prim in cameras if prim is stage.find(name)]
-    if len(named) == 1:
-        return named[0]
-    paths = [prim.path for prim in named or cameras]
-    if named:
-        raise UsageError(f"--camera {name}: this could mean {len(named)} cameras\n  {listing(paths, 'write one of')}")
-    near = did_you_mean(name, [*known, *paths, *(prim.name for prim in cameras)])
-    raise UsageError(
-        f"--camera {name}: there is no such view, and no camera there\n  "
-        + (near or f"{listing(known, 'views')}\n  {listing(paths, 'cameras')}")
-    )
-
-
-def _look(world: Simulation, prim: Prim | None, arguments: argparse.Namespace) -> Picture | Image:
-    """What a camera sees, as its readers get it; or a view, drawn for people."""
-    from graphengine.physics.pictures import views
-
-    segmentation: bool = arguments.segmentation
-    if prim is not None:
-        return world.camera(prim, arguments.size).picture(segmentation=segmentation)
-    view = views.find_view(world, arguments.camera, arguments.size or SIZE)
-    return views.draw(world, view, segmentation=segmentation)
+        print(clean(f"{severity}: {node + ': ' if node else ''}{message}"), file=sys.stderr)
 
 
 def _millimetres(depth: NDArray[np.float32]) -> NDArray[np.uint16]:
@@ -188,18 +146,3 @@ def _table(numbers: NDArray[np.int32], labels: Mapping[int, str]) -> str:
             for number, count in zip(found.tolist(), counts.tolist(), strict=True)
         ]
     )
-
-
-def _write(pixels: NDArray[Any], path: Path) -> None:
-    """Write a PNG.
-
-    Raises:
-        OSError: it cannot be written there.
-    """
-    from PIL import Image
-
-    from graphengine.format.output import write_together
-
-    content = io.BytesIO()
-    Image.fromarray(pixels).save(content, "PNG", optimize=True)
-    write_together({path: content.getvalue()})

@@ -68,6 +68,8 @@ def source_of(plan: Plan) -> Source:
 def _write_source(plan: Plan) -> Source:
     """Functions: `constants`, `pass_` for ticks, `ENDINGS` for between, and one a pusher's region."""
     source = Source(f"<graph: {plan.path} #{next(_serial)}>")
+    source.add([f"s{data} = 1" for data in plan.flagged])
+    source.add([f"l{index} = 0" for index, _ in plan.root.pending])
     _write_constants(plan, source)
     for region in reversed(plan.regions):  # children first reads like definitions before use
         _write_region(plan, region, source)
@@ -270,7 +272,7 @@ def bind_observed(
     text = _FUNCTIONS.sub(r"observed_\1(", source.text)
     functions |= {f"c{index}": compute for index, compute in computes.items()}  # bound where the functions are defined
     exec(compile(text, source.name, "exec"), functions)
-    functions |= {name: plain[name] for name in plain if name[0] == "c"}
+    functions |= plain  # computes, and flags as they are
     observed: Callable[[], None] = functions["observed_pass_"]
     return observed
 
@@ -301,6 +303,5 @@ def bind(
     namespace |= types.CONVERTERS
     namespace |= {f"n{i}": node for i, node in enumerate(nodes)}
     namespace |= {f"c{i}": _bounded(node) if node.kind() == "pusher" else node.compute for i, node in enumerate(nodes)}
-    namespace |= {f"s{data}": 1 for data in plan.flagged} | {f"l{index}": 0 for index, _ in plan.root.pending}
     exec(source.code, namespace)  # our own text: names in it are indices and fields of classes
     return namespace

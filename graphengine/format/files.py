@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from graphengine.format.errors import UsageError
 from graphengine.format.wording import did_you_mean
 
 
@@ -140,3 +141,56 @@ def find_given(name: str, folder: str) -> Path:
         did_you_mean(name, known),
         f"{folder} that ship: {', '.join(known)}" if known else "",
     )
+
+
+def find_file(name: str) -> Path:
+    """The file that a user means: a path, or the name of a scene or graph that ships; as short as it can be written.
+
+    Raises:
+        UsageError: there is none.
+    """
+    failures = []
+    for folder in ("scenes", "graphs"):
+        try:
+            path = find_given(name, folder)
+        except NotFoundError as error:
+            failures.append(error)
+            continue
+        return Path(near(str(path)))
+    if os.path.exists(name):
+        require_file(name)
+    hints = [_beside(name), *(line for failure in failures for line in failure.help)]
+    near_ones = [line for line in hints if line.startswith("did you mean")]
+    raise UsageError("\n  ".join([failures[0].message, *dict.fromkeys(near_ones or filter(None, hints))]))
+
+
+def require_file(path: str | Path) -> None:
+    """Refuse a path that a plain `open` might wait at for ever.
+
+    Raises:
+        UsageError: nothing is there, or a folder, pipe or device.
+    """
+    if not os.path.isfile(path):
+        raise UsageError(f"{path}: not a regular file" if os.path.exists(path) else f"no file {str(path)!r}")
+
+
+def _beside(name: str) -> str:
+    """A file with a like name in the same folder."""
+    folder = os.path.dirname(name)
+    try:
+        there = os.listdir(folder or ".")
+    except (OSError, ValueError):
+        return ""
+    return did_you_mean(name, [os.path.join(folder, other) for other in there if other.endswith((".yaml", ".yml"))])
+
+
+def near(path: str) -> str:
+    """A path as short as it can be written."""
+    relative = os.path.relpath(path)
+    return path if relative.startswith("..") else relative
+
+
+def installed_packages() -> list[Path]:
+    """Folders of the ROS packages of the workspaces that were sourced."""
+    prefixes = filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))
+    return [Path(prefix).absolute() / "share" for prefix in prefixes]

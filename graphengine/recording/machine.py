@@ -9,12 +9,12 @@ from pathlib import Path
 
 from graphengine.devices.backend import World
 from graphengine.format.version import __version__
-from graphengine.scene.scene import Scene
+from graphengine.scene.loaded_scene import LoadedScene
 
 _OF_CAMERAS = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 
 
-def describe(scene: Scene, world: World) -> dict[str, str]:
+def describe(scene: LoadedScene, world: World) -> dict[str, str]:
     """This machine, as far as a session depends on it.
 
     Args:

@@ -13,7 +13,7 @@ from graphengine.node.context.services import Services
 from graphengine.node.dropped_values import BadValues
 from graphengine.recording import machine
 from graphengine.recording.sources import SourceNames
-from graphengine.scene.scene import Scene
+from graphengine.scene.loaded_scene import LoadedScene
 
 FORMAT = 1
 RaysName = Literal["auto", "mujoco", "fast"]
@@ -69,7 +69,7 @@ class Manifest(BaseModel):
 
 
 def describe_run(
-    scene: Scene, services: Services, names: SourceNames, keep_going: bool, modules: Sequence[str]
+    scene: LoadedScene, services: Services, names: SourceNames, keep_going: bool, modules: Sequence[str]
 ) -> Manifest:
     """How a run is made whose nodes are set up.
 

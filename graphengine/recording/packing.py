@@ -10,7 +10,7 @@ from typing import cast
 from graphengine.format.errors import RecordingError
 from graphengine.recording.manifest import RaysName
 from graphengine.recording.sources import SourceNames, Workspace, sources
-from graphengine.scene.scene import Options, Scene
+from graphengine.scene.loaded_scene import LoadedScene, Options
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +30,7 @@ class PackedScene:
     files: Mapping[str, bytes]
 
     @classmethod
-    def of(cls, scene: Scene) -> PackedScene:
+    def of(cls, scene: LoadedScene) -> PackedScene:
         """Pack a scene; files are read again.
 
         Raises:
@@ -49,16 +49,15 @@ class PackedScene:
         placed = names.name(options.scene.absolute()) if options.scene else ""
         return cls(names.name(scene.path.absolute()), placed, bare, files)
 
-    def lay_out(self, folder: Path) -> tuple[Path, Options]:
+    def lay_out(self, workspace: Workspace) -> tuple[Path, Options]:
         """Write the files; the one to load, and the options to load it with.
 
         Args:
-            folder: an empty one, which is there as long as the scene is used.
+            workspace: which is there as long as the scene is used.
 
         Raises:
             RecordingError: the files are too many or too large, or cannot be written.
         """
-        workspace = Workspace(folder)
         for name, data in self.files.items():
             workspace.add(name, data)
         return workspace.path(self.given), workspace.options(self.options, self.scene)

@@ -23,7 +23,7 @@ from graphengine.recording.sources import SourceNames, media_type, sources
 from graphengine.recording.writer import Entry, RecordingWriter
 from graphengine.ros.network import LiveNetwork
 from graphengine.runtime.session import Session
-from graphengine.scene.scene import Scene
+from graphengine.scene.loaded_scene import LoadedScene
 
 CHUNK_BYTES = 4_000_000
 CHUNK_SECONDS = 1.0
@@ -53,7 +53,7 @@ class Recorder:
         self,
         session: Session,
         network: LiveNetwork,
-        scene: Scene,
+        scene: LoadedScene,
         path: Path,
         *,
         force: bool = False,

@@ -17,7 +17,7 @@ from graphengine.format.errors import RecordingError
 from graphengine.format.files import Files
 from graphengine.format.wording import shown
 from graphengine.messages.definitions import Definitions
-from graphengine.scene.scene import Options
+from graphengine.scene.loaded_scene import Options
 
 SHIPPED, INSTALLED, MESSAGES, PROJECT = PLACES = ("shipped", "installed", "messages", "project")
 MAX_BYTES = 2_000_000_000

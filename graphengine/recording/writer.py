@@ -21,8 +21,8 @@ from typing import NamedTuple
 
 from mcap.writer import CompressionType, Writer
 
-from graphengine import __version__
 from graphengine.format.errors import RecordingError
+from graphengine.format.version import __version__
 from graphengine.messages.definitions import Definitions
 from graphengine.recording.layout import ENCODING, LIBRARY, PROFILE, Stream
 

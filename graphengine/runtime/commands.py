@@ -193,6 +193,17 @@ class Push(Command):
         session.push(self.entity, force, duration, self.at)
 
 
+class Set(Command):
+    """Give inputs that no wire feeds another value."""
+
+    address: EntityName
+    """`[robot/][graph/]Node.port`, globs allowed."""
+    value: Any
+
+    def _apply(self, session: Session) -> None:
+        session.set_inputs(self.address, self.value)
+
+
 class Impulse(Command):
     """Let an OnImpulseEvent fire in the next tick."""
 
@@ -291,31 +302,13 @@ class Quit(Command):
         session.interrupt()
 
 
-_KINDS = (
-    Play,
-    Pause,
-    Step,
-    Stop,
-    Reset,
-    Rate,
-    Spawn,
-    Delete,
-    Move,
-    Push,
-    Impulse,
-    Press,
-    Release,
-    Checkpoint,
-    Restore,
-    State,
-    Quit,
-)
+_KINDS: tuple[type[Command], ...] = (Play, Pause, Step, Stop, Reset, Rate, Spawn, Delete, Move, Push, Set, Impulse)
+_KINDS += (Press, Release, Checkpoint, Restore, State, Quit)
 
 COMMANDS: Mapping[str, type[Command]] = MappingProxyType({kind.__name__.lower(): kind for kind in _KINDS})
 
-RECORDED = frozenset(
-    {"stop", "reset", "spawn", "delete", "move", "push", "impulse", "press", "release", "checkpoint", "restore"}
-)
+RECORDED = frozenset({"stop", "reset", "spawn", "delete", "move", "push", "set", "impulse", "press", "release"})
+RECORDED |= {"checkpoint", "restore"}
 """Those that change the simulation's course: another run that is asked for them before the same ticks is the same."""
 
 

@@ -143,14 +143,18 @@ class Executor:
 
     def _all_copies(self) -> Iterable[Copy]:
         """Every copy of the plan, once."""
-        copies = dict.fromkeys(self.plan.constant_copies)
-        for refresh in self.plan.constants:
-            copies |= dict.fromkeys(refresh.copies)
+        copies = dict.fromkeys(self._constant_copies())
         for region in self.plan.regions:
             for call in region.calls:
                 copies |= dict.fromkeys(call.copies)
                 copies |= {copy: None for refresh in call.refreshes for copy in refresh.copies}
         return copies
+
+    def _constant_copies(self) -> Iterable[Copy]:
+        """Every copy of a value that cannot change while the graph runs."""
+        yield from self.plan.constant_copies
+        for refresh in self.plan.constants:
+            yield from refresh.copies
 
     def _apply(self, copies: Iterable[Copy]) -> None:
         for copy in copies:
@@ -191,6 +195,38 @@ class Executor:
             named = [name for name, value in values.items() if types.equal(value, error.value)] or list(values)
             raise BadValueError(named[0], values[named[0]]) from error
         self._failed.discard(index)
+
+    def set_input(self, index: int, field: str, value: Any) -> None:
+        """Change an input that no wire feeds, between two passes; nodes that read it in `setup` are set up again.
+
+        Raises:
+            GraphError: a node cannot be set up, or computed, with the value. The input has its old value then.
+        """
+        before = getattr(self.nodes[index], field)
+        try:
+            self._put(index, field, value)
+        except BaseException:
+            self._put(index, field, before)
+            raise
+
+    def _put(self, index: int, field: str, value: Any) -> None:
+        """Set an input, then compute constants anew and set up nodes again, in schedule order, where that changes anything."""
+        setattr(self.nodes[index], field, value)
+        constant = {refresh.node for refresh in self.plan.constants}
+        incoming: dict[int, list[Copy]] = {}
+        for copy in self._constant_copies():
+            incoming.setdefault(copy.target, []).append(copy)
+        for target in self.plan.order:
+            node = self.nodes[target]
+            read = [port.field for port in type(node).fields.values() if port.setup]
+            before = {name: getattr(node, name) for name in read}
+            self._apply(incoming.get(target, ()))
+            changed = any(not types.equal(before[name], getattr(node, name)) for name in read)
+            if changed or (target == index and field in read):
+                self._call(target, self._setup_node, target)
+            if target in constant:
+                self._call(target, node.compute)
+        self._make_stale()
 
     def _call(self, index: int, function: Callable[..., Any], *arguments: object) -> Any:
         try:

@@ -8,16 +8,18 @@ import time
 import weakref
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 from graphengine.devices.entity import Move, warning
 from graphengine.devices.sensor import Quaternion, Vector3
-from graphengine.format.errors import GraphError, StateError, TransportError, UnknownEntityError, UsageError
+from graphengine.format.errors import StateError, TransportError, UnknownEntityError, UsageError
 from graphengine.format.spec import RobotUse
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.node.clock import Clock
 from graphengine.node.context.services import Services
 from graphengine.node.mailbox import find_impulses
+from graphengine.runtime.addresses import find_ports
 from graphengine.runtime.graph_run import GraphRun
 from graphengine.runtime.inbox import Inbox, LiveInbox
 from graphengine.runtime.pacer import Pacer
@@ -26,7 +28,7 @@ from graphengine.runtime.ticker import SCOPES, ResetScope, Ticker
 if TYPE_CHECKING:
     from graphengine.runtime.desk import Desk
 
-SessionState = Literal["stopped", "playing", "paused"]
+SessionState = Literal["stopped", "playing", "paused", "failed"]
 
 IDLE = 0.25
 """Seconds between two looks at whether a run that is paused is to end, where no desk wakes it."""
@@ -118,7 +120,7 @@ class Session:
         self._until = 0
         self._pace: float | None = None
         self._pacer: Pacer | None = None
-        self._interrupted = self._ended = False
+        self.interrupted = self._ended = False
         self._failure = ""
         self._checkpoints = 0
         self.held: dict[str, Checkpoint] = {}
@@ -163,7 +165,7 @@ class Session:
             GraphError: physics, rays or one of its nodes cannot begin. After an error of any kind all is as it was.
             UsageError: the session has no scene, or is within a tick.
         """
-        self._refuse_within_tick()
+        self.admit()
         self._ticker.take([*self.graphs, *self._roster.add(name, use, self.graphs)])
         self.inbox.command("spawn", {"name": name, "use": use.model_dump(mode="json")})
         return self._warn_of_overlaps(name)
@@ -175,7 +177,7 @@ class Session:
             UnknownEntityError: there is no such robot.
             UsageError: a graph that is not its own reads something of it, or within a tick.
         """
-        self._refuse_within_tick()
+        self.admit()
         own = self._roster.own(name, self.graphs)
         self._ticker.tell("at_close", own)
         self._roster.remove(name, own)
@@ -207,7 +209,7 @@ class Session:
             UnknownEntityError: there is none of that name.
             UsageError: it cannot be moved, or within a tick.
         """
-        self._refuse_within_tick()
+        self.admit()
         self.services.world.entities.place(name, Move(position, orientation, linear, angular))
         turned = {"quaternion_xyzw": orientation} if orientation is not None else None
         told = {"entity": name, "position": position, "orientation": turned, "linear": linear, "angular": angular}
@@ -233,9 +235,31 @@ class Session:
             UnknownEntityError: there is none of that name.
             UsageError: it cannot be moved, or within a tick.
         """
-        self._refuse_within_tick()
+        self.admit()
         self.services.world.entities.push(name, force, duration, point)
         self.inbox.command("push", {"entity": name, "force": force, "duration": duration, "at": point})
+
+    def set_inputs(self, address: str, value: Any) -> None:
+        """Give inputs that no wire feeds another value, between two ticks; they keep it through `stop` and `reset`.
+
+        Args:
+            address: `[robot/][graph/]Node.port`, globs allowed.
+            value: as a file would have it.
+
+        Raises:
+            UsageError: no such input, a wired one, a value that a port does not take, or within a tick. Nothing has changed.
+            GraphError: a node cannot be set up with the value. The old values are back.
+        """
+        self.admit()
+        ports = find_ports(self.graphs, address, ("inputs",))
+        changes = [(port, port.convert(value)) for port in ports]
+        with contextlib.ExitStack() as undoing:
+            for port, converted in changes:
+                undo = partial(port.put, port.value)
+                port.put(converted)
+                undoing.callback(undo)
+            undoing.pop_all()
+        self.inbox.command("set", {"address": address, "value": value})
 
     def impulse(self, node: str) -> None:
         """Let an OnImpulseEvent fire in the next tick; several before one tick are one.
@@ -246,7 +270,7 @@ class Session:
         Raises:
             UsageError: there is no such node, there are several, or within a tick.
         """
-        self._refuse_within_tick()
+        self.admit()
         path, queue = find_impulses(self.services.queues, node)
         if not queue.waiting:
             queue.post()
@@ -258,7 +282,7 @@ class Session:
         Raises:
             UsageError: there is no such key, or within a tick.
         """
-        self._refuse_within_tick()
+        self.admit()
         self.services.keys.press(keys)
         self.inbox.command("press", {"keys": list(keys)})
 
@@ -268,7 +292,7 @@ class Session:
         Raises:
             UsageError: there is no such key, or within a tick.
         """
-        self._refuse_within_tick()
+        self.admit()
         self.services.keys.release(keys)
         self.inbox.command("release", {"keys": list(keys)})
 
@@ -315,10 +339,12 @@ class Session:
 
     def play(self) -> None:
         """Let ticks run."""
+        self.admit()
         self._set("playing")
 
     def pause(self) -> None:
         """Hold; `step` still runs single ticks."""
+        self.admit()
         self._set("paused" if self.state == "playing" else self.state)
 
     def advance(self, ticks: int) -> None:
@@ -327,7 +353,7 @@ class Session:
         Raises:
             StateError: it plays, or does such ticks already.
         """
-        self._refuse_within_tick()
+        self.admit()
         if self.state == "playing":
             raise StateError("the session is playing; pause it to run single ticks")
         if self.advancing:
@@ -363,7 +389,7 @@ class Session:
             NodeError: a node raised; commands were set to zero.
             PhysicsError: the simulation diverged.
         """
-        self._refuse_within_tick()
+        self.admit()
         if self.state == "stopped":
             self.state = "paused"
         for _ in range(ticks):
@@ -391,14 +417,14 @@ class Session:
             NodeError: a node raised; commands were set to zero.
             PhysicsError: the simulation diverged.
         """
-        self._refuse_within_tick()
+        self.admit()
         self.pace = pace
         self._set("paused" if paused else "playing")
         last = math.inf if seconds is None else self.ticks + round(seconds / self.clock.delta)
         try:
             self._run(last, on_tick)
         finally:
-            self._interrupted = False
+            self.interrupted = False
 
     def _run(self, last: float, on_tick: Callable[[Session], bool] | None) -> None:
         """Ticks until a number of them ran, the run is interrupted, or it ends because nobody can let it go on."""
@@ -415,17 +441,17 @@ class Session:
                 if paced is not None:
                     paced.count()
             if on_tick is not None and not on_tick(self):
-                self._interrupted = True
+                self.interrupted = True
 
     def _serve(self) -> bool:
         """Do what was asked for, and tell who waits for ticks that they ran; whether the run goes on."""
         if self.desk is not None:
             self.desk.serve(self)
-        return not self._interrupted and (self.desk is not None or self.state == "playing")
+        return not self.interrupted and (self.desk is not None or self.state == "playing")
 
     def interrupt(self) -> None:
         """End `run`, at once while it waits, else after the tick; for other threads and signal handlers."""
-        self._interrupted = True
+        self.interrupted = True
         if self.desk is not None:
             self.desk.wake()
 
@@ -439,12 +465,23 @@ class Session:
         if self._ticker.running:
             raise UsageError("a session can be asked for this between two ticks only, as from `on_tick`")
 
+    def admit(self) -> None:
+        """Refuse a change within a tick, or of a session that failed.
+
+        Raises:
+            StateError: the session failed, and its time was not reset.
+            UsageError: within a tick.
+        """
+        self._refuse_within_tick()
+        if self.state == "failed":
+            raise StateError(f"the session failed; reset it first\n  {self._failure.partition(chr(10))[0]}")
+
     def _tick(self) -> None:
         try:
             self._ticker.run(self.inbox)
-        except GraphError as error:
-            self._set("paused")
-            self._failure = str(error)
+        except BaseException as error:  # an interrupted tick leaves graphs half computed, too
+            self._set("failed")
+            self._failure = str(error) or type(error).__name__
             raise
 
     def stop(self) -> None:
@@ -455,7 +492,7 @@ class Session:
         self.inbox.command("stop", {})
 
     def reset(self, *scopes: ResetScope) -> None:
-        """Begin anew, wholly or in part, and go on as before: playing, paused or stopped.
+        """Begin anew, wholly or in part, and go on as before: playing, paused or stopped. A session that failed is paused.
 
         Args:
             scopes: all if none is given.
@@ -466,10 +503,15 @@ class Session:
                 `spawned`: robots that came while the session ran are removed.
 
         Raises:
+            StateError: the session failed, and its time is to go on.
             UsageError: a graph that is not its own reads something of a robot that is to go, or within a tick.
         """
         self._refuse_within_tick()
         wanted = [scope for scope in SCOPES if scope in scopes or not scopes]
+        if self.state == "failed":
+            if "time" not in wanted:
+                raise StateError("the session failed; only a reset of its time lets it go on")
+            self._set("paused")
         if "spawned" in wanted:
             for name in reversed(list(self.spawned)):
                 self.remove(name)

@@ -33,19 +33,19 @@ from graphengine.node.node_class import UNKNOWN_PRIM
 from graphengine.runtime import check
 from graphengine.runtime.graph_run import make_graph_run
 from graphengine.runtime.session import Session
+from graphengine.scene.loaded_scene import LoadedScene, Options
 from graphengine.scene.roster import SceneRoster
-from graphengine.scene.scene import Options, Scene
 from graphengine.scene.uses import GraphFile, find_use, resolve_uses, robot_uses, use_place
 
 if TYPE_CHECKING:
     from graphengine.physics.loading import LoadedWorld
 
 
-def load(path: Path, options: Options | None = None) -> Scene:
+def load(path: Path, options: Options | None = None) -> LoadedScene:
     """Read, resolve, plan and check a scene or a graph file; every mistake is among the findings."""
     options = _with_message_types(options or Options())
     files = Files.of(path, options.allowed, options.near, options.installed, options.shipped)
-    unread = Scene(path, options, files, Findings())
+    unread = LoadedScene(path, options, files, Findings())
     found = document.load(path, unread.findings)
     if found is None:
         return unread
@@ -65,13 +65,13 @@ def load(path: Path, options: Options | None = None) -> Scene:
     return unread
 
 
-def check_robot(path: Path, options: Options) -> Scene:
+def check_robot(path: Path, options: Options) -> LoadedScene:
     """Check a robot file by itself; its graphs are checked with a scene that has the robot."""
     from graphengine.physics.loading import load_robot_file
 
     files, findings = Files.of(path, options.allowed, options.near, options.installed, options.shipped), Findings()
     load_robot_file(path, files, findings)
-    return Scene(path, options, files, findings)
+    return LoadedScene(path, options, files, findings)
 
 
 def load_world_of(path: Path, options: Options, findings: Findings) -> LoadedWorld | None:
@@ -90,7 +90,7 @@ def _with_message_types(options: Options) -> Options:
     return options if definitions is registry.definitions else replace(options, registry=registry.copy(definitions))
 
 
-def _scene_uses(scene: Scene, path: Path, files: Files) -> tuple[Scene, list[GraphFile]]:
+def _scene_uses(scene: LoadedScene, path: Path, files: Files) -> tuple[LoadedScene, list[GraphFile]]:
     """A scene with its world, and the graphs that it uses, its own first, then each robot's."""
     from graphengine.physics.loading import load_world  # MuJoCo takes a quarter of a second to import
 
@@ -109,7 +109,7 @@ def _scene_uses(scene: Scene, path: Path, files: Files) -> tuple[Scene, list[Gra
     return replace(scene, world=world, files=files), uses
 
 
-def _graph_uses(scene: Scene, path: Path, found: document.Document) -> tuple[Scene, list[GraphFile]]:
+def _graph_uses(scene: LoadedScene, path: Path, found: document.Document) -> tuple[LoadedScene, list[GraphFile]]:
     """A single graph, in the scene that it or the caller names."""
     files, options = scene.files, scene.options
     data = found.data if isinstance(found.data, dict) else {}
@@ -132,7 +132,7 @@ def _graph_uses(scene: Scene, path: Path, found: document.Document) -> tuple[Sce
     return scene, uses
 
 
-def _plan(scene: Scene, uses: Sequence[GraphFile]) -> Scene:
+def _plan(scene: LoadedScene, uses: Sequence[GraphFile]) -> LoadedScene:
     """Resolve and plan every graph, then set all nodes up dry."""
     overrides, findings = Override.parse_all(scene.options.overrides), scene.findings
     graphs = resolve_uses(uses, scene.files, scene.registry, findings, overrides)
@@ -153,7 +153,7 @@ def _plan(scene: Scene, uses: Sequence[GraphFile]) -> Scene:
     return replace(scene, graphs=graphs, planned=planned, claims=claims)
 
 
-def _lint_idle_robots(scene: Scene) -> None:
+def _lint_idle_robots(scene: LoadedScene) -> None:
     """Report robots of a scene that no node of any graph commands or moves."""
     world = scene.world
     if world is None or scene.findings.errors:
@@ -193,7 +193,7 @@ def _unmatched(override: Override, graphs: Sequence[Graph]) -> str:
 
 
 def start(
-    scene: Scene,
+    scene: LoadedScene,
     network: Network,
     *,
     seed: int | None = None,

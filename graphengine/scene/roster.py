@@ -20,7 +20,7 @@ from graphengine.node.context.services import Services
 from graphengine.runtime import check
 from graphengine.runtime.graph_run import GraphRun, make_graph_run
 from graphengine.runtime.session import Roster
-from graphengine.scene.scene import Scene
+from graphengine.scene.loaded_scene import LoadedScene
 from graphengine.scene.uses import resolve_uses, robot_uses
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ class SceneRoster(Roster):
 
     def __init__(
         self,
-        scene: Scene,
+        scene: LoadedScene,
         world: LoadedWorld,
         files: Files,
         services: Services,

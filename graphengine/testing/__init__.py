@@ -8,6 +8,8 @@
     assert robot.targets["velocity"] == [1.0, 2.0]
 
 `context.transport.messages("/odom")` reads a topic back, `context.transport.inject("/cmd_vel", twist)` feeds one.
+
+For tests of graphs: `session` starts a session of a scene, `session_fixture` makes a pytest fixture of one.
 """
 
 from __future__ import annotations
@@ -23,3 +25,5 @@ from graphengine.testing.recording_world import RecordingImu as RecordingImu
 from graphengine.testing.recording_world import RecordingLidar as RecordingLidar
 from graphengine.testing.recording_world import RecordingSelection as RecordingSelection
 from graphengine.testing.recording_world import RecordingWorld as RecordingWorld
+from graphengine.testing.sessions import session as session
+from graphengine.testing.sessions import session_fixture as session_fixture

@@ -19,7 +19,7 @@ from graphengine.physics.sensors.rays import RaysChoice
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.scene import build
-from graphengine.scene.scene import Options
+from graphengine.scene.loaded_scene import Options
 
 NUMBERS = (1, 5, 10, 20, 50)
 SCENE = """scene: fleet

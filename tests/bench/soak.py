@@ -35,7 +35,7 @@ from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.runtime.session import Session
 from graphengine.scene import build
-from graphengine.scene.scene import Options
+from graphengine.scene.loaded_scene import Options
 
 DOMAIN = 88
 TWIST = "geometry_msgs/msg/Twist"

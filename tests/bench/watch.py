@@ -26,7 +26,7 @@ from graphengine.ros.transport import Transport
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.scene import build
-from graphengine.scene.scene import Options
+from graphengine.scene.loaded_scene import Options
 
 ROBOTS = 100
 PUBLISHED = ("odom", "scan", "joint_states", "imu", "rgb", "depth", "info", "pose", "state", "battery", "points")

@@ -11,7 +11,7 @@ from mcap.writer import CompressionType, Writer
 
 from graphengine.cli import main
 from graphengine.messages import messages
-from graphengine.scene.scene import Options
+from graphengine.scene.loaded_scene import Options
 from tests.cli.harness import Graphrun
 from tests.recording.harness import CLOCK, NOISY_ROBOT, NOISY_SCENE, put, record, rewritten
 

@@ -102,6 +102,8 @@ def test_robots_come_and_go_and_are_moved(ctl: Graphrun, tmp_path: Path, monkeyp
         assert z == pytest.approx(1.0, abs=0.02)  # its weight is held
         ctl("delete", "second")
         ctl("delete", "second", refused="no robot 'second'")
+        ctl("set", "DiffController.maxLinearSpeed=0.5")
+        ctl("set", "DiffController.maxLinearSpeed=fast", refused="is a double: expected a number, got 'fast'")
         ctl("reset", "--scope", "state", "--scope", "time")
         assert state(ctl)["robots"][1]["position"] == pytest.approx([3.0, 0.0, 1.0])
         ctl("reset")

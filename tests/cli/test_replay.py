@@ -15,7 +15,7 @@ from graphengine.format.spec import RobotUse
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
 from graphengine.runtime.desk import Desk
-from graphengine.scene.scene import Options
+from graphengine.scene.loaded_scene import Options
 from tests.cli.harness import Graphrun
 from tests.jobs.harness import twist
 from tests.physics.pictures.harness import needs_opengl

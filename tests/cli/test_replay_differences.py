@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.scene.scene import Options
+from graphengine.scene.loaded_scene import Options
 from tests.cli.harness import Graphrun
 from tests.recording.harness import CLOCK, CMD_VEL, DRIVE, GOODBYE, NOISY_ROBOT, NOISY_SCENE, put, record, rewritten
 

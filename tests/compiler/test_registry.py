@@ -17,7 +17,7 @@ from graphengine.format.errors import GraphError
 from graphengine.node import ExecIn, Node
 from graphengine.node.node_class import NodeMeta
 from graphengine.scene import build
-from graphengine.scene.scene import Options
+from graphengine.scene.loaded_scene import Options
 
 SHORT_NAMES: dict[str, list[str]] = yaml.safe_load((Path(__file__).parent / "short_names.yaml").read_text())
 BUILT_IN = sorted(name for name, owner in default_registry().owners.items() if owner == "graphengine")

@@ -18,7 +18,7 @@ from graphengine.format.files import Files
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.ros.transports.memory.memory import MemoryTransport
-from graphengine.scene.scene import Options, Scene
+from graphengine.scene.loaded_scene import LoadedScene, Options
 from tests.control.conftest import MakeTicking
 from tests.control.harness import controlled
 from tests.control.simulators import CRATE, Client, Simulator, simulator
@@ -446,7 +446,7 @@ def test_what_is_no_feature_says_so_at_once(sim: Simulator, service: str) -> Non
 def test_a_session_without_a_scene_steps_and_has_no_entities(ticking: MakeTicking, tmp_path: Path) -> None:
     transport, session = MemoryTransport(), ticking().session
     path = tmp_path / "graph.yaml"
-    assembly = Scene(path, Options(), Files.of(path), Findings())
+    assembly = LoadedScene(path, Options(), Files.of(path), Findings())
     with controlled(session, paused=True) as run:
         SimulationInterfaces(run.desk, assembly, transport, print)
         client = Client(transport)

@@ -11,7 +11,7 @@ import pytest
 from graphengine.format import files
 from graphengine.format.files import Files, NotFoundError, find_given, shipped
 from graphengine.scene import build
-from graphengine.scene.scene import Options
+from graphengine.scene.loaded_scene import Options
 
 GRAPH = "graph: inner\nnodes: {Tick: omni.graph.action.OnPlaybackTick}\n"
 Refer = Callable[..., list[str]]

@@ -18,7 +18,7 @@ from graphengine.format.diagnostics import CODES
 from graphengine.format.files import shipped
 from graphengine.node import Bound, Context, ExecIn, ExecOut, In, Node, Out, Variable, Vector3d
 from graphengine.scene import build
-from graphengine.scene.scene import Options, Scene
+from graphengine.scene.loaded_scene import LoadedScene, Options
 
 CASES = Path(__file__).parent / "cases"
 FILES = sorted(CASES.glob("*.yaml"))
@@ -90,13 +90,13 @@ def registry() -> Registry:
     return types
 
 
-def assemble(path: Path, monkeypatch: pytest.MonkeyPatch) -> Scene:
+def assemble(path: Path, monkeypatch: pytest.MonkeyPatch) -> LoadedScene:
     """As a user who stands in the folder of the file."""
     monkeypatch.chdir(path.parent)
     return build.load(Path(path.name), Options(registry=registry(), near=path.parent))
 
 
-def told(assembly: Scene) -> str:
+def told(assembly: LoadedScene) -> str:
     text = "\n".join(finding.render() for finding in assembly.findings.sorted())
     return text.replace(str(shipped()), "<shipped>") + "\n"
 

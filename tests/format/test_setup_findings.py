@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from graphengine.scene import build
-from graphengine.scene.scene import Options
+from graphengine.scene.loaded_scene import Options
 
 SCENE = Path(__file__).parent / "cases" / "parts" / "rover_scene.yaml"
 TICK = "  Tick: OnPlaybackTick\n"

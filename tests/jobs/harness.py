@@ -18,7 +18,7 @@ from graphengine.physics.sensors.rays import RaysChoice
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.scene import build
-from graphengine.scene.scene import Options, Scene
+from graphengine.scene.loaded_scene import LoadedScene, Options
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -138,7 +138,7 @@ def assemble(
     registry: Registry | None = None,
     rays: RaysChoice = "auto",
     allowed: Sequence[Path] = (),
-) -> Scene:
+) -> LoadedScene:
     path = name if isinstance(name, Path) else find_given(name, "scenes")
     options = Options(
         overrides or {}, seed=seed, robot_state=robot_state, registry=registry, rays=rays, allowed=allowed

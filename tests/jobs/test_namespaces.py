@@ -9,7 +9,7 @@ import pytest
 from graphengine.format.errors import CheckError
 from graphengine.format.spec import RobotUse
 from graphengine.scene import build
-from graphengine.scene.scene import Scene
+from graphengine.scene.loaded_scene import LoadedScene
 from tests.jobs.crowd import physics
 from tests.jobs.harness import Job
 
@@ -57,7 +57,7 @@ def files(folder: Path, at: str, namespaces: str = "", inputs: str = "", robot: 
     return folder / "scene.yaml"
 
 
-def topics(assembly: Scene, graph: str = "say") -> list[str]:
+def topics(assembly: LoadedScene, graph: str = "say") -> list[str]:
     assert not assembly.findings.errors, "\n".join(finding.render() for finding in assembly.findings.errors)
     return [claim.topic for claim in assembly.claims if claim.graph == graph]
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from graphengine.compiler.registry import Registry, default_registry
-from graphengine.format.errors import CheckError, NodeError, PhysicsError, UsageError
+from graphengine.format.errors import CheckError, NodeError, PhysicsError, StateError, UsageError
 from graphengine.format.spec import Orientation, RobotUse
 from graphengine.messages.endpoints import QoS
 from graphengine.node import Context, ExecIn, Node
@@ -359,13 +359,16 @@ def test_a_node_that_cannot_begin_leaves_nothing_of_its_robot(tmp_path: Path) ->
         assert (known(job), left_of(job)) == before
 
 
-def test_a_robot_whose_node_raised_can_go_and_the_others_go_on(tmp_path: Path) -> None:
+def test_after_a_reset_a_robot_whose_node_raised_can_go_and_the_others_go_on(tmp_path: Path) -> None:
     with Job(scene(tmp_path, FIRST), registry=registry_with(Faulty)) as job:
         job.run(0.1)
         job.session.spawn("late", with_last_node(tmp_path, Faulty))
         with pytest.raises(NodeError, match="raised RuntimeError: never"):
             job.session.step()
         assert len(job.heard("/late/odom")) == 1  # it came before the fault
+        with pytest.raises(StateError, match="the session failed"):
+            job.session.remove("late")
+        job.session.reset("time")
         job.session.remove("late")
         job.run(0.1)
         assert len(job.heard("/one/odom")) == 13

@@ -21,7 +21,7 @@ from graphengine.node import Node
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.scene import build
-from graphengine.scene.scene import Options, Scene
+from graphengine.scene.loaded_scene import LoadedScene, Options
 from graphengine.testing import RecordingContext, RecordingWorld
 
 HERE = Path(__file__).parent
@@ -46,7 +46,7 @@ class Playing:
 
     def __init__(
         self,
-        scene: Scene,
+        scene: LoadedScene,
         *,
         world: World | None = None,
         wanted: bool = True,

@@ -21,7 +21,7 @@ from graphengine.node.node_class import grown
 from graphengine.nodes.ros2.fields import MAX_PORTS
 from graphengine.nodes.ros2.generic import ROS2Publisher, ROS2Subscriber
 from graphengine.scene import build
-from graphengine.scene.scene import Options
+from graphengine.scene.loaded_scene import Options
 from graphengine.testing import RecordingContext
 from tests.messages.test_messages import TYPES, random_message
 from tests.nodes.harness import Player, ready, twist

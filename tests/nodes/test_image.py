@@ -12,7 +12,7 @@ from graphengine.format.errors import NodeError
 from graphengine.messages import messages
 from graphengine.node import Buffer, Node, Out
 from graphengine.nodes.ros2.image import ROS2PublishImage
-from graphengine.scene.scene import Options
+from graphengine.scene.loaded_scene import Options
 from tests.nodes.harness import Player
 
 ENCODINGS = {"rgb8": 3, "rgba8": 4, "32FC1": 4, "32SC1": 4}

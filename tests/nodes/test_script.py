@@ -17,7 +17,7 @@ from graphengine.node import Node
 from graphengine.node.node_class import grown
 from graphengine.nodes.core.outside import IsaacReadEnvVar, IsaacReadFilePath
 from graphengine.nodes.script import ScriptNode
-from graphengine.scene.scene import Options
+from graphengine.scene.loaded_scene import Options
 from graphengine.testing import RecordingContext
 from tests.nodes.harness import Player, Playing, ready
 

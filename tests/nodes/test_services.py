@@ -17,7 +17,7 @@ from graphengine.nodes.ros2.services import OgnROS2ServiceServerRequest as Reque
 from graphengine.nodes.ros2.services import OgnROS2ServiceServerResponse as Response
 from graphengine.ros.service_endpoints import MAX_OPEN
 from graphengine.ros.transports.memory.memory import MemoryTransport
-from graphengine.scene.scene import Options
+from graphengine.scene.loaded_scene import Options
 from graphengine.testing import RecordingContext, check_node
 from tests.nodes.harness import Player, ready
 

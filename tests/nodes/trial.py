@@ -17,7 +17,7 @@ from graphengine.node import BadValueError, ExecIn, ExecOut, In, Node, Out
 from graphengine.node.node_class import NodeMeta, grown
 from graphengine.node.port import Port, camel_case
 from graphengine.node.types import PortType, UnionType, coerce, first_that_takes
-from graphengine.scene.scene import Options
+from graphengine.scene.loaded_scene import Options
 from tests.nodes.harness import Player, Playing
 from tests.nodes.test_ports import NEEDED, TYPES, surroundings
 

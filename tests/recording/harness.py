@@ -19,7 +19,7 @@ from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.runtime.session import Session
 from graphengine.scene import build
-from graphengine.scene.scene import Options
+from graphengine.scene.loaded_scene import Options
 from tests.jobs.harness import Recorder as Listener
 from tests.jobs.harness import twist
 

@@ -13,18 +13,19 @@ import pytest
 from graphengine.format.errors import RecordingError
 from graphengine.recording.packing import PackedScene
 from graphengine.scene import build
-from graphengine.scene.scene import Options
+from graphengine.scene.loaded_scene import Options
 from tests.jobs.harness import ROOT, Job, assemble
 
 ELSEWHERE = """
 import pickle, sys, tempfile
 from pathlib import Path
+from graphengine.recording.sources import Workspace
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.scene import build
 packed = pickle.load(sys.stdin.buffer)
 with tempfile.TemporaryDirectory() as folder:
-    scene = build.load(*packed.lay_out(Path(folder)))
+    scene = build.load(*packed.lay_out(Workspace(Path(folder))))
     transport = MemoryTransport(wants_all=True)
     with build.start(scene, LiveNetwork(lambda _: transport, 0, print)) as session:
         session.step(30)

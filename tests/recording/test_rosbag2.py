@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from mcap.reader import make_reader
 
-from graphengine.scene.scene import Options
+from graphengine.scene.loaded_scene import Options
 from tests.recording.harness import CMD_VEL, DRIVE, record
 
 rosbag2_py: Any = pytest.importorskip("rosbag2_py")

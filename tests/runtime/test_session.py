@@ -219,7 +219,7 @@ def test_r14_a_node_that_raises_stops_the_run_after_commands_were_zeroed(play: M
     with pytest.raises(NodeError) as caught:
         run.session.run(10.0)
     assert run.lines() == ["Before 0", "zero commands"]
-    assert run.session.state == "paused"
+    assert run.session.state == "failed"
     assert isinstance(caught.value.__cause__, ZeroDivisionError)
     assert run.journal.logged == [f"error: {caught.value}"]
 

@@ -18,12 +18,12 @@ from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.runtime.session import Session
 from graphengine.scene import build
-from graphengine.scene.scene import Scene
+from graphengine.scene.loaded_scene import LoadedScene
 from tests.jobs.harness import assemble, twist
 
 
 @pytest.fixture(scope="module")
-def flat() -> Scene:
+def flat() -> LoadedScene:
     return assemble("dd100_flat")
 
 
@@ -33,7 +33,7 @@ class Sessions:
     def __init__(self, stack: ExitStack) -> None:
         self._stack = stack
 
-    def __call__(self, scene: Scene) -> tuple[Session, MemoryTransport]:
+    def __call__(self, scene: LoadedScene) -> tuple[Session, MemoryTransport]:
         transport = MemoryTransport(wants_all=True)
         session = build.start(scene, LiveNetwork(lambda _: transport, 0, print))
         return self._stack.enter_context(session), transport
@@ -49,7 +49,7 @@ def sent(transport: MemoryTransport) -> dict[str, list[bytes]]:
     return {topic: transport.raw(topic) for topic in ("/dd100_0000/odom", "/dd100_0000/scan", "/clock")}
 
 
-def test_one_session_drives_while_the_other_stands(flat: Scene, begin: Sessions) -> None:
+def test_one_session_drives_while_the_other_stands(flat: LoadedScene, begin: Sessions) -> None:
     (driven, road), (other, _) = begin(flat), begin(flat)
     for _ in range(120):
         road.inject("/dd100_0000/cmd_vel", twist(0.5, 0.0))
@@ -62,7 +62,7 @@ def test_one_session_drives_while_the_other_stands(flat: Scene, begin: Sessions)
     assert near == pytest.approx(start, abs=1e-3)
 
 
-def test_a_session_sends_the_same_bytes_whatever_others_did_before(flat: Scene, begin: Sessions) -> None:
+def test_a_session_sends_the_same_bytes_whatever_others_did_before(flat: LoadedScene, begin: Sessions) -> None:
     first, early = begin(flat)
     first.step(60)
     wild, road = begin(flat)
@@ -75,7 +75,7 @@ def test_a_session_sends_the_same_bytes_whatever_others_did_before(flat: Scene, 
     assert sent(early) != sent(road)
 
 
-def test_a_robot_that_one_session_removes_stays_in_the_others(flat: Scene, begin: Sessions) -> None:
+def test_a_robot_that_one_session_removes_stays_in_the_others(flat: LoadedScene, begin: Sessions) -> None:
     (one, _), (other, _) = begin(flat), begin(flat)
     one.remove("dd100")
     one.step(2)
@@ -116,7 +116,7 @@ def test_graphs_of_one_file_whose_wires_differ_have_plans_of_their_own(tmp_path:
     assert one.plan is not two.plan
 
 
-def test_no_node_is_reachable_from_a_scene(flat: Scene) -> None:
+def test_no_node_is_reachable_from_a_scene(flat: LoadedScene) -> None:
     seen: set[int] = set()
     waiting: list[Any] = [flat.graphs, flat.planned, flat.claims]
     while waiting:
@@ -129,7 +129,7 @@ def test_no_node_is_reachable_from_a_scene(flat: Scene) -> None:
     assert len(seen) > 1000
 
 
-def test_a_closed_session_is_not_kept_alive(flat: Scene) -> None:
+def test_a_closed_session_is_not_kept_alive(flat: LoadedScene) -> None:
     session = build.start(flat, LiveNetwork(lambda _: MemoryTransport(), 0, print))
     session.step(3)
     session.close()

@@ -11,7 +11,7 @@ from graphengine.control.simulation_interfaces.resources import FORMATS
 from graphengine.control.simulation_interfaces.results import UNSUPPORTED, RefusedError
 from graphengine.format.version import __version__
 from graphengine.runtime.session import Session
-from graphengine.scene.scene import Scene
+from graphengine.scene.loaded_scene import LoadedScene
 
 OF_SERVICES: Mapping[str, tuple[int, ...]] = {
     "spawn_entity": (0, 9),  # SPAWNING, SPAWNING_RESOURCE_STRING
@@ -34,7 +34,7 @@ OF_SERVICES: Mapping[str, tuple[int, ...]] = {
 """Codes of SimulatorFeatures that a service stands for."""
 
 
-def get_features(scene: Scene, offered: Sequence[str]) -> Callable[[Session, Any, Any], None]:
+def get_features(scene: LoadedScene, offered: Sequence[str]) -> Callable[[Session, Any, Any], None]:
     """What answers GetSimulatorFeatures; `offered` grows while services are offered."""
 
     def answer(session: Session, request: Any, response: Any) -> None:
@@ -51,7 +51,7 @@ def unsupported(session: Session, request: Any, response: Any) -> None:
     raise RefusedError(UNSUPPORTED, "not a feature of this simulator, or of a session without a scene")
 
 
-def get_current_world(scene: Scene) -> Callable[[Session, Any, Any], None]:
+def get_current_world(scene: LoadedScene) -> Callable[[Session, Any, Any], None]:
     """What answers GetCurrentWorld."""
 
     def answer(session: Session, request: Any, response: Any) -> None:

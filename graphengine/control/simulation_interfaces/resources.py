@@ -13,7 +13,7 @@ from graphengine.format import document
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files, NotFoundError
 from graphengine.format.spec_reader import kind_of
-from graphengine.scene.scene import Scene
+from graphengine.scene.loaded_scene import LoadedScene
 
 FORMATS = ("urdf", "xacro", "mjcf", "graphengine")
 """As SimulatorFeatures lists them; the last are robot files."""
@@ -25,7 +25,7 @@ _LISTED = tuple(suffix for suffix in _SUFFIXES if suffix != ".xml")
 MAX_LISTED = 1000
 
 
-def use_of(scene: Scene, uri: str, text: str) -> str:
+def use_of(scene: LoadedScene, uri: str, text: str) -> str:
     """What a scene would write as a robot's `use`; the uri counts where both are given.
 
     Raises:
@@ -60,7 +60,7 @@ def name_of(use: str) -> str:
     return f"_{plain}" if plain[:1].isdigit() else plain
 
 
-def spawnables(scene: Scene, sources: Sequence[str]) -> tuple[list[tuple[str, str]], list[str]]:
+def spawnables(scene: LoadedScene, sources: Sequence[str]) -> tuple[list[tuple[str, str]], list[str]]:
     """URIs and descriptions of what can be spawned, and the sources that are no folders which may be read.
 
     Looked for are robot files and descriptions in the folder of the scene and in its folder `robots`, and among those that ship.
@@ -82,7 +82,7 @@ def spawnables(scene: Scene, sources: Sequence[str]) -> tuple[list[tuple[str, st
     return list(found.items())[:MAX_LISTED], unknown
 
 
-def _places(scene: Scene) -> tuple[Files, Path]:
+def _places(scene: LoadedScene) -> tuple[Files, Path]:
     """Which files may be read, and the folder where names begin."""
     assert scene.world is not None
     scenery = scene.world.scenery

@@ -18,7 +18,7 @@ from graphengine.messages.interfaces import MessageTypeError
 from graphengine.ros.transport import Transport
 from graphengine.runtime.desk import Desk, Doable
 from graphengine.runtime.session import Session
-from graphengine.scene.scene import Scene
+from graphengine.scene.loaded_scene import LoadedScene
 
 PACKAGE = "simulation_interfaces"
 
@@ -56,7 +56,7 @@ class SimulationInterfaces:
     def __init__(
         self,
         desk: Desk,
-        scene: Scene,
+        scene: LoadedScene,
         transport: Transport,
         complain: Callable[[str], None],
         namespace: str = "/",
@@ -83,7 +83,7 @@ class SimulationInterfaces:
         if missing:
             complain(f"not offered, as {PACKAGE} is not installed, or older than 1.5: {', '.join(missing)}")
 
-    def _answers(self, scene: Scene, offered: list[str]) -> Mapping[str, Answer | None]:
+    def _answers(self, scene: LoadedScene, offered: list[str]) -> Mapping[str, Answer | None]:
         """What answers each service of the package; None for single steps, which take their time."""
         answers: dict[str, Answer | None] = {
             "get_simulator_features": features.get_features(scene, offered),

@@ -15,7 +15,7 @@ from graphengine.format.errors import CheckError, GraphError, PhysicsError, Reco
 from graphengine.format.spec import Orientation, RobotUse
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.runtime.session import Session
-from graphengine.scene.scene import Scene
+from graphengine.scene.loaded_scene import LoadedScene
 
 _NAME_NOT_UNIQUE, _NAME_INVALID = 101, 102
 _NAMESPACE_INVALID, _PARSE_ERROR, _MISSING_ASSETS, _INVALID_POSE = 105, 106, 107, 109
@@ -25,9 +25,9 @@ MAX_AT_ONCE = 1000
 
 
 class Spawning:
-    """Answers what is about spawning, for the session of an assembly."""
+    """Answers what is about spawning, for the session of a scene."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: LoadedScene) -> None:
         self._scene = scene
 
     def spawn_entity(self, session: Session, request: Any, response: Any) -> None:

@@ -11,8 +11,8 @@ from graphengine.runtime.session import Session
 from graphengine.runtime.ticker import ResetScope
 
 STOPPED, PLAYING, PAUSED, QUITTING = range(4)
-_STATES = {"stopped": STOPPED, "playing": PLAYING, "paused": PAUSED}
-_NAMES = {code: name for name, code in _STATES.items()}
+_STATES = {"stopped": STOPPED, "playing": PLAYING, "paused": PAUSED, "failed": PAUSED}
+"""The service has no state for a session that failed; such a one refuses to play."""
 _ALREADY, _TRANSITION_FAILED, _INCORRECT_TRANSITION = 101, 102, 103
 _SCOPES: dict[int, ResetScope] = {1: "time", 2: "state", 4: "spawned"}
 
@@ -27,7 +27,7 @@ def set_state(session: Session, request: Any, response: Any) -> None:
     target = request.state.state
     if target == _STATES[session.state]:
         raise RefusedError(_ALREADY, f"the simulation is {session.state} already")
-    if target not in (*_NAMES, QUITTING):
+    if target not in (STOPPED, PLAYING, PAUSED, QUITTING):
         raise RefusedError(_INCORRECT_TRANSITION, f"nobody can bring a simulation to state {target}; legal: 0 to 3")
     if (session.state, target) == ("stopped", PAUSED):
         raise RefusedError(_INCORRECT_TRANSITION, "the simulation is stopped; it can play, or quit")

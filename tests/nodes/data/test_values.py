@@ -25,7 +25,7 @@ from graphengine.nodes.data.selection import IsEmpty, SelectIf, SelectTargetIf
 from graphengine.nodes.data.sequences import MAX_LENGTH
 from graphengine.nodes.data.strings import AppendString, BuildString, EndsWith, StartsWith
 from graphengine.nodes.data.time import ReadTime
-from graphengine.scene.scene import Options
+from graphengine.scene.loaded_scene import Options
 from graphengine.testing import RecordingContext
 from tests.nodes.harness import Player, ready
 

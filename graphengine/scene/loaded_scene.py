@@ -56,7 +56,7 @@ class Options:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Scene:
+class LoadedScene:
     """A definition, from which any number of sessions begin; none of them changes it.
 
     Attributes:

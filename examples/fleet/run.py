@@ -1,0 +1,29 @@
+"""Run a fleet with a node of one's own, record it, and replay the recording: `python examples/fleet/run.py out.mcap`."""
+
+import sys
+from pathlib import Path
+
+import graphengine as ge
+from graphengine.cli import main as graphrun
+
+HERE = Path(__file__).parent
+
+
+def main(recording: str) -> dict[str, float]:
+    """Positions along the x axis, m; the replay is compared byte by byte."""
+    sys.path.append(str(HERE))  # where the module with the node is
+    scene = ge.load(HERE / "scene.yaml", modules=["patrol"])
+    with scene.session(record=recording, force=True) as sim:
+        sim.run(1.0)
+        sim.set("guard_0001/*/Patrol.speed", 0.2)
+        sim.set("guard_0002/*/Patrol.leg", 1.0)
+        sim.push("guard_0000", impulse=(0, 10, 0))
+        sim.run(2.0)
+        print(sim.values("*/cmd_vel/Patrol.velocity"))
+        places = {name: robot.pose.position[0] for name, robot in sim.robots.items()}
+    assert graphrun(["replay", recording, "--import", "patrol"]) == 0
+    return places
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

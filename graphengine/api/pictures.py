@@ -1,0 +1,100 @@
+"""Pictures of a session's world: through a view for people, or as a camera's readers get them."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import NDArray
+
+from graphengine.devices.backend import World
+from graphengine.devices.stage import Prim
+from graphengine.format.errors import PrimError, UsageError
+from graphengine.format.output import write_together
+from graphengine.format.wording import did_you_mean, listing
+
+if TYPE_CHECKING:
+    from graphengine.devices.sensor import Picture
+    from graphengine.physics.pictures.rendering import Image
+    from graphengine.physics.simulation import Simulation
+
+SIZE = (1280, 720)
+"""Of a view without one, pixels."""
+
+
+def simulated(world: World) -> Simulation:
+    """A world that can be seen.
+
+    Raises:
+        UsageError: a graph without a scene has none.
+    """
+    from graphengine.physics.simulation import Simulation
+
+    if not isinstance(world, Simulation):
+        raise UsageError("a graph without a scene, and nothing is to be seen; give one with --scene")
+    return world
+
+
+def find_camera(world: Simulation, name: str) -> Prim | None:
+    """The prim of the camera that a name or path means; None where it is a view.
+
+    Raises:
+        UsageError: it means neither, or several cameras.
+    """
+    from graphengine.physics.pictures import views
+
+    known, stage = views.names(world), world.stage
+    if name in known:
+        return None
+    cameras = list(stage.prims("camera"))
+    named = [prim for prim in cameras if prim.name == name]
+    with contextlib.suppress(PrimError):
+        named = named or [prim for prim in cameras if prim is stage.find(name)]
+    if len(named) == 1:
+        return named[0]
+    paths = [prim.path for prim in named or cameras]
+    if named:
+        raise UsageError(f"{name}: this could mean {len(named)} cameras\n  {listing(paths, 'write one of')}")
+    near = did_you_mean(name, [*known, *paths, *(prim.name for prim in cameras)])
+    raise UsageError(
+        f"{name}: there is no such view, and no camera there\n  "
+        + (near or f"{listing(known, 'views')}\n  {listing(paths, 'cameras')}")
+    )
+
+
+def look(
+    world: Simulation, name: str, size: tuple[int, int] | None = None, *, segmentation: bool = False
+) -> Picture | Image:
+    """What a camera sees, as its readers get it; or a view, drawn for people.
+
+    Args:
+        world: in its present state.
+        name: of a view, or name or path of a camera's prim.
+        size: width and height, pixels; the camera's own, or `SIZE` for a view, when None.
+        segmentation: with the number of the prim at each pixel.
+
+    Raises:
+        RenderError: there is no OpenGL, or it refused.
+        UsageError: there is no such view or camera.
+    """
+    from graphengine.physics.pictures import views
+
+    prim = find_camera(world, name)
+    if prim is not None:
+        return world.camera(prim, size).picture(segmentation=segmentation)
+    return views.draw(world, views.find_view(world, name, size or SIZE), segmentation=segmentation)
+
+
+def write_png(pixels: NDArray[Any], path: Path) -> None:
+    """Write a PNG.
+
+    Raises:
+        OSError: it cannot be written there.
+    """
+    from PIL import Image
+
+    content = io.BytesIO()
+    Image.fromarray(pixels).save(content, "PNG", optimize=True)
+    write_together({path: content.getvalue()})

@@ -1,0 +1,144 @@
+"""Robots of a session."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, overload
+
+from graphengine.api.runner import Runner, acting, reading
+from graphengine.api.topics import M, MessageType, Publication, Subscription, open_subscription
+from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.stage import Prim
+from graphengine.format.errors import GraphError, UnknownEntityError
+from graphengine.format.wording import did_you_mean, listing
+from graphengine.messages.names import full_topic, join_namespaces
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """Where something is.
+
+    Attributes:
+        position: in the world frame, m.
+        orientation: quaternion (x, y, z, w) in the world frame.
+    """
+
+    position: Vector3
+    orientation: Quaternion
+
+
+@dataclass(frozen=True, slots=True)
+class Velocity:
+    """How something moves.
+
+    Attributes:
+        linear: of its origin, in the world frame, m/s.
+        angular: in the world frame, rad/s.
+    """
+
+    linear: Vector3
+    angular: Vector3
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """The state of a joint.
+
+    Attributes:
+        position: rad, or m of a joint that slides.
+        velocity: rad/s or m/s.
+        effort: of its drive after the last step, N m or N.
+    """
+
+    position: float
+    velocity: float
+    effort: float
+
+
+class Robot:
+    """A robot of a session, as it is when it is read. `Session.robots` has it."""
+
+    def __init__(self, runner: Runner, name: str) -> None:
+        self._runner = runner
+        self._name = name
+
+    @property
+    def name(self) -> str:
+        """Name in the scene."""
+        return self._name
+
+    @property
+    @reading
+    def pose(self) -> Pose:
+        """Pose of the base link in the world frame, m and quaternion (x, y, z, w)."""
+        state = self._runner.session.services.world.entities.state(self._name)
+        return Pose(state.position, state.orientation)
+
+    @property
+    @reading
+    def velocity(self) -> Velocity:
+        """Velocity of the base link in the world frame, m/s and rad/s."""
+        state = self._runner.session.services.world.entities.state(self._name)
+        return Velocity(state.linear_velocity, state.angular_velocity)
+
+    @property
+    @reading
+    def joints(self) -> Mapping[str, Joint]:
+        """The joints that move, by name, in the articulation's order."""
+        joints = self._runner.session.services.world.articulation(find_robot(self._runner, self._name))
+        values = (joints.positions().tolist(), joints.velocities().tolist(), joints.efforts().tolist())
+        return {name: Joint(*state) for name, *state in zip(joints.joint_names, *values, strict=True)}
+
+    @property
+    @reading
+    def namespace(self) -> str:
+        """Namespace of its topics, as in `dd100_0000`; empty for none."""
+        base_link = find_robot(self._runner, self._name).facts["base_link"]
+        return join_namespaces(self._runner.session.services.stage.namespaces(base_link))
+
+    @acting
+    def publish(self, topic: str, message: Any, every: float | None = None, type: MessageType = None) -> Publication:
+        """Publish below the robot's namespace; else as `Session.publish`.
+
+        >>> drive = sim.robots["dd100"].publish("cmd_vel", {"linear": {"x": 0.2}})
+        """
+        return Publication(self._runner, full_topic(self.namespace, topic), message, every, type)
+
+    @overload
+    def subscribe(self, topic: str, type: type[M], keep: int = 1000) -> Subscription[M]: ...
+    @overload
+    def subscribe(self, topic: str, type: str | None = None, keep: int = 1000) -> Subscription[Any]: ...
+    def subscribe(self, topic: str, type: MessageType = None, keep: int = 1000) -> Subscription[Any]:
+        """Subscribe below the robot's namespace; else as `Session.subscribe`.
+
+        >>> odom = sim.robots["dd100"].subscribe("odom")
+        """
+        return open_subscription(self, full_topic(self.namespace, topic), type, keep)
+
+    def __repr__(self) -> str:
+        try:
+            x, y, z = self.pose.position
+        except GraphError:  # the robot is removed, or the session closed
+            return f"<Robot {self._name}>"
+        return f"<Robot {self._name} at ({x:.3f}, {y:.3f}, {z:.3f}) m>"
+
+
+class Robots(dict[str, Robot]):
+    """Robots by name."""
+
+    def __missing__(self, name: str) -> Robot:
+        """Refuse a name that no robot has."""
+        raise UnknownEntityError(f"no robot {name!r}\n  {did_you_mean(name, self) or listing(self, 'robots')}")
+
+
+def find_robot(runner: Runner, name: str) -> Prim:
+    """The prim of a robot.
+
+    Raises:
+        UnknownEntityError: there is no such robot.
+    """
+    prims = {prim.entity_name: prim for prim in runner.session.services.stage.prims("robot")}
+    if name not in prims:
+        raise UnknownEntityError(f"no robot {name!r}: it was removed\n  {listing(prims, 'robots')}")
+    return prims[name]

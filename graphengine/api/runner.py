@@ -1,0 +1,401 @@
+"""What surrounds a session that runs: its network, its recorder, the ways to control it, and who may call it when."""
+
+from __future__ import annotations
+
+import functools
+import logging
+import math
+import os
+import re
+import signal
+import threading
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, Protocol, TypeVar, get_args
+
+from graphengine.format.errors import NodeError, RecordingError, StateError, UsageError
+from graphengine.format.wording import listing
+from graphengine.messages.names import check_namespace
+from graphengine.node.dropped_values import BadValues
+from graphengine.ros.domain import Domain
+from graphengine.ros.network import LiveNetwork
+from graphengine.ros.transport import Transport, Writer
+from graphengine.ros.transports.select import TransportKind, open_transport
+from graphengine.runtime.commands import parse
+from graphengine.runtime.desk import Desk
+from graphengine.runtime.inbox import LiveInbox
+from graphengine.runtime.pacer import SLOWEST
+from graphengine.runtime.session import Session
+from graphengine.scene import build
+from graphengine.scene.loaded_scene import LoadedScene
+
+if TYPE_CHECKING:
+    from graphengine.recording.recorder import Recorder
+
+Log = Callable[[str, str, str], None]
+"""Takes severity, prim path and text of a message."""
+
+P = ParamSpec("P")
+T = TypeVar("T")
+_LEVELS = {"error": logging.ERROR, "warning": logging.WARNING}
+
+
+def log_to_logging(severity: str, node: str, text: str) -> None:
+    """Pass a message on to the logger `graphengine`."""
+    message = f"{node}: {text}" if node else text
+    logging.getLogger("graphengine").log(_LEVELS.get(severity, logging.INFO), "%s", message)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunOptions:
+    """What `Scene.session` takes, and what only the command line has.
+
+    Attributes:
+        fault: receives each NodeError where a node that raises ends its branch only; None logs them.
+        patient: a writer of dds waits for readers that do not keep up.
+    """
+
+    transport: TransportKind = "memory"
+    keep_going: bool = False
+    bad_values: BadValues = "drop"
+    domain: int | None = None
+    record: Path | None = None
+    force: bool = False
+    control: str | None = None
+    simulation_interfaces: str | None = None
+    log: Log = log_to_logging
+    fault: Callable[[NodeError], None] | None = None
+    patient: bool = False
+
+
+def check_recording(path: Path, *, force: bool) -> None:
+    """Refuse a name that no recording can have.
+
+    Raises:
+        UsageError: a name that no reader of bags knows, a folder that is not there, or a file that is.
+    """
+    if path.suffix != ".mcap" or not path.parent.is_dir() or path.is_dir():
+        raise UsageError(f"{path}: write the name of a file in a folder that is there, such as out.mcap")
+    if path.exists() and not force:
+        raise UsageError(f"{path}: already there; --force writes over it")
+
+
+class Runner:
+    """One session with its network, and its recorder and control channel if there are any.
+
+    Args:
+        scene: without errors.
+        options: of the session.
+        seed: of every random generator; the one that the scene was loaded with when None.
+        modules: Python modules that the node types came from, for the recording.
+
+    Raises:
+        GraphError: something of it cannot begin; what had begun is closed.
+    """
+
+    def __init__(
+        self, scene: LoadedScene, options: RunOptions, seed: int | None = None, modules: Sequence[str] = ()
+    ) -> None:
+        self.scene = scene
+        self.options = options
+        self.desk = Desk()
+        self.after_tick: list[Callable[[int], None]] = []
+        """Called after each tick, and now and then while there are none, with the number of ticks since play."""
+        self.writers: dict[object, Writer] = {}
+        """Writers of the user's messages, by topic, type and transport."""
+        self._lock = threading.RLock()
+        self.closed = False
+        self.running = False
+        """Whether ticks are under way, or called `until`."""
+        self._recorder: Recorder | None = None
+        with ExitStack() as closing:
+            self._check()
+            own = Domain.from_environment(os.environ)
+            domain = own if options.domain is None else replace(own, id=options.domain)
+            self.network = LiveNetwork(
+                functools.partial(self._open_domain, domain), domain.id, self._complain, scene.definitions
+            )
+            closing.callback(self.network.close)
+            self._open_channel(closing)
+            closing.callback(self.desk.close, "the run has ended")
+            self.session = build.start(
+                scene,
+                self.network,
+                seed=seed,
+                domain_id=domain.id,
+                domain_from_environment=own.id if "ROS_DOMAIN_ID" in os.environ else None,
+                log=options.log,
+                fault=(options.fault or self._log_fault) if options.keep_going else None,
+                bad_values=options.bad_values,
+            )
+            self.session.desk = self.desk
+            closing.callback(self.session.close)
+            self._open_recorder(modules)
+            closing.callback(self._end_recording)
+            self._offer_simulation_interfaces()
+            self._closing = closing.pop_all()
+
+    def _check(self) -> None:
+        """Refuse options that make no sense."""
+        options = self.options
+        if any(finding.code == "N102" for finding in self.scene.findings.items):
+            raise UsageError(f"{self.scene.path} asks for prims of a scene; give one with --scene")
+        if options.bad_values not in get_args(BadValues):
+            raise UsageError(f"bad_values: no policy {options.bad_values!r}; {listing(get_args(BadValues))}")
+        if options.simulation_interfaces is not None:
+            check_namespace(options.simulation_interfaces)
+
+    def _open_domain(self, domain: Domain, number: int) -> Transport:
+        options = self.options
+        return open_transport(
+            options.transport,
+            replace(domain, id=number),
+            re.sub(r"\A(?![A-Za-z])", "graph_", re.sub(r"[^A-Za-z0-9_]", "_", self.scene.path.stem)),
+            options.simulation_interfaces or "/",
+            environ=os.environ,
+            definitions=self.scene.definitions,
+            patient=options.patient,
+        )
+
+    def _complain(self, text: str) -> None:
+        self.options.log("warning", "", text)
+
+    def _log_fault(self, error: NodeError) -> None:
+        self.options.log("error", "", str(error))
+
+    def _open_channel(self, closing: ExitStack) -> None:
+        if self.options.control is not None:
+            from graphengine.control.channel import Channel
+
+            closing.enter_context(Channel(self.desk, self.options.control, os.environ))
+
+    def _open_recorder(self, modules: Sequence[str]) -> None:
+        if self.options.record is not None:
+            from graphengine.recording.recorder import Recorder
+
+            self._recorder = Recorder(
+                self.session,
+                self.network,
+                self.scene,
+                self.options.record,
+                force=self.options.force,
+                keep_going=self.options.keep_going,
+                modules=modules,
+            )
+
+    def _end_recording(self, error: BaseException | None = None) -> None:
+        """Close the recording, with the error that ended it."""
+        recorder, self._recorder = self._recorder, None
+        if recorder is not None:
+            try:
+                recorder.__exit__(type(error) if error is not None else None, error, None)
+            finally:
+                self.network.sinks.remove(recorder)
+                self.session.inbox = LiveInbox()
+
+    def _offer_simulation_interfaces(self) -> None:
+        """Offer the services by which ROS 2 programs control simulators, until the network is closed."""
+        if self.options.simulation_interfaces is not None:
+            from graphengine.control.simulation_interfaces.server import SimulationInterfaces
+
+            transport, namespace = self.network.transport(0), self.options.simulation_interfaces
+            SimulationInterfaces(self.desk, self.scene, transport, self._complain, namespace=namespace)
+
+    # Who may call it, and when
+
+    def enter(self) -> None:
+        """Keep other threads out until `leave`.
+
+        Raises:
+            StateError: another thread is in.
+        """
+        if not self._lock.acquire(blocking=False):
+            raise StateError(
+                "another thread uses this session; any thread may call submit and interrupt, no other method"
+            )
+
+    def leave(self) -> None:
+        """Let other threads in."""
+        self._lock.release()
+
+    def refuse_closed(self) -> None:
+        """Refuse what only an open session can do.
+
+        Raises:
+            StateError: it is closed.
+        """
+        if self.closed:
+            raise StateError("the session is closed")
+
+    def command(self, name: str, /, **arguments: Any) -> Any:
+        """Do one of the commands of `runtime.commands` at once.
+
+        Raises:
+            UsageError: the arguments make no sense.
+        """
+        try:
+            return parse(name, arguments).apply(self.session)
+        except RecordingError as error:  # it was done, and the run cannot be recorded any more
+            self._end_recording(error)
+            raise
+
+    def run(
+        self,
+        seconds: float | None,
+        rate: float | None,
+        on_tick: Callable[[Session], bool] | None = None,
+        *,
+        paused: bool = False,
+    ) -> bool:
+        """Play for some time of simulation, then pause; arguments as for `runtime.session.Session.run`.
+
+        Ctrl-C ends it between two ticks, where Python itself handles that signal.
+
+        Args:
+            seconds: None, or infinity, for ever.
+            rate: seconds of simulation in a second of wall time; infinity for as fast as possible; None for that over
+                memory, else for real time.
+            on_tick: called after each tick; returning False ends the run.
+            paused: begin with a pause.
+
+        Returns:
+            Whether the whole time passed.
+        """
+        factor = rate if rate is not None else math.inf if self.options.transport == "memory" else 1.0
+        if not factor >= SLOWEST:
+            raise UsageError(f"rate: expected a factor of real time, at least {SLOWEST:g}, got {rate!r}")
+        if seconds is not None and not seconds >= 0.0:
+            raise UsageError(f"seconds: expected a time that is not negative, got {seconds!r}")
+        ends = None if seconds is None or math.isinf(seconds) else seconds
+        last = None if ends is None else self.session.ticks + round(ends / self.session.clock.delta)
+
+        def after_tick(session: Session) -> bool:
+            self._after_tick()
+            return on_tick is None or on_tick(session)
+
+        with _Ticking(self):
+            self.session.run(ends, None if math.isinf(factor) else factor, after_tick, paused=paused)
+        return self.session.ticks == last
+
+    def step(self, ticks: int) -> None:
+        """Run some ticks, as fast as possible; Ctrl-C ends it as it does `run`."""
+        with _Ticking(self):
+            self.session.services.world.realtime = False
+            for _ in range(ticks):
+                self.desk.serve(self.session)
+                if self.session.interrupted:
+                    self.session.interrupted = False
+                    break
+                self.session.step()
+                self._after_tick()
+
+    def _after_tick(self) -> None:
+        for call in tuple(self.after_tick):
+            call(self.session.clock.frame)
+
+    def end_run(self, error: BaseException | None) -> None:
+        """Pause after ticks ran; close the recording after an error that ends it."""
+        if error is not None and (self.session.state == "failed" or isinstance(error, RecordingError)):
+            self._end_recording(error)
+        if self.session.state == "playing":
+            self.session.pause()
+
+    def close(self) -> None:
+        """End the session, then the recording and the network; safe to call twice.
+
+        Raises:
+            RecordingError: the recording cannot be written.
+            StateError: the session runs, or another thread uses it.
+        """
+        self.enter()
+        try:
+            if self.running:
+                raise StateError("the session runs: it cannot be closed from `until`")
+            self.closed = True
+            self._closing.close()
+        finally:
+            self.leave()
+
+    def __enter__(self) -> Runner:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+class _Ticking:
+    """While ticks run: no others begin, and Ctrl-C waits for the end of the tick, where Python itself handles that signal.
+
+    A second Ctrl-C does not wait.
+    """
+
+    __slots__ = ("_handles", "_pressed", "_runner")
+
+    def __init__(self, runner: Runner) -> None:
+        self._runner = runner
+        self._handles = self._pressed = False
+
+    def __enter__(self) -> None:
+        if self._runner.running:
+            raise StateError("the session runs: ticks cannot be asked for from `until`")
+        self._runner.running = True
+        own = threading.current_thread() is threading.main_thread()
+        if own and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+            self._handles = True
+            signal.signal(signal.SIGINT, self._end)
+
+    def _end(self, number: int, frame: FrameType | None) -> None:
+        if self._pressed:
+            raise KeyboardInterrupt
+        self._pressed = True
+        self._runner.session.interrupt()
+
+    def __exit__(self, kind: object, error: BaseException | None, traceback: object) -> None:
+        if self._handles:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+        self._runner.running = False
+        self._runner.end_run(error)
+        if self._pressed:
+            self._runner.session.interrupted = False
+            if error is None:
+                raise KeyboardInterrupt
+
+
+class HasRunner(Protocol):
+    """Something that its user calls, of one session."""
+
+    @property
+    def _runner(self) -> Runner: ...
+
+
+S = TypeVar("S", bound=HasRunner)
+
+
+def reading(method: Callable[Concatenate[S, P], T]) -> Callable[Concatenate[S, P], T]:
+    """A method that reads a session, from one thread at a time."""
+
+    @functools.wraps(method)
+    def guarded(self: S, /, *args: P.args, **kwargs: P.kwargs) -> T:
+        runner = self._runner
+        runner.enter()
+        try:
+            runner.refuse_closed()
+            return method(self, *args, **kwargs)
+        finally:
+            runner.leave()
+
+    return guarded
+
+
+def acting(method: Callable[Concatenate[S, P], T]) -> Callable[Concatenate[S, P], T]:
+    """A method that changes a session, which a failed one refuses, from one thread at a time."""
+
+    @functools.wraps(method)
+    def guarded(self: S, /, *args: P.args, **kwargs: P.kwargs) -> T:
+        self._runner.session.admit()
+        return method(self, *args, **kwargs)
+
+    return reading(guarded)

@@ -1,0 +1,244 @@
+"""Topics and services of a session as its user reads, writes and calls them."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator, Sequence
+from typing import Any, Generic, TypeVar
+
+from graphengine.api.runner import HasRunner, Runner, acting
+from graphengine.format.errors import TransportError, UsageError
+from graphengine.format.wording import did_you_mean, listing
+from graphengine.messages import messages
+from graphengine.messages.endpoints import EndpointClaim, QoS
+from graphengine.messages.message_input import full_type
+from graphengine.messages.names import check_topic
+from graphengine.messages.plain import from_plain
+from graphengine.messages.qos import settled
+from graphengine.ros.transport import Reader, Transport, Writer
+
+M = TypeVar("M")
+
+MessageType = str | type[Any] | None
+"""`nav_msgs/msg/Odometry`, a class of `graphengine.messages.messages`, or None for the type that graphs use."""
+
+
+class Subscription(Generic[M]):
+    """Messages of a topic, decoded when they are read. `Session.subscribe` makes it.
+
+    It can be read after the session is closed, and holds its messages through a reset.
+    """
+
+    def __init__(self, runner: Runner, topic: str, type: MessageType, keep: int) -> None:
+        if keep < 1:
+            raise UsageError(f"keep: expected at least 1 message, got {keep}")
+        self._topic, transport, claims, self._type = _find(runner, topic, type, ("publish", "subscribe"))
+        self._definitions = runner.scene.definitions
+        self._kept: deque[bytes] = deque(maxlen=keep)
+        self._arrived = 0
+        offered = [settled(claim.qos) for claim in claims if claim.direction == "publish"]
+        reliable = bool(offered) and all(qos.reliability == "reliable" for qos in offered)
+        latched = bool(offered) and all(qos.durability == "transientLocal" for qos in offered)
+        qos = QoS(
+            depth=keep,
+            reliability="reliable" if reliable else "bestEffort",
+            durability="transientLocal" if latched else "volatile",
+        )
+        self._reader: Reader = transport.reader(self._topic, self._type, qos, self._deliver)
+
+    def _deliver(self, data: bytes) -> None:
+        self._kept.append(data)
+        self._arrived += 1
+
+    def _decode(self, data: bytes) -> M:
+        message: M = messages.decode(data, self._type, self._definitions)
+        return message
+
+    @property
+    def topic(self) -> str:
+        """Full name of the topic."""
+        return self._topic
+
+    @property
+    def type(self) -> str:
+        """Message type, as in `nav_msgs/msg/Odometry`."""
+        return self._type
+
+    @property
+    def latest(self) -> M | None:
+        """The newest message, None before the first; its arrays are read-only."""
+        return self._decode(self._kept[-1]) if self._kept else None
+
+    @property
+    def messages(self) -> list[M]:
+        """The messages that are kept, oldest first; their arrays are read-only."""
+        return [self._decode(data) for data in tuple(self._kept)]
+
+    @property
+    def dropped(self) -> int:
+        """Number of messages that newer ones replaced, as only `keep` are kept."""
+        return max(self._arrived - len(self._kept), 0)
+
+    def __iter__(self) -> Iterator[M]:
+        return map(self._decode, tuple(self._kept))
+
+    def __len__(self) -> int:
+        return len(self._kept)
+
+    def close(self) -> None:
+        """Leave the topic; messages that arrived can still be read. Safe to call twice."""
+        self._reader.close()
+
+    def __repr__(self) -> str:
+        dropped = f", {self.dropped} dropped" if self.dropped else ""
+        return f"<Subscription {self._topic} ({self._type}): {len(self)} messages{dropped}>"
+
+
+@acting
+def open_subscription(user: HasRunner, topic: str, type: MessageType, keep: int) -> Subscription[Any]:
+    """Subscribe for a user of the session; arguments as for `Session.subscribe`."""
+    return Subscription(user._runner, topic, type, keep)
+
+
+class Publication:
+    """A message that is sent again and again. `Session.publish` makes it.
+
+    Attributes:
+        topic: full name of the topic.
+        type: message type, as in `geometry_msgs/msg/Twist`.
+        every: time between two messages, s of simulation; None for one that was sent once.
+    """
+
+    def __init__(self, runner: Runner, topic: str, message: Any, every: float | None, type: MessageType) -> None:
+        if every is not None and not every > 0.0:
+            raise UsageError(f"every: expected a time above 0 s, got {every!r}")
+        given = messages.message_type(message) if type is None and not isinstance(message, dict) else type
+        self.topic, transport, claims, self.type = _find(
+            runner, topic, given, ("subscribe", "publish"), known=type is None
+        )
+        self.every = every
+        self._data = _encoded(runner, message, self.type)
+        self._writer = _writer(runner, self.topic, self.type, transport, claims)
+        self._runner = runner
+        self._clock = runner.session.clock
+        self._begin = self._last = self._clock.frame
+        self._sent = 0
+        self._writer.write(self._data)
+        if every is not None:
+            runner.after_tick.append(self._after_tick)
+
+    def _after_tick(self, frame: int) -> None:
+        """Send the message for the next tick, if it is due then."""
+        if frame < self._last:  # time was reset
+            self._begin, self._sent = frame, -1
+        self._last = frame
+        assert self.every is not None
+        due = int((frame - self._begin) * self._clock.delta / self.every + 1e-9)
+        if due > self._sent:
+            self._sent = due
+            self._writer.write(self._data)
+
+    def close(self) -> None:
+        """Send no more; safe to call twice."""
+        if self._after_tick in self._runner.after_tick:
+            self._runner.after_tick.remove(self._after_tick)
+
+    def __repr__(self) -> str:
+        return f"<Publication {self.topic} ({self.type}), {f'every {self.every:g} s' if self.every else 'once'}>"
+
+
+def call_service(runner: Runner, service: str, request: Any, timeout: float, type: str | None) -> Any:
+    """Ask a service, and step ticks until its answer is there; arguments as for `Session.call`."""
+    service, transport, _, service_type = _find(runner, service, type, ("serve", "call"))
+    definitions = runner.scene.definitions
+    request_type, response_type = definitions.service_parts(service_type)
+    data = _encoded(runner, request, request_type)
+    answers: list[bytes] = []
+    client = transport.client(service, service_type, QoS(), lambda number, answer: answers.append(answer))
+    sent = False
+
+    def ask(_: object) -> bool:
+        nonlocal sent
+        if not sent and client.ready:
+            sent = True
+            client.call(data)
+        return not answers
+
+    try:
+        ask(None)
+        runner.run(timeout, None, ask)
+    finally:
+        client.close()
+    if not answers:
+        why = "" if sent else f"\n  nobody offers it as {service_type}"
+        raise TransportError(f"{service}: no answer within {timeout:g} s of simulation{why}")
+    return messages.decode(answers[0], response_type, definitions)
+
+
+def _encoded(runner: Runner, message: Any, message_type: str) -> bytes:
+    """The bytes of a message, or of a mapping of its fields.
+
+    Raises:
+        MessageError: it is no message of the type.
+    """
+    definitions = runner.scene.definitions
+    if isinstance(message, dict):
+        message = from_plain(message, message_type, definitions)
+    elif messages.message_type(message) != message_type:
+        raise messages.MessageError(f"expected {message_type}, got {messages.message_type(message)}")
+    messages.check(message, definitions)
+    return messages.encode(message, definitions)
+
+
+def _writer(
+    runner: Runner, topic: str, message_type: str, transport: Transport, claims: Sequence[EndpointClaim]
+) -> Writer:
+    """A writer that offers what every reader of the graphs asks for; the same one for all messages of a topic."""
+    key = (topic, message_type, transport)
+    if key not in runner.writers:
+        read = [settled(claim.qos) for claim in claims if claim.direction == "subscribe"]
+        latched = any(qos.durability == "transientLocal" for qos in read)
+        qos = QoS(durability="transientLocal" if latched else "volatile")
+        runner.writers[key] = transport.writer(topic, message_type, qos)
+        for end in runner.network.subscriptions:
+            if end.topic == topic:
+                end.follow({message_type})
+    return runner.writers[key]
+
+
+def _find(
+    runner: Runner, name: str, given: MessageType, directions: Sequence[str], *, known: bool = False
+) -> tuple[str, Transport, list[EndpointClaim], str]:
+    """Full name, transport, claims and type of a topic or service.
+
+    Args:
+        runner: of the session.
+        name: absolute; the first slash may be left out.
+        given: its type where the user says it.
+        directions: of the claims that count; the type is that of the first direction's, if there are any.
+        known: whether a graph has to know it although the type is given.
+
+    Raises:
+        UsageError: no graph knows it, or as another type.
+    """
+    full = name if name.startswith("/") else f"/{name}"
+    check_topic(full, given=name)
+    every = [claim for claim in runner.session.services.claims if claim.direction in directions]
+    claims = sorted(
+        (claim for claim in every if claim.topic == full), key=lambda claim: directions.index(claim.direction)
+    )
+    if not claims and (given is None or known):
+        names = list(dict.fromkeys(claim.topic for claim in every))
+        same = [other for other in names if other.rpartition("/")[2] == full.rpartition("/")[2]]
+        near = f"did you mean {' or '.join(map(repr, same[:5]))}?" if same else did_you_mean(full, names)
+        what = "service" if "serve" in directions else "topic"
+        hint = near or listing(names, f"{what}s that graphs know")
+        raise UsageError(f"no graph knows {what} {full!r}\n  {hint}\n  or give its type: type='package/…/Name'")
+    wanted = full_type(given) if isinstance(given, str) else getattr(given, "__msgtype__", "")
+    if given is not None and not wanted:
+        raise UsageError(f"type: expected a message type such as 'nav_msgs/msg/Odometry', or its class, got {given!r}")
+    types = list(dict.fromkeys(kind for claim in claims for kind in (claim.message_type, *claim.alternatives)))
+    if wanted and types and wanted not in types:
+        raise UsageError(f"{full} is {' or '.join(types)}, not {wanted}")
+    transport = runner.network.transport(claims[0].ros_context if claims else 0)
+    return full, transport, claims, wanted or types[0]

@@ -1,0 +1,131 @@
+"""Ports of a session's nodes by address: `[robot/][graph/][subgraph/…]Node.[inputs:|outputs:|state:]port`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from typing import Any
+
+from graphengine.compiler.graph import Instance, known_type, with_article
+from graphengine.format.errors import UsageError
+from graphengine.format.wording import did_you_mean, listing, shown
+from graphengine.node import types
+from graphengine.node.node_class import Node
+from graphengine.node.port import Port, Side
+from graphengine.runtime.executor import Executor
+from graphengine.runtime.graph_run import GraphRun
+
+SIDES: tuple[Side, ...] = ("outputs", "inputs", "state")
+"""Sides on which a name without one is looked for, in this order."""
+
+
+@dataclass(frozen=True, slots=True)
+class NodePort:
+    """A port of a node that runs."""
+
+    address: str
+    """From the robot or graph on; with the side where the pattern gives one."""
+    executor: Executor
+    index: int
+    port: Port
+
+    @property
+    def value(self) -> Any:
+        """What the port holds."""
+        return getattr(self.executor.nodes[self.index], self.port.field)
+
+    def put(self, value: Any) -> None:
+        """Set the port, an input that no wire feeds, to a value in its representation.
+
+        Raises:
+            GraphError: a node cannot be set up with the value. The port has its old value then.
+        """
+        self.executor.set_input(self.index, self.port.field, value)
+
+    def convert(self, value: Any) -> Any:
+        """A value that is given to an input, in the port's representation.
+
+        Raises:
+            UsageError: a wire feeds the input, or the port does not take the value.
+        """
+        graph = self.executor.graph
+        for wire in graph.data_wires:
+            if (wire.target, wire.target_field) == (self.index, self.port.field):
+                raise UsageError(f"{self.address} is wired: {wire}\n  only an input without a wire can be set")
+        wanted = known_type(graph.instances[self.index], self.port) or self.port.type
+        try:
+            if isinstance(wanted, types.UnionType):
+                return types.first_that_takes(value, wanted.alternatives)[1]
+            return self.port.check(types.coerce(value, wanted))
+        except (TypeError, ValueError) as error:
+            raise UsageError(f"{self.address} is {with_article(wanted)}: {error}, got {shown(value)}") from None
+
+
+def find_ports(runs: Iterable[GraphRun], pattern: str, sides: Sequence[Side] = SIDES) -> list[NodePort]:
+    """The ports that a pattern matches, at least one: the end of an address, with globs in its parts.
+
+    Raises:
+        UsageError: none matches.
+    """
+    path, _, name = pattern.rpartition(".")
+    nodes = list(_nodes(runs))
+    matching = [node for node in nodes if _matches(node[0], path)]
+    found = [port for node in matching for port in _ports(*node, name, sides)]
+    if found:
+        return found
+    if not matching:
+        names = [known if "/" in path else known.rpartition("/")[2] for known, _, _ in nodes]
+        near = did_you_mean(path, names) or listing(dict.fromkeys(names), "nodes")
+        raise UsageError(f"{pattern}: no node {path!r}\n  {near}" if path else f"{pattern!r}: write NODE.PORT")
+    classes = list(dict.fromkeys(type(executor.nodes[index]) for _, executor, index in matching))
+    ports = [port.name for cls in classes for port in cls.fields.values() if port.side in sides and not port.is_exec]
+    who = f"{classes[0].__name__} has" if len(classes) == 1 else "the nodes that it matches have"
+    what = "input" if sides == ("inputs",) else "port with a value"
+    near = did_you_mean(name.rpartition(":")[2], ports) or listing(dict.fromkeys(ports), "ports")
+    raise UsageError(f"{pattern}: {who} no {what} {name!r}\n  {near}")
+
+
+def find_port_at(runs: Iterable[GraphRun], address: str) -> NodePort:
+    """The one port that an address means: in full, or as much of its end as no other has.
+
+    Raises:
+        UsageError: there is none, or there are several.
+    """
+    found = find_ports(runs, address)
+    if len(found) > 1:
+        found = [port for port in found if port.address == address] or found
+    if len(found) > 1:
+        ports = listing([port.address for port in found], "write one of")
+        raise UsageError(f"{address} could mean {len(found)} ports\n  {ports}")
+    return found[0]
+
+
+def _nodes(runs: Iterable[GraphRun]) -> Iterator[tuple[str, Executor, int]]:
+    """Every node of a file: its path, its executor, and its index there."""
+    for run in runs:
+        instances: Sequence[Instance] = run.executor.graph.instances
+        for instance in instances:
+            if not instance.part_of:
+                yield f"{run.name}/{instance.id}", run.executor, instance.index
+
+
+def _matches(path: str, pattern: str) -> bool:
+    wanted = pattern.split("/")
+    parts = path.split("/")[-len(wanted) :]
+    return len(parts) == len(wanted) and all(map(fnmatchcase, parts, wanted))
+
+
+def _ports(path: str, executor: Executor, index: int, pattern: str, sides: Sequence[Side]) -> Iterator[NodePort]:
+    """The ports of a node that a name matches, with or without its side; a name that several sides have means the first."""
+    cls: type[Node] = type(executor.nodes[index])
+    side, colon, name = pattern.partition(":")
+    given = bool(colon) and side in SIDES
+    seen: set[str] = set()
+    for wanted in sides:
+        for port in cls.fields.values():
+            if port.side != wanted or port.is_exec or (given and wanted != side):
+                continue
+            if fnmatchcase(port.name, name if given else pattern) and port.name not in seen:
+                seen.add(port.name)
+                yield NodePort(f"{path}.{f'{side}:' if given else ''}{port.name}", executor, index, port)
