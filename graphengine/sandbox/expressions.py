@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import ast
 import builtins
-import copy
 import math
 import operator
 import re
@@ -134,7 +133,7 @@ class Guard:
         """Call a function; `place` is the first line, the last line and the column of the call."""
         if "key" in named:  # Python calls it in loops of its own, which nobody counts
             raise ForbiddenError("an expression sorts and compares without a key")
-        self._spend(1)
+        self.spend(1)
         self.weigh(getattr(function, "__self__", None), *arguments, *named.values())
         return self.made(function(*arguments, **named))
 
@@ -147,7 +146,7 @@ class Guard:
                 raise ForbiddenError(f"a number of more than {MAX_BITS} bits is not allowed in an expression")
         elif name == "Mult" and any(isinstance(operand, _COLLECTIONS) for operand in operands):
             sizes = (len(part) if isinstance(part, _COLLECTIONS) else operator.index(part) for part in operands)
-            self._spend(max(math.prod(sizes), 0))
+            self.spend(max(math.prod(sizes), 0))
         elif name == "Mod" and isinstance(first, str | bytes) and _WIDE_FIELD.search(str(first)):
             raise ForbiddenError("a field of more than 999 characters is not allowed in an expression")
         self.weigh(*operands)
@@ -156,7 +155,7 @@ class Guard:
     def iterate(self, values: Iterable[Any]) -> Iterator[Any]:
         """The values that a comprehension goes over."""
         for value in values:
-            self._spend(1)
+            self.spend(1)
             yield value
 
     def format(self, value: Any, conversion: int, form: str) -> str:
@@ -172,27 +171,34 @@ class Guard:
         return value
 
     def weigh(self, *values: Any) -> None:
-        """Take the elements of values for steps, and those of their elements, which may be one list a thousand times.
-
-        64 bits, characters or numbers of an array count as one element: they are computed so much faster.
-        """
+        """Take the steps of values and of all that they hold, which may be one list a thousand times."""
         pending = [*values]
         for part in pending:
-            if isinstance(part, int):
-                self._spend(part.bit_length() // 64)
-            elif isinstance(part, str | bytes):
-                self._spend(len(part) // 64)
-            elif isinstance(part, _COLLECTIONS):
-                self._spend(len(part))
+            self.spend(cost(part))
+            if isinstance(part, _COLLECTIONS) and not isinstance(part, str | bytes):
                 pending.extend(part)
                 pending.extend(part.values() if isinstance(part, dict) else ())
-            elif hasattr(part, "__array_interface__"):  # of numpy
-                self._spend(part.size // 64)
 
-    def _spend(self, steps: int) -> None:
+    def spend(self, steps: int) -> None:
+        """Take steps.
+
+        Raises:
+            ForbiddenError: they are too many.
+        """
         self._left -= steps
         if self._left < 0:
             raise ForbiddenError(f"an expression takes at most {MAX_STEPS} steps")
+
+
+def cost(value: Any) -> int:
+    """The steps that a value takes, without those of its elements; of bits, characters and numbers of an array 64 are one."""
+    if isinstance(value, int):
+        return value.bit_length() // 64
+    if isinstance(value, str | bytes):
+        return len(value) // 64
+    if isinstance(value, _COLLECTIONS):
+        return len(value)
+    return int(value.size) // 64 if hasattr(value, "__array_interface__") else 0
 
 
 def compiled(
@@ -228,7 +234,7 @@ def compiled(
     if unknown:
         near = did_you_mean(unknown[0], known or ()) or listing(known or ())
         raise ForbiddenError(f"there is no {unknown[0]!r}\n{near}")
-    guarded: ast.Expression = _Guarded().visit(tree if isinstance(expression, str) else copy.deepcopy(tree))
+    guarded: ast.Expression = _guarded(tree)
     return compile(ast.fix_missing_locations(guarded), "<expression>", "eval")
 
 
@@ -256,43 +262,45 @@ def _nodes(tree: ast.AST) -> Iterator[ast.AST]:
     raise ForbiddenError(f"an expression is nested at most {MAX_DEPTH} levels deep")
 
 
-def _constant(value: Any) -> ast.Constant:
-    return ast.Constant(value)
+def _guarded(part: Any) -> Any:
+    """A copy of a part of a tree, whose operations are calls of the guard."""
+    if isinstance(part, list):
+        return [_guarded(item) for item in part]
+    if not isinstance(part, ast.AST):
+        return part
+    node = type(part)(**{name: _guarded(value) for name, value in ast.iter_fields(part)})
+    match node:
+        case ast.Attribute():
+            return _guard("attribute", node.value, _constant(node.attr))
+        case ast.Call():
+            place = tuple(getattr(part, name) for name in ("lineno", "end_lineno", "col_offset"))
+            return _guard("call", _constant(place), node.func, *node.args, keywords=node.keywords)
+        case ast.BinOp():
+            return _guard("operate", _constant(type(node.op).__name__), node.left, node.right)
+        case ast.UnaryOp():
+            return _guard("operate", _constant(type(node.op).__name__), node.operand)
+        case ast.comprehension():
+            node.iter = _guard("iterate", node.iter)
+        case ast.FormattedValue():
+            form = node.format_spec or _constant("")
+            return ast.FormattedValue(_guard("format", node.value, _constant(node.conversion), form), -1)
+        case ast.Starred():
+            node.value = _guard("made", node.value)
+        case ast.Compare():
+            node.left = _guard("made", node.left)
+            node.comparators = [_guard("made", side) for side in node.comparators]
+        case ast.List() | ast.Tuple() if isinstance(node.ctx, ast.Store):
+            pass
+        case ast.List() | ast.Tuple() | ast.Set() | ast.Dict() | ast.ListComp() | ast.SetComp() | ast.DictComp():
+            return _guard("made", node)
+        case ast.Subscript() | ast.JoinedStr():
+            return _guard("made", node)
+    return node
 
 
 def _guard(name: str, *arguments: ast.expr, keywords: Iterable[ast.keyword] = ()) -> ast.Call:
     return ast.Call(ast.Name(f"@{name}", ast.Load()), [*arguments], [*keywords])
 
 
-class _Guarded(ast.NodeTransformer):
-    """Turns operations into calls of the guard."""
-
-    def visit(self, node: ast.AST) -> Any:
-        self.generic_visit(node)
-        match node:
-            case ast.Attribute():
-                return _guard("attribute", node.value, _constant(node.attr))
-            case ast.Call():
-                place = (node.lineno, node.end_lineno or node.lineno, node.col_offset)
-                return _guard("call", _constant(place), node.func, *node.args, keywords=node.keywords)
-            case ast.BinOp():
-                return _guard("operate", _constant(type(node.op).__name__), node.left, node.right)
-            case ast.UnaryOp():
-                return _guard("operate", _constant(type(node.op).__name__), node.operand)
-            case ast.comprehension():
-                node.iter = _guard("iterate", node.iter)
-            case ast.FormattedValue():
-                form = node.format_spec or _constant("")
-                return ast.FormattedValue(_guard("format", node.value, _constant(node.conversion), form), -1)
-            case ast.Starred():
-                node.value = _guard("made", node.value)
-            case ast.Compare():
-                node.left = _guard("made", node.left)
-                node.comparators = [_guard("made", side) for side in node.comparators]
-            case ast.List() | ast.Tuple() if isinstance(node.ctx, ast.Store):
-                pass
-            case ast.List() | ast.Tuple() | ast.Set() | ast.Dict() | ast.ListComp() | ast.SetComp() | ast.DictComp():
-                return _guard("made", node)
-            case ast.Subscript() | ast.JoinedStr():
-                return _guard("made", node)
-        return node
+def _constant(value: Any) -> ast.Constant:
+    return ast.Constant(value)

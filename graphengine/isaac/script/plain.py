@@ -15,7 +15,7 @@ from graphengine.isaac.omniverse.recorder import Recorder
 from graphengine.isaac.omniverse.stand_in import StandIn, StandInModule
 from graphengine.isaac.script.builders import BUILDING, called
 from graphengine.isaac.script.places import Script
-from graphengine.sandbox.expressions import Guard, compiled, syntax
+from graphengine.sandbox.expressions import Guard, compiled, cost, syntax
 
 _SYNTAX = syntax(
     "Expression Constant Name Load JoinedStr FormattedValue List Tuple Dict UnaryOp USub BinOp Add Attribute Call keyword"
@@ -138,6 +138,10 @@ class _Evaluator(Guard):
         ):
             raise NotPlainError
         return super().operate(name, *operands)
+
+    def weigh(self, *values: Any) -> None:
+        for value in values:
+            self.spend(cost(value))
 
     def format(self, value: Any, conversion: int, form: str) -> str:
         if not isinstance(value, str | int | float) or conversion != -1 or form:
