@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from graphengine.api.scene import RobotInfo as RobotInfo
     from graphengine.api.scene import Scene as Scene
     from graphengine.api.scene import load as load
+    from graphengine.api.session import Checkpoint as Checkpoint
     from graphengine.api.session import Session as Session
     from graphengine.api.topics import Publication as Publication
     from graphengine.api.topics import Subscription as Subscription
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
 
 _MODULES = {
     "api.scene": ("load", "Scene", "GraphInfo", "RobotInfo"),
-    "api.session": ("Session",),
+    "api.session": ("Session", "Checkpoint"),
     "api.topics": ("Subscription", "Publication"),
     "api.robots": ("Robot", "Pose", "Velocity", "Joint"),
     "format.errors": (

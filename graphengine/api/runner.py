@@ -33,6 +33,7 @@ from graphengine.scene import build
 from graphengine.scene.loaded_scene import LoadedScene
 
 if TYPE_CHECKING:
+    from graphengine.api.topics import Publication
     from graphengine.recording.recorder import Recorder
 
 Log = Callable[[str, str, str], None]
@@ -102,8 +103,8 @@ class Runner:
         self.scene = scene
         self.options = options
         self.desk = Desk()
-        self.after_tick: list[Callable[[int], None]] = []
-        """Called after each tick, and now and then while there are none, with the number of ticks since play."""
+        self.publications: dict[Publication, None] = {}
+        """Messages that are sent again and again, in the order in which that began."""
         self.writers: dict[object, Writer] = {}
         """Writers of the user's messages, by topic, type and transport."""
         self._lock = threading.RLock()
@@ -293,8 +294,8 @@ class Runner:
                 self._after_tick()
 
     def _after_tick(self) -> None:
-        for call in tuple(self.after_tick):
-            call(self.session.clock.frame)
+        for publication in tuple(self.publications):
+            publication.after_tick(self.session.clock.frame)
 
     def end_run(self, error: BaseException | None) -> None:
         """Pause after ticks ran; close the recording after an error that ends it."""

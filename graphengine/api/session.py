@@ -23,9 +23,21 @@ from graphengine.format.errors import UsageError
 from graphengine.format.wording import did_you_mean, listing
 
 if TYPE_CHECKING:
+    from graphengine.runtime.session import Checkpoint as InnerCheckpoint
     from graphengine.runtime.session import Session as InnerSession
     from graphengine.runtime.session import SessionState
     from graphengine.runtime.ticker import ResetScope
+
+
+class Checkpoint:
+    """The whole state of a session. `Session.checkpoint` makes it, and `Session.restore` goes back to it."""
+
+    def __init__(self, inner: InnerCheckpoint, publications: Sequence[tuple[Publication, Any]]) -> None:
+        self._inner = inner
+        self._publications = publications
+
+    def __repr__(self) -> str:
+        return f"<Checkpoint {self._inner.name}>"
 
 
 class Session:
@@ -141,6 +153,46 @@ class Session:
             UsageError: a graph that is not its own reads something of a robot that is to go.
         """
         self._runner.command("reset", scope=list(scopes) or "all")
+
+    @acting
+    def checkpoint(self) -> Checkpoint:
+        """Keep the whole state, to go back to it as often as wanted, as long as the checkpoint is held. Recorded.
+
+        A picture that is being drawn is waited for.
+
+        >>> sim.checkpoint()
+        <Checkpoint checkpoint_1>
+
+        Raises:
+            NodeError: a node holds what cannot be copied.
+        """
+        inner = self._runner.session.checkpoint()
+        return Checkpoint(inner, [(publication, publication.save()) for publication in self._runner.publications])
+
+    @reading
+    def restore(self, checkpoint: Checkpoint) -> None:
+        """Go back to a checkpoint of this session: over memory the same bytes follow from the same calls. Recorded.
+
+        Messages that have left the process are not taken back, nor are those that subscriptions here have kept; writer
+        numbers of dds and the times of a recording go on.
+
+        >>> mark = sim.checkpoint()
+        >>> sim.run(1.0)
+        True
+        >>> sim.restore(mark)
+        >>> sim.time
+        0.0
+
+        Args:
+            checkpoint: what `checkpoint` returned.
+
+        Raises:
+            GraphError: a robot that has gone, or a node, cannot be what it was.
+            UsageError: the checkpoint is another session's.
+        """
+        self._runner.session.restore(checkpoint._inner)
+        for publication, state in checkpoint._publications:
+            publication.restore(state)
 
     # Values of nodes
 

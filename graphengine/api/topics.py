@@ -8,6 +8,7 @@ from typing import Any, Generic, TypeVar
 
 from graphengine.api.runner import HasRunner, Runner, acting
 from graphengine.format.errors import TransportError, UsageError
+from graphengine.format.stateful import Stateful
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages import messages
 from graphengine.messages.endpoints import EndpointClaim, QoS
@@ -100,7 +101,7 @@ def open_subscription(user: HasRunner, topic: str, type: MessageType, keep: int)
     return Subscription(user._runner, topic, type, keep)
 
 
-class Publication:
+class Publication(Stateful):
     """A message that is sent again and again. `Session.publish` makes it.
 
     Attributes:
@@ -108,6 +109,8 @@ class Publication:
         type: message type, as in `geometry_msgs/msg/Twist`.
         every: time between two messages, s of simulation; None for one that was sent once.
     """
+
+    kept = ("_begin", "_last", "_sent")
 
     def __init__(self, runner: Runner, topic: str, message: Any, every: float | None, type: MessageType) -> None:
         if every is not None and not every > 0.0:
@@ -125,10 +128,10 @@ class Publication:
         self._sent = 0
         self._writer.write(self._data)
         if every is not None:
-            runner.after_tick.append(self._after_tick)
+            runner.publications[self] = None
 
-    def _after_tick(self, frame: int) -> None:
-        """Send the message for the next tick, if it is due then."""
+    def after_tick(self, frame: int) -> None:
+        """Send the message for the next tick, if it is due then; the session calls it, with its number of ticks since play."""
         if frame < self._last:  # time was reset
             self._begin, self._sent = frame, -1
         self._last = frame
@@ -140,8 +143,7 @@ class Publication:
 
     def close(self) -> None:
         """Send no more; safe to call twice."""
-        if self._after_tick in self._runner.after_tick:
-            self._runner.after_tick.remove(self._after_tick)
+        self._runner.publications.pop(self, None)
 
     def __repr__(self) -> str:
         return f"<Publication {self.topic} ({self.type}), {f'every {self.every:g} s' if self.every else 'once'}>"

@@ -253,7 +253,11 @@ class Restore(Command):
     name: EntityName
 
     def _apply(self, session: Session) -> None:
-        session.restore(self.name)
+        kept = session.held.get(self.name)
+        if kept is None:
+            hint = did_you_mean(self.name, session.held) or listing(session.held, "checkpoints")
+            raise UsageError(f"no checkpoint {self.name!r}\n  {hint}")
+        session.restore(kept)
 
 
 class State(Command):

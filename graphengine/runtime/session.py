@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import math
 import time
-import weakref
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -15,7 +14,6 @@ from graphengine.devices.entity import Move, warning
 from graphengine.devices.sensor import Quaternion, Vector3
 from graphengine.format.errors import StateError, TransportError, UnknownEntityError, UsageError
 from graphengine.format.spec import RobotUse
-from graphengine.format.wording import did_you_mean, listing
 from graphengine.node.clock import Clock
 from graphengine.node.context.services import Services
 from graphengine.node.mailbox import find_impulses
@@ -78,9 +76,11 @@ class Roster:
 
 @dataclass(frozen=True, eq=False)
 class Checkpoint:
-    """The whole state of a session, which goes back to it as long as somebody holds this."""
+    """The whole state of a session."""
 
     name: str
+    of: Ticker
+    """Of the session."""
     robots: Any
     state: Any
     play: tuple[SessionState, str, bool]
@@ -124,8 +124,7 @@ class Session:
         self._failure = ""
         self._checkpoints = 0
         self.held: dict[str, Checkpoint] = {}
-        """Checkpoints that commands asked for, which nobody else holds."""
-        self._known: weakref.WeakValueDictionary[str, Checkpoint] = weakref.WeakValueDictionary()
+        """Checkpoints that commands asked for, by name."""
         self._ticker = Ticker(services, clock, step_clock, graphs)
 
     @property
@@ -300,7 +299,7 @@ class Session:
         """Keep a copy of the whole state, between two ticks; a picture that is being drawn is waited for.
 
         Args:
-            name: by which `restore` knows it; numbered if not given.
+            name: by which a recording knows it; numbered if not given.
 
         Raises:
             UsageError: within a tick.
@@ -309,33 +308,31 @@ class Session:
         self._refuse_within_tick()
         self._checkpoints += 1
         name = name or f"checkpoint_{self._checkpoints}"
-        made = Checkpoint(name, self._roster.save(), self._ticker.save(), (self.state, self._failure, self._ended))
-        self._known[name] = made
+        play = self.state, self._failure, self._ended
+        made = Checkpoint(name, self._ticker, self._roster.save(), self._ticker.save(), play)
         self.inbox.command("checkpoint", {"name": name})
         return made
 
-    def restore(self, name: str) -> None:
+    def restore(self, kept: Checkpoint) -> None:
         """Go back to a checkpoint, between two ticks; what follows is the same, byte by byte, over memory.
 
         Ticks and recordings go on counting, and messages that have left the process are not taken back.
 
         Args:
-            name: of the checkpoint, which is still held by somebody.
+            kept: a checkpoint of this session.
 
         Raises:
-            UsageError: there is no such checkpoint, or within a tick.
+            UsageError: it is another session's, or within a tick.
             GraphError: a robot that has gone, or a node, cannot be what it was.
         """
         self._refuse_within_tick()
-        kept = self._known.get(name)
-        if kept is None:
-            hint = did_you_mean(name, self._known) or listing(self._known, "checkpoints")
-            raise UsageError(f"no checkpoint {name!r}\n  {hint}")
+        if kept.of is not self._ticker:
+            raise UsageError(f"{kept.name} is a checkpoint of another session")
         self._ticker.take(self._roster.restore(kept.robots, self.graphs))
         self._ticker.restore(kept.state)
         state, self._failure, self._ended = kept.play
         self._set(state)
-        self.inbox.command("restore", {"name": name})
+        self.inbox.command("restore", {"name": kept.name})
 
     def play(self) -> None:
         """Let ticks run."""

@@ -55,7 +55,7 @@ class Options:
     scripts: bool = False
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class LoadedScene:
     """A definition, from which any number of sessions begin; none of them changes it.
 

@@ -36,6 +36,12 @@ def test_a_robot_is_driven_for_five_seconds_at_half_a_metre_a_second() -> None:
     assert 2.2 < example("drive.py")() < 2.45
 
 
+def test_a_search_from_a_checkpoint_finds_the_turn_that_leads_to_the_goal() -> None:
+    turn, missed = example("search.py")()
+    assert 0.4 < turn < 1.4
+    assert missed < 0.15
+
+
 def test_a_controller_is_tuned() -> None:
     gain, _ = example("tune.py")()
     assert 1.0 < gain < 2.0  # 2 x braking distance 1 m at 1 m/s2: a gain above 2 / s overshoots

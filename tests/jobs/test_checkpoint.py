@@ -79,10 +79,10 @@ def test_what_follows_a_checkpoint_is_the_same_again(seed: int) -> None:
         steps = script(chance, TICKS, spawned=there)
         first = play(job, steps)
         play(job, script(chance, 30, spawned="late" in job.session.spawned))
-        job.session.restore(kept.name)
+        job.session.restore(kept)
         assert ("late" in job.session.spawned) == there
         assert play(job, steps) == first
-        job.session.restore(kept.name)
+        job.session.restore(kept)
         assert play(job, steps) == first
 
 
@@ -92,19 +92,24 @@ def test_each_scene_that_ships_goes_on_as_it_did(name: str) -> None:
         job.run(0.5)
         kept = job.session.checkpoint()
         first = play(job, [[]] * 40)
-        job.session.restore(kept.name)
+        job.session.restore(kept)
         assert play(job, [[]] * 40) == first
         assert len(first) > 40
 
 
 def test_a_checkpoint_that_is_not_there_names_those_that_are() -> None:
     with Job("dd100_flat") as job:
-        kept = job.session.checkpoint("before")
+        command("checkpoint", name="before")(job)
+        command("restore", name="before")(job)
         with pytest.raises(UsageError, match="no checkpoint 'befor'\n  did you mean 'before'"):
-            job.session.restore("befor")
-        del kept
-        with pytest.raises(UsageError, match="no checkpoint 'before'"):
-            job.session.restore("before")
+            command("restore", name="befor")(job)
+
+
+def test_a_checkpoint_is_that_of_its_session() -> None:
+    with Job("dd100_flat") as job, Job("dd100_flat") as other:
+        kept = job.session.checkpoint()
+        with pytest.raises(UsageError, match="checkpoint_1 is a checkpoint of another session"):
+            other.session.restore(kept)
 
 
 def test_a_session_that_failed_goes_on_from_a_checkpoint() -> None:
@@ -115,5 +120,5 @@ def test_a_session_that_failed_goes_on_from_a_checkpoint() -> None:
         job.session.services.world.set_gravity((1e12, 0.0, 1e12))
         with pytest.raises(PhysicsError):
             job.run(2.0)
-        job.session.restore(kept.name)
+        job.session.restore(kept)
         assert play(job, [[]] * 20) == first

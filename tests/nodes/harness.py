@@ -135,7 +135,7 @@ class Player:
         for playing in self.playing:
             kept = playing.session.checkpoint()
             before = playing.ports()
-            playing.session.restore(kept.name)
+            playing.session.restore(kept)
             assert playing.ports() == before
             playing.session.close()
 
