@@ -46,6 +46,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--bad-values", choices=("drop", "stop"), default="drop", help=bad)
     record = "MCAP file of all that is read, heard and said, for replay, ros2 bag and Foxglove; pictures are waited for"
     parser.add_argument("--record", metavar="FILE", type=Path, help=record)
+    profile = "print at the end how often each node ran and fired and what time it took, measured in one tick of ten"
+    parser.add_argument("--profile", action="store_true", help=profile)
     parser.add_argument("--force", action="store_true", help="let --record write over a file that is there")
 
 
@@ -97,6 +99,7 @@ def execute(arguments: argparse.Namespace) -> int:
         _channel(arguments, runner.desk, console),
         runner,
         _keys(session, console) as on_tick,
+        _profiled(arguments, session, on_tick, console) as on_tick,
     ):
         graphs = counted(len(loaded.planned), "graph")
         what = f"{loaded.path}: {graphs}, {1.0 / session.clock.delta:g} Hz; {runner.network.description}"
@@ -145,6 +148,36 @@ def _keys(session: Session, console: Console) -> Iterator[Callable[[Session], bo
             return console.on_tick(session)
 
         yield on_tick
+
+
+@contextmanager
+def _profiled(
+    arguments: argparse.Namespace, session: Session, on_tick: Callable[[Session], bool], console: Console
+) -> Iterator[Callable[[Session], bool]]:
+    """What is to be called after each tick; with `--profile`, nodes are measured, and what came of it is printed at the end."""
+    if not arguments.profile:
+        yield on_tick
+        return
+    from graphengine.cli.common import clean, counted, table
+    from graphengine.runtime.profile import Profile
+
+    profile = Profile()
+
+    def measured(session: Session) -> bool:
+        profile.begin_tick(session.ticks, session.graphs)
+        return on_tick(session)
+
+    profile.begin_tick(session.ticks, session.graphs)
+    try:
+        yield measured
+    finally:
+        nodes = profile.nodes()
+        total = sum(node.seconds for node in nodes) or 1.0
+        rows = [("node", "type", "runs", "fired", "us a run", "share")]
+        for node in nodes:
+            mean, share = f"{1e6 * node.seconds / node.runs:.1f}", f"{100 * node.seconds / total:.1f} %"
+            rows.append((node.path, node.type, str(node.runs), str(node.fired), mean, share))
+        console.tell(clean(f"{table(rows)}\nin {counted(profile.sampled, 'tick')} of {session.ticks}"))
 
 
 class _Signals:

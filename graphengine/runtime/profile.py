@@ -39,25 +39,28 @@ class Profile:
 
     def __init__(self, every: int = 10) -> None:
         self.sampled = 0
-        """Number of sampled ticks."""
+        """Number of sampled ticks that have ended."""
         self._every = every
-        self._ticks = 0
+        self._begun, self._sampling = -1, False
         self._nodes: dict[str, NodeProfile] = {}
         self._watched: dict[int, tuple[GraphRun, Observed]] = {}
 
-    def begin_tick(self, graphs: Sequence[GraphRun]) -> None:
-        """Decide whether the tick that follows is sampled; call it before each.
+    def begin_tick(self, number: int, graphs: Sequence[GraphRun]) -> None:
+        """Decide whether the tick that follows is sampled; call it before each tick and after the last.
 
         Args:
-            graphs: those that run in it.
+            number: of ticks that ran.
+            graphs: those that run in the tick.
         """
-        sampled = self._ticks % self._every == 0
-        if sampled or self._ticks % self._every == 1:
+        if number == self._begun:
+            return
+        sampled, before = number % self._every == 1 % self._every, self._sampling  # the first tick is like no other
+        if sampled or before:
             self._watched = {id(run): self._watched.get(id(run)) or self._watch(run) for run in graphs}
             for _, switch in self._watched.values():
                 switch(sampled)
-        self._ticks += 1
-        self.sampled += sampled
+        self._begun, self._sampling = number, sampled
+        self.sampled += before
 
     def nodes(self) -> list[NodeProfile]:
         """All nodes that ran, by the time they took, longest first."""

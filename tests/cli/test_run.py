@@ -354,3 +354,15 @@ def test_on_a_terminal_one_line_is_written_over_and_never_wraps(columns: int) ->
             assert LIVE_LINE.match(shown) if columns == 100 else shown.startswith("t  ")
         assert last.startswith("\x1b[K")
         assert ticks(last) == 60
+
+
+def test_a_profile_lists_the_nodes_that_ran_by_the_time_they_took(graphrun: Graphrun) -> None:
+    result = graphrun("run", "dd100_flat", "--for", "1s", "--profile", *MEMORY)
+    header, *rows, last = result.err.splitlines()[2:]
+    assert header.split() == ["node", "type", "runs", "fired", "us", "a", "run", "share"]
+    assert last == "in 6 ticks of 60"
+    runs = {row.split()[0]: row.split()[2:4] for row in rows}
+    assert runs["dd100/joint_states/OnPlaybackTick"] == ["6", "6"]
+    shares = [float(row.split()[-2]) for row in rows]
+    assert shares == sorted(shares, reverse=True)
+    assert sum(shares) == pytest.approx(100.0, abs=2.0)

@@ -11,8 +11,9 @@ def profiled(ticks: int, every: int) -> tuple[Profile, Job]:
     with Job("dd100_flat") as job:
         job.say("/dd100_0000/cmd_vel", 0.5, 0.1)
         for _ in range(ticks):
-            profile.begin_tick(job.session.graphs)
+            profile.begin_tick(job.session.ticks, job.session.graphs)
             job.session.step()
+        profile.begin_tick(job.session.ticks, job.session.graphs)
     return profile, job
 
 
