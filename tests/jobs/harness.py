@@ -77,13 +77,11 @@ class Job:
     ) -> None:
         self.transport = MemoryTransport(wants_all=heard)
         self.recorder = Recorder()
-        self.assembly = assemble(
-            name, overrides, seed=seed, robot_state=robot_state, registry=registry, rays=rays, allowed=allowed
-        )
+        self.scene = assemble(name, overrides, robot_state=robot_state, registry=registry, rays=rays, allowed=allowed)
         network = LiveNetwork(lambda domain: self.transport, 0, lambda complaint: None)
         if heard:
             network.sinks.append(self.recorder)
-        self.session = build.start(self.assembly, network, fault=fault, bad_values=bad_values)
+        self.session = build.start(self.scene, network, seed=seed, fault=fault, bad_values=bad_values)
 
     def __enter__(self) -> Job:
         return self
@@ -129,21 +127,27 @@ class Job:
         return moving.linear.x, moving.angular.z
 
 
+_shipped: dict[object, LoadedScene] = {}
+
+
 def assemble(
     name: str | Path,
     overrides: Mapping[str, Any] | None = None,
     *,
-    seed: int = 0,
     robot_state: bool = False,
     registry: Registry | None = None,
     rays: RaysChoice = "auto",
     allowed: Sequence[Path] = (),
 ) -> LoadedScene:
+    """A scene, loaded; one that ships is loaded once in a process, as no session changes it."""
     path = name if isinstance(name, Path) else find_given(name, "scenes")
-    options = Options(
-        overrides or {}, seed=seed, robot_state=robot_state, registry=registry, rays=rays, allowed=allowed
-    )
-    return build.load(path, options)
+    options = Options(overrides or {}, robot_state=robot_state, registry=registry, rays=rays, allowed=allowed)
+    if isinstance(name, Path) or registry is not None or allowed:
+        return build.load(path, options)
+    key = (name, robot_state, rays, *sorted(map(str, (overrides or {}).items())))
+    if key not in _shipped:
+        _shipped[key] = build.load(path, options)
+    return _shipped[key]
 
 
 def twist(v: float, w: float) -> Any:

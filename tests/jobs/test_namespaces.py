@@ -112,10 +112,10 @@ def test_a_robot_that_comes_back_has_the_namespaces_that_the_scene_gives_it(tmp_
     path = files(tmp_path, "/World", "/bot/base_link: a")
     path.write_text(path.read_text(encoding="utf-8").replace("  say: {use: say.yaml}\n", ""), encoding="utf-8")
     with Job(path) as job:
-        before = topics(job.assembly, "bot/scan")
+        before = topics(job.scene, "bot/scan")
         job.session.remove("bot")
         job.session.spawn("bot", RobotUse(use="bot.yaml", position=(0.0, 0.0, 0.025)))
-        assert topics(job.assembly, "bot/scan") == before == ["/a/scan"]
+        assert topics(job.scene, "bot/scan") == before == ["/a/scan"]
         assert "/bot" in physics(job).stage
 
 

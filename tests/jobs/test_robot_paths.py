@@ -22,7 +22,7 @@ def sent(path: Path, overrides: dict[str, float] | None = None) -> tuple[dict[st
     """What a drive of the first robot sends, by topic, and the graphs."""
     with Job(path, overrides) as job:
         job.drive("/one/cmd_vel", 0.5, 0.3, 1.0)
-        return {topic: job.transport.raw(topic) for topic in job.types()}, job.assembly.planned
+        return {topic: job.transport.raw(topic) for topic in job.types()}, job.scene.planned
 
 
 def test_a_robot_below_world_sends_what_it_sends_elsewhere(tmp_path: Path) -> None:
@@ -123,7 +123,7 @@ def test_a_link_that_is_addressed_directly_below_its_robot_is_noted(tmp_path: Pa
     path.write_text(path.read_text("utf-8") + "  flat: {use: flat.yaml}\n", "utf-8")
     (tmp_path / "flat.yaml").write_text(FLAT, "utf-8")
     with Job(path) as job:
-        notes = [(str(one.span), one.message) for one in job.assembly.findings.items if one.code == "N105"]
+        notes = [(str(one.span), one.message) for one in job.scene.findings.items if one.code == "N105"]
         job.run(0.1)
         assert len(job.heard("/flat")) == 6
     place = f"{tmp_path / 'flat.yaml'}:4:59"

@@ -250,7 +250,7 @@ def test_what_is_missing_is_told_to_who_asks_and_nothing_comes(tmp_path: Path) -
         with pytest.raises(CheckError, match=r"no file 'nowhere\.stl'"):
             job.session.spawn("late", RobotUse(use="cart.yaml"))
         assert "/late" not in physics(job).stage
-        assert job.assembly.findings.errors == []
+        assert job.scene.findings.errors == []
 
 
 def test_a_file_with_a_mistake_is_told_each_time_until_it_is_right(tmp_path: Path) -> None:
