@@ -20,12 +20,14 @@ from graphengine.format.errors import RecordingError, UsageError
 from graphengine.format.files import shipped
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.endpoints import EndpointClaim
 from graphengine.recording.recorder import Recorder
 from graphengine.recording.writer import RecordingWriter
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.runtime.inbox import LiveInbox
 from graphengine.scene import build
+from tests.jobs.harness import Recorder as Listener
 from tests.jobs.harness import nanoseconds, twist
 from tests.recording.harness import CMD_VEL, DRIVE, Run, record
 
@@ -288,6 +290,22 @@ def test_what_comes_to_a_topic_that_the_run_publishes_too_is_on_the_same_channel
     record(tmp_path / "out.mcap", 3, small(tmp_path, text), before=speak)
     (channel,) = {c.id: c for c, _, _ in read(tmp_path / "out.mcap", topics=["/clock"])}.values()
     assert "depth: 3\n" in channel.metadata["offered_qos_profiles"]
+
+
+def test_what_a_tick_sent_before_it_was_interrupted_is_not_recorded(tmp_path: Path) -> None:
+    class Interrupting(Listener):
+        def write(self, claim: EndpointClaim, data: bytes) -> None:
+            raise KeyboardInterrupt
+
+    def interrupt(tick: int, run: Run) -> None:
+        if tick == 3:
+            network = run.session.services.network
+            assert isinstance(network, LiveNetwork)
+            network.sinks.append(Interrupting())
+
+    with pytest.raises(KeyboardInterrupt):
+        record(tmp_path / "out.mcap", 5, small(tmp_path), before=interrupt)
+    assert [topic for topic, _, _ in published(tmp_path / "out.mcap")] == ["/clock"] * 2
 
 
 def test_bytes_that_are_no_message_are_kept_as_they_came(tmp_path: Path) -> None:

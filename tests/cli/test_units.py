@@ -1,0 +1,21 @@
+"""Numbers with units on the command line."""
+
+from __future__ import annotations
+
+import argparse
+import math
+
+import pytest
+
+from graphengine.cli.units import angle
+
+
+@pytest.mark.parametrize("text", ["1.5", "1.5rad", f"{math.degrees(1.5)!r}deg", " 1.5 "])
+def test_an_angle_is_in_radians_unless_it_says_degrees(text: str) -> None:
+    assert angle(text) == pytest.approx(1.5, rel=1e-15)
+
+
+@pytest.mark.parametrize("text", ["", "deg", "1.5 turns", "e", "1.5degrees"])
+def test_what_is_no_angle_is_refused(text: str) -> None:
+    with pytest.raises(argparse.ArgumentTypeError):
+        angle(text)
