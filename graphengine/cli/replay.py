@@ -153,7 +153,7 @@ def _registry(recorded: Sequence[str], given: Sequence[str], recording: Path) ->
     from graphengine.compiler.registry import default_registry
     from graphengine.format.errors import UsageError
 
-    library = {cls.__module__ for cls in default_registry().types.values()}
+    library = set(default_registry().modules.values())
     ours = [name for name in recorded if any(f"{known}.".startswith(f"graphengine.{name}.") for known in library)]
     missing = [module for module in recorded if module not in (*given, *ours)]  # the library was once called `nodes`
     if missing:
