@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from graphengine.drawing.geometry import GAP, Arrangement, Box, Link, Point, Route, ends, simplified
+from graphengine.drawing.geometry import GAP, Arrangement, LayoutBox, LayoutLink, Point, Route, ends, simplified
 
 _LANE = 8.0
 """Distance of two lines that run beside each other."""
@@ -18,7 +18,7 @@ _STUB = 9.0
 Port = tuple[int, float]
 
 
-def arrange(boxes: Sequence[Box], links: Sequence[Link]) -> Arrangement:
+def arrange(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> Arrangement:
     """Place boxes and route links."""
     ranks = _ranks(boxes, links)
     lanes: dict[int, dict[Port, int]] = {gap: {} for gap in range(-1, max(ranks, default=0) + 1)}
@@ -41,7 +41,7 @@ def arrange(boxes: Sequence[Box], links: Sequence[Link]) -> Arrangement:
     return Arrangement(corners, tuple(routes))
 
 
-def _ranks(boxes: Sequence[Box], links: Sequence[Link]) -> list[int]:
+def _ranks(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> list[int]:
     """The column of each box: behind all that it reads from, but for one link of each circle or more."""
     following: list[list[int]] = [[] for _ in boxes]
     missing = [0] * len(boxes)
@@ -67,7 +67,7 @@ def _ranks(boxes: Sequence[Box], links: Sequence[Link]) -> list[int]:
 
 
 def _placed(
-    boxes: Sequence[Box], ranks: Sequence[int], lanes: dict[int, dict[Port, int]]
+    boxes: Sequence[LayoutBox], ranks: Sequence[int], lanes: dict[int, dict[Port, int]]
 ) -> tuple[tuple[Point, ...], dict[int, float]]:
     """Corners of the boxes, column by column, and where the gap behind each column begins."""
     columns: dict[int, list[int]] = {}

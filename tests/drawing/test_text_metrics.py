@@ -6,7 +6,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from graphengine.drawing.text import fitted, width
+from graphengine.drawing.text_metrics import fitted, width
 from tests.drawing.reading import FINE, fonts
 
 ASCII = st.text(st.characters(min_codepoint=32, max_codepoint=126), min_size=1, max_size=40)

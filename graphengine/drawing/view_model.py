@@ -15,8 +15,8 @@ import numpy as np
 
 from graphengine.compiler.graph import Graph, Instance, find_port, settled_type
 from graphengine.compiler.template import NodeEntry, WireEnd, WireEntry
+from graphengine.drawing.finding_assignment import assign_findings
 from graphengine.drawing.geometry import Point
-from graphengine.drawing.painting import paint
 from graphengine.format.diagnostics import Finding, Findings
 from graphengine.format.errors import UsageError
 from graphengine.format.spec import EverySpec
@@ -101,7 +101,7 @@ class WireView:
 
 
 @dataclass(slots=True)
-class Scheme:
+class GraphView:
     """One graph."""
 
     title: str
@@ -114,8 +114,8 @@ class Scheme:
     """Those that belong to no node."""
 
 
-def make_scheme(graph: Graph, findings: Findings) -> Scheme:
-    """The scheme of a resolved graph, whether it has errors or not.
+def make_graph_view(graph: Graph, findings: Findings) -> GraphView:
+    """The view of a resolved graph, whether it has errors or not.
 
     Raises:
         UsageError: it is too large for a drawing to be of use.
@@ -125,11 +125,11 @@ def make_scheme(graph: Graph, findings: Findings) -> Scheme:
     instances = {instance.id: instance for instance in graph.instances}
     nodes = {entry.id: _node(graph, entry, instances.get(entry.id)) for entry in graph.flat.nodes}
     made = {id(wire.entry) for wire in (*graph.exec_wires, *graph.data_wires)}
-    painted = paint(graph, findings)
+    assigned = assign_findings(graph, findings)
     wires = []
     for wire in graph.flat.wires:
         if wire.source.node in nodes and wire.target.node in nodes:
-            mistake: Mistake = "refused" if id(wire) not in made else "circle" if wire in painted.circular else ""
+            mistake: Mistake = "refused" if id(wire) not in made else "circle" if wire in assigned.circular else ""
             wires.append(_wire(wire, nodes, instances, mistake))
     for node in nodes.values():
         _sort_ports(node, instances.get(node.id))
@@ -141,11 +141,11 @@ def make_scheme(graph: Graph, findings: Findings) -> Scheme:
             place = _place(graph.flat.spec.layout.get(group))
             file = entry.document.path.name if depth == len(parts) else ""
             groups[group] = (file or groups.get(group, ("", None))[0], place)
-    for name, told in painted.nodes.items():
+    for name, told in assigned.nodes.items():
         nodes[name].findings += told
     pushed = ", every node each time" if graph.flat.spec.evaluator == "push" else ""
     caption = f"at {graph.prim_path}, every {graph.runs.replace('_', ' ')}{pushed}"
-    return Scheme(graph.name, caption, list(nodes.values()), wires, groups, painted.graph)
+    return GraphView(graph.name, caption, list(nodes.values()), wires, groups, assigned.graph)
 
 
 def _node(graph: Graph, entry: NodeEntry, instance: Instance | None) -> NodeView:

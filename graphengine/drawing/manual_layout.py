@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from graphengine.drawing import layered, routing
-from graphengine.drawing.geometry import GAP, Arrangement, Box, Link, Point, bounds
+from graphengine.drawing import layered_layout, routing
+from graphengine.drawing.geometry import GAP, Arrangement, LayoutBox, LayoutLink, Point, bounds
 
 MAX_STRETCH = 6.0
 """How far given places are stretched apart, at most, to make room; boxes that need more are placed anew."""
@@ -17,13 +17,13 @@ _CLEAR = 0.1
 """px; so much more than the least distance, lest rounding makes frames overlap."""
 
 
-def arrange(boxes: Sequence[Box], links: Sequence[Link]) -> Arrangement:
+def arrange(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> Arrangement:
     """Keep given places, stretched evenly until nothing overlaps; boxes without one stand below, in columns."""
     corners = _corners(boxes, links)
     return Arrangement(corners, tuple(routing.routes(boxes, corners, links)))
 
 
-def _corners(boxes: Sequence[Box], links: Sequence[Link]) -> tuple[Point, ...]:
+def _corners(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> tuple[Point, ...]:
     found = _stretched(boxes)
     placed = list(found)
     left, top, right, bottom = bounds([boxes[i] for i in placed], list(found.values()), ())
@@ -31,7 +31,7 @@ def _corners(boxes: Sequence[Box], links: Sequence[Link]) -> tuple[Point, ...]:
     numbers = {index: number for number, index in enumerate(others)}
     inner = [link for link in links if link.source in numbers and link.target in numbers]
     inner = [replace(link, source=numbers[link.source], target=numbers[link.target]) for link in inner]
-    beside = layered.arrange([boxes[index] for index in others], inner)
+    beside = layered_layout.arrange([boxes[index] for index in others], inner)
     x0, y0, x1, _ = bounds([boxes[index] for index in others], beside.corners, ())
     for index, (x, y) in zip(others, beside.corners, strict=True):
         found[index] = (left + x - x0, bottom + 2 * GAP[1] + y - y0)
@@ -42,7 +42,7 @@ def _corners(boxes: Sequence[Box], links: Sequence[Link]) -> tuple[Point, ...]:
     return tuple(found[index] for index in range(len(boxes)))
 
 
-def _stretched(boxes: Sequence[Box]) -> dict[int, Point]:
+def _stretched(boxes: Sequence[LayoutBox]) -> dict[int, Point]:
     """Places of boxes that have one, moved apart by one factor for all; without those that would need too large a one."""
     kept: list[int] = []
     stretch = 1.0
@@ -57,7 +57,7 @@ def _stretched(boxes: Sequence[Box]) -> dict[int, Point]:
     return {index: (x * stretch, y * stretch) for index, (x, y) in places.items()}
 
 
-def _needed_stretch(box: Box, place: Point, others: Sequence[Box]) -> float:
+def _needed_stretch(box: LayoutBox, place: Point, others: Sequence[LayoutBox]) -> float:
     """The factor at which a box stands clear of others."""
     if not others:
         return 1.0

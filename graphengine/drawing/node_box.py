@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from graphengine.drawing.scheme import Key, NodeView, PortView
-from graphengine.drawing.text import fitted, width
+from graphengine.drawing.text_metrics import fitted, width
+from graphengine.drawing.view_model import Key, NodeView, PortView
 from graphengine.format.diagnostics import Finding
 
 NAME_SIZE, TYPE_SIZE, PORT_SIZE = 13.0, 12.0, 12.0

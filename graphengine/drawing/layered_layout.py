@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.drawing import routing
-from graphengine.drawing.geometry import GAP, Arrangement, Box, Link, Point, Route, ends, simplified
+from graphengine.drawing.geometry import GAP, Arrangement, LayoutBox, LayoutLink, Point, Route, ends, simplified
 from graphengine.format.errors import UsageError
 
 _LOOP = 10.0
@@ -39,7 +39,7 @@ _OPTIONS: dict[str, Any] = {
 }
 
 
-def arrange(boxes: Sequence[Box], links: Sequence[Link]) -> Arrangement:
+def arrange(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> Arrangement:
     """Place boxes and route links.
 
     Raises:
@@ -75,7 +75,7 @@ def arrange(boxes: Sequence[Box], links: Sequence[Link]) -> Arrangement:
 
 
 def _mended(
-    boxes: Sequence[Box], corners: Sequence[Point], links: Sequence[Link], routes: Sequence[Route]
+    boxes: Sequence[LayoutBox], corners: Sequence[Point], links: Sequence[LayoutLink], routes: Sequence[Route]
 ) -> Sequence[Route]:
     """Routes of which those that went through a box, as a few do among many cycles, go around it."""
     low = np.array(corners)
@@ -94,12 +94,12 @@ def _crosses(route: Route, low: NDArray[np.float64], high: NDArray[np.float64]) 
     return False
 
 
-def _node(box: Box, room: float) -> dict[str, Any]:
+def _node(box: LayoutBox, room: float) -> dict[str, Any]:
     size = {"width": box.width + 2 * (room + _STUB), "height": box.height + room + 2 * _CLEAR}
     return {"size": size, "shape": "box", "key": "", **({"rank": box.edge} if box.edge else {})}
 
 
-def _edge(link: Link, boxes: Sequence[Box], room: Sequence[float]) -> dict[str, Any]:
+def _edge(link: LayoutLink, boxes: Sequence[LayoutBox], room: Sequence[float]) -> dict[str, Any]:
     def port(box: int, side: str, y: float) -> dict[str, Any]:
         half = (boxes[box].height + room[box]) / 2 + _CLEAR
         return {"offset": {"side": side, "t": (y + room[box] + _CLEAR) / half - 1}}

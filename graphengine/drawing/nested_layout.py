@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 
-from graphengine.drawing import columns, layered, placed
-from graphengine.drawing.figure import NodeBox, make_box
-from graphengine.drawing.geometry import Arrangement, Box, Link, Point, Route, bounds, simplified
-from graphengine.drawing.scheme import Scheme, WireView
+from graphengine.drawing import column_layout, layered_layout, manual_layout
+from graphengine.drawing.geometry import Arrangement, LayoutBox, LayoutLink, Point, Route, bounds, simplified
+from graphengine.drawing.node_box import NodeBox, make_box
+from graphengine.drawing.view_model import GraphView, WireView
 
 MAX_LEVEL, MAX_WHOLE = 200, 600
 """Boxes and links, of one subgraph and of the whole graph, up to which crossings are avoided: the time grows with the cube."""
@@ -29,7 +29,7 @@ Pin = tuple[str, bool, tuple[str, tuple[str, str]]]
 
 
 @dataclass(slots=True)
-class Frame:
+class SubgraphFrame:
     """The border of a subgraph."""
 
     name: str
@@ -39,12 +39,12 @@ class Frame:
 
 
 @dataclass(slots=True)
-class Layout:
+class GraphLayout:
     """Boxes of nodes by id with their corners, borders of subgraphs, and the polyline of each wire."""
 
     boxes: dict[str, NodeBox]
     corners: dict[str, Point] = field(default_factory=dict)
-    frames: list[Frame] = field(default_factory=list)
+    frames: list[SubgraphFrame] = field(default_factory=list)
     routes: list[Route] = field(default_factory=list)
     width: float = 0.0
     height: float = 0.0
@@ -64,25 +64,27 @@ class _Level:
     """Of each wire the part that lies in it."""
 
 
-def arrange(scheme: Scheme) -> Layout:
+def arrange(graph_view: GraphView) -> GraphLayout:
     """Lay out a graph.
 
     Raises:
         UsageError: the layout library is not installed.
     """
-    layout = Layout({node.id: make_box(node) for node in scheme.nodes})
+    layout = GraphLayout({node.id: make_box(node) for node in graph_view.nodes})
     levels: dict[str, _Level] = {}
-    for group in sorted(scheme.groups, key=lambda group: (-group.count("/"), group)):
-        levels[group] = _arrange_level(group, scheme, layout.boxes, levels)
-    levels[""] = _arrange_level("", scheme, layout.boxes, levels)
+    for group in sorted(graph_view.groups, key=lambda group: (-group.count("/"), group)):
+        levels[group] = _arrange_level(group, graph_view, layout.boxes, levels)
+    levels[""] = _arrange_level("", graph_view, layout.boxes, levels)
     pieces: dict[int, list[Route]] = {}
     _put(layout, levels, "", (0.0, 0.0), pieces)
-    layout.routes = [_joined(pieces.get(number, [])) for number in range(len(scheme.wires))]
+    layout.routes = [_joined(pieces.get(number, [])) for number in range(len(graph_view.wires))]
     layout.width, layout.height = levels[""].width, levels[""].height
     return layout
 
 
-def _put(layout: Layout, levels: dict[str, _Level], group: str, corner: Point, pieces: dict[int, list[Route]]) -> None:
+def _put(
+    layout: GraphLayout, levels: dict[str, _Level], group: str, corner: Point, pieces: dict[int, list[Route]]
+) -> None:
     """Write down a level and those in it with their places on the drawing."""
     level = levels[group]
     for number, route in level.pieces.items():
@@ -92,7 +94,7 @@ def _put(layout: Layout, levels: dict[str, _Level], group: str, corner: Point, p
         if name in layout.boxes:
             layout.corners[name] = there
         else:
-            layout.frames.append(Frame(name, there, levels[name].width, levels[name].height))
+            layout.frames.append(SubgraphFrame(name, there, levels[name].width, levels[name].height))
             _put(layout, levels, name, there, pieces)
 
 
@@ -116,14 +118,16 @@ def _place(point: Point) -> tuple[float, float]:
     return round(point[0], 3), round(point[1], 3)
 
 
-def _arrange_level(group: str, scheme: Scheme, nodes: dict[str, NodeBox], levels: dict[str, _Level]) -> _Level:
-    names = [node.id for node in scheme.nodes if node.group == group]
-    names += [name for name in scheme.groups if name and name.rpartition("/")[0] == group]
-    places = {node.id: node.place for node in scheme.nodes} | {name: at for name, (_, at) in scheme.groups.items()}
+def _arrange_level(group: str, graph_view: GraphView, nodes: dict[str, NodeBox], levels: dict[str, _Level]) -> _Level:
+    names = [node.id for node in graph_view.nodes if node.group == group]
+    names += [name for name in graph_view.groups if name and name.rpartition("/")[0] == group]
+    places = {node.id: node.place for node in graph_view.nodes} | {
+        name: at for name, (_, at) in graph_view.groups.items()
+    }
     sizes = {name: nodes[name] if name in nodes else levels[name] for name in names}
-    boxes = [Box(sizes[name].width, sizes[name].height, place=places[name]) for name in names]
+    boxes = [LayoutBox(sizes[name].width, sizes[name].height, place=places[name]) for name in names]
     numbers: dict[str | Pin, int] = {name: number for number, name in enumerate(names)}
-    links: dict[Link, int] = {}
+    links: dict[LayoutLink, int] = {}
     carried: dict[int, int] = {}
     pins: list[Pin] = []
 
@@ -135,7 +139,7 @@ def _arrange_level(group: str, scheme: Scheme, nodes: dict[str, NodeBox], levels
             pin = (group, begins, inner)
             if pin not in numbers:
                 numbers[pin] = len(boxes)
-                boxes.append(Box(0.0, 2 * _PIN, "first" if begins else "last"))
+                boxes.append(LayoutBox(0.0, 2 * _PIN, "first" if begins else "last"))
                 pins.append(pin)
             return numbers[pin], _PIN
         if node in numbers:
@@ -143,24 +147,24 @@ def _arrange_level(group: str, scheme: Scheme, nodes: dict[str, NodeBox], levels
         child = _child(group, node)
         return numbers[child], levels[child].pins[child, not begins, (node, port)]
 
-    for number, wire in enumerate(scheme.wires):
+    for number, wire in enumerate(graph_view.wires):
         if not _touches(group, wire):
             continue
         (source, source_y), (target, target_y) = end(wire, begins=True), end(wire, begins=False)
-        link = Link(source, source_y, target, target_y)
+        link = LayoutLink(source, source_y, target, target_y)
         carried[number] = links.setdefault(link, len(links))
-    made = _way(scheme, boxes, links)(boxes, list(links))
+    made = _way(graph_view, boxes, links)(boxes, list(links))
     return _framed(group, names, boxes, made, carried, {pin: numbers[pin] for pin in pins}, links)
 
 
 def _way(
-    scheme: Scheme, boxes: Sequence[Box], links: Collection[Link]
-) -> Callable[[Sequence[Box], Sequence[Link]], Arrangement]:
+    graph_view: GraphView, boxes: Sequence[LayoutBox], links: Collection[LayoutLink]
+) -> Callable[[Sequence[LayoutBox], Sequence[LayoutLink]], Arrangement]:
     """How a level is laid out; sizes alone decide it, so that a graph has one picture on every machine."""
-    whole = len(scheme.nodes) + len(scheme.wires)
+    whole = len(graph_view.nodes) + len(graph_view.wires)
     if len(boxes) + len(links) > MAX_LEVEL or whole > MAX_WHOLE:
-        return columns.arrange
-    return placed.arrange if any(box.place is not None for box in boxes) else layered.arrange
+        return column_layout.arrange
+    return manual_layout.arrange if any(box.place is not None for box in boxes) else layered_layout.arrange
 
 
 def _holds(group: str, node: str) -> bool:
@@ -186,11 +190,11 @@ def _touches(group: str, wire: WireView) -> bool:
 def _framed(
     group: str,
     names: Sequence[str],
-    boxes: Sequence[Box],
+    boxes: Sequence[LayoutBox],
     made: Arrangement,
     carried: dict[int, int],
     pins: dict[Pin, int],
-    links: dict[Link, int],
+    links: dict[LayoutLink, int],
 ) -> _Level:
     """A level with its corner at zero: room for a border and a caption where it is a subgraph, pins led to the border."""
     left, top, right, bottom = bounds(boxes, made.corners, made.routes)

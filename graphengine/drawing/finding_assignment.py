@@ -15,7 +15,7 @@ CIRCLES = ("G209", "G210")
 """Codes of findings that name wires which run in a circle."""
 
 
-class Written(Protocol):
+class FileEntry(Protocol):
     """A node or wire of a file, which graphs may use several times."""
 
     @property
@@ -23,11 +23,11 @@ class Written(Protocol):
         """Where they use it."""
 
 
-T = TypeVar("T", bound=Written)
+T = TypeVar("T", bound=FileEntry)
 
 
 @dataclass(slots=True)
-class Painting:
+class AssignedFindings:
     """Findings by where they belong.
 
     Attributes:
@@ -41,9 +41,9 @@ class Painting:
     graph: list[Finding] = field(default_factory=list)
 
 
-def paint(graph: Graph, findings: Findings) -> Painting:
+def assign_findings(graph: Graph, findings: Findings) -> AssignedFindings:
     """Give each node the findings whose place is in it, or in a wire of it; and those of a circle that it is in."""
-    painting = Painting()
+    assigned = AssignedFindings()
     regions = [(entry, *_region(entry)) for entry in graph.flat.nodes]
     paths = {entry.document.source.path for entry in graph.flat.nodes} | {graph.flat.loaded.document.source.path}
     ends = _ends(graph)
@@ -52,15 +52,15 @@ def paint(graph: Graph, findings: Findings) -> Painting:
         if finding.severity == "note" or span is None or span.source.path not in paths:
             continue
         circle = _circle(finding, graph) if finding.code in CIRCLES else ()
-        painting.circular += circle
+        assigned.circular += circle
         within = [entry for entry, low, high in regions if _is_within(span, entry.document.source.path, low, high)]
         owners = [wire.target.node for wire in circle] or [entry.id for entry in _told_of(finding, within)]
         owners = owners or [end.node for end in _told_of(finding, ends.get((str(span), span.length), ()))]
         for owner in dict.fromkeys(owners):
-            painting.nodes.setdefault(owner, []).append(finding)
+            assigned.nodes.setdefault(owner, []).append(finding)
         if not owners:
-            painting.graph.append(finding)
-    return painting
+            assigned.graph.append(finding)
+    return assigned
 
 
 def _told_of(finding: Finding, things: Sequence[T]) -> Sequence[T]:
@@ -76,17 +76,17 @@ def _circle(finding: Finding, graph: Graph) -> Sequence[WireEntry]:
 
 
 @dataclass(frozen=True, slots=True)
-class _End:
+class _EndNode:
     """The node at an end of a wire."""
 
     node: str
     via: tuple[tuple[Span, str], ...]
 
 
-def _ends(graph: Graph) -> dict[tuple[str, int], list[_End]]:
+def _ends(graph: Graph) -> dict[tuple[str, int], list[_EndNode]]:
     """For each place of a wire the node there; for a whole wire, or where that node is not, the one at its other end."""
     names = {entry.id for entry in graph.flat.nodes}
-    places: dict[tuple[str, int], list[_End]] = {}
+    places: dict[tuple[str, int], list[_EndNode]] = {}
     for wire in graph.flat.wires:
         source, target = wire.source, wire.target
         for span, ends in (
@@ -94,7 +94,7 @@ def _ends(graph: Graph) -> dict[tuple[str, int], list[_End]]:
             (source.span, (source, target)),
             (target.span, (target, source)),
         ):
-            known = [_End(end.node, wire.via) for end in ends if end.node in names]
+            known = [_EndNode(end.node, wire.via) for end in ends if end.node in names]
             places.setdefault((str(span), span.length), []).extend(known[:1])
     return places
 

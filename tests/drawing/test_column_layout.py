@@ -8,20 +8,20 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from graphengine.drawing import arrange, columns, layered
-from graphengine.drawing.geometry import Arrangement, Box, Link
-from graphengine.drawing.scheme import Scheme
+from graphengine.drawing import column_layout, layered_layout, nested_layout
+from graphengine.drawing.geometry import Arrangement, LayoutBox, LayoutLink
+from graphengine.drawing.view_model import GraphView
 
 
-def tangle(count: int, seed: int) -> tuple[list[Box], list[Link]]:
+def tangle(count: int, seed: int) -> tuple[list[LayoutBox], list[LayoutLink]]:
     chance = random.Random(seed)
-    boxes = [Box(chance.uniform(80, 200), chance.uniform(60, 150)) for _ in range(count)]
-    boxes += [Box(0.0, 2.0, "first"), Box(0.0, 2.0, "last")]
-    links = [Link(chance.randrange(count), 20.0, chance.randrange(count), 40.0) for _ in range(2 * count)]
-    return boxes, [*links, Link(count, 1.0, 0, 40.0), Link(0, 20.0, count + 1, 1.0)]
+    boxes = [LayoutBox(chance.uniform(80, 200), chance.uniform(60, 150)) for _ in range(count)]
+    boxes += [LayoutBox(0.0, 2.0, "first"), LayoutBox(0.0, 2.0, "last")]
+    links = [LayoutLink(chance.randrange(count), 20.0, chance.randrange(count), 40.0) for _ in range(2 * count)]
+    return boxes, [*links, LayoutLink(count, 1.0, 0, 40.0), LayoutLink(0, 20.0, count + 1, 1.0)]
 
 
-def crossings(boxes: list[Box], made: Arrangement) -> int:
+def crossings(boxes: list[LayoutBox], made: Arrangement) -> int:
     low = np.array(made.corners)
     high = low + np.array([(box.width, box.height) for box in boxes])
     lines = [pair for route in made.routes for pair in pairwise(route)]
@@ -34,7 +34,7 @@ def crossings(boxes: list[Box], made: Arrangement) -> int:
 @pytest.mark.parametrize("seed", range(5))
 def test_boxes_stand_apart_and_lines_run_around_them(seed: int) -> None:
     boxes, links = tangle(60, seed)
-    made = columns.arrange(boxes, links)
+    made = column_layout.arrange(boxes, links)
     assert crossings(boxes, made) == 0
     assert all(a[0] == b[0] or a[1] == b[1] for route in made.routes for a, b in pairwise(route))
     outlines = [
@@ -49,14 +49,14 @@ def test_boxes_stand_apart_and_lines_run_around_them(seed: int) -> None:
 
 
 def test_a_chain_reads_from_left_to_right() -> None:
-    made = columns.arrange([Box(100.0, 60.0)] * 5, [Link(i, 20.0, i + 1, 20.0) for i in range(4)])
+    made = column_layout.arrange([LayoutBox(100.0, 60.0)] * 5, [LayoutLink(i, 20.0, i + 1, 20.0) for i in range(4)])
     xs = [x for x, _ in made.corners]
     assert xs == sorted(set(xs))
 
 
 def test_the_size_of_a_graph_decides_how_it_is_laid_out() -> None:
-    scheme = Scheme.__new__(Scheme)
-    scheme.nodes, scheme.wires = [], []
-    box, link = Box(1.0, 1.0), Link(0, 0.0, 1, 0.0)
-    assert arrange._way(scheme, [box] * 100, [link] * 100) is layered.arrange
-    assert arrange._way(scheme, [box] * 100, [link] * 101) is columns.arrange
+    graph_view = GraphView.__new__(GraphView)
+    graph_view.nodes, graph_view.wires = [], []
+    box, link = LayoutBox(1.0, 1.0), LayoutLink(0, 0.0, 1, 0.0)
+    assert nested_layout._way(graph_view, [box] * 100, [link] * 100) is layered_layout.arrange
+    assert nested_layout._way(graph_view, [box] * 100, [link] * 101) is column_layout.arrange
