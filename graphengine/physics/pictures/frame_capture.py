@@ -96,7 +96,7 @@ class Shot:
     """For each segment of the scene the number of its prim, 0 for the background; None where nobody asks."""
 
 
-class Captures:
+class FrameCapture:
     """Captures the state of a model.
 
     Args:

@@ -9,13 +9,13 @@ from graphengine.devices.rotation import Pose, multiply, rotate
 from graphengine.devices.sensor import BOX_3D
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.extents import extents
-from graphengine.physics.pictures.captures import SEEN
+from graphengine.physics.pictures.frame_capture import SEEN
 
 _OPTICAL = (1.0, 0.0, 0.0, 0.0)
 """Half a turn about x: from a camera that looks along -z, with +y up, to one that looks along z, with y down."""
 
 
-class Solids:
+class BoundingBoxes:
     """The boxes of the bodies that have a number and shapes that can be seen; endless planes do not count.
 
     Args:

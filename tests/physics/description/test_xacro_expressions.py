@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from graphengine.physics.description.expressions import evaluate
+from graphengine.physics.description.xacro_expressions import evaluate
 from graphengine.sandbox.expressions import ForbiddenError
 
 NAMES = "abs dict enumerate float hash int isinstance len list map max min range repr reversed round set sorted str sum tuple zip"

@@ -22,8 +22,8 @@ from PIL import Image
 
 from graphengine.format.errors import UsageError
 from graphengine.format.output import write_together
-from graphengine.physics.occupancy.chart import FREE, OCCUPIED, UNKNOWN, OccupancyMap
 from graphengine.physics.occupancy.grid import Window
+from graphengine.physics.occupancy.occupancy_map import FREE, OCCUPIED, UNKNOWN, OccupancyMap
 
 Convention = Literal["ros", "isaac"]
 Format = Literal["png", "pgm"]

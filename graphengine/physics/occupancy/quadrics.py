@@ -26,7 +26,7 @@ Ellipses = tuple[Floats, Floats]
 _X, _Y, _Z = range(3)
 
 
-class _Rounds(ABC):
+class _Quadrics(ABC):
     """Convex bodies that are cut by planes of constant y and z."""
 
     centres: Floats
@@ -70,7 +70,7 @@ class _Rounds(ABC):
 
 
 @dataclass(frozen=True, slots=True)
-class Ellipsoids(_Rounds):
+class Ellipsoids(_Quadrics):
     """Ellipsoids, given by `axes`: (n, 3, 3), m, the half axes as columns."""
 
     centres: Floats
@@ -97,7 +97,7 @@ class Ellipsoids(_Rounds):
 
 
 @dataclass(frozen=True, slots=True)
-class Cylinders(_Rounds):
+class Cylinders(_Quadrics):
     """Cylinders between two discs.
 
     Attributes:

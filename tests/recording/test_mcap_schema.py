@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import LATCHED
-from graphengine.recording.layout import DEFAULT_QOS, Stream, TickTimes, failure_of, offered_qos
+from graphengine.recording.mcap_schema import DEFAULT_QOS, Stream, TickTimes, failure_of, offered_qos
 
 INFINITE = {"sec": 9223372036, "nsec": 854775807}
 

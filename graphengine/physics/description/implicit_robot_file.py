@@ -10,10 +10,10 @@ from graphengine.format.files import Files
 from graphengine.format.spec import RobotSpec
 from graphengine.format.spec_reader import Loaded, validate
 from graphengine.physics.description import xacro
-from graphengine.physics.description.draft import compose
-from graphengine.physics.description.reader import read_urdf
 from graphengine.physics.description.robot_file import RobotFile
+from graphengine.physics.description.robot_file_writer import compose
 from graphengine.physics.description.urdf import Urdf
+from graphengine.physics.description.urdf_reader import read_urdf
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.xml import Element, parse, read
 

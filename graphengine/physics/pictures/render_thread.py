@@ -1,7 +1,7 @@
-"""What the cameras of a simulation share: one way to capture its state, and one thread that draws what was captured, in order.
+"""One thread renders the frames of all cameras of a simulation, in the order in which they were captured.
 
-OpenGL belongs to the thread that opened it. It is opened for the first picture, and closed in the same thread when the studio is
-closed or forgotten.
+An OpenGL context belongs to one thread. This thread opens it for the first picture, and closes it when the `RenderThread` is
+closed or garbage-collected.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from graphengine.format.stateful import Stateful
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.housings import housing_of
 from graphengine.physics.pictures import opengl
-from graphengine.physics.pictures.captures import Captures, Lens, Shot
+from graphengine.physics.pictures.bounding_boxes import BoundingBoxes
+from graphengine.physics.pictures.frame_capture import FrameCapture, Lens, Shot
 from graphengine.physics.pictures.rendering import Image, Renderer
-from graphengine.physics.pictures.solids import Solids
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
@@ -51,15 +51,15 @@ class _Job:
 _Jobs = SimpleQueue[_Job | None]
 
 
-class Studio(Stateful):
-    """Captures in the thread that steps the simulation, and draws in another."""
+class RenderThread(Stateful):
+    """Captures frames in the thread that steps the simulation, and renders them in a second thread."""
 
     kept = ("_labels", "_numbers")
 
     def __init__(self, simulation: SimulationCore) -> None:
         self._simulation = simulation
-        self._captures: Captures | None = None
-        self._solids: Solids | None = None
+        self._captures: FrameCapture | None = None
+        self._solids: BoundingBoxes | None = None
         self._numbers: dict[str, int] = {}
         self._labels: dict[int, str] = {}
         self._size, self._far = (1, 1), 1.0
@@ -87,14 +87,14 @@ class Studio(Stateful):
         self._far = max(self._far, lens.far)
 
     def capture(self, pose: Pose, lens: Lens, *, segmentation: bool = False, whole: bool = False) -> Shot:
-        """What a camera at a pose sees in the simulation's present state; see `Captures.capture`."""
+        """What a camera at a pose sees in the simulation's present state; see `FrameCapture.capture`."""
         return self._present().capture(self._simulation.data, pose, lens, segmentation=segmentation, whole=whole)
 
     def boxes(self, pose: Pose) -> NDArray[np.void]:
         """The solid boxes of all prims, by their numbers, before a camera at a pose."""
         self._present()
         if self._solids is None:
-            self._solids = Solids(self._simulation.model, self._prims_of_bodies(self._simulation.model))
+            self._solids = BoundingBoxes(self._simulation.model, self._prims_of_bodies(self._simulation.model))
         return self._solids.seen_from(self._simulation.data, pose)
 
     def draw(self, shot: Shot, develop: Callable[[Image], Picture]) -> Future[Picture]:
@@ -118,11 +118,11 @@ class Studio(Stateful):
         self._end()
         self._jobs = None
 
-    def _present(self) -> Captures:
+    def _present(self) -> FrameCapture:
         """How the simulation's present model is captured."""
         model = self._simulation.model
         if self._captures is None or self._captures.model is not model:
-            self._captures, self._solids = Captures(model, self._prims_of_bodies(model)), None
+            self._captures, self._solids = FrameCapture(model, self._prims_of_bodies(model)), None
         return self._captures
 
     def _prims_of_bodies(self, model: mujoco.MjModel) -> NDArray[np.int32]:
@@ -151,26 +151,26 @@ def _draw_all(jobs: _Jobs) -> None:
     """The thread: draw until there is an end."""
     with suppress(OSError):  # a matter of the thread, and of those that the driver starts from it
         os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)
-    with closing(_Easel()) as easel:
+    with closing(_RendererCache()) as renderers:
         while (job := jobs.get()) is not None:
             if job.picture.set_running_or_notify_cancel():
                 try:
-                    job.picture.set_result(job.develop(easel.draw(job)))
+                    job.picture.set_result(job.develop(renderers.draw(job)))
                 except BaseException as error:  # told to whoever waits for the picture
                     job.picture.set_exception(error)
             job.give_back(job.shot)
             del job  # or this thread would keep the simulation alive
 
 
-class _Easel:
-    """What a thread draws with. OpenGL stays open over an exchange of the model, as opening it again may take long."""
+class _RendererCache:
+    """The current renderer and OpenGL context of the thread. A new model replaces the renderer and keeps the context."""
 
     def __init__(self) -> None:
         self._opengl = ExitStack()
         self._renderer: Renderer | None = None
 
     def draw(self, job: _Job) -> Image:
-        """Draw a shot; after an error, all begins anew with the next one.
+        """Draw a shot. After an error, the renderer and context are closed, and opened again for the next shot.
 
         Raises:
             RenderError: there is no OpenGL, or it refused.
@@ -192,7 +192,7 @@ class _Easel:
         return self._renderer
 
     def close(self) -> None:
-        """Free what is held of OpenGL."""
+        """Close the renderer and the OpenGL context."""
         if self._renderer is not None:
             self._renderer.close()
         self._renderer = None

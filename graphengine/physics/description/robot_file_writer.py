@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from graphengine.devices.rotation import rotate
 from graphengine.format.wording import printable
 from graphengine.format.yaml_text import scalar
-from graphengine.physics.description.urdf import WORLD, Joint, Link, Urdf, shape_of
+from graphengine.physics.description.urdf import WORLD, Urdf, UrdfJoint, UrdfLink, shape_of
 from graphengine.physics.files.xml import Element, numbers
 
 WHEEL_DAMPING = 50.0
@@ -141,7 +141,7 @@ def _joints(urdf: Urdf) -> Iterator[str]:
             yield f"# {_about(joint, urdf.links[joint.child])}"
 
 
-def _about(joint: Joint, child: Link) -> str:
+def _about(joint: UrdfJoint, child: UrdfLink) -> str:
     parts = [f"{scalar(joint.name)}: {joint.type}, {scalar(joint.parent)} -> {scalar(child.name)}"]
     unit, force = ("m", "N") if joint.type == "prismatic" else ("rad", "N m")
     if joint.moves:
@@ -155,7 +155,7 @@ def _about(joint: Joint, child: Link) -> str:
     return printable(", ".join(parts))
 
 
-def _servo(joint: Joint) -> str:
+def _servo(joint: UrdfJoint) -> str:
     """Gains by which the full effort answers to 0.1 rad, or 10 mm; critically damped they are not, but calm."""
     stiffness = (joint.effort or 10.0) / (0.01 if joint.type == "prismatic" else 0.1)
     return f"{{stiffness: {_rounded(stiffness)}, damping: {_rounded(stiffness / 10)}}}"

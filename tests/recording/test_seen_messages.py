@@ -8,27 +8,27 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.recording import sightings
-from graphengine.recording.sightings import Sightings
+from graphengine.recording import seen_messages
+from graphengine.recording.seen_messages import SeenMessages
 
 NODES = ("/World/one", "/World/other")
 
 
 def test_what_the_run_published_is_known_to_every_node() -> None:
-    topic = Sightings()
+    topic = SeenMessages()
     topic.add(b"a")
     assert topic.see(NODES[:1], b"a")
     assert topic.see(NODES[1:], b"a")
 
 
 def test_what_another_node_saw_before_is_known() -> None:
-    topic = Sightings()
+    topic = SeenMessages()
     assert not topic.see(NODES[:1], b"a")
     assert topic.see(NODES[1:], b"a")
 
 
 def test_the_same_bytes_once_more_are_another_message() -> None:
-    topic = Sightings()
+    topic = SeenMessages()
     topic.add(b"a")
     assert topic.see(NODES, b"a")
     assert not topic.see(NODES, b"a")
@@ -36,14 +36,14 @@ def test_the_same_bytes_once_more_are_another_message() -> None:
 
 
 def test_what_is_new_to_one_of_several_nodes_is_not_known() -> None:
-    topic = Sightings()
+    topic = SeenMessages()
     assert not topic.see(NODES[:1], b"a")
     assert not topic.see(NODES, b"a")
 
 
 def test_what_is_long_ago_is_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sightings, "REMEMBERED", 2)
-    topic = Sightings()
+    monkeypatch.setattr(seen_messages, "REMEMBERED", 2)
+    topic = SeenMessages()
     for data in (b"a", b"b", b"c"):
         topic.add(data)
     assert [topic.see(NODES, data) for data in (b"b", b"c", b"a")] == [True, True, False]
@@ -54,7 +54,7 @@ EVENTS = st.lists(st.tuples(st.sampled_from([(), NODES[:1], NODES[1:], NODES]), 
 
 @given(EVENTS)
 def test_a_topic_has_each_message_as_often_as_it_must(events: list[tuple[tuple[str, ...], bytes]]) -> None:
-    topic, kept, published = Sightings(), Counter[bytes](), Counter[bytes]()
+    topic, kept, published = SeenMessages(), Counter[bytes](), Counter[bytes]()
     seen: dict[str, Counter[bytes]] = {node: Counter() for node in NODES}
     for nodes, data in events:
         if not nodes:

@@ -14,7 +14,7 @@ REMEMBERED = 1000
 """Messages of a topic; who sees an older one is taken for the first who does."""
 
 
-class Sightings:
+class SeenMessages:
     """The last messages of one topic, and how many of each a node saw."""
 
     def __init__(self) -> None:

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from graphengine.format.errors import PrimError, UsageError
-from graphengine.physics.occupancy.chart import FREE, OCCUPIED, UNKNOWN, MapRequest, OccupancyMap, make_map
-from graphengine.physics.occupancy.reach import reached
+from graphengine.physics.occupancy.flood_fill import reached
+from graphengine.physics.occupancy.occupancy_map import FREE, OCCUPIED, UNKNOWN, MapRequest, OccupancyMap, make_map
 from tests.physics.conftest import Ship
 from tests.physics.harness import SHIPPED, Project
 

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from graphengine.format.errors import UsageError
 from graphengine.physics.engine import mujoco
 from graphengine.physics.loading import LoadedWorld
+from graphengine.physics.occupancy.flood_fill import reached
 from graphengine.physics.occupancy.grid import Bools, Canvas, Grid, Integers, Window
-from graphengine.physics.occupancy.reach import reached
 from graphengine.physics.occupancy.shapes import seen_or_solid, shapes
 
 OCCUPIED, FREE, UNKNOWN = 100, 0, -1

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from graphengine.devices.sensor import Vector3
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import did_you_mean, listing
-from graphengine.physics.description.urdf import MOVING, Joint, Link, Mimic, Urdf, origin_of, shape_of
+from graphengine.physics.description.urdf import MOVING, Mimic, Urdf, UrdfJoint, UrdfLink, origin_of, shape_of
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.xml import Element, numbers
 
@@ -45,10 +45,10 @@ def read_urdf(root: Element, packages: Packages, findings: Findings) -> Urdf | N
     for owner in root.children:
         if owner.tag in ("link", "joint", "material"):
             _check_numbers(owner, findings)
-    links: dict[str, Link] = {}
+    links: dict[str, UrdfLink] = {}
     for element in _named(root, "link", findings):
         links[element.get("name")] = _link(element, findings)
-    joints: dict[str, Joint] = {}
+    joints: dict[str, UrdfJoint] = {}
     for element in _named(root, "joint", findings):
         joint = _joint(element, links, findings)
         if joint is not None:
@@ -86,7 +86,7 @@ def _named(root: Element, tag: str, findings: Findings) -> Iterator[Element]:
             yield element
 
 
-def _link(element: Element, findings: Findings) -> Link:
+def _link(element: Element, findings: Findings) -> UrdfLink:
     inertial = element.first("inertial")
     weight = inertial.first("mass") if inertial is not None else None
     mass = numbers(weight.get("value"), 1) if weight is not None else (0.0,)
@@ -96,7 +96,7 @@ def _link(element: Element, findings: Findings) -> Link:
     for part in element.children:
         if part.tag in ("collision", "visual"):
             _check_shape(part, element.get("name"), findings)
-    return Link(element.get("name"), element, mass[0] if mass else 0.0)
+    return UrdfLink(element.get("name"), element, mass[0] if mass else 0.0)
 
 
 def _check_shape(part: Element, link: str, findings: Findings) -> None:
@@ -110,13 +110,13 @@ def _check_shape(part: Element, link: str, findings: Findings) -> None:
         findings.add("S103", f"link {link!r}: there is no shape {shape.tag[:40]!r}", shape.span, near)
 
 
-def _joint(element: Element, links: dict[str, Link], findings: Findings) -> Joint | None:
+def _joint(element: Element, links: dict[str, UrdfLink], findings: Findings) -> UrdfJoint | None:
     name, kind = element.get("name"), element.get("type")
     if kind not in (*LEGAL, "floating", "planar"):
         near = did_you_mean(kind, LEGAL) or listing(LEGAL)
         findings.add("S103", f"joint {name!r}: there is no type {kind!r}", element.place("type"), near)
         return None
-    ends: list[Link] = []
+    ends: list[UrdfLink] = []
     for tag in ("parent", "child"):
         end = element.first(tag)
         link = end.get("link") if end is not None else ""
@@ -134,7 +134,7 @@ def _joint(element: Element, links: dict[str, Link], findings: Findings) -> Join
         first = (child.carrier.element.span, "first here")
         findings.add("S103", f"link {child.name!r} has two parents", element.span, related=[first])
         return None
-    joint = Joint(name, kind, parent.name, child.name, pose, axis or (1.0, 0.0, 0.0), element)
+    joint = UrdfJoint(name, kind, parent.name, child.name, pose, axis or (1.0, 0.0, 0.0), element)
     parent.below.append(joint)
     child.carrier = joint
     return joint
@@ -163,7 +163,7 @@ def _check_numbers(owner: Element, findings: Findings) -> None:
                 findings.add("S103", what, part.place(attribute))
 
 
-def _tree(root: Element, links: dict[str, Link], findings: Findings) -> str:
+def _tree(root: Element, links: dict[str, UrdfLink], findings: Findings) -> str:
     """Name of the root link, if all links hang together."""
     if not links:
         findings.add("S103", "the description has no link", root.span)
@@ -183,7 +183,7 @@ def _tree(root: Element, links: dict[str, Link], findings: Findings) -> str:
     return tops[0].name
 
 
-def _release(top: str, links: dict[str, Link], joints: dict[str, Joint], findings: Findings) -> str:
+def _release(top: str, links: dict[str, UrdfLink], joints: dict[str, UrdfJoint], findings: Findings) -> str:
     """Name of the root link once a floating joint below an empty root is gone: every robot moves freely as it is."""
     joint = links[top].below[0] if len(links[top].below) == 1 else None
     if joint is None or joint.type != "floating" or not links[top].empty:
@@ -195,7 +195,7 @@ def _release(top: str, links: dict[str, Link], joints: dict[str, Joint], finding
     return joint.child
 
 
-def _not_simulated(joint: Joint, findings: Findings) -> None:
+def _not_simulated(joint: UrdfJoint, findings: Findings) -> None:
     remedies = {
         "planar": "write two prismatic joints and a continuous one, with an empty link between each",
         "floating": "only the joint between an empty root link and the rest of the robot can be floating",
@@ -204,7 +204,7 @@ def _not_simulated(joint: Joint, findings: Findings) -> None:
     findings.add("S103", text, joint.element.place("type"), remedies[joint.type])
 
 
-def _mimic(joint: Joint, joints: Mapping[str, Joint], findings: Findings) -> Mimic | None:
+def _mimic(joint: UrdfJoint, joints: Mapping[str, UrdfJoint], findings: Findings) -> Mimic | None:
     """What a joint mimics; the leader must be a moving joint that does not follow this one in turn."""
     element = joint.element.first("mimic")
     if element is None or not joint.moves:
@@ -223,7 +223,7 @@ def _mimic(joint: Joint, joints: Mapping[str, Joint], findings: Findings) -> Mim
     return None
 
 
-def _follows(follower: str, leader: str, joints: Mapping[str, Joint]) -> bool:
+def _follows(follower: str, leader: str, joints: Mapping[str, UrdfJoint]) -> bool:
     """Whether a joint comes, from one leader to the next, to another."""
     seen: set[str] = set()
     while follower not in seen:
