@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Iterator
 from typing import NamedTuple
 
 from graphengine.isaac.script.builders import Function, called
-from graphengine.isaac.script.places import Script
+from graphengine.isaac.script.script_source import Script
 
 MARK = "__ran__"
 """Function that each statement calls before it runs, with the file, the line and the column."""
@@ -26,7 +26,7 @@ _BLOCKS = ("body", "orelse", "finalbody", "handlers", "cases")
 
 
 def marked(text: str | bytes, path: str, *, forgiving: type[ast.AST] | None = None) -> ast.Module:
-    """A script whose statements say that they run, and whose functions of numbers take stand-ins.
+    """A script whose statements say that they run, and whose functions of numbers take stubs.
 
     Args:
         text: of the script.

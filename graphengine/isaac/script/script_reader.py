@@ -15,9 +15,9 @@ from typing import Any
 from graphengine.format.diagnostics import Finding, Findings, Source, Span
 from graphengine.format.files import Files
 from graphengine.format.wording import listing
-from graphengine.isaac.recorded import RecordedGraph, carried
-from graphengine.isaac.script.answers import ScriptAnswer
-from graphengine.isaac.stage.prims import SUFFIXES
+from graphengine.isaac.recorded_graph import RecordedGraph, carried
+from graphengine.isaac.script.script_answer import ScriptAnswer
+from graphengine.isaac.stage.stage_contents import SUFFIXES
 from graphengine.sandbox.borders import admit, missing
 from graphengine.sandbox.confinement import ProcessError, ask
 from graphengine.sandbox.untrusted import Sources, encoded, read, take_findings
@@ -36,7 +36,7 @@ STARTING_SECONDS = 20.0
 """That its process gets beside, to start and to answer."""
 MAX_RUNS = 4
 """Of a script on a stage that holds what it asks for; each shows what else the script makes itself."""
-_PROCESS = "graphengine.isaac.script.process"
+_PROCESS = "graphengine.isaac.script.script_process"
 
 
 @dataclass(frozen=True, slots=True)

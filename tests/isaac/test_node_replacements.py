@@ -8,9 +8,9 @@ import pytest
 
 from graphengine.compiler.registry import default_registry
 from graphengine.format.diagnostics import Findings
-from graphengine.isaac import replaced
+from graphengine.isaac import node_replacements
 from graphengine.isaac.graph_file import compose
-from graphengine.isaac.recorded import RecordedGraph, RecordedNode, RecordedValue
+from graphengine.isaac.recorded_graph import RecordedGraph, RecordedNode, RecordedValue
 
 
 def imported(node: RecordedNode) -> tuple[str, Findings]:
@@ -37,11 +37,11 @@ def test_a_type_that_is_not_available_is_told_with_what_does_its_work(type_name:
 
 
 def test_every_node_that_is_named_as_a_replacement_is_available() -> None:
-    advice = " ".join((*replaced.REPLACEMENTS.values(), *replaced.FAMILIES.values()))
+    advice = " ".join((*node_replacements.REPLACEMENTS.values(), *node_replacements.FAMILIES.values()))
     named = set(re.findall(r"\b(?:ROS2|Isaac|Write|On|Random)[A-Z][A-Za-z0-9]+", advice))
     assert {"ROS2CameraHelper", "IsaacReadLidarBeams", "WritePrimAttribute"} < named
     assert [name for name in sorted(named) if default_registry().find(name) is None] == []
-    assert [name for name in replaced.REPLACEMENTS if default_registry().find(name) is not None] == []
+    assert [name for name in node_replacements.REPLACEMENTS if default_registry().find(name) is not None] == []
 
 
 @pytest.mark.parametrize("topic", [{"inputs:topicName": RecordedValue("info")}, {}])

@@ -15,10 +15,10 @@ from graphengine.compiler.registry import Registry
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.errors import UsageError
 from graphengine.format.files import Files
-from graphengine.isaac.recorded import NAMESPACE, RecordedGraph, carried
+from graphengine.isaac.recorded_graph import NAMESPACE, RecordedGraph, carried
 from graphengine.isaac.stage.graphs import TooManyError, graphs_of
-from graphengine.isaac.stage.places import Places
-from graphengine.isaac.stage.prims import PLACE, SUFFIXES, StageContents
+from graphengine.isaac.stage.prim_locations import PrimLocations
+from graphengine.isaac.stage.stage_contents import PLACE, SUFFIXES, StageContents
 from graphengine.sandbox.borders import admit
 from graphengine.sandbox.confinement import ProcessError, ask
 from graphengine.sandbox.untrusted import encoded, note_used, read
@@ -30,7 +30,7 @@ MOST_TOLD = 100
 """Parts that are left out and told one by one."""
 LONGEST = 300
 """Characters of what USD says."""
-_PROCESS = "graphengine.isaac.stage.process"
+_PROCESS = "graphengine.isaac.stage.stage_process"
 _REMEDY = "it may be damaged, or too large for a text: open it and save it as .usdc with USD's own tools"
 
 
@@ -70,7 +70,7 @@ def read_stage(
     """
     _check_usage(path)
     request = {"path": str(path), "roots": [str(root) for root in files.roots]}
-    places = Places(path)
+    places = PrimLocations(path)
     if not admit("the stage", findings, places.start, trusted=trusted):
         return None
     try:
@@ -106,7 +106,7 @@ def _check_usage(path: Path) -> None:
         raise UsageError("stages are read with usd-core, which is not installed\n  pip install 'graphengine[usd]'")
 
 
-def _tell_failure(failure: str, places: Places, findings: Findings) -> None:
+def _tell_failure(failure: str, places: PrimLocations, findings: Findings) -> None:
     """Tell why USD refused a file, at the place in its text where USD gives one."""
     found = PLACE.match(failure)
     if found is None or not places.source.lines:

@@ -17,9 +17,9 @@ from graphengine.format.errors import GraphError, UsageError
 from graphengine.format.files import Files, shipped
 from graphengine.isaac.graph_file import compose
 from graphengine.isaac.stage import graphs as stage_graphs
-from graphengine.isaac.stage import reading as stage
-from graphengine.isaac.stage.prims import StageAttribute, StageContents, StagePrim
-from graphengine.isaac.stage.reading import ImportedStage, read_stage
+from graphengine.isaac.stage import stage_reader as stage
+from graphengine.isaac.stage.stage_contents import StageAttribute, StageContents, StagePrim
+from graphengine.isaac.stage.stage_reader import ImportedStage, read_stage
 from graphengine.sandbox import confinement
 from graphengine.sandbox.untrusted import encoded
 from graphengine.scene import build

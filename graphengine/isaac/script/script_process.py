@@ -1,6 +1,6 @@
 """The process in which a script is run: one request on standard input, one answer on standard output.
 
-The script meets stand-ins in the place of Omniverse, the modules of Python that are loaded by then, and modules beside it. It is
+The script meets stubs in the place of Omniverse, the modules of Python that are loaded by then, and modules beside it. It is
 confined: it reads its own folder, writes nothing, reaches no network, starts no process, and ends in time.
 """
 
@@ -27,12 +27,12 @@ from typing import Any
 import numpy.random  # scripts use it, and numpy reads it only then
 
 from graphengine.format.files import Files
+from graphengine.isaac.omniverse.graph_recorder import GraphRecorder
 from graphengine.isaac.omniverse.modules import ROOTS
-from graphengine.isaac.omniverse.recorder import Recorder
-from graphengine.isaac.omniverse.stand_in import draw
-from graphengine.isaac.script.answers import ScriptAnswer
-from graphengine.isaac.script.finder import OFFERED, Finder
-from graphengine.isaac.script.run import Run
+from graphengine.isaac.omniverse.stubs import draw
+from graphengine.isaac.script.import_finder import OFFERED, ImportFinder
+from graphengine.isaac.script.script_answer import ScriptAnswer
+from graphengine.isaac.script.script_run import ScriptRun
 from graphengine.sandbox.confinement import confine
 from graphengine.sandbox.seccomp import TIERS
 from graphengine.sandbox.untrusted import answer, reply
@@ -62,7 +62,7 @@ def main() -> None:
     for name in OFFERED.split():
         with contextlib.suppress(ImportError):
             importlib.import_module(name)
-    run = Run(request)
+    run = ScriptRun(request)
     for name in list(sys.modules):
         if name.partition(".")[0] in ROOTS or name == "asyncio":
             del sys.modules[name]
@@ -70,7 +70,7 @@ def main() -> None:
     sys.dont_write_bytecode = True
     vars(sys.implementation)["cache_tag"] = None  # no compiled code of a stranger is loaded
     linecache.updatecache = lambda *_: []  # tracebacks show lines of files that may not be read
-    sys.meta_path[:] = [Finder(run.recorder, run.modules, run.folders)]
+    sys.meta_path[:] = [ImportFinder(run.recorder, run.modules, run.folders)]
     compiled = SourceFileLoader.source_to_code
 
     def compile_own(self: Any, data: Any, path: Any, **named: Any) -> Any:
@@ -113,7 +113,7 @@ def main() -> None:
     answer(stream, find)
 
 
-def _without_writing(recorder: Recorder) -> Any:
+def _without_writing(recorder: GraphRecorder) -> Any:
     """An `open` for scripts that keep a log: what they write is discarded, and a finding says so."""
     real = builtins.open
 
@@ -126,7 +126,7 @@ def _without_writing(recorder: Recorder) -> Any:
     return opened
 
 
-def _with_stages(run: Run) -> Any:
+def _with_stages(run: ScriptRun) -> Any:
     """A `stat` for which files and folders are there that the user assumes, and USD files where the stage holds all."""
     real = os.stat
 
@@ -150,7 +150,7 @@ def _with_stages(run: Run) -> Any:
 class _Printed(io.TextIOBase):
     """Where what a script prints goes; the last lines are kept."""
 
-    def __init__(self, recorder: Recorder) -> None:
+    def __init__(self, recorder: GraphRecorder) -> None:
         self.recorder, self.begun = recorder, ""
 
     def write(self, text: str) -> int:

@@ -1,6 +1,6 @@
 """Scripts of literals, names and calls of `og`, evaluated without being run: most that a person wrote for one graph are.
 
-What is called are the stand-ins only, never anything of Python's; whatever else a script does makes it one to be run.
+What is called are the stubs only, never anything of Python's; whatever else a script does makes it one to be run.
 """
 
 from __future__ import annotations
@@ -10,24 +10,24 @@ from types import ModuleType
 from typing import Any
 
 from graphengine.format.diagnostics import Span
+from graphengine.isaac.omniverse.graph_recorder import GraphRecorder
 from graphengine.isaac.omniverse.modules import ROOTS, make_modules
-from graphengine.isaac.omniverse.recorder import Recorder
-from graphengine.isaac.omniverse.stand_in import StandIn, StandInModule
+from graphengine.isaac.omniverse.stubs import Stub, StubModule
 from graphengine.isaac.script.builders import BUILDING, called
-from graphengine.isaac.script.places import Script
+from graphengine.isaac.script.script_source import Script
 from graphengine.sandbox.expressions import Guard, compiled, cost, syntax
 
 _SYNTAX = syntax(
     "Expression Constant Name Load JoinedStr FormattedValue List Tuple Dict UnaryOp USub BinOp Add Attribute Call keyword"
 )
-_OURS = f"{StandIn.__module__.rpartition('.')[0]}."
+_OURS = f"{Stub.__module__.rpartition('.')[0]}."
 
 
-class NotPlainError(Exception):
+class NotStaticError(Exception):
     """The script does more than can be evaluated here."""
 
 
-def evaluate(script: Script) -> Recorder | None:
+def evaluate(script: Script) -> GraphRecorder | None:
     """What a script builds; None if it has to be run to know."""
     evaluator = _Evaluator(script)
     try:
@@ -41,7 +41,7 @@ class _Evaluator(Guard):
     def __init__(self, script: Script) -> None:
         super().__init__()
         self.script = script
-        self.recorder = Recorder(self._where)
+        self.recorder = GraphRecorder(self._where)
         self.modules = make_modules(self.recorder)
         self.names: dict[str, Any] = {"__name__": "__main__", "__file__": script.source.path, "float": float}
         self.place = 1, 1, 0
@@ -54,7 +54,7 @@ class _Evaluator(Guard):
         for statement in statements:
             method = getattr(self, f"_{type(statement).__name__}", None)
             if method is None:
-                raise NotPlainError
+                raise NotStaticError
             method(statement)
 
     def _Expr(self, statement: ast.Expr) -> None:
@@ -71,17 +71,17 @@ class _Evaluator(Guard):
 
     def _ImportFrom(self, statement: ast.ImportFrom) -> None:
         if statement.level or not statement.module:
-            raise NotPlainError
+            raise NotStaticError
         for alias in statement.names:
             if alias.name == "*":
-                raise NotPlainError
+                raise NotStaticError
             self.names[alias.asname or alias.name] = getattr(self._module(statement.module), alias.name)
 
     def _module(self, name: str) -> ModuleType:
         if name.partition(".")[0] not in ROOTS:
-            raise NotPlainError
+            raise NotStaticError
         if name not in self.modules:
-            self.modules[name] = StandInModule(name, self.recorder, self.modules)
+            self.modules[name] = StubModule(name, self.recorder, self.modules)
         return self.modules[name]
 
     def _Assign(self, statement: ast.Assign) -> None:
@@ -99,14 +99,14 @@ class _Evaluator(Guard):
 
     def _bind(self, target: ast.expr, value: Any) -> None:
         if not isinstance(target, ast.Name):
-            raise NotPlainError
+            raise NotStaticError
         self.names[target.id] = value
 
     def _If(self, statement: ast.If) -> None:
         branches = statement.body, statement.orelse
         taken, other = branches if self.value(statement.test) else branches[::-1]
         if any(called(node) in BUILDING for part in other for node in ast.walk(part)):
-            raise NotPlainError  # a run tells what is not built
+            raise NotStaticError  # a run tells what is not built
         self.block(taken)
 
     def value(self, node: ast.expr) -> Any:
@@ -114,19 +114,19 @@ class _Evaluator(Guard):
         if isinstance(node, ast.Compare):
             left, right = (self.value(side) for side in (node.left, *node.comparators))
             if not isinstance(node.ops[0], ast.Eq) or not isinstance(left, str) or not isinstance(right, str):
-                raise NotPlainError
+                raise NotStaticError
             return left == right
         self.place = node.lineno, node.end_lineno or node.lineno, node.col_offset
         return self.evaluate(compiled(node, _SYNTAX, self.names), self.names)
 
     def attribute(self, value: Any, name: str) -> Any:
         if name.startswith("_") or not _ours(value):
-            raise NotPlainError
+            raise NotStaticError
         return getattr(value, name)
 
     def call(self, place: tuple[int, int, int], function: Any, /, *arguments: Any, **named: Any) -> Any:
         if function is not float and not _ours(function):
-            raise NotPlainError
+            raise NotStaticError
         before, self.place = self.place, place
         result = super().call(place, function, *arguments, **named)
         self.place = before
@@ -136,7 +136,7 @@ class _Evaluator(Guard):
         if any(
             type(part) is not type(operands[0]) or not isinstance(part, str | int | float | list) for part in operands
         ):
-            raise NotPlainError
+            raise NotStaticError
         return super().operate(name, *operands)
 
     def weigh(self, *values: Any) -> None:
@@ -145,13 +145,13 @@ class _Evaluator(Guard):
 
     def format(self, value: Any, conversion: int, form: str) -> str:
         if not isinstance(value, str | int | float) or conversion != -1 or form:
-            raise NotPlainError
+            raise NotStaticError
         return str(value)
 
 
 def _ours(thing: Any) -> bool:
-    """Whether something is one of the stand-ins, or a function of theirs."""
-    if isinstance(thing, StandInModule | StandIn):
+    """Whether something is one of the stubs, or a function of theirs."""
+    if isinstance(thing, StubModule | Stub):
         return True
     function = getattr(thing, "func", thing)  # of a method that is one of class and instance
     made_by = function.__module__ if callable(function) and not isinstance(thing, type) else None

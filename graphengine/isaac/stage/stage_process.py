@@ -15,10 +15,10 @@ import pxr
 from pxr import Sdf, Tf, Usd, Work
 
 from graphengine.format.files import Files
-from graphengine.isaac.recorded import GRAPH, NAMESPACE, NODE, POSITION, VARIABLE
+from graphengine.isaac.recorded_graph import GRAPH, NAMESPACE, NODE, POSITION, VARIABLE
 from graphengine.isaac.stage.layers import Layers, UnreadableError, reason
-from graphengine.isaac.stage.prims import COMPOUND, INSTANCES, StageAttribute, StageContents, StagePrim
-from graphengine.isaac.stage.values import plain_value, type_name
+from graphengine.isaac.stage.stage_contents import COMPOUND, INSTANCES, StageAttribute, StageContents, StagePrim
+from graphengine.isaac.stage.usd_conversion import plain_value, type_name
 from graphengine.sandbox.confinement import confine
 from graphengine.sandbox.seccomp import TIERS
 from graphengine.sandbox.untrusted import answer, reply
@@ -34,7 +34,7 @@ _EXTENDED = ("Union", "Any")
 """How `attrType` of an extended port begins: `Union-->double,float`."""
 
 
-class Reading:
+class StageReading:
     """A stage that is read.
 
     Args:
@@ -135,7 +135,7 @@ def main() -> None:
     Work.SetConcurrencyLimit(1)  # each thread takes of the memory that the process may have
     plugins = Path(pxr.__file__).parent
     confine(files, TIERS["stage"], memory=MAX_MEMORY_BYTES, libraries=(plugins,))
-    answer(stream, lambda: Reading(files).run(Path(request["path"])))
+    answer(stream, lambda: StageReading(files).run(Path(request["path"])))
 
 
 if __name__ == "__main__":

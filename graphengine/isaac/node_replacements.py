@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from graphengine.compiler.registry import Registry
 from graphengine.format.diagnostics import Findings
-from graphengine.isaac.recorded import RecordedNode, RecordedValue
+from graphengine.isaac.recorded_graph import RecordedNode, RecordedValue
 
 _PICTURES = "ROS2CameraHelper publishes pictures and point clouds from a renderProductPath; leave the node out"
 _ARM = "IsaacArticulationController commands the fingers' joints, with positions from ROS2SubscribeJointState"

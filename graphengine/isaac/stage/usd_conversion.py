@@ -7,7 +7,7 @@ from typing import Any
 
 from pxr import Gf, Sdf, Vt
 
-from graphengine.isaac.recorded import MAX_ITEMS
+from graphengine.isaac.recorded_graph import MAX_ITEMS
 from graphengine.node import PortType, types
 
 _QUATERNIONS = (Gf.Quatd, Gf.Quatf, Gf.Quath)

@@ -1,7 +1,7 @@
 """What takes the place of everything of Omniverse that builds no graphs: it can be called, read and set, and does nothing.
 
-A stand-in is false and empty, so that loops over it and loops that wait for it end; taken apart it gives as many as are wanted.
-It is no number: what is computed of it, `max(0.0, …)` too, is a stand-in, so that no value is invented.
+A stub is false and empty, so that loops over it and loops that wait for it end; taken apart it gives as many as are wanted.
+It is no number: what is computed of it, `max(0.0, …)` too, is a stub, so that no value is invented.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from collections.abc import Iterator, Mapping
 from types import FrameType, ModuleType
 from typing import Any
 
+from graphengine.isaac.omniverse.graph_recorder import GraphRecorder
 from graphengine.isaac.omniverse.plain_data import MAX_DEPTH, UnknownError, unknown
-from graphengine.isaac.omniverse.recorder import Recorder
 
 MAX_CALLS = 20_000
-"""Calls of stand-ins after which a script is taken to go on without end, as one that steps a simulation does."""
+"""Calls of stubs after which a script is taken to go on without end, as one that steps a simulation does."""
 MAX_FRAMES = 5_000
 """That a script may draw until then."""
 
@@ -31,7 +31,7 @@ _ASKS = re.compile(
 """How names of calls begin that change no stage, or nothing that a graph's file could hold."""
 
 ELSEWHERE, OWN = "what a USD file holds", "a node of Omniverse's own"
-"""Names of stand-ins for what other findings report."""
+"""Names of stubs for what other findings report."""
 
 _DRAWS = frozenset(("update", "step", "render", "next_update_async"))
 """Names of calls that draw a frame."""
@@ -40,13 +40,13 @@ _RUNS = {"is_running": True, "is_playing": True, "is_exiting": False}
 """What these calls return while the application runs; whether it plays is of interest in loops only."""
 
 _OF_GRAPHS = re.compile(r"(^|\.)(omni\.graph\.core\.cmds|og|Controller)\.|(^|\.)(edit|\w*[gG]raphs?)$")
-"""Names of stand-ins whose calls may well do something to graphs."""
+"""Names of stubs whose calls may well do something to graphs."""
 
 _QUESTION = re.compile(r"(is|has|enable|set|add|load|open|create)(_|[A-Z])|exists")
 """How names of calls begin whose answer is yes where what a script asks for is taken to be there, and what it does to work."""
 
 _CALLS = re.compile(r"\(\)|\(#\d+\)|#\d+")
-"""Parts of a stand-in's name that its calls leave there."""
+"""Parts of a stub's name that its calls leave there."""
 
 _NUMBERS = frozenset(("complex", "divmod", "float", "int", "map", "max", "min", "pow", "range", "round"))
 """Of Python's own functions those of numbers."""
@@ -60,19 +60,19 @@ class EndlessError(BaseException):
     """The script goes on without end; no exception that a script means to catch."""
 
 
-class StandIn:
+class Stub:
     """Something of Omniverse, by the name that a script reached it with."""
 
     is_unknown = True
 
-    def __new__(cls, name: str, recorder: Recorder) -> Any:
+    def __new__(cls, name: str, recorder: GraphRecorder) -> Any:
         """One of a class with a name that Python's messages make sense with."""
         made = super().__new__(_named(cls, _CALLS.sub("", name)))  # type: ignore[arg-type]
         made.__dict__.update(_name=name, _recorder=recorder)
         return made
 
     def __init__(self, *arguments: Any, **named: Any) -> None:
-        """Do nothing: a script may call the `__init__` of a base class that a stand-in stands for."""
+        """Do nothing: a script may call the `__init__` of a base class that a stub stands for."""
 
     def __getattr__(self, name: str) -> Any:
         return member(self._name, name, self._recorder)
@@ -89,11 +89,11 @@ class StandIn:
             return runs == _RUNS[last]
         if self._name.startswith("carb.log_"):
             self._recorder.said.extend(text[:MAX_SAID] for text in arguments if isinstance(text, str))
-        if len(arguments) == 1 and not named and callable(arguments[0]) and not isinstance(arguments[0], StandIn):
+        if len(arguments) == 1 and not named and callable(arguments[0]) and not isinstance(arguments[0], Stub):
             return arguments[0]  # a decorator
         given = tuple(map(_comparable, (*arguments, *named, *named.values())))
         name = self._name if self._name.endswith(")") else f"{self._name}()"
-        made = StandIn(self._recorder.tell_apart(name, given), self._recorder)
+        made = Stub(self._recorder.tell_apart(name, given), self._recorder)
         if last[:1].isupper():  # an instance of a class keeps what it was made of
             vars(made).update({**named, **vars(made)})
         return made
@@ -114,7 +114,7 @@ class StandIn:
         return iter([self] * wanted)
 
     def __getitem__(self, key: Any) -> Any:
-        return StandIn(self._recorder.tell_apart(f"{self._name}[…]", _comparable(key)), self._recorder)
+        return Stub(self._recorder.tell_apart(f"{self._name}[…]", _comparable(key)), self._recorder)
 
     def __setitem__(self, key: Any, value: Any) -> None:
         pass
@@ -137,7 +137,7 @@ class StandIn:
         raise TypeError(f"a bytes-like object is required, not {type(self).__name__!r}")
 
     def __mro_entries__(self, bases: tuple[Any, ...]) -> tuple[type, ...]:
-        return (type("Base", (Base,), {"_recorder": self._recorder, "_stands_for": self._name}),)
+        return (type("Base", (StubBase,), {"_recorder": self._recorder, "_stands_for": self._name}),)
 
     def __add__(self, other: Any) -> Any:
         return f"{self}{other}" if isinstance(other, str) else self
@@ -159,7 +159,7 @@ class StandIn:
         return self is other or self._recorder.holds(f"{_CALLS.sub('', self._name)} == {other}")
 
     def _compare(self, sign: str, other: Any) -> Any:
-        return StandIn(f"{self._name} {sign} {other}", self._recorder)
+        return Stub(f"{self._name} {sign} {other}", self._recorder)
 
     __lt__ = __le__ = functools.partialmethod(_compare, "<")
     __gt__ = __ge__ = functools.partialmethod(_compare, ">")
@@ -175,7 +175,7 @@ class StandIn:
 
 
 def of_unknown(function: Any) -> Any:
-    """What a script calls; for a function of numbers, one that gives the first stand-in among its arguments."""
+    """What a script calls; for a function of numbers, one that gives the first stub among its arguments."""
     if not callable(function) or type(function).__module__ not in ("builtins", "numpy"):
         return function
     module = str(getattr(function, "__module__", None) or type(function).__module__).partition(".")[0]
@@ -183,7 +183,7 @@ def of_unknown(function: Any) -> Any:
         return function
 
     def called(*given: Any, **named: Any) -> Any:
-        found = next(_stand_ins((*given, *named.values()), 1 if function is map else MAX_DEPTH), None)
+        found = next(_stubs((*given, *named.values()), 1 if function is map else MAX_DEPTH), None)
         if found is not None:
             return found
         return map(of_unknown(given[0]), *given[1:]) if function is map else function(*given, **named)
@@ -191,17 +191,17 @@ def of_unknown(function: Any) -> Any:
     return called
 
 
-def _stand_ins(values: Any, depth: int) -> Iterator[StandIn]:
-    """Stand-ins among values, and in lists of them."""
+def _stubs(values: Any, depth: int) -> Iterator[Stub]:
+    """Stubs among values, and in lists of them."""
     for value in values if depth else ():
-        if isinstance(value, StandIn):
+        if isinstance(value, Stub):
             yield value
         elif isinstance(value, list | tuple):
-            yield from _stand_ins(value, depth - 1)
+            yield from _stubs(value, depth - 1)
 
 
 @functools.lru_cache(4096)
-def _named(cls: type[StandIn], name: str) -> type[StandIn]:
+def _named(cls: type[Stub], name: str) -> type[Stub]:
     return type(f"unknown value of {name}", (cls,), {"__module__": cls.__module__})
 
 
@@ -212,12 +212,12 @@ def _unpacked(frame: FrameType) -> int:
 
 
 def _comparable(value: Any) -> Any:
-    """The key by which stand-ins of calls with different arguments get different names; None for any other argument."""
-    return value if isinstance(value, str | int | float) else str(value) if isinstance(value, StandIn) else None
+    """The key by which stubs of calls with different arguments get different names; None for any other argument."""
+    return value if isinstance(value, str | int | float) else str(value) if isinstance(value, Stub) else None
 
 
-def member(owner: str, name: str, recorder: Recorder) -> Any:
-    """A stand-in for an unknown member of an owner; names such as `__len__` are Python's own and have none.
+def member(owner: str, name: str, recorder: GraphRecorder) -> Any:
+    """A stub for an unknown member of an owner; names such as `__len__` are Python's own and have none.
 
     An `og` that comes from somewhere else is OmniGraph too.
     """
@@ -226,13 +226,13 @@ def member(owner: str, name: str, recorder: Recorder) -> Any:
     if name == "og":
         recorder.findings.add("N302", f"{owner}.og is taken to be omni.graph.core", recorder.where(""))
         return recorder.modules["omni.graph.core"]
-    return StandIn(f"{owner}.{name}", recorder)
+    return Stub(f"{owner}.{name}", recorder)
 
 
-class Base:
+class StubBase:
     """Base of a class that a script derives from one of Omniverse."""
 
-    _recorder: Recorder
+    _recorder: GraphRecorder
 
     def __init_subclass__(cls) -> None:
         """Give the base what methods may ask of it by `super()`, which asks no `__getattr__`."""
@@ -241,7 +241,7 @@ class Base:
         names = {name for code in codes if code and "super" in code.co_names for name in code.co_names}
         for name in names:
             if not name.startswith("__") and not hasattr(base, name):
-                setattr(base, name, StandIn(f"{cls.__name__}.{name}", cls._recorder))
+                setattr(base, name, Stub(f"{cls.__name__}.{name}", cls._recorder))
 
     def __init__(self, *arguments: Any, **named: Any) -> None:
         vars(self).update(named)
@@ -250,20 +250,20 @@ class Base:
         return member(type(self).__name__, name, self._recorder)
 
 
-def idle(recorder: Recorder) -> None:
+def idle(recorder: GraphRecorder) -> None:
     """Count a call that builds nothing, and end a script that goes on without end."""
     recorder.idle_calls += 1
     if recorder.idle_calls > MAX_CALLS or recorder.frames.number > MAX_FRAMES:
         raise EndlessError
 
 
-def draw(recorder: Recorder) -> None:
+def draw(recorder: GraphRecorder) -> None:
     """Draw a frame, which builds nothing."""
     idle(recorder)
     recorder.frames.draw()
 
 
-def told(recorder: Recorder, name: str) -> None:
+def told(recorder: GraphRecorder, name: str) -> None:
     """Note a call."""
     idle(recorder)
     name = _CALLS.sub("", name)
@@ -279,9 +279,9 @@ def told(recorder: Recorder, name: str) -> None:
 
 
 class Builtins(dict[str, Any]):
-    """Names that a script finds without defining them: what it imports by `*` of a module that is not there is a stand-in."""
+    """Names that a script finds without defining them: what it imports by `*` of a module that is not there is a stub."""
 
-    recorder: Recorder
+    recorder: GraphRecorder
 
     def __missing__(self, name: str) -> Any:
         if not self.recorder.starred:
@@ -289,11 +289,15 @@ class Builtins(dict[str, Any]):
         return member(self.recorder.starred[-1], name, self.recorder)
 
 
-class StandInModule(ModuleType):
-    """A module of stand-ins, but for what was put into it and for the modules below it that are known."""
+class StubModule(ModuleType):
+    """A module of stubs, but for what was put into it and for the modules below it that are known."""
 
     def __init__(
-        self, name: str, recorder: Recorder, known: Mapping[str, ModuleType], members: Mapping[str, Any] | None = None
+        self,
+        name: str,
+        recorder: GraphRecorder,
+        known: Mapping[str, ModuleType],
+        members: Mapping[str, Any] | None = None,
     ) -> None:
         super().__init__(name)
         self.__dict__.update(members or {})

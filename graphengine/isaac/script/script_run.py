@@ -14,23 +14,23 @@ from pathlib import Path
 from typing import Any
 
 from graphengine.format.diagnostics import Source, Span
+from graphengine.isaac.omniverse.asyncio_stub import finish, make_asyncio
+from graphengine.isaac.omniverse.graph_recorder import GraphRecorder
 from graphengine.isaac.omniverse.modules import make_modules
-from graphengine.isaac.omniverse.recorder import Recorder
-from graphengine.isaac.omniverse.stand_in import Builtins, StandIn, of_unknown
-from graphengine.isaac.omniverse.waiting import asyncio_stand_in, finish
-from graphengine.isaac.recorded import IMPULSE, RecordedGraph, RecordedValue
-from graphengine.isaac.script.answers import ScriptAnswer
-from graphengine.isaac.script.finder import PACKAGE
+from graphengine.isaac.omniverse.stubs import Builtins, Stub, of_unknown
+from graphengine.isaac.recorded_graph import IMPULSE, RecordedGraph, RecordedValue
+from graphengine.isaac.script.coverage import FAILED, MARK, NUMBER, marked
+from graphengine.isaac.script.import_finder import PACKAGE
 from graphengine.isaac.script.losses import UNFORGIVEN, Losses, TimeIsUpError
-from graphengine.isaac.script.plain import evaluate
-from graphengine.isaac.script.reach import FAILED, MARK, NUMBER, marked
+from graphengine.isaac.script.script_answer import ScriptAnswer
 from graphengine.isaac.script.stack import Scripts
+from graphengine.isaac.script.static_evaluation import evaluate
 from graphengine.sandbox.untrusted import typed
 
 ON_TICK = "omni.graph.action.OnTick"
 
 
-class Run:
+class ScriptRun:
     """One run of a script."""
 
     def __init__(self, request: dict[str, Any]) -> None:
@@ -51,10 +51,10 @@ class Run:
         self.scripts = Scripts(self.folders)
         types, absent = frozenset(request["types"]), frozenset(request["absent"])
         where, stack = self.scripts.where, self.scripts.stack
-        self.recorder = Recorder(where, types, assumed=request["assumed"], absent=absent, stack=stack)
+        self.recorder = GraphRecorder(where, types, assumed=request["assumed"], absent=absent, stack=stack)
         self.recorder.prims.update(request["assume"])
         self.modules: dict[str, Any] = dict(make_modules(self.recorder))
-        self.modules["asyncio"] = asyncio_stand_in(self.recorder)
+        self.modules["asyncio"] = make_asyncio(self.recorder)
         self.losses = Losses(self.recorder, self.scripts)
 
     def end(self, *_: Any) -> None:
@@ -142,7 +142,7 @@ class Run:
             if absent:
                 what = f"{', '.join(absent)} in the call: taken to be what only Omniverse knows"
                 self.recorder.findings.add("N302", what)
-            result = eval(call, {name: StandIn(name, self.recorder) for name in absent} | namespace)
+            result = eval(call, {name: Stub(name, self.recorder) for name in absent} | namespace)
             if inspect.iscoroutine(result):
                 finish(result, self.recorder)
         if not self.calls and not self.recorder.graphs:

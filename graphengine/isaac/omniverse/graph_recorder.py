@@ -13,8 +13,7 @@ from typing import Any
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.isaac.omniverse.frames import Call, Frames, Loop
-from graphengine.isaac.omniverse.plain_data import UnknownError, is_unknown, plain_data
-from graphengine.isaac.omniverse.spellings import (
+from graphengine.isaac.omniverse.og_names import (
     SIDES,
     NotThereError,
     OmniGraphError,
@@ -24,7 +23,8 @@ from graphengine.isaac.omniverse.spellings import (
     split_attribute,
     type_name,
 )
-from graphengine.isaac.recorded import (
+from graphengine.isaac.omniverse.plain_data import UnknownError, is_unknown, plain_data
+from graphengine.isaac.recorded_graph import (
     EVALUATORS,
     POSITION,
     PipelineStage,
@@ -56,7 +56,7 @@ Compounds = dict[str, dict[str, tuple[str, str]]]
 """Compounds of a graph by name, and what each of their promoted attributes stands for: inner node and attribute."""
 
 
-class Recorder:
+class GraphRecorder:
     """The graphs that a script built so far.
 
     Args:
@@ -101,7 +101,7 @@ class Recorder:
         self.modules: dict[str, ModuleType] = {}
         """Modules of Omniverse that are known, by name."""
         self._alike: dict[str, dict[Any, int]] = {}
-        """Numbers of the arguments with which stand-ins were called, by the name that the results would share."""
+        """Numbers of the arguments with which stubs were called, by the name that the results would share."""
         self.lacking: set[str] = set()
         """Modules that the script imports and that are not there."""
         self.starred: list[str] = []
@@ -141,7 +141,7 @@ class Recorder:
             self._searches.append((what, place))
 
     def tell_apart(self, name: str, given: Any) -> str:
-        """The name of a call's or an item's stand-in; those that are given something else get numbers."""
+        """The name of a call's or an item's stub; those that are given something else get numbers."""
         known = self._alike.setdefault(name, {})
         number = known.setdefault(given, len(known) + 1)
         return name if number == 1 else f"{name[:-1]}#{number}{name[-1]}"
@@ -219,7 +219,7 @@ class Recorder:
         return True
 
     def holds(self, name: str, said: str = "it to be true") -> bool:
-        """Whether the user says that a prim or file is there, or that a stand-in is true."""
+        """Whether the user says that a prim or file is there, or that a stub is true."""
         if name not in self.prims and (place := self.where("")):
             self.missed.setdefault((place.source.path, place.line), {})[name] = said
         return name in self.prims

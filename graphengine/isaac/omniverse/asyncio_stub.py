@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Coroutine, Generator
 from typing import Any
 
-from graphengine.isaac.omniverse.recorder import Recorder
-from graphengine.isaac.omniverse.stand_in import StandIn, StandInModule, draw, idle, member
+from graphengine.isaac.omniverse.graph_recorder import GraphRecorder
+from graphengine.isaac.omniverse.stubs import Stub, StubModule, draw, idle, member
 
 
 class Task:
     """A coroutine that came to its end."""
 
-    def __init__(self, value: Any, recorder: Recorder) -> None:
+    def __init__(self, value: Any, recorder: GraphRecorder) -> None:
         self._value, self._recorder = value, recorder
 
     def result(self) -> Any:
@@ -31,7 +31,7 @@ class Task:
         return member("asyncio.Task", name, self._recorder)
 
 
-def finish(awaitable: Any, recorder: Recorder) -> Any:
+def finish(awaitable: Any, recorder: GraphRecorder) -> Any:
     """Run what can be waited for to its end; what it returns."""
     if isinstance(awaitable, Task):
         return awaitable.result()
@@ -44,7 +44,7 @@ def finish(awaitable: Any, recorder: Recorder) -> Any:
         return end.value
 
 
-def asyncio_stand_in(recorder: Recorder) -> StandInModule:
+def make_asyncio(recorder: GraphRecorder) -> StubModule:
     """An `asyncio` in which everything that is waited for has happened."""
 
     def run(awaitable: Any, *_: Any, **__: Any) -> Any:
@@ -60,12 +60,12 @@ def asyncio_stand_in(recorder: Recorder) -> StandInModule:
     def gather(*awaitables: Any, **_: Any) -> Task:
         return Task([finish(one, recorder) for one in awaitables], recorder)
 
-    loop = StandIn("asyncio.loop", recorder)
+    loop = Stub("asyncio.loop", recorder)
     vars(loop).update(run_until_complete=run, create_task=start)
     starting = dict.fromkeys(("wait_for", "shield", "ensure_future", "create_task"), start)
     asking = dict.fromkeys(("get_event_loop", "get_running_loop", "new_event_loop"), lambda: loop)
     members = {"run": run, "gather": gather, "sleep": sleep, **starting, **asking}
-    return StandInModule("asyncio", recorder, {}, members)
+    return StubModule("asyncio", recorder, {}, members)
 
 
 async def _waiting(awaitable: Any) -> Any:

@@ -8,7 +8,7 @@ from typing import Any
 
 from graphengine.format.wording import listing, shown
 from graphengine.isaac.omniverse.plain_data import is_unknown, plain_data
-from graphengine.isaac.recorded import PIPELINE_STAGES, PipelineStage
+from graphengine.isaac.recorded_graph import PIPELINE_STAGES, PipelineStage
 
 MAX_NAME = 1000
 """Characters of a name or path."""

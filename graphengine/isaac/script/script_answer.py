@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from graphengine.format.diagnostics import Finding
-from graphengine.isaac.recorded import RecordedGraph
+from graphengine.isaac.recorded_graph import RecordedGraph
 
 
 @dataclass(slots=True)
