@@ -15,8 +15,8 @@ from graphengine.cli.units import whole
 if TYPE_CHECKING:
     from graphengine.compiler.registry import Registry
     from graphengine.format.diagnostics import Findings
-    from graphengine.isaac.recorded import RecordedGraph
-    from graphengine.isaac.stage.reading import ImportedStage
+    from graphengine.isaac.recorded_graph import RecordedGraph
+    from graphengine.isaac.stage.stage_reader import ImportedStage
 
 LONGEST = 10
 """Notes that are told one by one."""
@@ -120,8 +120,8 @@ def _read(arguments: argparse.Namespace, registry: Registry, findings: Findings)
     from graphengine.format.diagnostics import Findings
     from graphengine.format.errors import UsageError
     from graphengine.format.files import Files
-    from graphengine.isaac.recorded import RecordedGraph
-    from graphengine.isaac.stage.reading import ImportedStage, read_stage
+    from graphengine.isaac.recorded_graph import RecordedGraph
+    from graphengine.isaac.stage.stage_reader import ImportedStage, read_stage
 
     def stage(path: Path, findings: Findings) -> ImportedStage:
         files = Files.of(path, arguments.allow, Path.cwd())
@@ -140,7 +140,7 @@ def _read(arguments: argparse.Namespace, registry: Registry, findings: Findings)
         return graphs
 
     if arguments.file.suffix == ".py":
-        from graphengine.isaac.script.reading import ScriptOptions, read_script
+        from graphengine.isaac.script.script_reader import ScriptOptions, read_script
 
         assumed, environment = tuple(arguments.assume), dict(arguments.env)
         options = ScriptOptions(tuple(arguments.call), arguments.impulse_every, assumed, environment)

@@ -16,7 +16,7 @@ from graphengine.cli.units import duration
 if TYPE_CHECKING:
     from graphengine.format.diagnostics import Findings
     from graphengine.format.files import Files
-    from graphengine.physics.description.draft import Wheel
+    from graphengine.physics.description.robot_file_writer import Wheel
     from graphengine.physics.description.urdf import Urdf
     from graphengine.physics.model.importing import Imported, Origin
 
@@ -200,7 +200,7 @@ def _report(imported: Imported, findings: Findings) -> None:
     from graphengine.cli.common import clean, counted
     from graphengine.format.files import near
     from graphengine.format.wording import listing
-    from graphengine.physics.description.draft import left_behind, track, wheels
+    from graphengine.physics.description.robot_file_writer import left_behind, track, wheels
 
     robot, urdf = imported.robot, imported.robot.urdf
     rolling = wheels(urdf)
@@ -242,7 +242,7 @@ def _example(imported: Imported) -> str:
 def _drive(urdf: Urdf, rolling: Sequence[Wheel]) -> str:
     """The graph that drives a robot on two wheels beside each other, which turn forwards about its y axis; else nothing."""
     from graphengine.devices.rotation import rotate
-    from graphengine.physics.description.draft import track
+    from graphengine.physics.description.robot_file_writer import track
 
     poses = [urdf.pose_in_root(urdf.joints[wheel.joint].child) for wheel in rolling]
     axles = [rotate(pose[1], urdf.joints[wheel.joint].axis) for pose, wheel in zip(poses, rolling, strict=True)]

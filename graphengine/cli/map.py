@@ -12,7 +12,7 @@ from graphengine.cli.units import number
 
 if TYPE_CHECKING:
     from graphengine.physics.loading import LoadedWorld
-    from graphengine.physics.occupancy.chart import MapRequest, OccupancyMap
+    from graphengine.physics.occupancy.occupancy_map import MapRequest, OccupancyMap
 
 HEIGHTS = (0.2, 0.62)
 """The window of heights in NVIDIA's "ROS 2 Putting It All Together"."""
@@ -63,8 +63,8 @@ def execute(arguments: argparse.Namespace) -> int:
     from graphengine.cli.common import clean
     from graphengine.format.errors import PrimError, UsageError
     from graphengine.format.files import find_file, near
-    from graphengine.physics.occupancy.chart import make_map
-    from graphengine.physics.occupancy.files import write_map
+    from graphengine.physics.occupancy.map_files import write_map
+    from graphengine.physics.occupancy.occupancy_map import make_map
 
     path = find_file(arguments.scene)
     stem = _stem(arguments.output, path)
@@ -98,8 +98,8 @@ def _stem(output: str | None, scene: Path) -> Path:
 
 
 def _request(arguments: argparse.Namespace) -> MapRequest:
-    from graphengine.physics.occupancy.chart import MapRequest
-    from graphengine.physics.occupancy.files import isaac_window
+    from graphengine.physics.occupancy.map_files import isaac_window
+    from graphengine.physics.occupancy.occupancy_map import MapRequest
 
     bounds = arguments.bounds
     request = MapRequest(
@@ -136,7 +136,7 @@ def _load(path: Path, arguments: argparse.Namespace) -> LoadedWorld | None:
 
 
 def _summary(chart: OccupancyMap) -> str:
-    from graphengine.physics.occupancy.chart import FREE, OCCUPIED, UNKNOWN
+    from graphengine.physics.occupancy.occupancy_map import FREE, OCCUPIED, UNKNOWN
 
     grid, (low, high) = chart.grid, chart.window
     states = {"occupied": OCCUPIED, "free": FREE, "unknown": UNKNOWN}

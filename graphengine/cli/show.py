@@ -61,23 +61,23 @@ def draw(scene: LoadedScene, arguments: argparse.Namespace) -> int:
     """Write the drawing of all graphs, those with errors too; 1 if there are any."""
     from graphengine.cli.common import clean, counted, print_findings
     from graphengine.drawing import page, svg
-    from graphengine.drawing.scheme import make_scheme
+    from graphengine.drawing.view_model import make_graph_view
     from graphengine.format.errors import UsageError
     from graphengine.format.files import near
     from graphengine.format.output import write_together
 
     print_findings(scene.findings, notes=False)
-    schemes = [make_scheme(graph, scene.findings) for graph in scene.graphs]
-    if not schemes:
+    graph_views = [make_graph_view(graph, scene.findings) for graph in scene.graphs]
+    if not graph_views:
         return 1
     path: Path = arguments.svg or arguments.html
     if path.suffix.lower() not in ((".svg",) if arguments.svg else (".html", ".htm")):
         raise UsageError(
             f"{path}: a drawing's name ends in {'.svg' if arguments.svg else '.html'}; another file is not written over"
         )
-    text = svg.draw(schemes) if arguments.svg else page.draw(schemes)
+    text = svg.draw(graph_views) if arguments.svg else page.draw(graph_views)
     write_together({path: text.encode()})
-    print(clean(f"{near(str(path))}: {counted(len(schemes), 'graph')}"))
+    print(clean(f"{near(str(path))}: {counted(len(graph_views), 'graph')}"))
     return 1 if scene.findings.errors else 0
 
 

@@ -1,6 +1,7 @@
-"""Drawings of graphs.
+"""Drawings of graphs as SVG and HTML.
 
-- `scheme`: what is on them; `painting`: which findings belong where.
-- `arrange`: where everything stands; `figure` lays out the boxes, `layered` and `placed` put them, `routing` leads wires around.
-- `svg` and `page`: how they are written.
+- `view_model`: the nodes, wires and subgraphs of a drawing; `finding_assignment` assigns findings to nodes.
+- `node_box` lays out one node. `nested_layout` lays out a graph with its subgraphs by `layered_layout`, `manual_layout` or
+  `column_layout`; `routing` routes links around boxes.
+- `svg` and `page` write the files.
 """

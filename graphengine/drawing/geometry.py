@@ -14,7 +14,7 @@ GAP = (44.0, 28.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Box:
+class LayoutBox:
     """A rectangle to be placed; `edge` keeps it in the first or the last column, `place` is where its file puts it."""
 
     width: float
@@ -24,7 +24,7 @@ class Box:
 
 
 @dataclass(frozen=True, slots=True)
-class Link:
+class LayoutLink:
     """From the right side of one box to the left side of another; heights count from the top of each box."""
 
     source: int
@@ -42,7 +42,7 @@ class Arrangement:
 
 
 def bounds(
-    boxes: Sequence[Box], corners: Sequence[Point], routes: Iterable[Route]
+    boxes: Sequence[LayoutBox], corners: Sequence[Point], routes: Iterable[Route]
 ) -> tuple[float, float, float, float]:
     """Left, top, right and bottom of everything; zeros when there is nothing."""
     points = [point for route in routes for point in route]
@@ -54,7 +54,7 @@ def bounds(
     return min(xs), min(ys), max(xs), max(ys)
 
 
-def ends(boxes: Sequence[Box], corners: Sequence[Point], link: Link) -> tuple[Point, Point]:
+def ends(boxes: Sequence[LayoutBox], corners: Sequence[Point], link: LayoutLink) -> tuple[Point, Point]:
     """Where a link begins and where it ends."""
     (x, y), (other_x, other_y) = corners[link.source], corners[link.target]
     return (x + boxes[link.source].width, y + link.source_y), (other_x, other_y + link.target_y)

@@ -11,21 +11,21 @@ from collections.abc import Sequence
 from importlib import resources
 
 from graphengine.drawing import svg
-from graphengine.drawing.scheme import Scheme
+from graphengine.drawing.view_model import GraphView
 
 _HINT = "Drag or arrow keys: move. Wheel, + and -: zoom. 0: everything. Tab: next node. Click: what it is."
 
 
-def draw(schemes: Sequence[Scheme]) -> str:
+def draw(graph_views: Sequence[GraphView]) -> str:
     """One page with all graphs, one below the other.
 
     Raises:
         UsageError: the layout library is not installed.
     """
-    drawing = svg.draw(schemes)
+    drawing = svg.draw(graph_views)
     folder = resources.files(__package__)
     style, script = (folder.joinpath(name).read_text(encoding="utf-8") for name in ("page.css", "page.js"))
-    title = svg.escape(", ".join(scheme.title for scheme in schemes))
+    title = svg.escape(", ".join(graph_view.title for graph_view in graph_views))
     policy = "; ".join(
         (
             "default-src 'none'",

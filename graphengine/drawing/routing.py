@@ -14,7 +14,7 @@ from itertools import count, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.drawing.geometry import GAP, Box, Link, Point, Route, ends, simplified
+from graphengine.drawing.geometry import GAP, LayoutBox, LayoutLink, Point, Route, ends, simplified
 
 _FRAME = (GAP[0] / 2, GAP[1] / 2)
 _SPREAD = 10.0
@@ -26,7 +26,7 @@ _HASTE = 2.0
 """How much what is left of a way weighs against what lies behind: at 1 the search is exact, and slow."""
 
 
-def routes(boxes: Sequence[Box], corners: Sequence[Point], links: Sequence[Link]) -> list[Route]:
+def routes(boxes: Sequence[LayoutBox], corners: Sequence[Point], links: Sequence[LayoutLink]) -> list[Route]:
     """A polyline for each link; boxes are at least `GAP` apart."""
     router = _Router(boxes, corners, links)
     ways = [router.lines(*pair) for pair in router.ends]
@@ -42,7 +42,7 @@ Line = tuple[int, float]
 class _Router:
     """The grid: every line along a frame, and a row for each port."""
 
-    def __init__(self, boxes: Sequence[Box], corners: Sequence[Point], links: Sequence[Link]) -> None:
+    def __init__(self, boxes: Sequence[LayoutBox], corners: Sequence[Point], links: Sequence[LayoutLink]) -> None:
         self.ends = [ends(boxes, corners, link) for link in links]
         low = np.array(corners, float).reshape(-1, 2) - np.array(_FRAME)
         high = low + np.array([(box.width, box.height) for box in boxes]).reshape(-1, 2) + np.array(GAP)
@@ -131,7 +131,7 @@ def _drawn(begin: Point, end: Point, lines: Sequence[Line]) -> Route:
     return simplified([begin, *corners, end])
 
 
-def _spread(links: Sequence[Link], ways: Sequence[Sequence[Line]], routes: Sequence[Route]) -> list[list[Line]]:
+def _spread(links: Sequence[LayoutLink], ways: Sequence[Sequence[Line]], routes: Sequence[Route]) -> list[list[Line]]:
     """The same ways, those of different ports moved apart where they run along one line."""
     spread = [list(way) for way in ways]
     stretches: dict[Line, dict[tuple[int, float], list[tuple[int, int]]]] = {}

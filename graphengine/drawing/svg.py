@@ -11,11 +11,11 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from graphengine.drawing.arrange import arrange
-from graphengine.drawing.figure import HEAD, MARGIN, NAME_SIZE, PORT_SIZE, TYPE_SIZE, Label, NodeBox
 from graphengine.drawing.geometry import Point, Route
-from graphengine.drawing.scheme import Scheme, WireView
-from graphengine.drawing.text import FONTS, fitted, width
+from graphengine.drawing.nested_layout import arrange
+from graphengine.drawing.node_box import HEAD, MARGIN, NAME_SIZE, PORT_SIZE, TYPE_SIZE, Label, NodeBox
+from graphengine.drawing.text_metrics import FONTS, fitted, width
+from graphengine.drawing.view_model import GraphView, WireView
 from graphengine.format.diagnostics import Finding
 from graphengine.format.wording import printable
 
@@ -104,7 +104,7 @@ text.warning {{ fill: #f0b72f }}
 
 
 @dataclass(frozen=True, slots=True)
-class _Part:
+class _DrawnGraph:
     """One graph, drawn with its corner at zero."""
 
     lines: list[str]
@@ -112,23 +112,23 @@ class _Part:
     height: float
 
 
-def draw(schemes: Sequence[Scheme]) -> str:
+def draw(graph_views: Sequence[GraphView]) -> str:
     """One SVG with all graphs, one below the other.
 
     Raises:
         UsageError: the layout library is not installed.
     """
-    parts = [_draw_graph(scheme) for scheme in schemes]
+    parts = [_draw_graph(graph_view) for graph_view in graph_views]
     wide = max([_LEAST, *(part.width for part in parts)]) + 2 * _SPACE
     body: list[str] = []
     top = _SPACE
     for part in parts:
         body += [f'<g transform="translate({_number(_SPACE)} {_number(top)})">', *part.lines, "</g>"]
         top += part.height + 2 * _SPACE
-    body += _signs({_style(wire) for scheme in schemes for wire in scheme.wires}, _SPACE, top)
+    body += _signs({_style(wire) for graph_view in graph_views for wire in graph_view.wires}, _SPACE, top)
     high = top + _SPACE + 4
     size = f'width="{_number(wide)}" height="{_number(high)}" viewBox="0 0 {_number(wide)} {_number(high)}"'
-    names = ", ".join(scheme.title for scheme in schemes)
+    names = ", ".join(graph_view.title for graph_view in graph_views)
     return "\n".join(
         [
             f'<svg xmlns="http://www.w3.org/2000/svg" xml:space="preserve" {size}>',
@@ -161,13 +161,13 @@ def _text(x: float, y: float, text: str, kind: str, *, end: bool = False) -> str
     return f'<text class="{kind}" x="{_number(x)}" y="{_number(y)}"{anchor}>{escape(text)}</text>'
 
 
-def _draw_graph(scheme: Scheme) -> _Part:
-    layout = arrange(scheme)
-    heading, head_width, head_height = _heading(scheme, max(layout.width, _LEAST))
+def _draw_graph(graph_view: GraphView) -> _DrawnGraph:
+    layout = arrange(graph_view)
+    heading, head_width, head_height = _heading(graph_view, max(layout.width, _LEAST))
     lines = [*heading, f'<g transform="translate(0 {_number(head_height)})">']
     for frame in layout.frames:
         x, y = frame.corner
-        file = scheme.groups[frame.name][0]
+        file = graph_view.groups[frame.name][0]
         caption = f"{frame.name.rpartition('/')[2]}  {file}".rstrip()
         lines += [
             '<g class="subgraph">',
@@ -177,23 +177,23 @@ def _draw_graph(scheme: Scheme) -> _Part:
             "</g>",
         ]
     on_top = {"": 0, "refused": 2, "circle": 3}
-    drawn = list(zip(scheme.wires, layout.routes, strict=True))
+    drawn = list(zip(graph_view.wires, layout.routes, strict=True))
     order = sorted(drawn, key=lambda pair: on_top[pair[0].mistake] or pair[0].form != "data")
     lines += [line for wire, route in order if route for line in _wire(wire, route)]
     for node, box in layout.boxes.items():
         lines += _node(box, layout.corners[node])
     lines.append("</g>")
-    return _Part(lines, max(layout.width, head_width), head_height + layout.height)
+    return _DrawnGraph(lines, max(layout.width, head_width), head_height + layout.height)
 
 
-def _heading(scheme: Scheme, limit: float) -> tuple[list[str], float, float]:
+def _heading(graph_view: GraphView, limit: float) -> tuple[list[str], float, float]:
     """Name, place and pace of the graph, and the findings that no node has; its width and height."""
-    title = fitted(scheme.title, _TITLE_SIZE, limit, bold=True)
-    caption = fitted(scheme.caption, PORT_SIZE, limit)
+    title = fitted(graph_view.title, _TITLE_SIZE, limit, bold=True)
+    caption = fitted(graph_view.caption, PORT_SIZE, limit)
     lines = [_text(0, 14, title, "title"), _text(0, 33, caption, "caption")]
     wide = max(width(title, _TITLE_SIZE, bold=True), width(caption, PORT_SIZE))
     y = 33.0
-    for finding in scheme.findings:
+    for finding in graph_view.findings:
         y += _LINE
         text = fitted(_sentence(finding), TYPE_SIZE, limit, bold=True)
         about = f"<title>{escape(_about(finding))}</title>"

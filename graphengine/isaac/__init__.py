@@ -1,7 +1,8 @@
 """Isaac Sim's own graphs: scripts and USD stages in, scripts out.
 
-- `recorded`: a graph as an importer found it. `graph_file` makes a YAML file of it and tells what could not be carried over.
-- `script` imports a Python script; what it imports are the stand-ins of `omniverse`.
+- `recorded_graph`: a graph as an importer found it. `graph_file` writes it as YAML and reports what could not be converted.
+- `script` imports a Python script; its imports of Omniverse get the stubs of `omniverse`.
 - `stage` imports a USD stage.
+- `node_replacements` replaces node types that are not available and updates old ones.
 - `export` writes the script that builds a graph in Isaac Sim.
 """

@@ -17,8 +17,8 @@ from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.errors import ContextError
 from graphengine.format.wording import listing
 from graphengine.format.yaml_text import block, comment, flow, scalar
-from graphengine.isaac.recorded import IMPULSE, RecordedGraph, RecordedNode, RecordedValue, RecordedWire
-from graphengine.isaac.replaced import modernize, replacement
+from graphengine.isaac.node_replacements import modernize, replacement
+from graphengine.isaac.recorded_graph import IMPULSE, RecordedGraph, RecordedNode, RecordedValue, RecordedWire
 from graphengine.node import PortType, types
 from graphengine.node.node_class import Node, grown
 from graphengine.node.port import Port

@@ -11,7 +11,7 @@ from graphengine.physics.dynamics.entities import Entities
 from graphengine.physics.dynamics.handle_table import Handle
 from graphengine.physics.dynamics.handles import CarriedPrim, Joints
 from graphengine.physics.dynamics.placing import PlacedBody, find_mover
-from graphengine.physics.pictures.studio import Studio
+from graphengine.physics.pictures.render_thread import RenderThread
 from graphengine.physics.sensors.camera import PinholeCamera, native_size
 from graphengine.physics.sensors.contact import BodyContactSensor
 from graphengine.physics.sensors.imu import InertialUnit
@@ -24,9 +24,9 @@ class Simulation(SimulationCore):
     """Physics and sensors of a scene: what nodes hold of it, by prim; arguments and errors are those of its core."""
 
     @cached_property
-    def studio(self) -> Studio:
+    def studio(self) -> RenderThread:
         """What draws its cameras' pictures."""
-        return Studio(self)
+        return RenderThread(self)
 
     def picture_driver(self) -> str:
         """Name and version of the OpenGL driver; `not there` where there is none."""

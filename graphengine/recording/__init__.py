@@ -6,7 +6,7 @@ A recording is what `ros2 bag play`, Foxglove and every reader of MCAP's profile
   in a bag. Schemas are definitions as `ros2msg` text.
 - **Services** as ROS 2's service introspection has them: events of the type `…_Event` on `<service>/_service_event`.
 - **`/_graphengine/delivered/…`**: what came to nodes and lies on the topic's own channel already, as the run published it itself
-  or another node saw it before (`sightings`).
+  or another node saw it before (`seen_messages`).
 - **`/_graphengine/session`**, a channel of std_msgs/msg/String: what came from outside in a tick, as JSON. `delivered` has lists
   of nodes: so many of the tick's messages, its first ones, came to them. Then `commands`, and `wall_time` in ticks in which a
   node read the clock.

@@ -14,9 +14,9 @@ from mcap.records import Attachment, Channel, Header, McapRecord, Message, Metad
 
 from graphengine.format.errors import RecordingError
 from graphengine.messages import messages
-from graphengine.recording import layout
-from graphengine.recording.layout import Stream, TickTimes
+from graphengine.recording import mcap_schema
 from graphengine.recording.manifest import Manifest
+from graphengine.recording.mcap_schema import Stream, TickTimes
 from graphengine.recording.records import read_records
 from graphengine.recording.sources import Workspace
 
@@ -74,8 +74,8 @@ class Recording:
         begun = False
         for record in self._records:
             if isinstance(record, Header):
-                begun = record.library.startswith(layout.LIBRARY)
-            elif isinstance(record, Metadata) and record.name == layout.MANIFEST:
+                begun = record.library.startswith(mcap_schema.LIBRARY)
+            elif isinstance(record, Metadata) and record.name == mcap_schema.MANIFEST:
                 manifest = self._manifest(record)
             elif isinstance(record, Message):
                 self._records = chain((record,), self._records)
@@ -123,11 +123,11 @@ class Recording:
         elif isinstance(record, Channel):
             kind = self._types.get(record.schema_id, "")
             self._streams[record.id] = Stream.of_channel(record.topic, kind, record.metadata)
-        elif isinstance(record, Metadata) and record.name == layout.FILES:
+        elif isinstance(record, Metadata) and record.name == mcap_schema.FILES:
             self._hashes |= record.metadata
         elif isinstance(record, Attachment):
             self._lay_out(record)
-        elif isinstance(record, Metadata) and record.name == layout.END:
+        elif isinstance(record, Metadata) and record.name == mcap_schema.END:
             self.cut_off = False
             self.failure = record.metadata.get("failure", "")
             text = record.metadata.get("ticks", "")
@@ -145,7 +145,7 @@ class Recording:
     def _add(self, tick: Tick, stream: Stream, data: bytes) -> None:
         if len(tick.sent) + len(tick.delivered) >= MAX_MESSAGES:
             raise self._bad(f"it has more than {MAX_MESSAGES} messages in tick {tick.number}")
-        if stream.topic == layout.SESSION.topic:
+        if stream.topic == mcap_schema.SESSION.topic:
             self._add_outside(tick, data)
         elif len(tick.delivered) < len(tick.readers):
             tick.delivered.append((stream, tick.readers[len(tick.delivered)], data))
@@ -154,7 +154,7 @@ class Recording:
 
     def _add_outside(self, tick: Tick, data: bytes) -> None:
         try:
-            outside = json.loads(messages.decode(data, layout.SESSION.message_type).data)
+            outside = json.loads(messages.decode(data, mcap_schema.SESSION.message_type).data)
             tick.commands = [(str(name), arguments) for name, arguments in outside.get("commands", [])]
             tick.readers = [tuple(map(str, nodes)) for nodes in outside.get("delivered", [])]
             tick.wall_time = float(outside["wall_time"]) if "wall_time" in outside else None

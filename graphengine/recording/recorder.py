@@ -15,12 +15,12 @@ from typing import Any, Self
 from graphengine.format.errors import GraphError, RecordingError, UsageError
 from graphengine.messages import messages
 from graphengine.messages.endpoints import EndpointClaim, QoS
-from graphengine.recording import layout
-from graphengine.recording.layout import Stream, TickTimes
+from graphengine.recording import mcap_schema
 from graphengine.recording.manifest import describe_run
-from graphengine.recording.sightings import Sightings
+from graphengine.recording.mcap_schema import Stream, TickTimes
+from graphengine.recording.seen_messages import SeenMessages
 from graphengine.recording.sources import SourceNames, media_type, sources
-from graphengine.recording.writer import Entry, RecordingWriter
+from graphengine.recording.writer import RecordingWriter, TimedMessage
 from graphengine.ros.network import LiveNetwork
 from graphengine.runtime.session import Session
 from graphengine.scene.loaded_scene import LoadedScene
@@ -76,15 +76,15 @@ class Recorder:
         self._sent: list[tuple[EndpointClaim, int, bytes]] = []
         self._streams: dict[object, Stream] = {}
         self._network = network
-        self._sightings: defaultdict[object, Sightings] = defaultdict(Sightings)
-        self._entries: list[Entry] = []
+        self._sightings: defaultdict[object, SeenMessages] = defaultdict(SeenMessages)
+        self._entries: list[TimedMessage] = []
         self._bytes = 0
         self._chunk_ticks = max(round(CHUNK_SECONDS / session.clock.delta), 1)
         self._attached: set[str] = set()
         self._writer = RecordingWriter(path, scene.definitions, force=force)
         try:
             manifest = describe_run(scene, session.services, self._names, keep_going, modules)
-            self._writer.note(layout.MANIFEST, manifest.metadata())
+            self._writer.note(mcap_schema.MANIFEST, manifest.metadata())
             self._attach()
         except BaseException:
             self._writer.abandon()
@@ -157,7 +157,7 @@ class Recorder:
             dropped = self._session.services.dropped
             if dropped is not None and dropped.ticks:
                 end["dropped_values"] = json.dumps(dropped.ticks)
-            self._writer.note(layout.END, end)
+            self._writer.note(mcap_schema.END, end)
             self._writer.close()
         finally:
             self._writer.abandon()
@@ -169,19 +169,19 @@ class Recorder:
         if isinstance(error, RecordingError):
             self._writer.abandon()
         else:
-            self.close(layout.failure_of(error) if isinstance(error, GraphError) else "")
+            self.close(mcap_schema.failure_of(error) if isinstance(error, GraphError) else "")
 
     def _take_down(self) -> None:
         now = self._times.nanoseconds(self._tick)
 
         def add(stream: Stream, published: int, data: bytes) -> None:
-            self._entries.append(Entry(stream, now, published, data))
+            self._entries.append(TimedMessage(stream, now, published, data))
             self._bytes += len(data)
 
         delivered = merged(self._arrived)
         outside = self._outside(delivered)
         if outside:
-            add(layout.SESSION, now, messages.encode(messages.String(json.dumps(outside))))
+            add(mcap_schema.SESSION, now, messages.encode(messages.String(json.dumps(outside))))
         for claims, data in delivered:
             known = self._sightings[self._topic(claims[0])].see([claim.node for claim in claims], data)
             add(self._stream(claims[0], known), now, data)
@@ -238,7 +238,9 @@ class Recorder:
             raise RecordingError(
                 f"{error.filename}: it cannot be read again for the recording: {error.strerror}"
             ) from None
-        self._writer.note(layout.FILES, {name: hashlib.sha256(data).hexdigest() for name, data in contents.items()})
+        self._writer.note(
+            mcap_schema.FILES, {name: hashlib.sha256(data).hexdigest() for name, data in contents.items()}
+        )
         for name, data in contents.items():
             self._writer.attach(name, media_type(name), data)
 

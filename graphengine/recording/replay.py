@@ -13,7 +13,7 @@ from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.messages.endpoints import EndpointClaim, QoS
 from graphengine.messages.qos import settled
 from graphengine.recording.difference import differences
-from graphengine.recording.layout import Stream, failure_of, node_of
+from graphengine.recording.mcap_schema import Stream, failure_of, node_of
 from graphengine.recording.reader import Recording, Tick
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport, MemoryWriter

@@ -24,13 +24,13 @@ from mcap.writer import CompressionType, Writer
 from graphengine.format.errors import RecordingError
 from graphengine.format.version import __version__
 from graphengine.messages.definitions import Definitions
-from graphengine.recording.layout import ENCODING, LIBRARY, PROFILE, Stream
+from graphengine.recording.mcap_schema import ENCODING, LIBRARY, PROFILE, Stream
 
 MAX_WAITING = 64_000_000
 """Bytes that may wait to be written."""
 
 
-class Entry(NamedTuple):
+class TimedMessage(NamedTuple):
     """A message and its times in nanoseconds."""
 
     stream: Stream
@@ -81,7 +81,7 @@ class RecordingWriter:
         """Add a file."""
         self._hand_over(partial(self._mcap.add_attachment, 0, 0, name, media_type, data), len(data))
 
-    def add(self, entries: Sequence[Entry]) -> None:
+    def add(self, entries: Sequence[TimedMessage]) -> None:
         """Add a chunk."""
         self._hand_over(partial(self._add, entries), sum(len(entry.data) for entry in entries))
 
@@ -143,7 +143,7 @@ class RecordingWriter:
     def _begin(self) -> None:
         self._mcap.start(PROFILE, f"{LIBRARY} {__version__}")
 
-    def _add(self, entries: Sequence[Entry]) -> None:
+    def _add(self, entries: Sequence[TimedMessage]) -> None:
         for entry in entries:
             channel = self._channels.get(entry.stream) or self._register(entry.stream)
             self._mcap.add_message(channel, entry.log_time, entry.data, entry.publish_time)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from graphengine.drawing import page, svg
-from graphengine.drawing.scheme import make_scheme
+from graphengine.drawing.view_model import make_graph_view
 from graphengine.scene import build
 
 Draw = Callable[..., str]
@@ -20,7 +20,7 @@ def drawn(tmp_path: Path) -> Draw:
         for name, content in {"main": text, **others}.items():
             (tmp_path / f"{name}.yaml").write_text(content, encoding="utf-8")
         assembly = build.load(tmp_path / "main.yaml")
-        schemes = [make_scheme(graph, assembly.findings) for graph in assembly.graphs]
-        return page.draw(schemes) if html else svg.draw(schemes)
+        graph_views = [make_graph_view(graph, assembly.findings) for graph in assembly.graphs]
+        return page.draw(graph_views) if html else svg.draw(graph_views)
 
     return draw

@@ -11,7 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from graphengine.drawing import svg
-from graphengine.drawing.scheme import make_scheme
+from graphengine.drawing.view_model import make_graph_view
 from graphengine.scene import build
 from tests.cli.harness import GRAPHS, ROOT
 from tests.drawing.reading import mistakes, read
@@ -50,7 +50,7 @@ TEXTS = st.text(st.characters(codec="utf-8", exclude_categories=["Cs"]), max_siz
 
 def drawn(path: Path) -> str:
     assembly = build.load(path)
-    return svg.draw([make_scheme(graph, assembly.findings) for graph in assembly.planned])
+    return svg.draw([make_graph_view(graph, assembly.findings) for graph in assembly.planned])
 
 
 @pytest.mark.parametrize("name", GRAPHS)

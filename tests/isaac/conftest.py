@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from graphengine.isaac.script import reading
+from graphengine.isaac.script import script_reader
 from graphengine.sandbox.confinement import ProcessError
 
 READY = """
@@ -75,4 +75,4 @@ def write(end: int, request: bytes) -> None:
 @pytest.fixture(autouse=True)
 def scripts_in_forks(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     if request.path.stem not in IN_NEW_PROCESSES:
-        monkeypatch.setattr(reading, "ask", request.getfixturevalue("ask_fork"))
+        monkeypatch.setattr(script_reader, "ask", request.getfixturevalue("ask_fork"))

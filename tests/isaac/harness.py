@@ -16,8 +16,8 @@ from graphengine.compiler.template import load_graph
 from graphengine.format.diagnostics import Finding, Findings
 from graphengine.format.files import Files
 from graphengine.isaac.graph_file import compose, file_names
-from graphengine.isaac.recorded import RecordedGraph
-from graphengine.isaac.script.reading import read_script
+from graphengine.isaac.recorded_graph import RecordedGraph
+from graphengine.isaac.script.script_reader import read_script
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = Path(__file__).parent / "scripts"

@@ -17,8 +17,8 @@ from graphengine.format.diagnostics import Findings
 from graphengine.format.yaml_text import flow
 from graphengine.isaac.export import write_script
 from graphengine.isaac.graph_file import compose
-from graphengine.isaac.script.places import Script
-from graphengine.isaac.script.plain import evaluate
+from graphengine.isaac.script.script_source import Script
+from graphengine.isaac.script.static_evaluation import evaluate
 from graphengine.node import Node, PortType, UnionType
 from graphengine.node.node_class import grown
 from graphengine.node.port import Port

@@ -14,7 +14,7 @@ from graphengine.format import document
 from graphengine.format.diagnostics import Findings
 from graphengine.format.yaml_text import block, flow, scalar
 from graphengine.isaac.graph_file import compose, file_names
-from graphengine.isaac.recorded import RecordedGraph, RecordedNode, RecordedValue, RecordedWire
+from graphengine.isaac.recorded_graph import RecordedGraph, RecordedNode, RecordedValue, RecordedWire
 from tests.isaac.harness import resolved
 
 TEXTS = st.text(st.characters(codec="utf-8"), max_size=20) | st.sampled_from(

@@ -14,8 +14,8 @@ from graphengine.format.diagnostics import Findings
 from graphengine.format.spec_reader import read
 from graphengine.physics.loading import LoadedWorld
 from graphengine.physics.model.profiles import SensorProfile
-from graphengine.physics.occupancy.chart import FREE, OCCUPIED, MapRequest, OccupancyMap, Point, make_map
-from graphengine.physics.occupancy.reach import reached
+from graphengine.physics.occupancy.flood_fill import reached
+from graphengine.physics.occupancy.occupancy_map import FREE, OCCUPIED, MapRequest, OccupancyMap, Point, make_map
 from tests.physics.conftest import Ship
 from tests.physics.harness import SHIPPED, Project, try_load
 from tests.physics.make_worlds import write_worlds

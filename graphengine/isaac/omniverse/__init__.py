@@ -1,5 +1,5 @@
-"""Stand-ins for the modules of Omniverse that scripts import.
+"""Stubs for the modules of Omniverse that scripts import.
 
-`og` and `usd` tell a `recorder` what a script does to graphs, `waiting` is an asyncio without waiting, a `stand_in` takes the
-place of everything else.
+`og` and `usd` record a script's edits of graphs in a `graph_recorder`, `asyncio_stub` runs coroutines without waiting, and
+`stubs` replace everything else.
 """

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 
 from graphengine.format.diagnostics import Findings, Span
-from graphengine.isaac.recorded import IMPULSE, RecordedValue
+from graphengine.isaac.recorded_graph import IMPULSE, RecordedValue
 
 TURNS = 120
 """Of a loop that goes on while the application runs."""

@@ -1,4 +1,4 @@
-"""The modules of Omniverse that a script imports: what builds graphs tells a recorder, everything else is a stand-in."""
+"""The modules of Omniverse that a script imports: what builds graphs tells a recorder, everything else is a stub."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from types import ModuleType
 from typing import Any
 
 from graphengine.isaac.omniverse import og, usd, usd_values
+from graphengine.isaac.omniverse.asyncio_stub import Task, finish
+from graphengine.isaac.omniverse.graph_recorder import GraphRecorder, Place
 from graphengine.isaac.omniverse.og_edit import OPENED
-from graphengine.isaac.omniverse.recorder import Place, Recorder
-from graphengine.isaac.omniverse.stand_in import StandIn, StandInModule
-from graphengine.isaac.omniverse.waiting import Task, finish
+from graphengine.isaac.omniverse.stubs import Stub, StubModule
 
 ROOTS = frozenset(("omni", "pxr", "usdrt", "isaacsim", "carb", "isaaclab", "replicator", "warp"))
 """Where names of modules begin that come with Isaac Sim."""
@@ -24,28 +24,28 @@ _VECTORS = {
 }
 
 
-class Application(StandIn):
+class Application(Stub):
     """`SimulationApp`, and its instance."""
 
     def __call__(self, *_: Any, **__: Any) -> Any:  # noqa: D102
         return self
 
 
-def make_modules(recorder: Recorder) -> dict[str, ModuleType]:
-    """The modules that are known, by name; every other one is to be a `StandInModule` without members.
+def make_modules(recorder: GraphRecorder) -> dict[str, ModuleType]:
+    """The modules that are known, by name; every other one is to be a `StubModule` without members.
 
     Args:
         recorder: told of what is done to graphs.
     """
-    stage = usd.Stage(recorder)
+    stage = usd.UsdStage(recorder)
 
-    def prim_at(prim_path: Any = "", *_: Any, path: Any = "", **__: Any) -> usd.Prim:
+    def prim_at(prim_path: Any = "", *_: Any, path: Any = "", **__: Any) -> usd.UsdPrim:
         return stage.GetPrimAtPath(prim_path or path)
 
     def is_valid(prim_path: Any, *_: Any, **__: Any) -> bool:
         return stage.GetPrimAtPath(prim_path).IsValid()
 
-    def define_prim(prim_path: Any, prim_type: Any = "", *_: Any, **__: Any) -> usd.Prim:
+    def define_prim(prim_path: Any, prim_type: Any = "", *_: Any, **__: Any) -> usd.UsdPrim:
         return stage.DefinePrim(prim_path, prim_type)
 
     def set_attribute(prim_path: Any, attribute_name: Any, value: Any, *_: Any, **__: Any) -> None:
@@ -56,7 +56,7 @@ def make_modules(recorder: Recorder) -> dict[str, ModuleType]:
 
     def set_targets(prim: Any, attribute: Any, target_prim_paths: Any) -> None:
         targets = target_prim_paths if isinstance(target_prim_paths, list | tuple) else [target_prim_paths]
-        if isinstance(prim, usd.Prim):
+        if isinstance(prim, usd.UsdPrim):
             prim.set_property(str(attribute), list(targets))
 
     def set_target_prims(primPath: Any, targetPrimPaths: Any, inputName: Any = "inputs:targetPrim") -> None:  # noqa: N803
@@ -77,8 +77,8 @@ def make_modules(recorder: Recorder) -> dict[str, ModuleType]:
         if isinstance(path, str):
             made = f"{(parent or '').rstrip('/')}/{path.strip('/')}"
             recorder.prims.add(made)
-            return True, usd.Prim(made, recorder)
-        return True, StandIn(f"the command {command}", recorder)
+            return True, usd.UsdPrim(made, recorder)
+        return True, Stub(f"the command {command}", recorder)
 
     def open_stage(path: Any = "", *_: Any, usd_path: Any = "", **__: Any) -> bool:
         recorder.open_stage(str(path or usd_path))
@@ -88,7 +88,7 @@ def make_modules(recorder: Recorder) -> dict[str, ModuleType]:
         "open_stage": open_stage,
         "open_stage_async": lambda *given, **named: Task((open_stage(*given, **named), ""), recorder),
     }
-    context = StandIn("omni.usd.get_context()", recorder)
+    context = Stub("omni.usd.get_context()", recorder)
     vars(context).update(opens, get_stage=lambda: stage)
     prims = {
         "get_prim_at_path": prim_at,
@@ -105,7 +105,7 @@ def make_modules(recorder: Recorder) -> dict[str, ModuleType]:
     targets = {"set_target_prims": set_target_prims}
     application = {"SimulationApp": Application("SimulationApp", recorder)}
     vars(application["SimulationApp"])["run_coroutine"] = lambda coroutine, *_, **__: finish(coroutine, recorder)
-    sdf = {"Path": usd_values.Path}
+    sdf = {"Path": usd_values.SdfPath}
     gf = {
         **_VECTORS,
         **dict.fromkeys(("Quatd", "Quatf", "Quath"), usd_values.Quaternion),
@@ -143,5 +143,5 @@ def make_modules(recorder: Recorder) -> dict[str, ModuleType]:
     packages = {name[:end] for name in known for end, mark in enumerate(name) if mark == "."} - known.keys()
     modules = recorder.modules
     for name in (*packages, *known):
-        modules[name] = StandInModule(name, recorder, modules, known.get(name))
+        modules[name] = StubModule(name, recorder, modules, known.get(name))
     return modules

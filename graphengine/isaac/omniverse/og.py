@@ -1,4 +1,4 @@
-"""The stand-in for `omni.graph.core`: its controllers tell a recorder what is done to graphs."""
+"""The stub for `omni.graph.core`: its controllers tell a recorder what is done to graphs."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from graphengine.format.wording import shown
+from graphengine.isaac.omniverse.asyncio_stub import Task
+from graphengine.isaac.omniverse.graph_recorder import GraphRecorder, Place
 from graphengine.isaac.omniverse.og_edit import Edit, Keys, name_lost
 from graphengine.isaac.omniverse.og_handles import (
     Attribute,
@@ -17,6 +19,7 @@ from graphengine.isaac.omniverse.og_handles import (
 )
 from graphengine.isaac.omniverse.og_lookup import edited_graph, graph_above, graph_at, is_hidden, node_at, place_at
 from graphengine.isaac.omniverse.og_members import Open, either
+from graphengine.isaac.omniverse.og_names import OmniGraphError
 from graphengine.isaac.omniverse.og_types import (
     AttributePortType,
     AttributeRole,
@@ -26,17 +29,14 @@ from graphengine.isaac.omniverse.og_types import (
     Type,
 )
 from graphengine.isaac.omniverse.plain_data import unknown
-from graphengine.isaac.omniverse.recorder import Place, Recorder
-from graphengine.isaac.omniverse.spellings import OmniGraphError
-from graphengine.isaac.omniverse.stand_in import ELSEWHERE, OWN, StandIn, draw
-from graphengine.isaac.omniverse.waiting import Task
+from graphengine.isaac.omniverse.stubs import ELSEWHERE, OWN, Stub, draw
 
 
 class Controller(metaclass=Open):
     """`og.Controller`, for one recorder, which a subclass has; an instance remembers the nodes that it made by their names."""
 
     Keys = Keys
-    recorder: Recorder
+    recorder: GraphRecorder
 
     def __init__(self, attribute: Any = None, **named: Any) -> None:
         self.attribute_id = attribute if attribute is not None else named.get("attribute")
@@ -59,8 +59,8 @@ class Controller(metaclass=Open):
         **_: Any,
     ) -> tuple[Any, Any, Any, dict[str, Any]]:
         """Find or make a graph, and do all that the commands say in the documented order."""
-        recorder: Recorder = cls.recorder
-        if isinstance(graph_id, StandIn):
+        recorder: GraphRecorder = cls.recorder
+        if isinstance(graph_id, Stub):
             recorder.leave_out(f"an edit of {graph_id} is left out: only Omniverse knows that graph")
             return graph_id, graph_id, graph_id, {}
         known, commands = len(recorder.graphs), edit_commands or {}
@@ -220,11 +220,11 @@ class Controller(metaclass=Open):
         draw(cls.recorder)
 
 
-def _leave_attribute(recorder: Recorder, spec: Any) -> StandIn:
+def _leave_attribute(recorder: GraphRecorder, spec: Any) -> Stub:
     """Tell of an attribute of a graph that Omniverse makes itself, as its renderer does; once, where it is told already."""
     if str(spec) not in map(unknown, (ELSEWHERE, OWN)):
         recorder.leave_out(f"what is set at {str(spec)[:200]}: only Omniverse knows that node")
-    return StandIn(OWN, recorder)
+    return Stub(OWN, recorder)
 
 
 def _known(controller: Any) -> Mapping[str, Any]:
@@ -240,7 +240,7 @@ _HANDLES = (Graph, Node, Attribute, GraphPipelineStage, ExecutionAttributeState)
 _TYPES = (Type, BaseDataType, AttributeRole, AttributePortType, AttributeType)
 
 
-def members(recorder: Recorder) -> dict[str, Any]:
+def members(recorder: GraphRecorder) -> dict[str, Any]:
     """What `omni.graph.core` holds for a recorder."""
     controller = Open("Controller", (Controller,), {"recorder": recorder})
     return {

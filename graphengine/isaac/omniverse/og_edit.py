@@ -7,12 +7,12 @@ from itertools import islice
 from typing import Any
 
 from graphengine.format.wording import did_you_mean, listing, shown
+from graphengine.isaac.omniverse.graph_recorder import GraphRecorder, Place
 from graphengine.isaac.omniverse.og_handles import Graph, Node
 from graphengine.isaac.omniverse.og_lookup import place_at
-from graphengine.isaac.omniverse.recorder import Place, Recorder
-from graphengine.isaac.omniverse.spellings import MAX_NAME, NotThereError, OmniGraphError, items, split_attribute
-from graphengine.isaac.omniverse.usd import Prim
-from graphengine.isaac.recorded import VARIABLE, RecordedGraph
+from graphengine.isaac.omniverse.og_names import MAX_NAME, NotThereError, OmniGraphError, items, split_attribute
+from graphengine.isaac.omniverse.usd import UsdPrim
+from graphengine.isaac.recorded_graph import VARIABLE, RecordedGraph
 
 MAX_LOST = 1000
 """Steps of a refused edit that are listed."""
@@ -56,7 +56,9 @@ def name_lost(error: OmniGraphError, commands: Any, done: int) -> None:
 class Edit:
     """One call of `og.Controller.edit`, or a compound in it."""
 
-    def __init__(self, recorder: Recorder, graph: RecordedGraph, names: dict[str, Any], allow_exists: bool) -> None:
+    def __init__(
+        self, recorder: GraphRecorder, graph: RecordedGraph, names: dict[str, Any], allow_exists: bool
+    ) -> None:
         self.recorder, self.graph, self.names, self.allow_exists = recorder, graph, names, allow_exists
         self.made: list[Any] = []
         self.prims: list[Any] = []
@@ -133,7 +135,7 @@ class Edit:
         full = str(path) if str(path).startswith("/") else f"{self.graph.path}/{path}"
         self.recorder.leave_out(f"the prim {full!r} is not made", str(path), "a graph's file makes no prims")
         self.recorder.prims.add(full)
-        self.prims.append(Prim(full, self.recorder))
+        self.prims.append(UsdPrim(full, self.recorder))
         self.names[str(path)] = self.prims[-1]
 
     def _expose_prims(self, item: Any, compound: str) -> None:

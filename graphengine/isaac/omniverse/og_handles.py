@@ -5,10 +5,10 @@ from __future__ import annotations
 import enum
 from typing import Any
 
-from graphengine.isaac.omniverse.recorder import Place, Recorder
-from graphengine.isaac.omniverse.spellings import SIDES, OmniGraphError, stage_of
-from graphengine.isaac.omniverse.stand_in import StandIn, member
-from graphengine.isaac.recorded import RecordedGraph
+from graphengine.isaac.omniverse.graph_recorder import GraphRecorder, Place
+from graphengine.isaac.omniverse.og_names import SIDES, OmniGraphError, stage_of
+from graphengine.isaac.omniverse.stubs import Stub, member
+from graphengine.isaac.recorded_graph import RecordedGraph
 
 
 class GraphPipelineStage(enum.Enum):
@@ -27,10 +27,10 @@ ExecutionAttributeState = enum.IntEnum(
 """What was once written to execution outputs."""
 
 
-class Handle:
+class OgHandle:
     """What stands for something in a graph."""
 
-    recorder: Recorder
+    recorder: GraphRecorder
 
     def is_valid(self) -> bool:
         """Whether it is still there."""
@@ -45,10 +45,10 @@ class Handle:
         return member(f"og.{type(self).__name__}", name, self.recorder)
 
 
-class Graph(Handle):
+class Graph(OgHandle):
     """A graph."""
 
-    def __init__(self, recorder: Recorder, graph: RecordedGraph) -> None:
+    def __init__(self, recorder: GraphRecorder, graph: RecordedGraph) -> None:
         self.recorder, self.graph = recorder, graph
 
     def is_valid(self) -> bool:
@@ -118,10 +118,10 @@ class Graph(Handle):
         return hash(self.graph.path)
 
 
-class Node(Handle):
+class Node(OgHandle):
     """A node, or a compound."""
 
-    def __init__(self, recorder: Recorder, graph: RecordedGraph, name: str) -> None:
+    def __init__(self, recorder: GraphRecorder, graph: RecordedGraph, name: str) -> None:
         self.recorder, self.graph, self.name = recorder, graph, name
 
     def is_valid(self) -> bool:
@@ -163,16 +163,16 @@ class Node(Handle):
         return hash(self.get_prim_path())
 
 
-class Attribute(Handle):
+class Attribute(OgHandle):
     """An attribute of a node."""
 
-    def __init__(self, recorder: Recorder, place: Place) -> None:
+    def __init__(self, recorder: GraphRecorder, place: Place) -> None:
         self.recorder, self.place = recorder, place
 
     def get(self, *_: Any, **__: Any) -> Any:
         """What it was set to; before, only Omniverse knows its value."""
         value = self.recorder.value(self.place)
-        return StandIn(f"the default of {self.place.path}", self.recorder) if value is None else value
+        return Stub(f"the default of {self.place.path}", self.recorder) if value is None else value
 
     def set(self, value: Any, *_: Any, **__: Any) -> bool:
         """Set it."""
@@ -227,10 +227,10 @@ class Attribute(Handle):
     plain_data = get_path
 
 
-class Variable(Handle):
+class Variable(OgHandle):
     """A variable of a graph."""
 
-    def __init__(self, recorder: Recorder, graph: RecordedGraph, name: str) -> None:
+    def __init__(self, recorder: GraphRecorder, graph: RecordedGraph, name: str) -> None:
         self.recorder, self.graph, self.name = recorder, graph, name
 
     def get(self, *_: Any) -> Any:

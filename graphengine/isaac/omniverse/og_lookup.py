@@ -6,15 +6,15 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from graphengine.format.wording import shown
+from graphengine.isaac.omniverse.graph_recorder import GraphRecorder, Place
 from graphengine.isaac.omniverse.og_handles import Attribute, Graph, GraphPipelineStage, Node
+from graphengine.isaac.omniverse.og_names import OmniGraphError, split_attribute, stage_of
 from graphengine.isaac.omniverse.plain_data import is_unknown
-from graphengine.isaac.omniverse.recorder import Place, Recorder
-from graphengine.isaac.omniverse.spellings import OmniGraphError, split_attribute, stage_of
-from graphengine.isaac.omniverse.usd import Prim
-from graphengine.isaac.recorded import RecordedGraph
+from graphengine.isaac.omniverse.usd import UsdPrim
+from graphengine.isaac.recorded_graph import RecordedGraph
 
 
-def edited_graph(recorder: Recorder, graph_id: Any) -> RecordedGraph:
+def edited_graph(recorder: GraphRecorder, graph_id: Any) -> RecordedGraph:
     """The graph that an edit is for; made where there is none yet."""
     if isinstance(graph_id, Graph):
         return graph_id.graph
@@ -24,14 +24,14 @@ def edited_graph(recorder: Recorder, graph_id: Any) -> RecordedGraph:
         stage = graph_id.get("pipeline_stage", GraphPipelineStage.GRAPH_PIPELINE_STAGE_SIMULATION)
         evaluator = graph_id.get("evaluator_name", "push")
         return recorder.create_graph(str(graph_id["graph_path"]), evaluator, stage_of(stage))
-    if isinstance(graph_id, str | Prim):
+    if isinstance(graph_id, str | UsdPrim):
         path = graph_id if isinstance(graph_id, str) else graph_id.path
         found = recorder.graph_at(str(path))
         return found if found is not None else recorder.create_graph(str(path))
     raise OmniGraphError(f"expected the path of a graph, or {{'graph_path': …}}, got {shown(graph_id)}")
 
 
-def graph_at(recorder: Recorder, graph_id: Any) -> Graph | None:
+def graph_at(recorder: GraphRecorder, graph_id: Any) -> Graph | None:
     """A graph by its path; None where there is none."""
     if isinstance(graph_id, Graph):
         return graph_id
@@ -39,7 +39,7 @@ def graph_at(recorder: Recorder, graph_id: Any) -> Graph | None:
     return Graph(recorder, found) if found is not None else None
 
 
-def graph_above(recorder: Recorder, path: str) -> RecordedGraph:
+def graph_above(recorder: GraphRecorder, path: str) -> RecordedGraph:
     """The graph that a path leads into.
 
     Raises:
@@ -51,7 +51,7 @@ def graph_above(recorder: Recorder, path: str) -> RecordedGraph:
     return found[0]
 
 
-def node_at(recorder: Recorder, node_id: Any, graph_id: Any, known: Mapping[str, Any]) -> Node:
+def node_at(recorder: GraphRecorder, node_id: Any, graph_id: Any, known: Mapping[str, Any]) -> Node:
     """A node by its path, by its name in a graph or among those known, or by `(name, graph)`.
 
     Raises:
@@ -61,7 +61,7 @@ def node_at(recorder: Recorder, node_id: Any, graph_id: Any, known: Mapping[str,
         node_id, graph_id = node_id
     if isinstance(node_id, Node):
         return node_id
-    if isinstance(node_id, Prim):
+    if isinstance(node_id, UsdPrim):
         node_id = str(node_id.path)
     if not isinstance(node_id, str):
         raise OmniGraphError(f"expected the path of a node, got {shown(node_id)}")
@@ -71,12 +71,12 @@ def node_at(recorder: Recorder, node_id: Any, graph_id: Any, known: Mapping[str,
     return Node(recorder, *recorder.find_node(graph.graph if graph else None, str(node_id)))
 
 
-def is_hidden(recorder: Recorder, spec: Any) -> bool:
+def is_hidden(recorder: GraphRecorder, spec: Any) -> bool:
     """Whether something is named by what only Omniverse knows."""
     return is_unknown(recorder.meant(spec) if isinstance(spec, str) else spec)
 
 
-def place_at(recorder: Recorder, spec: Any, node_id: Any, graph_id: Any, known: Mapping[str, Any]) -> Place:
+def place_at(recorder: GraphRecorder, spec: Any, node_id: Any, graph_id: Any, known: Mapping[str, Any]) -> Place:
     """The attribute that a path, a handle, or a name with a node means."""
     if isinstance(spec, Attribute):
         return spec.place

@@ -6,10 +6,10 @@ import functools
 from collections.abc import Callable
 from typing import Any
 
+from graphengine.isaac.omniverse.graph_recorder import GraphRecorder
 from graphengine.isaac.omniverse.og_edit import OPENED
-from graphengine.isaac.omniverse.recorder import Recorder
-from graphengine.isaac.omniverse.spellings import NotThereError
-from graphengine.isaac.omniverse.stand_in import ELSEWHERE, StandIn, member
+from graphengine.isaac.omniverse.og_names import NotThereError
+from graphengine.isaac.omniverse.stubs import ELSEWHERE, Stub, member
 
 
 class either:  # noqa: N801  used as a decorator
@@ -29,13 +29,13 @@ class either:  # noqa: N801  used as a decorator
             if not owner.recorder.assumed:
                 raise
             owner.recorder.leave_out(str(error), "", OPENED)
-            return StandIn(ELSEWHERE, owner.recorder)
+            return Stub(ELSEWHERE, owner.recorder)
 
 
 class Open(type):
-    """A class whose other members are stand-ins."""
+    """A class whose other members are stubs."""
 
-    recorder: Recorder
+    recorder: GraphRecorder
 
     def __getattr__(cls, name: str) -> Any:
         return member("omni.graph.core.Controller", name, cls.recorder)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from graphengine.format.wording import shown
-from graphengine.isaac.recorded import MAX_ITEMS
+from graphengine.isaac.recorded_graph import MAX_ITEMS
 
 MAX_TEXT = 1_000_000
 """Characters."""

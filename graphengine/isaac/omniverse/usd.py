@@ -1,22 +1,22 @@
-"""Stand-ins for the stage of `pxr` and `usdrt`: of its prims those are known that are graphs and nodes."""
+"""Stubs for the stage of `pxr` and `usdrt`: of its prims those are known that are graphs and nodes."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from typing import Any
 
+from graphengine.isaac.omniverse.graph_recorder import GraphRecorder, Place
+from graphengine.isaac.omniverse.og_names import SIDES, OmniGraphError, absolute, stage_of
 from graphengine.isaac.omniverse.plain_data import plain_data
-from graphengine.isaac.omniverse.recorder import Place, Recorder
-from graphengine.isaac.omniverse.spellings import SIDES, OmniGraphError, absolute, stage_of
-from graphengine.isaac.omniverse.stand_in import StandIn, member
-from graphengine.isaac.omniverse.usd_values import Path
-from graphengine.isaac.recorded import GRAPH, NAMESPACE, NODE, POSITION
+from graphengine.isaac.omniverse.stubs import Stub, member
+from graphengine.isaac.omniverse.usd_values import SdfPath
+from graphengine.isaac.recorded_graph import GRAPH, NAMESPACE, NODE, POSITION
 
 
 class Property:
     """An attribute or relationship of a prim that is a graph or a node."""
 
-    def __init__(self, prim: Prim, name: str) -> None:
+    def __init__(self, prim: UsdPrim, name: str) -> None:
         self.prim, self.name = prim, name
 
     def Set(self, value: Any, *_: Any) -> bool:
@@ -45,7 +45,7 @@ class Property:
     def GetTargets(self) -> list[Any]:
         """Prims of a relationship."""
         value = self.Get()
-        return [Path(path) for path in (value if isinstance(value, list) else [])]
+        return [SdfPath(path) for path in (value if isinstance(value, list) else [])]
 
     def AddConnection(self, source: Any, *_: Any) -> bool:
         """Wire it from another attribute."""
@@ -64,7 +64,7 @@ class Property:
         return member("UsdAttribute", name, self.prim.recorder)
 
 
-class Prim:
+class UsdPrim:
     """A prim of the stage: a graph or a node that was built, or one that nothing is known of but its path.
 
     Args:
@@ -72,8 +72,8 @@ class Prim:
         recorder: knows graphs and nodes.
     """
 
-    def __init__(self, path: Any, recorder: Recorder) -> None:
-        self.path = Path(recorder.meant(str(path)))
+    def __init__(self, path: Any, recorder: GraphRecorder) -> None:
+        self.path = SdfPath(recorder.meant(str(path)))
         self.recorder = recorder
 
     def IsValid(self) -> bool:
@@ -82,13 +82,13 @@ class Prim:
 
     __bool__ = IsValid
 
-    def GetPath(self) -> Path:
+    def GetPath(self) -> SdfPath:
         """Where it is."""
         return self.path
 
     GetPrimPath = GetPath
 
-    def GetPrim(self) -> Prim:
+    def GetPrim(self) -> UsdPrim:
         """Itself, as schemas are asked."""
         return self
 
@@ -96,13 +96,13 @@ class Prim:
         """The last part of its path."""
         return self.path.name
 
-    def GetParent(self) -> Prim:
+    def GetParent(self) -> UsdPrim:
         """The prim above it."""
-        return Prim(self.path.GetParentPath(), self.recorder)
+        return UsdPrim(self.path.GetParentPath(), self.recorder)
 
-    def GetChild(self, name: str) -> Prim:
+    def GetChild(self, name: str) -> UsdPrim:
         """A prim below it."""
-        return Prim(self.path.AppendChild(name), self.recorder)
+        return UsdPrim(self.path.AppendChild(name), self.recorder)
 
     def GetAttribute(self, name: str, *_: Any, **__: Any) -> Property:
         """One of its attributes; those that create it take its type and more."""
@@ -148,17 +148,17 @@ class Prim:
         return member("UsdPrim", name, self.recorder)
 
 
-class Stage:
+class UsdStage:
     """The stage, of which only graphs and nodes are known."""
 
-    def __init__(self, recorder: Recorder) -> None:
+    def __init__(self, recorder: GraphRecorder) -> None:
         self.recorder = recorder
 
-    def GetPrimAtPath(self, path: Any) -> Prim:
+    def GetPrimAtPath(self, path: Any) -> UsdPrim:
         """A prim."""
-        return Prim(path, self.recorder)
+        return UsdPrim(path, self.recorder)
 
-    def DefinePrim(self, path: Any, type: str = "") -> Prim:
+    def DefinePrim(self, path: Any, type: str = "") -> UsdPrim:
         """A prim: a graph, a node whose type is set later, or one that belongs to no graph."""
         found = self.recorder.graph_of(str(path))
         if type == GRAPH and not found:
@@ -169,14 +169,14 @@ class Stage:
             if not found:
                 self.recorder.pass_over(f"stage.DefinePrim({str(path)!r})")
             self.recorder.prims.add(str(path))
-        return Prim(path, self.recorder)
+        return UsdPrim(path, self.recorder)
 
     OverridePrim = DefinePrim
 
     def GetPropertyAtPath(self, path: Any) -> Property:
         """A property of a prim."""
         prim, _, name = str(path).partition(".")
-        return Property(Prim(prim, self.recorder), name)
+        return Property(UsdPrim(prim, self.recorder), name)
 
     GetAttributeAtPath = GetRelationshipAtPath = GetPropertyAtPath
 
@@ -189,35 +189,37 @@ class Stage:
             return False
         return True
 
-    def GetDefaultPrim(self) -> Prim:
+    def GetDefaultPrim(self) -> UsdPrim:
         """Isaac Sim's default prim of a new stage."""
         self.recorder.prims.add("/World")
-        return Prim("/World", self.recorder)
+        return UsdPrim("/World", self.recorder)
 
-    def Traverse(self) -> Iterator[Prim]:
+    def Traverse(self) -> Iterator[UsdPrim]:
         """Graphs and nodes that were built."""
         self.recorder.search("the stage")
         for graph in list(self.recorder.graphs.values()):
             for path in (graph.path, *(f"{graph.path}/{name}" for name in graph.nodes)):
-                yield Prim(path, self.recorder)
+                yield UsdPrim(path, self.recorder)
 
     def __getattr__(self, name: str) -> Any:
         return member("stage", name, self.recorder)
 
 
-class Schema(StandIn):
+class Schema(Stub):
     """A class of `pxr.UsdGeom` such as `Xform`: what it makes or is given is a prim."""
 
-    def __init__(self, name: str, stage: Stage) -> None:
+    def __init__(self, name: str, stage: UsdStage) -> None:
         self.__dict__.update(_recorder=stage.recorder, _stage=stage)
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:  # noqa: D102
-        return arguments[0] if arguments and isinstance(arguments[0], Prim) else super().__call__(*arguments, **named)
+        return (
+            arguments[0] if arguments and isinstance(arguments[0], UsdPrim) else super().__call__(*arguments, **named)
+        )
 
-    def Define(self, _: Any, path: Any) -> Prim:
+    def Define(self, _: Any, path: Any) -> UsdPrim:
         """Make a prim."""
         return self._stage.DefinePrim(path)  # type: ignore[no-any-return]
 
-    def Get(self, _: Any, path: Any) -> Prim:
+    def Get(self, _: Any, path: Any) -> UsdPrim:
         """A prim."""
         return self._stage.GetPrimAtPath(path)  # type: ignore[no-any-return]

@@ -1,4 +1,4 @@
-"""Stand-ins for values of `pxr` and `usdrt` that scripts reckon with: paths, vectors, quaternions, matrices."""
+"""Stubs for values of `pxr` and `usdrt` that scripts reckon with: paths, vectors, quaternions, matrices."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 
 
-class Path(str):
+class SdfPath(str):
     """`Sdf.Path`, which is a text as well."""
 
     __slots__ = ()
@@ -44,25 +44,25 @@ class Path(str):
         """Whether it leads below another path, or to the same prim."""
         return prefix == "/" or self == prefix or self.startswith(f"{prefix}/")
 
-    def GetParentPath(self) -> Path:
+    def GetParentPath(self) -> SdfPath:
         """The path above it."""
-        return Path(posixpath.dirname(self))
+        return SdfPath(posixpath.dirname(self))
 
-    def GetPrimPath(self) -> Path:
+    def GetPrimPath(self) -> SdfPath:
         """The path of the prim whose property it is."""
-        return Path(self.partition(".")[0])
+        return SdfPath(self.partition(".")[0])
 
-    def AppendPath(self, other: str) -> Path:
+    def AppendPath(self, other: str) -> SdfPath:
         """A path below it."""
-        return Path(posixpath.join(self, other))
+        return SdfPath(posixpath.join(self, other))
 
     AppendChild = AppendPath
 
-    def AppendProperty(self, name: str) -> Path:
+    def AppendProperty(self, name: str) -> SdfPath:
         """The path of a property."""
-        return Path(f"{self}.{name}")
+        return SdfPath(f"{self}.{name}")
 
-    def ReplaceName(self, name: str) -> Path:
+    def ReplaceName(self, name: str) -> SdfPath:
         """The path of a sibling."""
         return self.GetParentPath().AppendPath(name)
 

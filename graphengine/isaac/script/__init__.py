@@ -1,1 +1,5 @@
-"""Scripts that build graphs: `reading` them, by evaluating literals (`plain`), or in a confined `process`."""
+"""Importing Isaac Sim scripts that build graphs.
+
+`script_reader` asks the confined `script_process`, which evaluates literals (`static_evaluation`) or runs the script
+(`script_run`).
+"""

@@ -10,13 +10,13 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from graphengine.isaac.omniverse import og
+from graphengine.isaac.omniverse.graph_recorder import MAX_PARTS, GraphRecorder
 from graphengine.isaac.omniverse.og_edit import OPENED
-from graphengine.isaac.omniverse.recorder import MAX_PARTS, Recorder
-from graphengine.isaac.omniverse.spellings import NotThereError, OmniGraphError
-from graphengine.isaac.omniverse.stand_in import EndlessError
+from graphengine.isaac.omniverse.og_names import NotThereError, OmniGraphError
+from graphengine.isaac.omniverse.stubs import EndlessError
 from graphengine.isaac.script.builders import BUILDING, builders, called, entries, handed_over
-from graphengine.isaac.script.places import Script
-from graphengine.isaac.script.reach import Failure, Unreached, Why, asking, holds
+from graphengine.isaac.script.coverage import Failure, Unreached, Why, asking, holds
+from graphengine.isaac.script.script_source import Script
 from graphengine.isaac.script.stack import Scripts
 from graphengine.sandbox.confinement import MAX_MEMORY_BYTES, RefusedError
 
@@ -52,7 +52,7 @@ class Losses:
         scripts: that run.
     """
 
-    def __init__(self, recorder: Recorder, scripts: Scripts) -> None:
+    def __init__(self, recorder: GraphRecorder, scripts: Scripts) -> None:
         self.recorder, self.scripts = recorder, scripts
         self.ran: set[tuple[str, int, int]] = set()
         """Statements that ran: file, line, column."""

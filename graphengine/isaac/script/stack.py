@@ -14,8 +14,8 @@ from pathlib import Path
 
 from graphengine.format.diagnostics import Span
 from graphengine.isaac.omniverse.frames import Call, Loop
-from graphengine.isaac.script.places import Script
-from graphengine.isaac.script.reach import Position
+from graphengine.isaac.script.coverage import Position
+from graphengine.isaac.script.script_source import Script
 
 
 class Scripts:

@@ -1,1 +1,4 @@
-"""Stages that hold graphs: `reading` them with USD's own library in a confined `process`; `graphs` are made of its prims."""
+"""Importing the graphs of USD stages.
+
+`stage_reader` asks the confined `stage_process`, which opens the stage with USD's library; `graphs` makes graphs of its prims.
+"""

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 from graphengine.compiler.registry import Registry
 from graphengine.format.diagnostics import Findings
-from graphengine.isaac.recorded import (
+from graphengine.isaac.node_replacements import upgrade
+from graphengine.isaac.recorded_graph import (
     EVALUATORS,
     GRAPH,
     NODE,
@@ -20,10 +21,9 @@ from graphengine.isaac.recorded import (
     RecordedValue,
     RecordedWire,
 )
-from graphengine.isaac.replaced import upgrade
 from graphengine.isaac.stage.instances import instances
-from graphengine.isaac.stage.places import Places
-from graphengine.isaac.stage.prims import COMPOUND, INSTANCES, StageAttribute, StageContents, StagePrim
+from graphengine.isaac.stage.prim_locations import PrimLocations
+from graphengine.isaac.stage.stage_contents import COMPOUND, INSTANCES, StageAttribute, StageContents, StagePrim
 
 _STAGES: dict[str, PipelineStage] = {
     "pipelineStagePreRender": "pre_render",
@@ -46,7 +46,9 @@ class TooManyError(Exception):
     """The graphs of a stage are too large together; says what is legal."""
 
 
-def graphs_of(contents: StageContents, registry: Registry, places: Places, findings: Findings) -> list[RecordedGraph]:
+def graphs_of(
+    contents: StageContents, registry: Registry, places: PrimLocations, findings: Findings
+) -> list[RecordedGraph]:
     """Every graph that would be evaluated, in order of the stage.
 
     A graph with instances is as many graphs, one below each prim that refers to it.
@@ -60,7 +62,7 @@ def graphs_of(contents: StageContents, registry: Registry, places: Places, findi
     Raises:
         TooManyError: they are too large.
     """
-    reader = _Reader(contents, registry, places, findings)
+    reader = _GraphReader(contents, registry, places, findings)
     users: dict[str, list[StagePrim]] = {}
     for prim in contents.prims.values():
         for target in dict.fromkeys(prim.targets.get(INSTANCES, ())):
@@ -81,7 +83,7 @@ def graphs_of(contents: StageContents, registry: Registry, places: Places, findi
 
 
 @dataclass(frozen=True, slots=True)
-class _Source:
+class _ConnectionSource:
     """What something is connected to: a property, or a prim where there is no port."""
 
     path: str
@@ -89,16 +91,16 @@ class _Source:
     port: str
 
     @staticmethod
-    def of(path: str) -> _Source:
+    def of(path: str) -> _ConnectionSource:
         """Of its path; a bundle's may be that of a prim below its node, `Node/outputs_bundle`."""
         prim, _, port = path.partition(".")
         parent, _, name = prim.rpartition("/")
         if not port and name.startswith("outputs_"):
-            return _Source(path, parent, name.replace("_", ":", 1))
-        return _Source(path, prim, port)
+            return _ConnectionSource(path, parent, name.replace("_", ":", 1))
+        return _ConnectionSource(path, prim, port)
 
 
-class _Reader:
+class _GraphReader:
     """Reads one graph after the other.
 
     Args:
@@ -108,7 +110,7 @@ class _Reader:
         findings: takes what is left out or changed.
     """
 
-    def __init__(self, contents: StageContents, registry: Registry, places: Places, findings: Findings) -> None:
+    def __init__(self, contents: StageContents, registry: Registry, places: PrimLocations, findings: Findings) -> None:
         self.prims = contents.prims
         self.plain = contents.plain
         self.registry = registry
@@ -238,12 +240,12 @@ class _Reader:
         if prims:
             node.values[port] = RecordedValue(prims, "target", node.span)
 
-    def _ends(self, paths: Iterable[str]) -> Iterator[_Source]:
+    def _ends(self, paths: Iterable[str]) -> Iterator[_ConnectionSource]:
         """Where connections begin; compounds pass through what their own ports are connected to."""
         pending, seen = deque(paths), set[str]()
         while pending:
             self.count(1)
-            source = _Source.of(pending.popleft())
+            source = _ConnectionSource.of(pending.popleft())
             through = self._through(source)
             if not through:
                 yield source
@@ -251,7 +253,7 @@ class _Reader:
                 seen.add(source.path)
                 pending.extendleft(reversed(through))
 
-    def _through(self, source: _Source) -> list[str]:
+    def _through(self, source: _ConnectionSource) -> list[str]:
         """What a port of a compound is connected to."""
         if source.prim not in self.inside:
             return []
@@ -259,7 +261,7 @@ class _Reader:
         attribute = prim.attributes.get(source.port)
         return attribute.sources if attribute is not None else prim.targets.get(source.port, [])
 
-    def _given(self, source: _Source, prim: StagePrim, port: str) -> StageAttribute | None:
+    def _given(self, source: _ConnectionSource, prim: StagePrim, port: str) -> StageAttribute | None:
         """The value of something that is connected and no node of the graph; it stays what it is in the stage."""
         if source.prim in self.inside:
             return self.prims[source.prim].attributes.get(source.port)

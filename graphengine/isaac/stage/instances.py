@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from graphengine.format.diagnostics import Findings
-from graphengine.isaac.recorded import VARIABLE, RecordedGraph, RecordedValue
-from graphengine.isaac.stage.prims import StagePrim
+from graphengine.isaac.recorded_graph import VARIABLE, RecordedGraph, RecordedValue
+from graphengine.isaac.stage.stage_contents import StagePrim
 
 _TARGET = "_OMNI_GRAPH_TARGET"
 """Stands in texts for the prim that a graph is evaluated for; OmniGraph's own name of it."""

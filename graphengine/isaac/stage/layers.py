@@ -12,7 +12,7 @@ from pathlib import Path
 from pxr import Sdf, Tf
 
 from graphengine.format.files import Files
-from graphengine.isaac.stage.prims import PLACE, SUFFIXES
+from graphengine.isaac.stage.stage_contents import PLACE, SUFFIXES
 
 MAX_BYTES = 256_000_000
 """Of all layers together; a robot with its meshes has some 10 MB to 100 MB."""

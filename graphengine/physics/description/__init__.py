@@ -1,7 +1,8 @@
 """Robots as their authors describe them: robot files, URDF, xacro and MuJoCo's models, made into links and joints.
 
-- `robot_file` and what it extends; `draft` writes the first one for a description, `bare` does without.
-- `source`: from a robot file to its description. `xacro` expands, `reader` makes `urdf`, links and joints, of XML.
+- `robot_file` merges a robot file with those that it extends. `robot_file_writer` writes one for a description,
+  `implicit_robot_file` stands for one that is missing.
+- `source`: from a robot file to its description. `xacro` expands it, `urdf_reader` parses the XML to links and joints (`urdf`).
 - `for_mujoco`: the description as MuJoCo takes it, with masses by `inertia`. `mjcf`: one of MuJoCo's own.
-- `xacro_process` runs confined, with `expressions` in place of Python's `eval` and `dom` to remember where things were written.
+- `xacro_process` runs confined, with `xacro_expressions` in place of Python's `eval` and a `dom` that keeps source locations.
 """

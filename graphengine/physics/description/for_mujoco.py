@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from graphengine.format.diagnostics import Findings
 from graphengine.physics.description.inertia import inertials
-from graphengine.physics.description.urdf import Link, Urdf, shape_of
+from graphengine.physics.description.urdf import Urdf, UrdfLink, shape_of
 from graphengine.physics.files.references import Library, MeshFile
 from graphengine.physics.files.xml import Element, numbers
 
@@ -51,7 +51,7 @@ def _copy(element: Element, parts: tuple[str, ...] = ()) -> Element:
     return Element(element.tag, dict(element.attributes), element.span, children)
 
 
-def _parts(link: Link) -> Iterator[tuple[int, Element, Element | None]]:
+def _parts(link: UrdfLink) -> Iterator[tuple[int, Element, Element | None]]:
     """The colliders and visuals of a link, each with its number and its shape."""
     for index, part in enumerate(link.element.children):
         if part.tag in ("collision", "visual"):
@@ -67,7 +67,7 @@ def _meshes(urdf: Urdf) -> Iterator[tuple[Element, bool]]:
 
 
 def _geoms(
-    link: Link, files: Mapping[Element, Sequence[MeshFile]], colours: Mapping[str, str], findings: Findings
+    link: UrdfLink, files: Mapping[Element, Sequence[MeshFile]], colours: Mapping[str, str], findings: Findings
 ) -> Iterator[Element]:
     """The colliders and visuals of a link as MuJoCo wants them, one as often as its mesh has colours."""
     for index, part, shape in _parts(link):

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import listing
-from graphengine.physics.description.urdf import Link, Urdf
+from graphengine.physics.description.urdf import Urdf, UrdfLink
 from graphengine.physics.files.xml import Element, numbers
 
 WATER = 1000.0
@@ -54,12 +54,12 @@ def inertials(urdf: Urdf, *, free: bool, findings: Findings) -> dict[str, Elemen
     return found
 
 
-def _tell(text: str, links: list[Link], findings: Findings) -> None:
+def _tell(text: str, links: list[UrdfLink], findings: Findings) -> None:
     if links:
         findings.add("N103", text, links[0].element.span, listing((link.name for link in links), "links"))
 
 
-def _weightless(urdf: Urdf, *, free: bool) -> Iterator[list[Link]]:
+def _weightless(urdf: Urdf, *, free: bool) -> Iterator[list[UrdfLink]]:
     """Groups of links that move as one and have no mass together, the link that is moved first."""
     for top in urdf.depth_first():
         if not (top.carrier.moves if top.carrier is not None else free):
@@ -71,7 +71,7 @@ def _weightless(urdf: Urdf, *, free: bool) -> Iterator[list[Link]]:
             yield group
 
 
-def _mend(found: dict[str, Element], link: Link, findings: Findings) -> bool:
+def _mend(found: dict[str, Element], link: UrdfLink, findings: Findings) -> bool:
     """Replace an inertia that no body has."""
     inertial = found[link.name]
     inertia = inertial.first("inertia")

@@ -9,10 +9,10 @@ from pathlib import Path
 
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import listing
-from graphengine.physics.description.bare import is_text, with_robot_file
-from graphengine.physics.description.reader import read_urdf
+from graphengine.physics.description.implicit_robot_file import is_text, with_robot_file
 from graphengine.physics.description.robot_file import RobotFile
 from graphengine.physics.description.urdf import Urdf
+from graphengine.physics.description.urdf_reader import read_urdf
 from graphengine.physics.engine import REFUSALS, mujoco
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.references import Library

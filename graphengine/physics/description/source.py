@@ -7,9 +7,9 @@ from pathlib import Path
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files, NotFoundError
 from graphengine.physics.description import xacro
-from graphengine.physics.description.reader import read_urdf
 from graphengine.physics.description.robot_file import RobotFile
 from graphengine.physics.description.urdf import Urdf
+from graphengine.physics.description.urdf_reader import read_urdf
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.xml import read
 

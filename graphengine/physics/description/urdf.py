@@ -17,15 +17,15 @@ WORLD = "world"
 
 
 @dataclass(slots=True, eq=False)
-class Link:
+class UrdfLink:
     """A link; mass in kg."""
 
     name: str
     element: Element
     mass: float
-    carrier: Joint | None = None
+    carrier: UrdfJoint | None = None
     """The joint that fastens it to its parent; None for the root."""
-    below: list[Joint] = field(default_factory=list)
+    below: list[UrdfJoint] = field(default_factory=list)
     """The joints that fasten its children, in order of the file."""
 
     @property
@@ -50,7 +50,7 @@ class Mimic:
 
 
 @dataclass(slots=True, eq=False)
-class Joint:
+class UrdfJoint:
     """A joint. Its pose is that of the child link in the parent link while the joint is at zero."""
 
     name: str
@@ -107,8 +107,8 @@ class Urdf:
 
     element: Element
     packages: Packages
-    links: dict[str, Link]
-    joints: dict[str, Joint]
+    links: dict[str, UrdfLink]
+    joints: dict[str, UrdfJoint]
     root: str
 
     @property
@@ -116,7 +116,7 @@ class Urdf:
         """Of all links, kg."""
         return sum(link.mass for link in self.links.values())
 
-    def depth_first(self, start: str = "") -> Iterator[Link]:
+    def depth_first(self, start: str = "") -> Iterator[UrdfLink]:
         """A link, the root unless told, and all below it, parents first."""
         pending = [self.links[start or self.root]]
         while pending:
@@ -124,7 +124,7 @@ class Urdf:
             yield link
             pending.extend(self.links[joint.child] for joint in reversed(link.below))
 
-    def moving(self) -> list[Joint]:
+    def moving(self) -> list[UrdfJoint]:
         """The joints with a degree of freedom, breadth first from the root: PhysX's order of an articulation."""
         links = [self.links[self.root]]
         for link in links:
@@ -139,7 +139,7 @@ class Urdf:
             carrier = self.links[carrier.parent].carrier
         return pose
 
-    def wheel(self, joint: Joint) -> tuple[float, Vector3] | None:
+    def wheel(self, joint: UrdfJoint) -> tuple[float, Vector3] | None:
         """Radius (m) and centre in the root link of what rolls: a sphere, or a cylinder about the joint's axis."""
         if joint.type != "continuous":
             return None

@@ -24,7 +24,7 @@ from xacro import XacroException, substitution_args
 
 from graphengine.format.diagnostics import Findings, Source, Span
 from graphengine.format.files import Files
-from graphengine.physics.description import expressions
+from graphengine.physics.description import xacro_expressions
 from graphengine.physics.description.dom import UnwritableError, elements, node_of, place_of
 from graphengine.physics.description.xacro import Expanded
 from graphengine.physics.files.packages import Packages
@@ -90,7 +90,7 @@ class Expansion:
 
     def _take_over(self) -> None:
         """Put own functions in the place of xacro's, which looks them up by name each time."""
-        xacro.safe_eval = lambda text, names, _=None: expressions.evaluate(text, names)
+        xacro.safe_eval = lambda text, names, _=None: xacro_expressions.evaluate(text, names)
         xacro.eval_extension = self._extension
         xacro.parse = self._parse
         for name in ("type", "vars"):
@@ -140,7 +140,7 @@ class Expansion:
         if text == "$(cwd)":
             return str(self.packages.folder)
         if text.startswith("$(eval "):
-            return str(expressions.evaluate(text[len("$(eval ") : -1], self._names()))
+            return str(xacro_expressions.evaluate(text[len("$(eval ") : -1], self._names()))
         if text.startswith("$(arg "):
             self.known.add(text[len("$(arg ") : -1].strip())
         context = {"arg": self.arguments, "filename": xacro.filestack[-1]}

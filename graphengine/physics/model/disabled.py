@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import listing
 from graphengine.physics.description.robot_file import RobotFile
-from graphengine.physics.description.urdf import WORLD, Joint, Link, Urdf
+from graphengine.physics.description.urdf import WORLD, Urdf, UrdfJoint, UrdfLink
 
 NEGLIGIBLE = 0.01
 """Share of a robot's mass that may hang on a disabled joint and stay."""
@@ -85,24 +85,24 @@ def _disabled(file: RobotFile, urdf: Urdf) -> dict[str, Span]:
     return off
 
 
-def _matters(links: Sequence[Link], urdf: Urdf) -> bool:
+def _matters(links: Sequence[UrdfLink], urdf: Urdf) -> bool:
     return any(link.colliders for link in links) or sum(link.mass for link in links) > NEGLIGIBLE * urdf.mass
 
 
-def _described(links: Sequence[Link]) -> str:
+def _described(links: Sequence[UrdfLink]) -> str:
     """The first of some links, and what all of them weigh."""
     mass = sum(link.mass for link in links)
     return f"{links[0].name!r} ({mass:g} kg)"
 
 
-def _refuse(joint: Joint, below: Sequence[Link], findings: Findings, span: Span) -> None:
+def _refuse(joint: UrdfJoint, below: Sequence[UrdfLink], findings: Findings, span: Span) -> None:
     held = f"it {'moves' if joint.moves else 'holds'} {_described(below)}, which would fall off"
     remedy = f"{joint.name}: {{enabled: false, weld: true}} below joints: keeps it in place; or leave the joint enabled"
     findings.add("S106", f"joint {joint.name!r} cannot be disabled: {held}", span, remedy)
 
 
 def _weld(
-    joint: Joint, below: Sequence[Link], off: Collection[str], urdf: Urdf, findings: Findings, span: Span
+    joint: UrdfJoint, below: Sequence[UrdfLink], off: Collection[str], urdf: Urdf, findings: Findings, span: Span
 ) -> None:
     followers = [
         other.name

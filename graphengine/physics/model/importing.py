@@ -15,10 +15,10 @@ from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import shipped
 from graphengine.format.spec import RobotUse
-from graphengine.physics.description.bare import robot_file
-from graphengine.physics.description.draft import compose
-from graphengine.physics.description.reader import read_urdf
+from graphengine.physics.description.implicit_robot_file import robot_file
+from graphengine.physics.description.robot_file_writer import compose
 from graphengine.physics.description.urdf import Urdf
+from graphengine.physics.description.urdf_reader import read_urdf
 from graphengine.physics.engine import REFUSALS, mujoco
 from graphengine.physics.files.packages import Packages, package_of
 from graphengine.physics.files.references import Library

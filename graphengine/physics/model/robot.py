@@ -14,7 +14,7 @@ from graphengine.format.spec import RobotSpec
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.physics.description.robot_file import RobotFile
 from graphengine.physics.description.source import read_description
-from graphengine.physics.description.urdf import Joint, Urdf, shape_of
+from graphengine.physics.description.urdf import Urdf, UrdfJoint, shape_of
 from graphengine.physics.files.xml import write
 from graphengine.physics.model.disabled import Disabled, disable_joints
 from graphengine.physics.model.drives import Drive, drive_of, in_si
@@ -44,7 +44,7 @@ class Robot:
     urdf: Urdf
     urdf_text: str
     profiles: dict[str, SensorProfile]
-    moving: tuple[Joint, ...]
+    moving: tuple[UrdfJoint, ...]
     drives: dict[str, Drive]
     disabled: Disabled
     floor: float = NO_FLOOR_FRICTION

@@ -17,7 +17,7 @@ import numpy as np
 from graphengine.physics.engine import mujoco
 from graphengine.physics.occupancy.grid import MARGIN, Bools, Canvas, Floats, Integers, Window
 from graphengine.physics.occupancy.polyhedra import Triangles
-from graphengine.physics.occupancy.rounds import Cylinders, Ellipsoids
+from graphengine.physics.occupancy.quadrics import Cylinders, Ellipsoids
 from graphengine.physics.sensors.rays import visible_geoms
 
 _CUBE = np.array(list(product((-1.0, 1.0), repeat=3)))

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from graphengine.format.errors import RenderError
 from graphengine.physics.engine import mujoco
-from graphengine.physics.pictures.captures import Lens, Shot
+from graphengine.physics.pictures.frame_capture import Lens, Shot
 
 _SHADOW, _REFLECTION = mujoco.mjtRndFlag.mjRND_SHADOW.value, mujoco.mjtRndFlag.mjRND_REFLECTION.value
 _SEGMENT, _ID_COLOUR = mujoco.mjtRndFlag.mjRND_SEGMENT.value, mujoco.mjtRndFlag.mjRND_IDCOLOR.value

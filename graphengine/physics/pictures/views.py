@@ -16,7 +16,7 @@ from graphengine.devices.sensor import Quaternion, Vector3
 from graphengine.devices.stage import Prim
 from graphengine.physics.engine import mujoco
 from graphengine.physics.pictures import opengl
-from graphengine.physics.pictures.captures import SEEN, Lens, Shot
+from graphengine.physics.pictures.frame_capture import SEEN, Lens, Shot
 from graphengine.physics.pictures.rendering import Image, Renderer
 
 if TYPE_CHECKING:

@@ -1,6 +1,6 @@
 """A camera: what it captures in one tick it delivers some ticks later, whatever drawing took.
 
-A sample (`sampling`) is captured when somebody first asks for it in its tick; a thread of the simulation draws it (`studio`). The
+A sample (`sampling`) is captured when somebody first asks for it in its tick; the `render_thread` draws it. The
 tick in which it is due waits for it. In real time nothing waits: a picture that is late is dropped and counted, and none is
 captured while the one before is being drawn, as on a slow machine each would else wait for others until it is late itself.
 
@@ -25,13 +25,13 @@ from numpy.typing import NDArray
 from graphengine.devices.sensor import Picture, pinhole
 from graphengine.devices.stage import Prim
 from graphengine.physics.dynamics.handles import CarriedPrim
-from graphengine.physics.pictures.captures import Lens
+from graphengine.physics.pictures.frame_capture import Lens
 from graphengine.physics.pictures.rendering import Image
 from graphengine.physics.sensors.sampling import Sampled, Sampling
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
-    from graphengine.physics.pictures.studio import Studio
+    from graphengine.physics.pictures.render_thread import RenderThread
 
 NEAREST = 0.05
 """Distance (m) from which on everything hides what is behind it. Nearer would cost precision, and does in proportion."""
@@ -70,7 +70,7 @@ class PinholeCamera(Sampled):
 
     kept = ("_delivery", "_pending", "_segmented", "_skipped")
 
-    def __init__(self, simulation: SimulationCore, studio: Studio, prim: Prim, size: tuple[int, int]) -> None:
+    def __init__(self, simulation: SimulationCore, studio: RenderThread, prim: Prim, size: tuple[int, int]) -> None:
         facts = prim.facts
         self.rate: float = facts.get("rate", 30.0)
         self.size = size

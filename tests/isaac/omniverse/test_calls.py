@@ -11,8 +11,8 @@ from graphengine.compiler.registry import default_registry
 from graphengine.format.diagnostics import Findings
 from graphengine.isaac.graph_file import compose
 from graphengine.isaac.omniverse.og_types import AttributeRole, BaseDataType, Type
-from graphengine.isaac.recorded import RecordedGraph
-from graphengine.isaac.script.reading import read_script
+from graphengine.isaac.recorded_graph import RecordedGraph
+from graphengine.isaac.script.script_reader import read_script
 
 START = (
     "import math, numpy as np, omni.graph.core as og, usdrt.Sdf\n"

@@ -11,10 +11,10 @@ from graphengine.compiler.registry import default_registry
 from graphengine.format.diagnostics import Finding, Findings, Source, Span, to_json
 from graphengine.format.errors import GraphError
 from graphengine.isaac.graph_file import compose, file_names
-from graphengine.isaac.recorded import RecordedGraph, RecordedNode, RecordedValue, RecordedWire
-from graphengine.isaac.script import reading
-from graphengine.isaac.script.answers import ScriptAnswer
-from graphengine.isaac.script.reading import read_script
+from graphengine.isaac.recorded_graph import RecordedGraph, RecordedNode, RecordedValue, RecordedWire
+from graphengine.isaac.script import script_reader
+from graphengine.isaac.script.script_answer import ScriptAnswer
+from graphengine.isaac.script.script_reader import read_script
 from graphengine.sandbox import confinement
 from graphengine.sandbox.borders import missing
 from graphengine.sandbox.untrusted import encoded
@@ -100,7 +100,7 @@ def test_a_huge_graph_ends_at_a_limit(tmp_path: Path) -> None:
     assert "more than 100000 nodes, wires and values" in finding
 
 
-def test_a_module_of_python_that_reaches_out_is_a_stand_in(tmp_path: Path) -> None:
+def test_a_module_of_python_that_reaches_out_is_a_stub(tmp_path: Path) -> None:
     text = 'import socket\nsocket.create_connection(("127.0.0.1", 22))'
     assert "socket.create_connection() belongs to no graph" in told(tmp_path, text)[1]
 
@@ -297,7 +297,7 @@ def test_a_legal_encoding_is_read(encoding: str, tmp_path: Path) -> None:
 def answered(folder: Path, answer: bytes | ScriptAnswer, patch: pytest.MonkeyPatch) -> list[str]:
     """What is said of a script whose process sends an answer, the graph files written."""
     sent = encoded(answer).encode() if isinstance(answer, ScriptAnswer) else answer
-    patch.setattr(reading, "ask", lambda *_: sent)
+    patch.setattr(script_reader, "ask", lambda *_: sent)
     script, findings, namespaces = folder / "script.py", Findings(), dict[str, str]()
     script.write_text(GRAPH)
     graphs = read_script(script, findings, namespaces=namespaces, read_stage=lambda _: [])
@@ -391,7 +391,7 @@ def test_one_file_under_many_names_is_read_once(tmp_path: Path, monkeypatch: pyt
     (tmp_path / "x").mkdir()
     found = [Finding("N302", "here", place) for place in places]
     sent = encoded(ScriptAnswer([GRAPHS[1]], findings=found, stages=names)).encode()
-    monkeypatch.setattr(reading, "ask", lambda *_: sent)
+    monkeypatch.setattr(script_reader, "ask", lambda *_: sent)
     read, findings = list[Path](), Findings()
 
     def read_stage(path: Path) -> list[RecordedGraph]:
@@ -419,7 +419,7 @@ def test_no_forged_answer_raises_anything_but_errors_of_this_package(
         real.append(confinement.ask(*given))
         return real[-1]
 
-    monkeypatch.setattr(reading, "ask", ask)
+    monkeypatch.setattr(script_reader, "ask", ask)
     (tmp_path / "loop").symlink_to("loop")
     script = Path(__file__).parents[1] / "scripts" / "typed_values.py"
     assert read_script(script, Findings())

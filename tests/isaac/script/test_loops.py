@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from graphengine.format.diagnostics import Findings
-from graphengine.isaac.recorded import RecordedGraph
-from graphengine.isaac.script.reading import ScriptOptions, read_script
+from graphengine.isaac.recorded_graph import RecordedGraph
+from graphengine.isaac.script.script_reader import ScriptOptions, read_script
 from tests.isaac.harness import SCRIPTS
 
 START = """\

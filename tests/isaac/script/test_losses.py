@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 
 from graphengine.format.diagnostics import Findings
-from graphengine.isaac.recorded import RecordedGraph
+from graphengine.isaac.recorded_graph import RecordedGraph
 from graphengine.isaac.script.losses import TimeIsUpError
-from graphengine.isaac.script.reading import ScriptOptions, read_script
-from graphengine.isaac.script.run import Run
+from graphengine.isaac.script.script_reader import ScriptOptions, read_script
+from graphengine.isaac.script.script_run import ScriptRun
 
 START = """\
 import omni.graph.core as og
@@ -208,7 +208,7 @@ def test_a_script_that_catches_the_end_of_its_time_keeps_what_it_built(tmp_path:
 
 def test_the_end_of_the_time_ends_nothing_but_the_script(tmp_path: Path) -> None:
     lists = dict.fromkeys(("arguments", "allowed", "types", "absent", "assume", "calls"), ())
-    run = Run(
+    run = ScriptRun(
         {
             "path": str(tmp_path / "x.py"),
             "text": "",

@@ -8,7 +8,7 @@ import pytest
 
 from graphengine.cli import main
 from graphengine.format.diagnostics import Findings
-from graphengine.isaac.script.reading import ScriptOptions, read_script
+from graphengine.isaac.script.script_reader import ScriptOptions, read_script
 
 IMPORTS = "import os, sys\nfrom pathlib import Path\nimport omni.graph.core as og\n"
 EDIT = "og.Controller.edit({path}, {{'create_nodes': ('Tick', 'omni.graph.action.OnTick')}})\n"

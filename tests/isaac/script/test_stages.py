@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from graphengine.format.diagnostics import Findings
-from graphengine.isaac.script.reading import read_script
+from graphengine.isaac.script.script_reader import read_script
 
 START = """\
 import omni.graph.core as og

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.isaac.script.places import Script
-from graphengine.isaac.script.plain import evaluate
+from graphengine.isaac.script.script_source import Script
+from graphengine.isaac.script.static_evaluation import evaluate
 from tests.isaac.harness import ROOT, SCRIPTS, imported, meaning, recorded, resolved, texts
 
 TUTORIAL = ("clock", "cmd_vel", "joint_states", "scan")

@@ -8,11 +8,11 @@ from pathlib import Path
 from graphengine.compiler.registry import default_registry
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
-from graphengine.isaac.recorded import RecordedGraph
+from graphengine.isaac.recorded_graph import RecordedGraph
 from graphengine.isaac.stage.graphs import graphs_of
-from graphengine.isaac.stage.places import Places
-from graphengine.isaac.stage.prims import StageContents
-from graphengine.isaac.stage.process import Reading
+from graphengine.isaac.stage.prim_locations import PrimLocations
+from graphengine.isaac.stage.stage_contents import StageContents
+from graphengine.isaac.stage.stage_process import StageReading
 from graphengine.sandbox.untrusted import encoded
 from graphengine.sandbox.untrusted import read as read_answer
 
@@ -53,9 +53,9 @@ def read(folder: Path, text: str, **others: str) -> Stage:
         (folder / f"{name}.usda").write_text(content.replace(" }", "\n}"))
     path = folder / "stage.usda"
     findings = Findings()
-    contents = read_answer(encoded(Reading(Files.of(path)).run(path)).encode(), StageContents, 10_000_000)
+    contents = read_answer(encoded(StageReading(Files.of(path)).run(path)).encode(), StageContents, 10_000_000)
     assert not contents.failure, contents.failure
-    return Stage(contents, graphs_of(contents, default_registry(), Places(path), findings), findings)
+    return Stage(contents, graphs_of(contents, default_registry(), PrimLocations(path), findings), findings)
 
 
 def read_graph(folder: Path, *nodes: str, after: str = "") -> Stage:

@@ -9,8 +9,8 @@ from pxr import Sdf
 from graphengine.format.files import Files
 from graphengine.isaac.stage import layers as stage_layers
 from graphengine.isaac.stage.layers import UnreadableError
-from graphengine.isaac.stage.prims import StageContents
-from graphengine.isaac.stage.process import Reading
+from graphengine.isaac.stage.stage_contents import StageContents
+from graphengine.isaac.stage.stage_process import StageReading
 from tests.isaac.stage.harness import node, read
 
 SECRET = f'#usda 1.0\ndef OmniGraph "Secret" {{ {node("C")} }}\n'.replace(" }", "\n}")
@@ -76,7 +76,7 @@ def test_a_layer_within_the_folder_leads_outside_no_more_than_the_first(home: Pa
 def test_an_allowed_folder_is_read(home: Path) -> None:
     path = home / "stage.usda"
     path.write_text("#usda 1.0\n( subLayers = [@../secret.usda@] )")
-    contents = Reading(Files.of(path, [home.parent])).run(path)
+    contents = StageReading(Files.of(path, [home.parent])).run(path)
     assert list(contents.prims) == ["/Secret", "/Secret/C"]
 
 
@@ -141,7 +141,7 @@ def test_a_link_leads_to_what_lies_beside_the_file_itself(home: Path, tmp_path: 
     (folder / "graph.usda").write_text(SECRET)
     link = home / "link.usda"
     link.symlink_to(folder / "stage.usda")
-    contents = Reading(Files.of(link)).run(link)
+    contents = StageReading(Files.of(link)).run(link)
     assert list(contents.prims) == ["/Secret", "/Secret/C"]
 
 
@@ -165,5 +165,5 @@ def test_size_and_number_of_layers_are_bounded(home: Path, monkeypatch: pytest.M
 def test_a_stage_that_cannot_be_opened_says_why(home: Path, name: str) -> None:
     (home / "stage.txt").write_text("#usda 1.0\n")
     with pytest.raises(UnreadableError):
-        Reading(Files.of(home / "stage.txt")).layers.open_all(home / name)
-    assert isinstance(Reading(Files.of(home / "stage.txt")).run(home / name), StageContents)
+        StageReading(Files.of(home / "stage.txt")).layers.open_all(home / name)
+    assert isinstance(StageReading(Files.of(home / "stage.txt")).run(home / name), StageContents)

@@ -11,7 +11,7 @@ import pytest
 from graphengine.format.diagnostics import Findings, to_json
 from graphengine.format.files import Files
 from graphengine.physics.description import xacro
-from graphengine.physics.description.reader import read_urdf
+from graphengine.physics.description.urdf_reader import read_urdf
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.xml import Element
 from graphengine.sandbox import confinement

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from graphengine.devices.rotation import from_rpy, multiply, rotate
 from graphengine.physics.engine import mujoco
-from graphengine.physics.pictures.captures import Lens
+from graphengine.physics.pictures.frame_capture import Lens
 from graphengine.physics.pictures.rendering import distances
 from graphengine.physics.simulation import Simulation
 from tests.physics.harness import Project

@@ -16,7 +16,7 @@ import pytest
 from graphengine.devices.sensor import Picture
 from graphengine.format.errors import PrimError
 from graphengine.physics.engine import mujoco
-from graphengine.physics.pictures.captures import Shot
+from graphengine.physics.pictures.frame_capture import Shot
 from graphengine.physics.pictures.rendering import Image
 from graphengine.physics.sensors.camera import PinholeCamera
 from graphengine.physics.simulation import Simulation

@@ -1,0 +1,122 @@
+"""Which nodes and wires of a graph the findings belong to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol, TypeVar
+
+from graphengine.compiler.graph import Graph
+from graphengine.compiler.template import NodeEntry, WireEntry
+from graphengine.format.diagnostics import Finding, Findings, Span
+from graphengine.format.document import Value
+
+CIRCLES = ("G209", "G210")
+"""Codes of findings that name wires which run in a circle."""
+
+
+class FileEntry(Protocol):
+    """A node or wire of a file, which graphs may use several times."""
+
+    @property
+    def via(self) -> tuple[tuple[Span, str], ...]:
+        """Where they use it."""
+
+
+T = TypeVar("T", bound=FileEntry)
+
+
+@dataclass(slots=True)
+class AssignedFindings:
+    """Findings by where they belong.
+
+    Attributes:
+        nodes: by id.
+        circular: wires that run in a circle.
+        graph: those of its files that belong to no node.
+    """
+
+    nodes: dict[str, list[Finding]] = field(default_factory=dict)
+    circular: list[WireEntry] = field(default_factory=list)
+    graph: list[Finding] = field(default_factory=list)
+
+
+def assign_findings(graph: Graph, findings: Findings) -> AssignedFindings:
+    """Give each node the findings whose place is in it, or in a wire of it; and those of a circle that it is in."""
+    assigned = AssignedFindings()
+    regions = [(entry, *_region(entry)) for entry in graph.flat.nodes]
+    paths = {entry.document.source.path for entry in graph.flat.nodes} | {graph.flat.loaded.document.source.path}
+    ends = _ends(graph)
+    for finding in findings.sorted():
+        span = finding.span
+        if finding.severity == "note" or span is None or span.source.path not in paths:
+            continue
+        circle = _circle(finding, graph) if finding.code in CIRCLES else ()
+        assigned.circular += circle
+        within = [entry for entry, low, high in regions if _is_within(span, entry.document.source.path, low, high)]
+        owners = [wire.target.node for wire in circle] or [entry.id for entry in _told_of(finding, within)]
+        owners = owners or [end.node for end in _told_of(finding, ends.get((str(span), span.length), ()))]
+        for owner in dict.fromkeys(owners):
+            assigned.nodes.setdefault(owner, []).append(finding)
+        if not owners:
+            assigned.graph.append(finding)
+    return assigned
+
+
+def _told_of(finding: Finding, things: Sequence[T]) -> Sequence[T]:
+    """Of things in subgraphs that are there several times those of the instance that a finding names, if it names one."""
+    told = set(finding.related)
+    return [thing for thing in things if told.issuperset(thing.via)] or things
+
+
+def _circle(finding: Finding, graph: Graph) -> Sequence[WireEntry]:
+    """The wires that a finding names."""
+    places = {(str(span), span.length) for span, _ in finding.related}
+    return _told_of(finding, [wire for wire in graph.flat.wires if (str(wire.span), wire.span.length) in places])
+
+
+@dataclass(frozen=True, slots=True)
+class _EndNode:
+    """The node at an end of a wire."""
+
+    node: str
+    via: tuple[tuple[Span, str], ...]
+
+
+def _ends(graph: Graph) -> dict[tuple[str, int], list[_EndNode]]:
+    """For each place of a wire the node there; for a whole wire, or where that node is not, the one at its other end."""
+    names = {entry.id for entry in graph.flat.nodes}
+    places: dict[tuple[str, int], list[_EndNode]] = {}
+    for wire in graph.flat.wires:
+        source, target = wire.source, wire.target
+        for span, ends in (
+            (wire.span, (target, source)),
+            (source.span, (source, target)),
+            (target.span, (target, source)),
+        ):
+            known = [_EndNode(end.node, wire.via) for end in ends if end.node in names]
+            places.setdefault((str(span), span.length), []).extend(known[:1])
+    return places
+
+
+def _region(entry: NodeEntry) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Where a node begins and ends in its file, as lines and columns."""
+    key = entry.key_span()
+    last = (key.line, key.column)
+    found = entry.document.find(*entry.location)
+    pending = [found] if found is not None else []
+    while pending:
+        value = pending.pop()
+        last = max([last, (value.span.line, value.span.column), *((k.line, k.column) for k in value.keys.values())])
+        pending += _children(value)
+    return (key.line, key.column), last
+
+
+def _children(value: Value) -> Iterable[Value]:
+    if isinstance(value.data, dict):
+        return value.data.values()
+    return value.data if isinstance(value.data, list) else ()
+
+
+def _is_within(span: Span, path: str, low: tuple[int, int], high: tuple[int, int]) -> bool:
+    return span.source.path == path and low <= (span.line, span.column) <= high

@@ -1,0 +1,69 @@
+"""Boxes where their file puts them, moved apart where they would overlap."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from graphengine.drawing import layered_layout, routing
+from graphengine.drawing.geometry import GAP, Arrangement, LayoutBox, LayoutLink, Point, bounds
+
+MAX_STRETCH = 6.0
+"""How far given places are stretched apart, at most, to make room; boxes that need more are placed anew."""
+
+_CLEAR = 0.1
+"""px; so much more than the least distance, lest rounding makes frames overlap."""
+
+
+def arrange(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> Arrangement:
+    """Keep given places, stretched evenly until nothing overlaps; boxes without one stand below, in columns."""
+    corners = _corners(boxes, links)
+    return Arrangement(corners, tuple(routing.routes(boxes, corners, links)))
+
+
+def _corners(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> tuple[Point, ...]:
+    found = _stretched(boxes)
+    placed = list(found)
+    left, top, right, bottom = bounds([boxes[i] for i in placed], list(found.values()), ())
+    others = [index for index, box in enumerate(boxes) if index not in found and not box.edge]
+    numbers = {index: number for number, index in enumerate(others)}
+    inner = [link for link in links if link.source in numbers and link.target in numbers]
+    inner = [replace(link, source=numbers[link.source], target=numbers[link.target]) for link in inner]
+    beside = layered_layout.arrange([boxes[index] for index in others], inner)
+    x0, y0, x1, _ = bounds([boxes[index] for index in others], beside.corners, ())
+    for index, (x, y) in zip(others, beside.corners, strict=True):
+        found[index] = (left + x - x0, bottom + 2 * GAP[1] + y - y0)
+    right = max(right, left + x1 - x0)
+    for edge, side in (("first", left - 2 * GAP[0]), ("last", right + 2 * GAP[0])):
+        for number, index in enumerate(index for index, box in enumerate(boxes) if box.edge == edge):
+            found[index] = (side, top + (boxes[index].height + GAP[1] + _CLEAR) * number)
+    return tuple(found[index] for index in range(len(boxes)))
+
+
+def _stretched(boxes: Sequence[LayoutBox]) -> dict[int, Point]:
+    """Places of boxes that have one, moved apart by one factor for all; without those that would need too large a one."""
+    kept: list[int] = []
+    stretch = 1.0
+    for index, box in enumerate(boxes):
+        if box.place is None or box.edge:
+            continue
+        needed = _needed_stretch(box, box.place, [boxes[other] for other in kept])
+        if needed <= MAX_STRETCH:
+            kept.append(index)
+            stretch = max(stretch, needed)
+    places = {index: boxes[index].place or (0.0, 0.0) for index in kept}
+    return {index: (x * stretch, y * stretch) for index, (x, y) in places.items()}
+
+
+def _needed_stretch(box: LayoutBox, place: Point, others: Sequence[LayoutBox]) -> float:
+    """The factor at which a box stands clear of others."""
+    if not others:
+        return 1.0
+    there = np.array([other.place for other in others])
+    sizes = np.array([(other.width, other.height) for other in others])
+    offsets = there - np.array(place)
+    distances = np.where(offsets > 0, np.array([box.width, box.height]), sizes) + np.array(GAP) + _CLEAR
+    with np.errstate(divide="ignore"):
+        return float(np.min(distances / np.abs(offsets), axis=1).max())

@@ -1,0 +1,213 @@
+"""Where everything on a drawing stands.
+
+A subgraph is laid out by itself and then stands in the graph around it as one box. Wires that lead into it or out of it
+have a port on its border, which inside is a box without width in the first or the last column.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, field
+
+from graphengine.drawing import column_layout, layered_layout, manual_layout
+from graphengine.drawing.geometry import Arrangement, LayoutBox, LayoutLink, Point, Route, bounds, simplified
+from graphengine.drawing.node_box import NodeBox, make_box
+from graphengine.drawing.view_model import GraphView, WireView
+
+MAX_LEVEL, MAX_WHOLE = 200, 600
+"""Boxes and links, of one subgraph and of the whole graph, up to which crossings are avoided: the time grows with the cube."""
+
+_PADDING = 18.0
+"""Between the border of a subgraph and what is in it."""
+_CAPTION = 24.0
+"""Height of the line with a subgraph's name."""
+_PIN = 1.0
+"""Half the height of the box that stands for a port on the border."""
+
+Pin = tuple[str, bool, tuple[str, tuple[str, str]]]
+"""A port on a subgraph's border: the subgraph, whether wires lead in, and the node and port inside that they mean."""
+
+
+@dataclass(slots=True)
+class SubgraphFrame:
+    """The border of a subgraph."""
+
+    name: str
+    corner: Point
+    width: float
+    height: float
+
+
+@dataclass(slots=True)
+class GraphLayout:
+    """Boxes of nodes by id with their corners, borders of subgraphs, and the polyline of each wire."""
+
+    boxes: dict[str, NodeBox]
+    corners: dict[str, Point] = field(default_factory=dict)
+    frames: list[SubgraphFrame] = field(default_factory=list)
+    routes: list[Route] = field(default_factory=list)
+    width: float = 0.0
+    height: float = 0.0
+
+
+@dataclass(slots=True)
+class _Level:
+    """One subgraph, or the graph itself, laid out; all places count from its own corner."""
+
+    width: float
+    height: float
+    corners: dict[str, Point]
+    """Of the nodes and subgraphs directly in it."""
+    pins: dict[Pin, float]
+    """Heights of the ports on its border."""
+    pieces: dict[int, Route]
+    """Of each wire the part that lies in it."""
+
+
+def arrange(graph_view: GraphView) -> GraphLayout:
+    """Lay out a graph.
+
+    Raises:
+        UsageError: the layout library is not installed.
+    """
+    layout = GraphLayout({node.id: make_box(node) for node in graph_view.nodes})
+    levels: dict[str, _Level] = {}
+    for group in sorted(graph_view.groups, key=lambda group: (-group.count("/"), group)):
+        levels[group] = _arrange_level(group, graph_view, layout.boxes, levels)
+    levels[""] = _arrange_level("", graph_view, layout.boxes, levels)
+    pieces: dict[int, list[Route]] = {}
+    _put(layout, levels, "", (0.0, 0.0), pieces)
+    layout.routes = [_joined(pieces.get(number, [])) for number in range(len(graph_view.wires))]
+    layout.width, layout.height = levels[""].width, levels[""].height
+    return layout
+
+
+def _put(
+    layout: GraphLayout, levels: dict[str, _Level], group: str, corner: Point, pieces: dict[int, list[Route]]
+) -> None:
+    """Write down a level and those in it with their places on the drawing."""
+    level = levels[group]
+    for number, route in level.pieces.items():
+        pieces.setdefault(number, []).append(tuple((x + corner[0], y + corner[1]) for x, y in route))
+    for name, (x, y) in level.corners.items():
+        there = (corner[0] + x, corner[1] + y)
+        if name in layout.boxes:
+            layout.corners[name] = there
+        else:
+            layout.frames.append(SubgraphFrame(name, there, levels[name].width, levels[name].height))
+            _put(layout, levels, name, there, pieces)
+
+
+def _joined(pieces: Sequence[Route]) -> Route:
+    """The parts of a wire as one polyline, each beginning where another ends."""
+    if not pieces:
+        return ()
+    starts = {_place(piece[0]): piece for piece in pieces}
+    targets = {_place(piece[-1]) for piece in pieces}
+    following = next((piece for piece in pieces if _place(piece[0]) not in targets), pieces[0])
+    points: list[Point] = []
+    for _ in pieces:
+        points += following
+        following = starts.get(_place(following[-1]), ())
+        if not following:
+            break
+    return simplified(points)
+
+
+def _place(point: Point) -> tuple[float, float]:
+    return round(point[0], 3), round(point[1], 3)
+
+
+def _arrange_level(group: str, graph_view: GraphView, nodes: dict[str, NodeBox], levels: dict[str, _Level]) -> _Level:
+    names = [node.id for node in graph_view.nodes if node.group == group]
+    names += [name for name in graph_view.groups if name and name.rpartition("/")[0] == group]
+    places = {node.id: node.place for node in graph_view.nodes} | {
+        name: at for name, (_, at) in graph_view.groups.items()
+    }
+    sizes = {name: nodes[name] if name in nodes else levels[name] for name in names}
+    boxes = [LayoutBox(sizes[name].width, sizes[name].height, place=places[name]) for name in names]
+    numbers: dict[str | Pin, int] = {name: number for number, name in enumerate(names)}
+    links: dict[LayoutLink, int] = {}
+    carried: dict[int, int] = {}
+    pins: list[Pin] = []
+
+    def end(wire: WireView, *, begins: bool) -> tuple[int, float]:
+        """Box and height at which the part of a wire in this level begins or ends."""
+        node, port = (wire.source, wire.source_port) if begins else (wire.target, wire.target_port)
+        if not _holds(group, node):
+            inner = (wire.target, wire.target_port) if begins else (wire.source, wire.source_port)
+            pin = (group, begins, inner)
+            if pin not in numbers:
+                numbers[pin] = len(boxes)
+                boxes.append(LayoutBox(0.0, 2 * _PIN, "first" if begins else "last"))
+                pins.append(pin)
+            return numbers[pin], _PIN
+        if node in numbers:
+            return numbers[node], nodes[node].heights[port]
+        child = _child(group, node)
+        return numbers[child], levels[child].pins[child, not begins, (node, port)]
+
+    for number, wire in enumerate(graph_view.wires):
+        if not _touches(group, wire):
+            continue
+        (source, source_y), (target, target_y) = end(wire, begins=True), end(wire, begins=False)
+        link = LayoutLink(source, source_y, target, target_y)
+        carried[number] = links.setdefault(link, len(links))
+    made = _way(graph_view, boxes, links)(boxes, list(links))
+    return _framed(group, names, boxes, made, carried, {pin: numbers[pin] for pin in pins}, links)
+
+
+def _way(
+    graph_view: GraphView, boxes: Sequence[LayoutBox], links: Collection[LayoutLink]
+) -> Callable[[Sequence[LayoutBox], Sequence[LayoutLink]], Arrangement]:
+    """How a level is laid out; sizes alone decide it, so that a graph has one picture on every machine."""
+    whole = len(graph_view.nodes) + len(graph_view.wires)
+    if len(boxes) + len(links) > MAX_LEVEL or whole > MAX_WHOLE:
+        return column_layout.arrange
+    return manual_layout.arrange if any(box.place is not None for box in boxes) else layered_layout.arrange
+
+
+def _holds(group: str, node: str) -> bool:
+    return not group or node.startswith(f"{group}/")
+
+
+def _child(group: str, node: str) -> str:
+    """The subgraph directly in a group that a node lies in."""
+    rest = node.removeprefix(f"{group}/") if group else node
+    first = rest.partition("/")[0]
+    return f"{group}/{first}" if group else first
+
+
+def _touches(group: str, wire: WireView) -> bool:
+    """Whether a part of a wire lies in a group, and not wholly within one of the subgraphs in it."""
+    ends = [node for node in (wire.source, wire.target) if _holds(group, node)]
+    if len(ends) == 2:
+        within = [_child(group, node) if node.rpartition("/")[0] != group else node for node in ends]
+        return within[0] != within[1] or wire.source.rpartition("/")[0] == group
+    return bool(ends)
+
+
+def _framed(
+    group: str,
+    names: Sequence[str],
+    boxes: Sequence[LayoutBox],
+    made: Arrangement,
+    carried: dict[int, int],
+    pins: dict[Pin, int],
+    links: dict[LayoutLink, int],
+) -> _Level:
+    """A level with its corner at zero: room for a border and a caption where it is a subgraph, pins led to the border."""
+    left, top, right, bottom = bounds(boxes, made.corners, made.routes)
+    padding, caption = (_PADDING, _CAPTION) if group else (0.0, 0.0)
+    dx, dy = padding - left, padding + caption - top
+    width, height = right - left + 2 * padding, bottom - top + 2 * padding + caption
+    pieces = [[(x + dx, y + dy) for x, y in route] for route in made.routes]
+    edges = {number: pin for pin, number in pins.items()}
+    for link, number in links.items():
+        if link.source in edges:
+            pieces[number].insert(0, (0.0, pieces[number][0][1]))
+        if link.target in edges:
+            pieces[number].append((width, pieces[number][-1][1]))
+    corners = {name: (x + dx, y + dy) for name, (x, y) in zip(names, made.corners, strict=False)}
+    heights = {pin: made.corners[number][1] + _PIN + dy for pin, number in pins.items()}
+    return _Level(width, height, corners, heights, {wire: simplified(pieces[n]) for wire, n in carried.items()})

@@ -1,0 +1,109 @@
+"""The box of a node: how large it is, and where each text and port stands in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from graphengine.drawing.text_metrics import fitted, width
+from graphengine.drawing.view_model import Key, NodeView, PortView
+from graphengine.format.diagnostics import Finding
+
+NAME_SIZE, TYPE_SIZE, PORT_SIZE = 13.0, 12.0, 12.0
+"""Font sizes, px."""
+HEAD, ROW, FOOT = 40.0, 20.0, 7.0
+"""Heights of the two lines on top, of a line of ports, and of what is left below the last."""
+MARGIN = 12.0
+"""From a side of the box to the text of its ports."""
+
+_BETWEEN = 18.0
+"""Least distance between the texts of two ports on one line."""
+_NAME_LIMIT, _PORT_LIMIT, _VALUE_LIMIT = 260.0, 200.0, 126.0
+_MARKS = 4
+"""So many different findings are written on a box; the tooltip has all."""
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """A text of a port with its place: its baseline begins at `x`, or ends there on the right side."""
+
+    view: PortView
+    side: str
+    y: float
+    """Of the port itself."""
+    name: str
+    value: str
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """A line that names a finding, or several of one code."""
+
+    severity: str
+    text: str
+    about: str
+    y: float
+
+
+@dataclass(frozen=True, slots=True)
+class NodeBox:
+    """A node's box, laid out."""
+
+    view: NodeView
+    width: float
+    height: float
+    name: str
+    type_name: str
+    labels: tuple[Label, ...]
+    marks: tuple[Mark, ...]
+    heights: dict[Key, float]
+    """How far below the top each port lies."""
+
+    @property
+    def severity(self) -> str:
+        """`error`, `warning` or nothing."""
+        severities = {mark.severity for mark in self.marks}
+        return "error" if "error" in severities else "warning" if severities else ""
+
+
+def make_box(view: NodeView) -> NodeBox:
+    """Lay out the box of a node."""
+    name = fitted(view.name, NAME_SIZE, _NAME_LIMIT, bold=True)
+    kind = view.type_name.rpartition(".")[2] or "?"
+    type_name = fitted(f"{kind}, {view.pace}" if view.pace else kind, TYPE_SIZE, _NAME_LIMIT)
+    wide = max(width(name, NAME_SIZE, bold=True), width(type_name, TYPE_SIZE)) + 2 * MARGIN
+    labels: list[Label] = []
+    for side in ("left", "right"):
+        shown = [(name, port) for (at, name), port in view.ports.items() if at == side]
+        labels += [_label(port, side, HEAD + ROW * (row + 0.5)) for row, (_, port) in enumerate(shown)]
+    rows: dict[float, float] = {}
+    for label in labels:
+        rows[label.y] = rows.get(label.y, 0.0) + label_width(label) + MARGIN + _BETWEEN / 2
+    marks = _marks(view.findings, HEAD + ROW * len(rows))
+    wide = max([wide, *rows.values(), *(width(mark.text, TYPE_SIZE, bold=True) + 2 * MARGIN for mark in marks)])
+    heights = {(label.side, label.view.name): label.y for label in labels}
+    high = HEAD + ROW * (len(rows) + len(marks)) + (FOOT if rows or marks else 0.0)
+    return NodeBox(view, round(wide + 0.5), high, name, type_name, tuple(labels), marks, heights)
+
+
+def _label(port: PortView, side: str, y: float) -> Label:
+    name = fitted(port.name, PORT_SIZE, _PORT_LIMIT)
+    value = fitted(port.value, PORT_SIZE, _VALUE_LIMIT, tail=port.is_path) if port.value else ""
+    return Label(port, side, y, name, value)
+
+
+def label_width(label: Label) -> float:
+    """Width of a port's name and value."""
+    return width(f"{label.name} {label.value}" if label.value else label.name, PORT_SIZE)
+
+
+def _marks(findings: list[Finding], top: float) -> tuple[Mark, ...]:
+    """A line for each code, errors first."""
+    codes: dict[tuple[bool, str], list[Finding]] = {}
+    for finding in findings:
+        codes.setdefault((finding.severity != "error", finding.code), []).append(finding)
+    lines = []
+    for (_, code), same in sorted(codes.items())[:_MARKS]:
+        times = f", {len(same)} times" if len(same) > 1 else ""
+        about = "\n\n".join("\n".join((finding.message, *finding.help)) for finding in same)
+        lines.append((same[0].severity, f"{same[0].severity} {code}{times}", about))
+    return tuple(Mark(*line, top + ROW * (row + 0.5)) for row, line in enumerate(lines))

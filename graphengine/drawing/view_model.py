@@ -1,0 +1,265 @@
+"""What is on the drawing of a graph: nodes with ports and values, wires, subgraphs, and the findings that belong to each.
+
+The flat graph of the file is drawn, so that nodes of unknown types and wires that were refused are on the drawing too.
+"""
+
+from __future__ import annotations
+
+import inspect
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from graphengine.compiler.graph import Graph, Instance, find_port, settled_type
+from graphengine.compiler.template import NodeEntry, WireEnd, WireEntry
+from graphengine.drawing.finding_assignment import assign_findings
+from graphengine.drawing.geometry import Point
+from graphengine.format.diagnostics import Finding, Findings
+from graphengine.format.errors import UsageError
+from graphengine.format.spec import EverySpec
+from graphengine.format.wording import printable
+from graphengine.node.port import Port
+from graphengine.node.types import brief
+
+MAX_NODES = 3000
+"""Of a graph that is drawn."""
+_SHOWN = 6
+"""So many elements of a list are written out."""
+FARTHEST = 100_000.0
+"""px; places farther from zero than this are as good as none."""
+_LONG = 400
+"""Characters of a text in a tooltip."""
+
+
+Mistake = Literal["", "refused", "circle"]
+"""Of a wire: that it is refused, or that it and others run in a circle."""
+Key = tuple[str, str]
+"""Side of the box (`left` or `right`) and the port's name."""
+
+
+@dataclass(slots=True)
+class PortView:
+    """A port on a box."""
+
+    name: str
+    is_exec: bool
+    value: str = ""
+    is_path: bool = False
+    wired: bool = False
+    about: str = ""
+
+
+@dataclass(slots=True)
+class NodeView:
+    """A node; `ports` are those that are wired or set, in the order of the type."""
+
+    id: str
+    type_name: str
+    kind: str
+    place: Point | None
+    about: str
+    pace: str = ""
+    """How often it is executed, where the file says."""
+    ports: dict[Key, PortView] = field(default_factory=dict)
+    findings: list[Finding] = field(default_factory=list)
+
+    @property
+    def name(self) -> str:
+        """Its name within its own file."""
+        return self.id.rpartition("/")[2]
+
+    @property
+    def group(self) -> str:
+        """The subgraph that it is in; empty for none."""
+        return self.id.rpartition("/")[0]
+
+
+@dataclass(frozen=True, slots=True)
+class WireView:
+    """A wire between two ports.
+
+    Attributes:
+        source: node that it begins at.
+        source_port: where on its box.
+        target: node that it ends at.
+        target_port: where on its box.
+        form: what it carries.
+        mistake: what is wrong with it.
+        about: what is told of it.
+    """
+
+    source: str
+    source_port: Key
+    target: str
+    target_port: Key
+    form: Literal["exec", "later", "data"]
+    mistake: Mistake
+    about: str
+
+
+@dataclass(slots=True)
+class GraphView:
+    """One graph."""
+
+    title: str
+    caption: str
+    nodes: list[NodeView]
+    wires: list[WireView]
+    groups: dict[str, tuple[str, Point | None]]
+    """Of each subgraph the name of its file, and its place."""
+    findings: list[Finding]
+    """Those that belong to no node."""
+
+
+def make_graph_view(graph: Graph, findings: Findings) -> GraphView:
+    """The view of a resolved graph, whether it has errors or not.
+
+    Raises:
+        UsageError: it is too large for a drawing to be of use.
+    """
+    if len(graph.flat.nodes) > MAX_NODES:
+        raise UsageError(f"{graph.name} has {len(graph.flat.nodes)} nodes; a drawing takes {MAX_NODES}")
+    instances = {instance.id: instance for instance in graph.instances}
+    nodes = {entry.id: _node(graph, entry, instances.get(entry.id)) for entry in graph.flat.nodes}
+    made = {id(wire.entry) for wire in (*graph.exec_wires, *graph.data_wires)}
+    assigned = assign_findings(graph, findings)
+    wires = []
+    for wire in graph.flat.wires:
+        if wire.source.node in nodes and wire.target.node in nodes:
+            mistake: Mistake = "refused" if id(wire) not in made else "circle" if wire in assigned.circular else ""
+            wires.append(_wire(wire, nodes, instances, mistake))
+    for node in nodes.values():
+        _sort_ports(node, instances.get(node.id))
+    groups: dict[str, tuple[str, Point | None]] = {}
+    for entry in graph.flat.nodes:
+        parts = entry.id.split("/")[:-1]
+        for depth in range(1, len(parts) + 1):
+            group = "/".join(parts[:depth])
+            place = _place(graph.flat.spec.layout.get(group))
+            file = entry.document.path.name if depth == len(parts) else ""
+            groups[group] = (file or groups.get(group, ("", None))[0], place)
+    for name, told in assigned.nodes.items():
+        nodes[name].findings += told
+    pushed = ", every node each time" if graph.flat.spec.evaluator == "push" else ""
+    caption = f"at {graph.prim_path}, every {graph.runs.replace('_', ' ')}{pushed}"
+    return GraphView(graph.name, caption, list(nodes.values()), wires, groups, assigned.graph)
+
+
+def _node(graph: Graph, entry: NodeEntry, instance: Instance | None) -> NodeView:
+    place = _layout(entry)
+    if instance is None:
+        return NodeView(entry.id, entry.spec.type, "unknown", place, f"{entry.id}\n{entry.spec.type}")
+    cls = instance.cls
+    doc = (inspect.getdoc(cls) or "").partition("\n\n")[0]
+    about = "\n".join(filter(None, (f"{entry.id} ({cls.kind()})", cls.type_name, entry.spec.doc, doc)))
+    node = NodeView(entry.id, cls.type_name, cls.kind(), place, about, _pace(entry.spec.every))
+    for name in (port.field for port in cls.fields.values() if port.field in instance.literals):
+        _add_port(node, "left", cls.fields[name], instance)
+    return node
+
+
+def _pace(every: EverySpec | None) -> str:
+    if every is None:
+        return ""
+    return "once" if every.once else f"every {every.ticks} ticks" if every.ticks else f"every {every.hz:g} Hz"
+
+
+def _layout(entry: NodeEntry) -> Point | None:
+    """Where a node's own file places it."""
+    found = entry.document.find("layout", str(entry.location[-1]))
+    data = found.to_data() if found is not None else None
+    return _place(data)
+
+
+def _place(data: Any) -> Point | None:
+    """A place in a file, if it is one and not absurdly far off."""
+    if not isinstance(data, list | tuple) or len(data) != 2 or not all(type(part) in (int, float) for part in data):
+        return None
+    return (float(data[0]), float(data[1])) if all(abs(part) <= FARTHEST for part in data) else None
+
+
+def _add_port(node: NodeView, side: str, port: Port, instance: Instance) -> PortView:
+    key = (side, port.name)
+    if key not in node.ports:
+        view = PortView(port.name, port.is_exec, about=_about(port, instance))
+        if port.field in instance.literals:
+            value = instance.value(port.field)
+            view.value = _with_unit(_value(value, whole=False), port.unit)
+            view.is_path = isinstance(value, str | tuple) and "/" in view.value
+            view.about += f"\nset to {_with_unit(_value(value, whole=True), port.unit)}"
+        node.ports[key] = view
+    return node.ports[key]
+
+
+def _about(port: Port, instance: Instance) -> str:
+    """A port in words: type, unit, default, what is legal, what it is for."""
+    if port.is_exec:
+        return "\n".join(filter(None, (f"{port.name}: execution", port.doc)))
+    first = f"{port.name}: {brief(settled_type(instance, port))}{f', {port.unit}' if port.unit else ''}"
+    default = (
+        f"default {_value(port.default, whole=True)}" if port.side == "inputs" and port.default is not None else ""
+    )
+    return "\n".join(filter(None, (first, default, port.constraint, port.doc)))
+
+
+def _value(value: Any, *, whole: bool) -> str:
+    """A value as YAML takes it, of long ones the beginning."""
+    most = 64 if whole else _SHOWN
+    more = isinstance(value, np.ndarray | tuple | list) and len(value) > most
+    value = value[:most] if more else value
+    value = value.tolist() if isinstance(value, np.ndarray | np.generic) else value
+    if isinstance(value, tuple | list) and len(value) == 1 and isinstance(value[0], str) and not whole:
+        value = value[0]
+    text = _written(value)
+    if more:
+        text = f"{text[:-1]}, …]"
+    return printable(text if len(text) <= _LONG else f"{text[:_LONG]}…")
+
+
+def _written(value: Any) -> str:
+    if isinstance(value, str):
+        return value or '""'
+    if isinstance(value, tuple | list):
+        return f"[{', '.join(map(_written, value))}]"
+    return json.dumps(value, ensure_ascii=False, default=repr)
+
+
+def _with_unit(text: str, unit: str) -> str:
+    return f"{text} {unit}" if unit else text
+
+
+def _wire(entry: WireEntry, nodes: dict[str, NodeView], instances: dict[str, Instance], mistake: Mistake) -> WireView:
+    source, is_exec = _end(entry.source, "right", ("outputs", "state", "inputs"), nodes, instances)
+    target, _ = _end(entry.target, "left", ("inputs", "state"), nodes, instances)
+    later = nodes[entry.source.node].kind == "latent"
+    form: Literal["exec", "later", "data"] = "data" if not is_exec else "later" if later else "exec"
+    about = f"{entry.source} -> {entry.target}"
+    return WireView(entry.source.node, source, entry.target.node, target, form, mistake, printable(about))
+
+
+def _end(
+    end: WireEnd, side: str, sides: Sequence[str], nodes: dict[str, NodeView], instances: dict[str, Instance]
+) -> tuple[Key, bool]:
+    """The port that a wire begins or ends at, which is put on its box; whether it carries execution."""
+    node, instance = nodes[end.node], instances.get(end.node)
+    port = find_port(instance.cls, end.port, [end.side] if end.side else sides) if instance else None
+    if instance is None or port is None:
+        view = node.ports.setdefault((side, end.port), PortView(end.port, False))
+    else:
+        view = _add_port(node, side, port, instance)
+    view.wired = True
+    return (side, end.port), view.is_exec
+
+
+def _sort_ports(node: NodeView, instance: Instance | None) -> None:
+    """Execution first, then as the type has them. An input that only others read is written on the right alone."""
+    names = list(dict.fromkeys(port.name for port in instance.cls.fields.values())) if instance else []
+    order = {name: number for number, name in enumerate(names)}
+    for side, name in list(node.ports):
+        if side == "left" and not node.ports[side, name].wired and ("right", name) in node.ports:
+            del node.ports[side, name]
+    last = len(order)
+    node.ports = dict(sorted(node.ports.items(), key=lambda item: (not item[1].is_exec, order.get(item[0][1], last))))

@@ -1,0 +1,104 @@
+"""Node types that are not available, and what does their work here; nodes of older versions of Isaac Sim brought up to date."""
+
+from __future__ import annotations
+
+from graphengine.compiler.registry import Registry
+from graphengine.format.diagnostics import Findings
+from graphengine.isaac.recorded_graph import RecordedNode, RecordedValue
+
+_PICTURES = "ROS2CameraHelper publishes pictures and point clouds from a renderProductPath; leave the node out"
+_ARM = "IsaacArticulationController commands the fingers' joints, with positions from ROS2SubscribeJointState"
+_OUTSIDE = "publish to ROS 2 in its place: ROS2PublishClock, ROS2PublishImu, ROS2PublishJointState, ROS2PublishOdometry"
+_RANDOM = "RandomNumeric, or WritePrimAttribute from a node of your own"
+REPLACEMENTS = {
+    "IsaacGripperController": _ARM,
+    "SurfaceGripper": "nothing here holds things by suction; a gripper with fingers is an articulation",
+    "IsaacReadLightBeam": "IsaacReadLidarBeams, with a lidar of few beams on the robot",
+    "IsaacReadRaycastSensor": "IsaacReadLidarBeams, with a lidar of few beams on the robot",
+    "IsaacReadEffortSensor": "IsaacReadJointState has the efforts of all joints",
+    "IsaacConveyor": "WritePrimAttribute, or a joint of the world's MJCF that a velocity drives",
+    "ArticulationActuators": "drives of the robot file: joints: {NAME: {drive: {stiffness: …, damping: …}}}",
+    "IsaacConvertDepthToPointCloud": "ROS2CameraHelper with type: depth_pcl",
+    "IsaacConvertRGBAToRGB": _PICTURES,
+    "IsaacGenerateRGBA": _PICTURES,
+    "IsaacGenerate32FC1": _PICTURES,
+    "IsaacCreateRTXLidarScanBuffer": "ROS2RtxLidarHelper, or IsaacReadLidarPointCloud for the points in the graph",
+    "ROS2RtxRadarHelper": "there is no radar; ROS2RtxLidarHelper publishes the points of a lidar",
+    "RTSPCameraHelper": "ROS2CameraHelper publishes pictures as ROS 2 messages",
+    "UCXCameraHelper": "ROS2CameraHelper publishes pictures as ROS 2 messages",
+    "UCXSubscribeJointCommand": "ROS2SubscribeJointState",
+}
+"""By the last part of the type's name."""
+FAMILIES = {
+    "isaacsim.ucx.nodes.": _OUTSIDE,
+    "omni.isaac.ros_bridge.": "ROS 1 is not spoken here: use the node of the same name with ROS2 in the place of ROS1",
+    "isaacsim.replicator.": _RANDOM,
+    "omni.replicator.": _RANDOM,
+    "omni.graph.ui": "there are no windows; an OnImpulseEvent fires on `graphrun ctl impulse`, keys on `ctl press`",
+}
+"""By what the type's name begins with."""
+_CAMERA_HELPER = "isaacsim.ros2.bridge.ROS2CameraHelper"
+_INFO_HELPER = "isaacsim.ros2.bridge.ROS2CameraInfoHelper"
+_VERSIONS = {
+    "isaacsim.core.nodes.IsaacCreateRenderProduct": 3,
+    "isaacsim.core.nodes.IsaacCreateViewport": 2,
+    "isaacsim.core.nodes.IsaacReadCameraInfo": 2,
+    "isaacsim.core.nodes.IsaacReadWorldPose": 2,
+    "isaacsim.robot.surface_gripper.SurfaceGripper": 3,
+    "isaacsim.robot.wheeled_robots.AckermannController": 2,
+    "isaacsim.robot.wheeled_robots.HolonomicController": 2,
+    "isaacsim.ros2.bridge.ROS2CameraHelper": 3,
+    "isaacsim.ros2.bridge.ROS2Context": 2,
+    "isaacsim.ros2.bridge.ROS2PublishCameraInfo": 2,
+    "isaacsim.ros2.bridge.ROS2PublishLaserScan": 3,
+    "isaacsim.ros2.bridge.ROS2PublishPointCloud": 3,
+    "isaacsim.ros2.bridge.ROS2RtxLidarHelper": 3,
+    "isaacsim.ros2.bridge.ROS2SubscribeJointState": 2,
+    "omni.graph.action.OnPlaybackTick": 2,
+    "omni.graph.nodes.Add": 2,
+    "omni.graph.nodes.Multiply": 2,
+}
+"""Those above 1, of Isaac Sim 6.0.1, by registered name."""
+
+_CONTEXT = "isaacsim.ros2.bridge.ROS2Context"
+_USE_DOMAIN = "inputs:useDomainIDEnvVar"
+
+
+def replacement(type: str) -> str:
+    """What does the work of a node type that is not available; empty where nothing is known of it."""
+    families = (advice for prefix, advice in FAMILIES.items() if type.startswith(prefix))
+    advice = REPLACEMENTS.get(type.rpartition(".")[2]) or next(families, "")
+    return f"in its place: {advice}" if advice else ""
+
+
+def modernize(node: RecordedNode, registry: Registry, findings: Findings) -> None:
+    """Turn a camera helper that publishes CameraInfo, as it did before Isaac Sim 4.5, into the helper that does so now."""
+    found, kind = registry.find(node.type), node.values.get("inputs:type")
+    if found is None or found.cls.type_name != _CAMERA_HELPER or kind is None or kind.data != "camera_info":
+        return
+    del node.values["inputs:type"]
+    node.type = _INFO_HELPER
+    what = f"{node.name}: ROS2CameraHelper of type camera_info is now ROS2CameraInfoHelper"
+    topic = "" if "inputs:topicName" in node.values else "its topic is camera_info, as topicName was not given"
+    findings.add("N301", what, kind.span or node.span, topic)
+
+
+def upgrade(node: RecordedNode, type: str, version: object, where: str, findings: Findings) -> None:
+    """Bring a node of an old version up to date as far as Isaac Sim does it, and tell of it.
+
+    Args:
+        node: the node.
+        type: its type's current name.
+        version: as the stage has it.
+        where: the node's prim.
+        findings: takes what was changed, and what may have to be.
+    """
+    current = _VERSIONS.get(type, 1)
+    if not isinstance(version, int) or version >= current:
+        return
+    old = f"{where} was saved as version {version} of {type}, which is at version {current}"
+    if type == _CONTEXT and _USE_DOMAIN not in node.values:
+        node.values[_USE_DOMAIN] = RecordedValue(False, "bool", node.span)
+        findings.add("N301", f"{old}: useDomainIDEnvVar becomes false, as it was without it", node.span)
+    else:
+        findings.add("N301", f"{old}: look at its values, whose meaning may have changed", node.span)

@@ -1,0 +1,72 @@
+"""An `asyncio` in which everything that is waited for has happened: coroutines run to their end when they are started."""
+
+from __future__ import annotations
+
+from collections.abc import Coroutine, Generator
+from typing import Any
+
+from graphengine.isaac.omniverse.graph_recorder import GraphRecorder
+from graphengine.isaac.omniverse.stubs import Stub, StubModule, draw, idle, member
+
+
+class Task:
+    """A coroutine that came to its end."""
+
+    def __init__(self, value: Any, recorder: GraphRecorder) -> None:
+        self._value, self._recorder = value, recorder
+
+    def result(self) -> Any:
+        """What it returned."""
+        return self._value
+
+    def done(self) -> bool:
+        """Whether it came to its end."""
+        return True
+
+    def __await__(self) -> Generator[Any, None, Any]:
+        yield from ()
+        return self._value
+
+    def __getattr__(self, name: str) -> Any:
+        return member("asyncio.Task", name, self._recorder)
+
+
+def finish(awaitable: Any, recorder: GraphRecorder) -> Any:
+    """Run what can be waited for to its end; what it returns."""
+    if isinstance(awaitable, Task):
+        return awaitable.result()
+    steps: Coroutine[Any, Any, Any] = awaitable if hasattr(awaitable, "send") else _waiting(awaitable)
+    try:
+        while True:
+            steps.send(None)
+            idle(recorder)
+    except StopIteration as end:
+        return end.value
+
+
+def make_asyncio(recorder: GraphRecorder) -> StubModule:
+    """An `asyncio` in which everything that is waited for has happened."""
+
+    def run(awaitable: Any, *_: Any, **__: Any) -> Any:
+        return finish(awaitable, recorder)
+
+    def start(awaitable: Any, *_: Any, **__: Any) -> Task:
+        return Task(finish(awaitable, recorder), recorder)
+
+    def sleep(*_: Any) -> Task:
+        draw(recorder)
+        return Task(None, recorder)
+
+    def gather(*awaitables: Any, **_: Any) -> Task:
+        return Task([finish(one, recorder) for one in awaitables], recorder)
+
+    loop = Stub("asyncio.loop", recorder)
+    vars(loop).update(run_until_complete=run, create_task=start)
+    starting = dict.fromkeys(("wait_for", "shield", "ensure_future", "create_task"), start)
+    asking = dict.fromkeys(("get_event_loop", "get_running_loop", "new_event_loop"), lambda: loop)
+    members = {"run": run, "gather": gather, "sleep": sleep, **starting, **asking}
+    return StubModule("asyncio", recorder, {}, members)
+
+
+async def _waiting(awaitable: Any) -> Any:
+    return await awaitable

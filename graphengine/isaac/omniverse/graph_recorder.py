@@ -1,0 +1,419 @@
+"""What graph-building calls do to graphs, as `og.Controller.edit` documents them; without OmniGraph, without checks of types."""
+
+from __future__ import annotations
+
+import posixpath
+from collections import deque
+from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any
+
+from graphengine.format.diagnostics import Findings, Span
+from graphengine.format.wording import did_you_mean, listing
+from graphengine.isaac.omniverse.frames import Call, Frames, Loop
+from graphengine.isaac.omniverse.og_names import (
+    SIDES,
+    NotThereError,
+    OmniGraphError,
+    absolute,
+    checked,
+    full_name,
+    split_attribute,
+    type_name,
+)
+from graphengine.isaac.omniverse.plain_data import UnknownError, is_unknown, plain_data
+from graphengine.isaac.recorded_graph import (
+    EVALUATORS,
+    POSITION,
+    PipelineStage,
+    RecordedGraph,
+    RecordedNode,
+    RecordedValue,
+    RecordedWire,
+)
+
+MAX_PARTS = 100_000
+"""Nodes, wires and values that one script may make; a graph here may have a fifth of that."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """An attribute: of a node of a graph, by its full name."""
+
+    graph: RecordedGraph
+    node: str
+    name: str
+
+    @property
+    def path(self) -> str:
+        """As USD writes it."""
+        return f"{self.graph.path}/{self.node}.{self.name}"
+
+
+Compounds = dict[str, dict[str, tuple[str, str]]]
+"""Compounds of a graph by name, and what each of their promoted attributes stands for: inner node and attribute."""
+
+
+class GraphRecorder:
+    """The graphs that a script built so far.
+
+    Args:
+        where: place in the script of the call that is made; of a text in that call where one is given.
+        types: names of the node types that there are.
+        assumed: whether prims, graphs and types that a script asks for, and did not make, are taken to be there.
+        absent: paths of prims that are not there until the script makes them, whatever is assumed.
+        stack: the call of the script that is made, and the loops that it is in, innermost first.
+    """
+
+    def __init__(
+        self,
+        where: Callable[[str], Span | None],
+        types: Collection[str] = (),
+        *,
+        assumed: bool = False,
+        absent: Collection[str] = (),
+        stack: Callable[[], tuple[Call, Sequence[Loop]]] = lambda: (("", 0, 0), ()),
+    ) -> None:
+        self.where, self.types, self.assumed, self.absent = where, types, assumed, absent
+        self.graphs: dict[str, RecordedGraph] = {}
+        self.findings = Findings()
+        self.frames = Frames(where, stack, self.findings)
+        self.removed: dict[str, RecordedGraph] = {}
+        """Graphs that the script removed after it had run the simulation with them."""
+        self.compounds: dict[str, Compounds] = {}
+        self.parts = 0
+        self.told: set[str] = set()
+        self._searches: list[tuple[str, Span]] = []
+        """What the script looked through since it last made something, and where."""
+        self.prims: set[str] = set()
+        """Paths of other prims that the script made."""
+        self.stages: dict[str, list[RecordedGraph]] = {}
+        """Graphs of the USD files that could be read, by the paths that the script has for the files."""
+        self.opened_stages: list[str] = []
+        self.missed: dict[tuple[str, int], dict[str, str]] = {}
+        """What the script asked for in vain at each file and line, by name: what the user may say of it."""
+        self.granted: set[str] = set()
+        """Paths of prims that the script asked for and that were taken to be there."""
+        self.namespaces: dict[str, str] = {}
+        """`isaac:namespace` by prim."""
+        self.modules: dict[str, ModuleType] = {}
+        """Modules of Omniverse that are known, by name."""
+        self._alike: dict[str, dict[Any, int]] = {}
+        """Numbers of the arguments with which stubs were called, by the name that the results would share."""
+        self.lacking: set[str] = set()
+        """Modules that the script imports and that are not there."""
+        self.starred: list[str] = []
+        """Modules that are not there and of which the script imports everything."""
+        self.said: deque[str] = deque(maxlen=3)
+        """Lines that the script printed last."""
+        self.idle_calls = 0
+        """Calls that did nothing to graphs."""
+        self.opened: set[str] = set()
+        """Graphs that the script edits as if they were there already."""
+        self.put: dict[str, str] = {}
+        """Where graphs were put whose place only Omniverse knows, by their paths as the script has them."""
+
+    def leave_out(self, message: str, hint: str = "", *help: str) -> None:
+        """Tell of something that the graphs will lack."""
+        self.findings.add("W302", message, self.where(hint), *help)
+
+    @contextmanager
+    def leaving_out_unknown(self, what: str, hint: str, *help: str) -> Iterator[None]:
+        """Leave something out whose value turns out to be known to Omniverse only."""
+        try:
+            yield
+        except UnknownError as error:
+            self.leave_out(f"{what} cannot be told: {error}", hint, *help)
+
+    def pass_over(self, what: str, *help: str) -> None:
+        """Tell once of something that a script does and that has nothing to do with graphs."""
+        if what not in self.told and len(self.told) < 1000:
+            self.told.add(what)
+            self.findings.add("N302", f"{what} belongs to no graph and is left out", self.where(""), *help)
+
+    def search(self, what: str) -> None:
+        """Note that the script looks through something whose items only Omniverse knows: what it makes next may lack them."""
+        place = self.where("")
+        if place and (key := f"{place.source.path}:{place.line}") not in self.told:
+            self.told.add(key)
+            self._searches.append((what, place))
+
+    def tell_apart(self, name: str, given: Any) -> str:
+        """The name of a call's or an item's stub; those that are given something else get numbers."""
+        known = self._alike.setdefault(name, {})
+        number = known.setdefault(given, len(known) + 1)
+        return name if number == 1 else f"{name[:-1]}#{number}{name[-1]}"
+
+    def count(self) -> None:
+        """Bound what is made, and report the searches that it may depend on."""
+        for what, place in self._searches:
+            lost = f"the script looks through {what}, which is empty here: what it finds there is left out"
+            self.findings.add("W302", lost, place)
+        self._searches.clear()
+        self.parts += 1
+        if self.parts > MAX_PARTS:
+            raise OmniGraphError(f"more than {MAX_PARTS} nodes, wires and values")
+
+    # Graphs
+
+    def create_graph(self, path: str, evaluator: str = "push", stage: PipelineStage = "simulation") -> RecordedGraph:
+        """A graph that there was not yet."""
+        path = self._put(path) if is_unknown(path) else absolute(path)
+        if path in self.graphs:
+            raise OmniGraphError(f"there is a graph at {path!r} already")
+        if evaluator not in EVALUATORS:
+            raise OmniGraphError(f"no evaluator {evaluator!r}; {listing(EVALUATORS)}")
+        self.count()
+        graph = RecordedGraph(path, evaluator, stage, span=self.where(path))
+        self.graphs[path] = graph
+        self.compounds[path] = {}
+        self.frames.build((path, ""))
+        return graph
+
+    def _put(self, path: str) -> str:
+        """A place for a graph whose own only Omniverse knows, of which the end may be known."""
+        known = path.rpartition(">")[2].strip("/") or "ActionGraph"
+        choices = (f"/World/{known}", *(f"/World/{known}_{number}" for number in range(2, len(self.graphs) + 3)))
+        self.put[path.rstrip("/")] = place = next(choice for choice in choices if choice not in self.graphs)
+        self.leave_out(f"the place {path} of a graph cannot be told; it is put at {place}", path, "say it behind `at:`")
+        return place
+
+    def meant(self, path: str) -> str:
+        """A path as the script has it, with the places of graphs that were put somewhere."""
+        for unknown, place in self.put.items():
+            if path == unknown or path.startswith((f"{unknown}/", f"{unknown}.")):
+                return place + path[len(unknown) :]
+        return path
+
+    def graph_at(self, path: str) -> RecordedGraph | None:
+        """The graph at a path; None where there is none."""
+        return self.graphs.get(self.meant(path.rstrip("/")))
+
+    def graph_of(self, path: str) -> tuple[RecordedGraph, str] | None:
+        """The graph whose prim is at a path or above it, and the rest of the path; None where there is none."""
+        path = self.meant(path)
+        for end in _ends(path):
+            if path[:end] in self.graphs:
+                return self.graphs[path[:end]], path[end + 1 :]
+        return None
+
+    def open_stage(self, path: str) -> None:
+        """Open a USD file, with the graphs in it if it could be read."""
+        if path not in self.stages:
+            self.opened_stages.append(path)
+            self.pass_over(f"opening {path!r}")
+        for graph in self.stages.get(path, ()):
+            self.graphs[graph.path], self.compounds[graph.path] = graph, {}
+
+    def exists(self, path: str) -> bool:
+        """Whether a prim is there: the script made it, or it is taken to be there."""
+        path = path.rstrip("/")
+        found = self.graph_of(path)
+        if path in self.prims or found:
+            return path in self.prims or (found is not None and found[1] in ("", *found[0].nodes))
+        if not self.assumed or path in self.absent:
+            return self.holds(path, "a prim to be there")
+        self.granted.add(path)
+        return True
+
+    def holds(self, name: str, said: str = "it to be true") -> bool:
+        """Whether the user says that a prim or file is there, or that a stub is true."""
+        if name not in self.prims and (place := self.where("")):
+            self.missed.setdefault((place.source.path, place.line), {})[name] = said
+        return name in self.prims
+
+    def remove(self, path: str) -> None:
+        """Remove the prim at a path: a graph, a node, or graphs below it."""
+        for known in [known for known in self.graphs if known == path or known.startswith(f"{path}/")]:
+            graph = self.graphs.pop(known)
+            if self.frames.pass_by((known, "")):
+                self.removed[known] = graph
+        found = self.graph_of(path)
+        if found and found[1] in found[0].nodes:
+            self.delete_node(*found)
+
+    # Nodes
+
+    def create_node(self, graph: RecordedGraph, name: str, type: str, *, allow_exists: bool = False) -> str:
+        """A node; its name below the graph."""
+        name = self.name_below(graph, name)
+        if name in graph.nodes or name in self.compounds[graph.path]:
+            if allow_exists:
+                return name
+            raise OmniGraphError(f"there is a node {name!r} in {graph.path} already")
+        known = checked(type, f"the type of {name}") if type else ""
+        self.count()
+        graph.nodes[name] = RecordedNode(name, known, span=self.where(name.rpartition("/")[2]))
+        self.frames.build((graph.path, name))
+        return name
+
+    def create_compound(self, graph: RecordedGraph, name: str) -> str:
+        """A compound; its nodes become those of the graph."""
+        name = self.name_below(graph, name)
+        self.count()
+        self.compounds[graph.path].setdefault(name, {})
+        return name
+
+    def name_below(self, graph: RecordedGraph, path: str) -> str:
+        """A node's name below its graph, of a name or of an absolute path."""
+        path = self.meant(checked(path, "the name of a node"))
+        if not path.startswith("/"):
+            return posixpath.normpath(path)
+        if not path.startswith(f"{graph.path}/"):
+            raise OmniGraphError(f"{path!r} lies outside of the graph {graph.path!r}")
+        return path[len(graph.path) + 1 :]
+
+    def find_node(self, graph: RecordedGraph | None, path: str) -> tuple[RecordedGraph, str]:
+        """A node or compound by its name in a graph, or by its absolute path."""
+        path = self.meant(path)
+        found = self.graph_of(path) if path.startswith("/") else graph and (graph, path)
+        if not found:
+            raise NotThereError(f"no graph holds the node {path!r}")
+        inside, name = found
+        compounds = self.compounds.get(inside.path, {})
+        if name not in inside.nodes and name not in compounds:
+            near = did_you_mean(name, inside.nodes) or listing(inside.nodes, "nodes")
+            error = NotThereError if inside.path in self.opened or self.opened_stages else OmniGraphError
+            raise error(f"no node {name!r} in {inside.path}; {near}")
+        return inside, name
+
+    def delete_node(self, graph: RecordedGraph, name: str) -> None:
+        """Remove a node, or a compound, with its wires."""
+        gone = {known for known in graph.nodes if known == name or known.startswith(f"{name}/")}
+        for known in gone:
+            del graph.nodes[known]
+        self.compounds[graph.path].pop(name, None)
+        graph.wires = [wire for wire in graph.wires if wire.source not in gone and wire.target not in gone]
+
+    # Attributes
+
+    def attribute(self, graph: RecordedGraph | None, path: str) -> Place:
+        """The attribute that a path such as `Node.inputs:x` means; of a compound, the inner one that it stands for."""
+        node, name = split_attribute(self.meant(checked(path, "an attribute such as 'Node.inputs:x'")))
+        inside, found = self.find_node(graph, node)
+        return self.inner(Place(inside, found, name))
+
+    def inner(self, place: Place) -> Place:
+        """Through the compounds to the attribute of a node."""
+        compounds = self.compounds.get(place.graph.path, {})
+        node, name = place.node, full_name(place.name)
+        while node in compounds:
+            known = compounds[node]
+            if name not in known:
+                near = did_you_mean(name, known) or listing(known, "promoted attributes")
+                raise OmniGraphError(f"compound {node!r} has no attribute {name!r}; {near}")
+            node, name = known[name]
+        return Place(place.graph, node, name)
+
+    def promote(self, place: Place, compound: str, name: str) -> None:
+        """Give a compound an attribute that stands for one of its nodes'."""
+        side = place.name.partition(":")[0]
+        full = name if name.startswith(SIDES) else f"{side}:{name}"
+        self.compounds[place.graph.path][compound][full] = (place.node, place.name)
+
+    def create_attribute(self, place: Place, type: Any, port_type: Any = None) -> Place:
+        """Add an attribute to a node, on the side that its name says, or else its type or port type."""
+        said = str((type[1:] if isinstance(type, tuple) else (), port_type))
+        side = "outputs" if "OUTPUT" in said else "state" if "STATE" in said else "inputs"
+        name = place.name if place.name.startswith(SIDES) else f"{side}:{place.name}"
+        self.count()
+        with self.leaving_out_unknown(f"the type of {place.node}.{name}", place.name):
+            self.node(place).attributes[name] = type_name(type)
+        return Place(place.graph, place.node, name)
+
+    def node(self, place: Place) -> RecordedNode:
+        """The node of an attribute.
+
+        Raises:
+            OmniGraphError: it was deleted.
+        """
+        try:
+            return place.graph.nodes[place.node]
+        except KeyError:
+            raise OmniGraphError(f"there is no node {place.node!r} in {place.graph.path} any more") from None
+
+    def set_value(self, place: Place, value: Any, type: Any = "") -> None:
+        """Set an attribute."""
+        hint = f"{place.node.rpartition('/')[2]}.{place.name}"
+        node = self.node(place)
+        if self.frames.drive((place.graph.path, place.node), node.values, place.name, hint):
+            return
+        with self.leaving_out_unknown(f"the value of {place.node}.{place.name}", hint, "set it in the file"):
+            data = plain_data(value)
+            self.count()
+            if place.name == POSITION:
+                if isinstance(data, list) and len(data) == 2 and all(isinstance(part, int | float) for part in data):
+                    node.position = float(data[0]), float(data[1])
+                return
+            known = "" if type is None or type == "" or is_unknown(type) else type_name(type)
+            node.values[place.name] = RecordedValue(data, known, self.where(hint))
+
+    def value(self, place: Place) -> Any:
+        """What an attribute was set to; None where it was not."""
+        if place.name.startswith("outputs:"):
+            self.pass_over(f"what the script does with {place.path}")
+        known = place.graph.nodes.get(place.node)
+        found = known.values.get(place.name) if known else None
+        return found.data if found else None
+
+    # Wires
+
+    def connect(self, source: Place, target: Place) -> None:
+        """Add a wire."""
+        if source.graph is not target.graph:
+            self.leave_out(f"the wire {source.path} -> {target.path} leads from one graph into another", source.name)
+            return
+        self.count()
+        self.node(source), self.node(target)
+        name = f"{source.node.rpartition('/')[2]}.{source.name}"
+        wire = RecordedWire(source.node, source.name, target.node, target.name, self.where(name))
+        source.graph.wires.append(wire)
+
+    def disconnect(self, source: Place, target: Place) -> None:
+        """Remove a wire."""
+        wire = RecordedWire(source.node, source.name, target.node, target.name)
+        source.graph.wires = [known for known in source.graph.wires if known != wire]
+
+    def disconnect_all(self, place: Place) -> None:
+        """Remove all wires of an attribute."""
+        place.graph.wires = [wire for wire in place.graph.wires if (place.node, place.name) not in wire.ends]
+
+    def upstream(self, place: Place) -> list[Place]:
+        """Attributes that are wired to one."""
+        ends = (wire.ends for wire in place.graph.wires)
+        return [Place(place.graph, *source) for source, target in ends if target == (place.node, place.name)]
+
+    def downstream(self, place: Place) -> list[Place]:
+        """Attributes that one is wired to."""
+        ends = (wire.ends for wire in place.graph.wires)
+        return [Place(place.graph, *target) for source, target in ends if source == (place.node, place.name)]
+
+    # Variables
+
+    def create_variable(self, graph: RecordedGraph, name: str, type: Any, default: Any = None) -> None:
+        """Add a variable to a graph."""
+        name = checked(name, "the name of a variable")
+        if name in graph.variables:
+            raise OmniGraphError(f"there is a variable {name!r} in {graph.path} already")
+        self.count()
+        with self.leaving_out_unknown(f"the type of variable {name!r}", name):
+            graph.variables[name] = RecordedValue(None, type_name(type), self.where(name))
+            self.frames.build((graph.path, name))
+            if default is not None:
+                self.set_variable(graph, name, default)
+
+    def set_variable(self, graph: RecordedGraph, name: str, value: Any) -> None:
+        """Set the default of a variable."""
+        if name not in graph.variables:
+            raise OmniGraphError(f"no variable {name!r} in {graph.path}; {listing(graph.variables, 'variables')}")
+        known = graph.variables[name]
+        if self.frames.drive((graph.path, name), graph.variables, name, name):
+            return
+        with self.leaving_out_unknown(f"the default of variable {name!r}", name):
+            graph.variables[name] = RecordedValue(plain_data(value), known.type, known.span)
+
+
+def _ends(path: str) -> list[int]:
+    return [len(path), *(i for i in range(len(path) - 1, 0, -1) if path[i] == "/")]

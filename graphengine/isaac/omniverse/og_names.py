@@ -1,0 +1,89 @@
+"""How OmniGraph's calls spell what they mean: paths, attributes, types, stages, and one or many of something."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from typing import Any
+
+from graphengine.format.wording import listing, shown
+from graphengine.isaac.omniverse.plain_data import is_unknown, plain_data
+from graphengine.isaac.recorded_graph import PIPELINE_STAGES, PipelineStage
+
+MAX_NAME = 1000
+"""Characters of a name or path."""
+SIDES = ("inputs:", "outputs:", "state:")
+
+
+class OmniGraphError(Exception):
+    """A call that OmniGraph refuses too; a script may catch it."""
+
+
+class NotThereError(OmniGraphError):
+    """A call about a graph or node that the script did not make; a USD file that it opens may hold it."""
+
+
+def checked(name: Any, what: str) -> str:
+    """A name, path or type of the script's.
+
+    Raises:
+        OmniGraphError: it is none that a person could have written.
+    """
+    if not isinstance(name, str) or not name.strip("/") or len(name) > MAX_NAME or not name.isprintable():
+        raise OmniGraphError(f"expected {what}, got {shown(name)}")
+    return str(name)
+
+
+def absolute(path: str) -> str:
+    """The path of a prim without a slash at its end."""
+    return "/" + checked(path, "the path of a prim").strip("/")
+
+
+def split_attribute(path: str) -> tuple[str, str]:
+    """Node and name of `Node.inputs:x`, which old scripts write `Node/inputs:x`."""
+    node, dot, name = path.rpartition(".")
+    if not dot:
+        node, _, name = path.rpartition("/")
+        name = name if name.startswith(SIDES) else ""
+    if not node or not name:
+        raise OmniGraphError(f"{path!r} is no attribute; write 'Node.inputs:x'")
+    return node, name
+
+
+def full_name(name: str) -> str:
+    """The name of an attribute: a bundle's is that of a prim, `outputs_bundle`."""
+    return f"outputs:{name[8:]}" if name.startswith("outputs_") else name
+
+
+def type_name(type: Any) -> str:
+    """OmniGraph's name of a type: `(type, port type)` and lists of alternatives are allowed.
+
+    Raises:
+        OmniGraphError: it is no type.
+        UnknownError: only Omniverse knows it.
+    """
+    if isinstance(type, str) or is_unknown(type):
+        return str(plain_data(type))
+    if isinstance(type, tuple) and type:
+        return type_name(type[0])
+    if isinstance(type, list):
+        return "|".join(type_name(one) for one in type)
+    named: Any = getattr(type, "get_ogn_type_name", None)
+    if named is None:
+        raise OmniGraphError(f"expected the name of a type, got {shown(type)}")
+    return str(named())
+
+
+def stage_of(value: Any) -> PipelineStage:
+    """The pipeline stage that an enumerator, or a USD token such as `pipelineStageOnDemand`, means."""
+    word = re.sub(".*_STAGE_|^pipelineStage|_", "", str(getattr(value, "name", value))).lower()
+    for stage in PIPELINE_STAGES:
+        if stage.replace("_", "") == word:
+            return stage
+    raise OmniGraphError(f"no pipeline stage {shown(value)}; {listing(PIPELINE_STAGES)}")
+
+
+def items(commands: Any) -> Iterable[Any]:
+    """What stands below a key of an edit: one item, or several."""
+    several = isinstance(commands, tuple) and commands and isinstance(commands[0], tuple | list)
+    return list(commands) if several or isinstance(commands, list) else [commands]

@@ -1,0 +1,310 @@
+"""What takes the place of everything of Omniverse that builds no graphs: it can be called, read and set, and does nothing.
+
+A stub is false and empty, so that loops over it and loops that wait for it end; taken apart it gives as many as are wanted.
+It is no number: what is computed of it, `max(0.0, …)` too, is a stub, so that no value is invented.
+"""
+
+from __future__ import annotations
+
+import dis
+import functools
+import re
+import sys
+from collections.abc import Iterator, Mapping
+from types import FrameType, ModuleType
+from typing import Any
+
+from graphengine.isaac.omniverse.graph_recorder import GraphRecorder
+from graphengine.isaac.omniverse.plain_data import MAX_DEPTH, UnknownError, unknown
+
+MAX_CALLS = 20_000
+"""Calls of stubs after which a script is taken to go on without end, as one that steps a simulation does."""
+MAX_FRAMES = 5_000
+"""That a script may draw until then."""
+
+MAX_SAID = 200
+"""Characters of a script's log message that a finding quotes."""
+
+_ASKS = re.compile(
+    r"(get|is|has|can|enable|disable|find|new|log|update|next|close|play|step|render|reset|__)", re.IGNORECASE
+)
+"""How names of calls begin that change no stage, or nothing that a graph's file could hold."""
+
+ELSEWHERE, OWN = "what a USD file holds", "a node of Omniverse's own"
+"""Names of stubs for what other findings report."""
+
+_DRAWS = frozenset(("update", "step", "render", "next_update_async"))
+"""Names of calls that draw a frame."""
+
+_RUNS = {"is_running": True, "is_playing": True, "is_exiting": False}
+"""What these calls return while the application runs; whether it plays is of interest in loops only."""
+
+_OF_GRAPHS = re.compile(r"(^|\.)(omni\.graph\.core\.cmds|og|Controller)\.|(^|\.)(edit|\w*[gG]raphs?)$")
+"""Names of stubs whose calls may well do something to graphs."""
+
+_QUESTION = re.compile(r"(is|has|enable|set|add|load|open|create)(_|[A-Z])|exists")
+"""How names of calls begin whose answer is yes where what a script asks for is taken to be there, and what it does to work."""
+
+_CALLS = re.compile(r"\(\)|\(#\d+\)|#\d+")
+"""Parts of a stub's name that its calls leave there."""
+
+_NUMBERS = frozenset(("complex", "divmod", "float", "int", "map", "max", "min", "pow", "range", "round"))
+"""Of Python's own functions those of numbers."""
+_NUMERIC = frozenset(("math", "numpy", "random", "statistics"))
+"""Modules all of whose functions are."""
+
+_UNPACK = dis.opmap["UNPACK_SEQUENCE"]
+
+
+class EndlessError(BaseException):
+    """The script goes on without end; no exception that a script means to catch."""
+
+
+class Stub:
+    """Something of Omniverse, by the name that a script reached it with."""
+
+    is_unknown = True
+
+    def __new__(cls, name: str, recorder: GraphRecorder) -> Any:
+        """One of a class with a name that Python's messages make sense with."""
+        made = super().__new__(_named(cls, _CALLS.sub("", name)))  # type: ignore[arg-type]
+        made.__dict__.update(_name=name, _recorder=recorder)
+        return made
+
+    def __init__(self, *arguments: Any, **named: Any) -> None:
+        """Do nothing: a script may call the `__init__` of a base class that a stub stands for."""
+
+    def __getattr__(self, name: str) -> Any:
+        return member(self._name, name, self._recorder)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        pass
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:  # noqa: D102
+        told(self._recorder, self._name)
+        last = self._name.rpartition(".")[2]
+        if last in _RUNS and (last != "is_playing" or self._recorder.frames.loops):
+            runs = self._recorder.frames.go_on()
+            self._recorder.idle_calls *= not runs  # each frame has its own
+            return runs == _RUNS[last]
+        if self._name.startswith("carb.log_"):
+            self._recorder.said.extend(text[:MAX_SAID] for text in arguments if isinstance(text, str))
+        if len(arguments) == 1 and not named and callable(arguments[0]) and not isinstance(arguments[0], Stub):
+            return arguments[0]  # a decorator
+        given = tuple(map(_comparable, (*arguments, *named, *named.values())))
+        name = self._name if self._name.endswith(")") else f"{self._name}()"
+        made = Stub(self._recorder.tell_apart(name, given), self._recorder)
+        if last[:1].isupper():  # an instance of a class keeps what it was made of
+            vars(made).update({**named, **vars(made)})
+        return made
+
+    def __bool__(self) -> bool:
+        name = _CALLS.sub("", self._name)
+        asks = self._name.endswith(")") and _QUESTION.match(name.rpartition(".")[2])
+        yes = asks and self._recorder.assumed and not self._recorder.frames.tire()
+        return bool(yes) or self._recorder.holds(name)
+
+    def __len__(self) -> int:
+        return 0
+
+    def __iter__(self) -> Iterator[Any]:
+        wanted = _unpacked(sys._getframe(1))
+        if not wanted:
+            self._recorder.search(_CALLS.sub("", self._name))
+        return iter([self] * wanted)
+
+    def __getitem__(self, key: Any) -> Any:
+        return Stub(self._recorder.tell_apart(f"{self._name}[…]", _comparable(key)), self._recorder)
+
+    def __setitem__(self, key: Any, value: Any) -> None:
+        pass
+
+    def __str__(self) -> str:
+        return unknown(self._name)
+
+    __repr__ = __fspath__ = __str__
+
+    def __format__(self, form: str) -> str:
+        return str(self)
+
+    def __exit__(self, *failure: Any) -> None:
+        pass
+
+    def __await__(self) -> Iterator[Any]:
+        return iter(())
+
+    def __bytes__(self) -> bytes:
+        raise TypeError(f"a bytes-like object is required, not {type(self).__name__!r}")
+
+    def __mro_entries__(self, bases: tuple[Any, ...]) -> tuple[type, ...]:
+        return (type("Base", (StubBase,), {"_recorder": self._recorder, "_stands_for": self._name}),)
+
+    def __add__(self, other: Any) -> Any:
+        return f"{self}{other}" if isinstance(other, str) else self
+
+    def __radd__(self, other: Any) -> Any:
+        return f"{other}{self}" if isinstance(other, str) else self
+
+    def _same(self, *_: Any) -> Any:
+        return self
+
+    __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = __neg__ = _same
+    __or__ = __ror__ = __and__ = __rand__ = __pow__ = __rpow__ = __matmul__ = __rmatmul__ = __mod__ = __rmod__ = _same
+    __floordiv__ = __rfloordiv__ = __pos__ = __abs__ = __invert__ = __round__ = __xor__ = __rxor__ = __enter__ = _same
+
+    __array_ufunc__ = __copy__ = __deepcopy__ = _same
+    __hash__ = object.__hash__
+
+    def __eq__(self, other: object) -> bool:
+        return self is other or self._recorder.holds(f"{_CALLS.sub('', self._name)} == {other}")
+
+    def _compare(self, sign: str, other: Any) -> Any:
+        return Stub(f"{self._name} {sign} {other}", self._recorder)
+
+    __lt__ = __le__ = functools.partialmethod(_compare, "<")
+    __gt__ = __ge__ = functools.partialmethod(_compare, ">")
+
+    def _never(self, _: Any) -> bool:
+        return False
+
+    __contains__ = __instancecheck__ = _never
+
+    def plain_data(self) -> Any:
+        """Nobody knows."""
+        raise UnknownError(f"it comes from {self._name}")
+
+
+def of_unknown(function: Any) -> Any:
+    """What a script calls; for a function of numbers, one that gives the first stub among its arguments."""
+    if not callable(function) or type(function).__module__ not in ("builtins", "numpy"):
+        return function
+    module = str(getattr(function, "__module__", None) or type(function).__module__).partition(".")[0]
+    if module not in _NUMERIC and (module != "builtins" or function.__name__ not in _NUMBERS):
+        return function
+
+    def called(*given: Any, **named: Any) -> Any:
+        found = next(_stubs((*given, *named.values()), 1 if function is map else MAX_DEPTH), None)
+        if found is not None:
+            return found
+        return map(of_unknown(given[0]), *given[1:]) if function is map else function(*given, **named)
+
+    return called
+
+
+def _stubs(values: Any, depth: int) -> Iterator[Stub]:
+    """Stubs among values, and in lists of them."""
+    for value in values if depth else ():
+        if isinstance(value, Stub):
+            yield value
+        elif isinstance(value, list | tuple):
+            yield from _stubs(value, depth - 1)
+
+
+@functools.lru_cache(4096)
+def _named(cls: type[Stub], name: str) -> type[Stub]:
+    return type(f"unknown value of {name}", (cls,), {"__module__": cls.__module__})
+
+
+def _unpacked(frame: FrameType) -> int:
+    """How many values a frame is about to take apart, as in `a, b = …`; 0 where it does something else."""
+    code, at = frame.f_code.co_code, frame.f_lasti
+    return code[at + 1] if code[at] == _UNPACK else 0
+
+
+def _comparable(value: Any) -> Any:
+    """The key by which stubs of calls with different arguments get different names; None for any other argument."""
+    return value if isinstance(value, str | int | float) else str(value) if isinstance(value, Stub) else None
+
+
+def member(owner: str, name: str, recorder: GraphRecorder) -> Any:
+    """A stub for an unknown member of an owner; names such as `__len__` are Python's own and have none.
+
+    An `og` that comes from somewhere else is OmniGraph too.
+    """
+    if name.startswith("__"):
+        raise AttributeError(name)
+    if name == "og":
+        recorder.findings.add("N302", f"{owner}.og is taken to be omni.graph.core", recorder.where(""))
+        return recorder.modules["omni.graph.core"]
+    return Stub(f"{owner}.{name}", recorder)
+
+
+class StubBase:
+    """Base of a class that a script derives from one of Omniverse."""
+
+    _recorder: GraphRecorder
+
+    def __init_subclass__(cls) -> None:
+        """Give the base what methods may ask of it by `super()`, which asks no `__getattr__`."""
+        base = next(one for one in cls.__mro__ if "_recorder" in vars(one))
+        codes = (getattr(member, "__code__", None) for member in vars(cls).values())
+        names = {name for code in codes if code and "super" in code.co_names for name in code.co_names}
+        for name in names:
+            if not name.startswith("__") and not hasattr(base, name):
+                setattr(base, name, Stub(f"{cls.__name__}.{name}", cls._recorder))
+
+    def __init__(self, *arguments: Any, **named: Any) -> None:
+        vars(self).update(named)
+
+    def __getattr__(self, name: str) -> Any:
+        return member(type(self).__name__, name, self._recorder)
+
+
+def idle(recorder: GraphRecorder) -> None:
+    """Count a call that builds nothing, and end a script that goes on without end."""
+    recorder.idle_calls += 1
+    if recorder.idle_calls > MAX_CALLS or recorder.frames.number > MAX_FRAMES:
+        raise EndlessError
+
+
+def draw(recorder: GraphRecorder) -> None:
+    """Draw a frame, which builds nothing."""
+    idle(recorder)
+    recorder.frames.draw()
+
+
+def told(recorder: GraphRecorder, name: str) -> None:
+    """Note a call."""
+    idle(recorder)
+    name = _CALLS.sub("", name)
+    last = name.rpartition(".")[2]
+    if last in _DRAWS:
+        recorder.frames.draw()
+    if _ASKS.match(last) or name.startswith((ELSEWHERE, OWN)):
+        return
+    if _OF_GRAPHS.search(name):
+        recorder.leave_out(f"what {name}() does to graphs is left out")
+    elif "[…]" not in name:
+        recorder.pass_over(f"{name}()")
+
+
+class Builtins(dict[str, Any]):
+    """Names that a script finds without defining them: what it imports by `*` of a module that is not there is a stub."""
+
+    recorder: GraphRecorder
+
+    def __missing__(self, name: str) -> Any:
+        if not self.recorder.starred:
+            raise KeyError(name)
+        return member(self.recorder.starred[-1], name, self.recorder)
+
+
+class StubModule(ModuleType):
+    """A module of stubs, but for what was put into it and for the modules below it that are known."""
+
+    def __init__(
+        self,
+        name: str,
+        recorder: GraphRecorder,
+        known: Mapping[str, ModuleType],
+        members: Mapping[str, Any] | None = None,
+    ) -> None:
+        super().__init__(name)
+        self.__dict__.update(members or {})
+        self.__dict__["_recorder"] = recorder
+        self.__dict__["_known"] = known
+
+    def __getattr__(self, name: str) -> Any:
+        if name == "__all__":  # `from … import *`
+            self._recorder.starred.append(self.__name__)
+        return self._known.get(f"{self.__name__}.{name}") or member(self.__name__, name, self._recorder)

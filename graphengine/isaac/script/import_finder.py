@@ -1,0 +1,99 @@
+"""What a script finds when it imports: modules of Python, modules beside it, and stubs for everything else."""
+
+from __future__ import annotations
+
+import importlib.abc
+import importlib.util
+import os
+import types
+from collections.abc import Iterator, Mapping, Sequence
+from importlib.machinery import ModuleSpec, PathFinder
+from pathlib import Path
+from typing import Any
+
+from graphengine.isaac.omniverse.graph_recorder import GraphRecorder
+from graphengine.isaac.omniverse.modules import ROOTS
+from graphengine.isaac.omniverse.stubs import StubModule
+
+OFFERED = (
+    "abc argparse ast base64 bisect collections collections.abc contextlib copy csv dataclasses datetime decimal "
+    "enum errno fractions functools glob hashlib heapq importlib importlib.util inspect io itertools json logging "
+    "math numbers operator os os.path pathlib platform pprint pwd random re shutil signal statistics string "
+    "struct sys tempfile textwrap threading time traceback types typing typing_extensions uuid warnings weakref "
+    "yaml"
+)
+"""Modules that a script gets as they are; of others that do not lie beside it there are stubs."""
+
+_ABOVE = "above"
+PACKAGE = f"{_ABOVE}.{_ABOVE}.{_ABOVE}.{_ABOVE}.beside"
+"""The package that a script is in, for its relative imports; those above it are stubs if they may not be read."""
+MAX_ABOVE = 5
+"""Folders above a script in which modules are looked for that may not be read yet."""
+
+
+class ImportFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
+    """Finds the modules that a script imports.
+
+    Args:
+        recorder: told of modules that are not imported.
+        modules: what is known, by name.
+        folders: that may be read: first the one that the script is in.
+    """
+
+    def __init__(self, recorder: GraphRecorder, modules: Mapping[str, Any], folders: Sequence[str]) -> None:
+        self.recorder, self.modules, self.folders = recorder, modules, folders
+
+    def find_spec(
+        self, name: str, path: Sequence[str] | None, target: types.ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """What is known, what lies in the folders, else a stub."""
+        if f"{PACKAGE}.".startswith(f"{name}."):
+            return self._package(name)
+        if name not in self.modules and name.partition(".")[0] not in ROOTS:
+            beside = PathFinder.find_spec(name, self.folders if path is None else list(path))
+            if beside is not None:
+                return beside if beside.loader else self._stub(name, beside.submodule_search_locations or ())
+            known = _known(name)
+            if "." not in known:
+                place = self.recorder.where(known)
+                self.recorder.lacking.add(known)
+                self.recorder.findings.add("N302", f"module {known!r} is not imported", place, *self._remedy(known))
+        return self._stub(name)
+
+    def _stub(self, name: str, places: Sequence[str] = ()) -> ModuleSpec:
+        """A stub for a package; modules below it may lie in folders."""
+        spec = ModuleSpec(name, self, is_package=True)
+        spec.submodule_search_locations = list(places)
+        return spec
+
+    def _package(self, name: str) -> ModuleSpec:
+        """The script's own package, or one above it; if its folder may be read, `__init__.py` is run if there is one."""
+        up = PACKAGE.count(".") - name.count(".")
+        folder = os.path.normpath(os.path.join(self.folders[0], *[os.pardir] * up))
+        if not any(os.path.commonpath((folder, root)) == root for root in self.folders):
+            return self._stub(name)
+        start = os.path.join(folder, "__init__.py")
+        if os.path.isfile(start):
+            found = importlib.util.spec_from_file_location(name, start, submodule_search_locations=[folder])
+            if found is not None:
+                return found
+        return self._stub(name, [folder])
+
+    def _remedy(self, name: str) -> Iterator[str]:
+        """How a module is found that lies above the script."""
+        for folder in Path(self.folders[0]).parents[:MAX_ABOVE]:
+            if (folder / name).is_dir() or (folder / f"{name}.py").is_file():
+                yield f"--allow {folder} lets it be imported"
+                return
+
+    def create_module(self, spec: ModuleSpec) -> types.ModuleType:
+        """The one that stands for it."""
+        return self.modules.get(spec.name) or StubModule(_known(spec.name), self.recorder, self.modules)
+
+    def exec_module(self, module: types.ModuleType) -> None:
+        """Nothing: it is complete."""
+
+
+def _known(name: str) -> str:
+    """The name of a module as its script has it."""
+    return name.rpartition(f"{_ABOVE}.")[2]

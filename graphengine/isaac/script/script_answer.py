@@ -1,0 +1,54 @@
+"""What the process of a script answers: the graphs that the script builds, and what is known of its run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from graphengine.format.diagnostics import Finding
+from graphengine.isaac.recorded_graph import RecordedGraph
+
+
+@dataclass(slots=True)
+class ScriptAnswer:
+    """One run of a script.
+
+    Attributes:
+        graphs: that it built.
+        namespaces: `isaac:namespace` by prim.
+        findings: of the run.
+        prims: paths of other prims that it made.
+        stages: paths of USD files that it opened and whose graphs it lacked.
+        granted: paths of prims that it asked for and that were taken to be there.
+        may_differ: whether it may do better on another stage.
+        stopped: whether it failed after it had built graphs.
+        executed: whether Python ran it, or would have if it were allowed to; a script of literals is evaluated instead.
+    """
+
+    graphs: list[RecordedGraph] = field(default_factory=list)
+    namespaces: dict[str, str] = field(default_factory=dict)
+    findings: list[Finding] = field(default_factory=list)
+    prims: set[str] = field(default_factory=set)
+    stages: list[str] = field(default_factory=list)
+    granted: set[str] = field(default_factory=set)
+    may_differ: bool = False
+    stopped: bool = False
+    executed: bool = False
+
+    def __post_init__(self) -> None:
+        if any(name != node.name for graph in self.graphs for name, node in graph.nodes.items()):
+            raise ValueError(self.graphs)
+
+    @property
+    def failed(self) -> bool:
+        """Whether the script cannot be imported."""
+        return any(finding.severity == "error" for finding in self.findings)
+
+    @property
+    def nodes(self) -> set[str]:
+        """Paths of the nodes of the graphs."""
+        return {f"{graph.path}/{name}" for graph in self.graphs for name in graph.nodes}
+
+    @property
+    def made(self) -> set[str]:
+        """Paths of what the script made: graphs, nodes and other prims."""
+        return {*self.prims, *self.nodes, *(graph.path for graph in self.graphs)}

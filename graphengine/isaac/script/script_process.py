@@ -1,0 +1,166 @@
+"""The process in which a script is run: one request on standard input, one answer on standard output.
+
+The script meets stubs in the place of Omniverse, the modules of Python that are loaded by then, and modules beside it. It is
+confined: it reads its own folder, writes nothing, reaches no network, starts no process, and ends in time.
+"""
+
+from __future__ import annotations
+
+import builtins
+import contextlib
+import importlib
+import io
+import json
+import linecache
+import math
+import os
+import random
+import resource
+import signal
+import sys
+import threading
+import time
+from importlib.machinery import SourceFileLoader
+from pathlib import Path
+from typing import Any
+
+import numpy.random  # scripts use it, and numpy reads it only then
+
+from graphengine.format.files import Files
+from graphengine.isaac.omniverse.graph_recorder import GraphRecorder
+from graphengine.isaac.omniverse.modules import ROOTS
+from graphengine.isaac.omniverse.stubs import draw
+from graphengine.isaac.script.import_finder import OFFERED, ImportFinder
+from graphengine.isaac.script.script_answer import ScriptAnswer
+from graphengine.isaac.script.script_run import ScriptRun
+from graphengine.sandbox.confinement import confine
+from graphengine.sandbox.seccomp import TIERS
+from graphengine.sandbox.untrusted import answer, reply
+
+HARMLESS = frozenset(
+    ("object.__setattr__", "object.__delattr__", "os.putenv", "os.unsetenv", "pathlib.Path.glob", "pathlib.Path.rglob")
+)
+"""Audit events of what changes only the process; files are judged one by one, also those that a pattern finds."""
+
+ENVIRONMENT = {"ISAAC_PATH": "/isaac-sim", "EXP_PATH": "/isaac-sim/apps", "CARB_APP_PATH": "/isaac-sim/kit"}
+ENVIRONMENT |= {"ROS_DISTRO": "jazzy", "ROS_DOMAIN_ID": "0", "HOME": "/root"}
+"""What scripts find of Isaac Sim's and ROS's environment; of the user's nothing."""
+
+OURS, PYTHON = str(Path(__file__).parents[2]), os.path.dirname(os.__file__)
+"""Folders of our modules, whose questions are no script's, and of Python's."""
+
+MAX_LINE = 200
+"""Characters of a printed line that a finding quotes."""
+
+ENDING_SECONDS = 3.0
+"""Of computing that a script gets to end after its time is up, before it is killed."""
+
+
+def main() -> None:
+    """Answer one request."""
+    request = json.load(sys.stdin)
+    for name in OFFERED.split():
+        with contextlib.suppress(ImportError):
+            importlib.import_module(name)
+    run = ScriptRun(request)
+    for name in list(sys.modules):
+        if name.partition(".")[0] in ROOTS or name == "asyncio":
+            del sys.modules[name]
+    stream = reply()
+    sys.dont_write_bytecode = True
+    vars(sys.implementation)["cache_tag"] = None  # no compiled code of a stranger is loaded
+    linecache.updatecache = lambda *_: []  # tracebacks show lines of files that may not be read
+    sys.meta_path[:] = [ImportFinder(run.recorder, run.modules, run.folders)]
+    compiled = SourceFileLoader.source_to_code
+
+    def compile_own(self: Any, data: Any, path: Any, **named: Any) -> Any:
+        return run.compiled(data, path) or compiled(self, data, path, **named)
+
+    SourceFileLoader.source_to_code = compile_own  # type: ignore[method-assign]
+    builtins.__import__ = importlib.__import__  # the C one asks the audit hook first
+    time.sleep = lambda _: draw(run.recorder)
+    threading.excepthook = lambda failed: run.losses.note(failed.exc_value, -1)
+
+    class Suppress(contextlib.suppress):
+        def __exit__(self, kind: Any, error: Any, trace: Any) -> bool:
+            run.losses.note(error, sys._getframe(1).f_lineno)
+            return super().__exit__(kind, error, trace)
+
+    contextlib.suppress = Suppress  # type: ignore[misc]
+    random.seed(0)
+    numpy.random.seed(0)
+    sys.path[:] = run.folders
+    for name in ("stdout", "stderr", "__stdout__", "__stderr__"):
+        setattr(sys, name, _Printed(run.recorder))
+    builtins.open = io.open = _without_writing(run.recorder)
+    os.mkdir = lambda path, *_, **__: run.recorder.pass_over(f"the folder {str(path)!r}")
+    signal.signal(signal.SIGALRM, run.end)
+    most = math.ceil(time.process_time() + request["seconds"] + ENDING_SECONDS)
+    resource.setrlimit(resource.RLIMIT_CPU, (most, most))
+    files = Files((Path(run.folders[0]).resolve(), *map(Path, request["allowed"])))
+    confine(files, TIERS["script"], also=HARMLESS)
+    for name in [name for name in sys.modules if name.partition(".")[0] in ("ctypes", "_ctypes")]:
+        del sys.modules[name]
+    os.environ.update({**ENVIRONMENT, **request["environment"]})
+    os.stat = _with_stages(run)
+
+    def find() -> ScriptAnswer:
+        signal.setitimer(signal.ITIMER_REAL, request["seconds"])
+        run.run()
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        return run.answer()
+
+    answer(stream, find)
+
+
+def _without_writing(recorder: GraphRecorder) -> Any:
+    """An `open` for scripts that keep a log: what they write is discarded, and a finding says so."""
+    real = builtins.open
+
+    def opened(file: Any, mode: str = "r", *arguments: Any, **named: Any) -> Any:
+        if not isinstance(mode, str) or not set(mode) & set("wax+"):
+            return real(file, mode, *arguments, **named)
+        recorder.pass_over(f"the file {str(file)!r}, which the script writes,")
+        return io.BytesIO() if "b" in mode else io.StringIO()
+
+    return opened
+
+
+def _with_stages(run: ScriptRun) -> Any:
+    """A `stat` for which files and folders are there that the user assumes, and USD files where the stage holds all."""
+    real = os.stat
+
+    def stat(path: Any, *arguments: Any, **named: Any) -> os.stat_result:
+        try:
+            return real(path, *arguments, **named)
+        except OSError:
+            codes = [sys._getframe(depth).f_code for depth in (2, 3, 4)]  # 1 is this function
+            folder = not {"is_dir", "isdir"}.isdisjoint(code.co_name for code in codes[:2])
+            files = (code.co_filename for code in codes)
+            asker = next((file for file in files if not file.startswith((PYTHON, "<frozen"))), "")
+            asks = isinstance(path, str | os.PathLike) and not asker.startswith(OURS)
+            found = asks and run.assumed(os.fsdecode(path), folder=folder)
+            if not found:
+                raise
+            return real(found)
+
+    return stat
+
+
+class _Printed(io.TextIOBase):
+    """Where what a script prints goes; the last lines are kept."""
+
+    def __init__(self, recorder: GraphRecorder) -> None:
+        self.recorder, self.begun = recorder, ""
+
+    def write(self, text: str) -> int:
+        *lines, self.begun = (self.begun + text[-MAX_LINE:])[-2 * MAX_LINE :].split("\n")
+        self.recorder.said.extend(line[:MAX_LINE] for line in lines if line.strip())
+        return len(text)
+
+    def writable(self) -> bool:
+        return True
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,208 @@
+"""One run of a script: what it builds goes to a recorder, where it fails goes to the findings."""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import inspect
+import os
+import re
+import sys
+import types
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from graphengine.format.diagnostics import Source, Span
+from graphengine.isaac.omniverse.asyncio_stub import finish, make_asyncio
+from graphengine.isaac.omniverse.graph_recorder import GraphRecorder
+from graphengine.isaac.omniverse.modules import make_modules
+from graphengine.isaac.omniverse.stubs import Builtins, Stub, of_unknown
+from graphengine.isaac.recorded_graph import IMPULSE, RecordedGraph, RecordedValue
+from graphengine.isaac.script.coverage import FAILED, MARK, NUMBER, marked
+from graphengine.isaac.script.import_finder import PACKAGE
+from graphengine.isaac.script.losses import UNFORGIVEN, Losses, TimeIsUpError
+from graphengine.isaac.script.script_answer import ScriptAnswer
+from graphengine.isaac.script.stack import Scripts
+from graphengine.isaac.script.static_evaluation import evaluate
+from graphengine.sandbox.untrusted import typed
+
+ON_TICK = "omni.graph.action.OnTick"
+
+
+class ScriptRun:
+    """One run of a script."""
+
+    def __init__(self, request: dict[str, Any]) -> None:
+        self.path: str = request["path"]
+        self.calls: list[str] = request["calls"]
+        self.request = request
+        self.text: str = request["text"]
+        self.allowed: bool = request["run"]
+        """Whether it may be executed."""
+        self.forgiving = ast.AST if request["forgiving"] else ast.Module if self.calls else None
+        """Owner of the statements behind which it goes on if they fail."""
+        self.executed = False
+        self.time_is_up = False
+        self.running = False
+        """Whether the time may be up: the script runs."""
+        vars(builtins).update({MARK: self._mark, NUMBER: of_unknown})
+        self.folders: list[str] = [str(Path(self.path).absolute().parent), *request["allowed"]]
+        self.scripts = Scripts(self.folders)
+        types, absent = frozenset(request["types"]), frozenset(request["absent"])
+        where, stack = self.scripts.where, self.scripts.stack
+        self.recorder = GraphRecorder(where, types, assumed=request["assumed"], absent=absent, stack=stack)
+        self.recorder.prims.update(request["assume"])
+        self.modules: dict[str, Any] = dict(make_modules(self.recorder))
+        self.modules["asyncio"] = make_asyncio(self.recorder)
+        self.losses = Losses(self.recorder, self.scripts)
+
+    def end(self, *_: Any) -> None:
+        """End the script, which may catch the error: each further statement raises it again."""
+        self.time_is_up = True
+        if self.running:
+            raise TimeIsUpError
+
+    def _mark(self, path: str, line: int, column: int) -> None:
+        """Note that a statement runs, and the error that it handles if there is one."""
+        self.losses.ran.add((path, line, column))
+        if self.time_is_up and self.running:
+            raise TimeIsUpError
+        error = sys.exception()
+        if error is not None and self.running:
+            self.losses.note(error, line)
+            if column == FAILED:
+                if self.request["forgiving"] and isinstance(error, UNFORGIVEN):
+                    raise error
+                self.losses.report_skipped(error)
+
+    def run(self) -> None:
+        """To its end; what fails, and what it went on without, goes to the findings."""
+        try:
+            self.scripts.load(self.path, self.text)
+        except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+            start = getattr(error, "lineno", 0) or 1, getattr(error, "offset", 0) or 1
+            what = getattr(error, "msg", "") or str(error) or type(error).__name__
+            self.recorder.findings.add("G401", f"this is no Python: {what}", _foreign(self.path, *start))
+            return
+        sys.argv[:] = [self.path, *self.request["arguments"]]
+        module = types.ModuleType("__main__")
+        name = f"{PACKAGE}.{Path(self.path).stem}"
+        names: dict[str, Any] = vars(builtins)
+        if re.search(r"\bimport\s*\*", self.text):  # as a script's names are slower to find so
+            names = Builtins(names)
+            names.recorder = self.recorder
+        vars(module).update(__file__=self.path, __package__=PACKAGE, __builtins__=names)
+        vars(module).update(__name__=name if self.calls else "__main__")
+        sys.modules["__main__"] = sys.modules[name] = module
+        for path, graphs in self.request["stages"].items():
+            self.recorder.stages[path] = typed(list[RecordedGraph], graphs, _foreign)
+        self._run(vars(module))
+        self.losses.report_refused()
+        self.recorder.graphs = {**self.recorder.removed, **self.recorder.graphs}
+        self._settle_impulses()
+        self.losses.report_unreached()
+        self.losses.report_conditions()
+        hints = list(self.losses.hints())
+        if self.allowed and hints and not self.recorder.graphs and not self.recorder.findings.errors:
+            self.recorder.findings.add("W302", "the script builds nothing", None, *hints)
+
+    def _run(self, namespace: dict[str, Any]) -> None:
+        try:
+            try:
+                self.running = True
+                recorder = evaluate(self.scripts.main) if self.request["literals"] else None
+                if recorder is not None and recorder.graphs:
+                    self.recorder = self.losses.recorder = recorder
+                    self.losses.may_differ = False
+                    return
+                self.executed = True
+                if self.allowed:
+                    tree = marked(self.text, self.path, forgiving=self.forgiving)
+                    exec(compile(tree, self.path, "exec"), namespace)
+                    self._call(namespace)
+                if self.time_is_up:
+                    raise TimeIsUpError
+            finally:
+                self.running = False
+        except BaseException as error:  # whatever a script raises
+            if isinstance(error, MemoryError):
+                namespace.clear()  # frees what the script holds: the report needs memory
+            self.losses.report_end(error)
+
+    def _call(self, namespace: dict[str, Any]) -> None:
+        """Call what the user asks for; else start the extensions of a script that builds nothing without."""
+        if self.calls and self.recorder.graphs:
+            what = f"left out, as --call decides what is built: {', '.join(self.recorder.graphs)}"
+            self.recorder.findings.add("N302", what)
+            self.recorder.graphs, self.recorder.removed = {}, {}
+        for call in self.calls:
+            names = {node.id for node in ast.walk(ast.parse(call)) if isinstance(node, ast.Name)}
+            absent = sorted(names - {*namespace, *vars(builtins), re.split(r"\W", call)[0]})
+            if absent:
+                what = f"{', '.join(absent)} in the call: taken to be what only Omniverse knows"
+                self.recorder.findings.add("N302", what)
+            result = eval(call, {name: Stub(name, self.recorder) for name in absent} | namespace)
+            if inspect.iscoroutine(result):
+                finish(result, self.recorder)
+        if not self.calls and not self.recorder.graphs:
+            for thing in list(namespace.values()):
+                if isinstance(thing, type) and getattr(thing, "_stands_for", "") == "omni.ext.IExt":
+                    self.recorder.findings.add("N302", f"{thing.__name__}.on_startup is called, as Isaac Sim does")
+                    thing().on_startup(thing.__module__)
+
+    def assumed(self, file: str, *, folder: bool) -> str:
+        """The path that stands for a file, or a folder, that is not there and is taken to be; empty where it is not."""
+        file, suffix = file.rstrip("/"), os.path.splitext(file)[1]
+        known = f"{file}/" in self.recorder.prims
+        if not known and not self.recorder.assumed and not self.recorder.holds(file, "it to be there"):
+            return ""
+        return self.folders[0] if folder or known or not suffix else self.path
+
+    def compiled(self, text: bytes, path: str) -> types.CodeType | None:
+        """A module that lies where the script may read; None for any other one."""
+        own = self.scripts.at(path)
+        return compile(marked(text, path, forgiving=self.forgiving), path, "exec", dont_inherit=True) if own else None
+
+    def answer(self) -> ScriptAnswer:
+        """What is known after the run."""
+        recorder = self.recorder
+        graphs = [graph for graph in recorder.graphs.values() if graph.nodes or graph.path not in recorder.opened]
+        return ScriptAnswer(
+            graphs if self.losses.may_differ or not recorder.findings.errors else [],  # nobody would read them
+            recorder.namespaces,
+            recorder.findings.items,
+            recorder.prims,
+            recorder.opened_stages,
+            recorder.granted,
+            self.losses.may_differ,
+            self.losses.stopped,
+            self.executed,
+        )
+
+    def _settle_impulses(self) -> None:
+        """Make the nodes that get impulses in a loop fire at every so many ticks, if that is asked for."""
+        findings, every = self.recorder.findings, self.request["impulse_every"]
+        for (path, name), place in self.recorder.frames.impulses.items():
+            graph = self.recorder.graphs.get(path)
+            if graph is None or name not in graph.nodes:
+                continue
+            if not every:
+                what = f"the impulses that a loop of the script sends to {path}/{name} are left out"
+                control = f"or while it runs: graphrun ctl impulse {name}"
+                findings.add("W302", what, place, "--impulse-every 1 lets the node fire every tick", control)
+                continue
+            node = graph.nodes[name]
+            node.values.pop(IMPULSE, None)
+            node.type, node.values["inputs:framePeriod"] = ON_TICK, RecordedValue(every - 1, span=place)
+            fired = (name, "outputs:execOut")
+            for number, wire in enumerate(graph.wires):
+                if wire.ends[0] == fired:
+                    graph.wires[number] = replace(wire, source_port="outputs:tick")
+            what = f"{path}/{name}, to which a loop of the script sends impulses, is an OnTick"
+            findings.add("N301", what, place)
+
+
+def _foreign(path: str, *numbers: int) -> Span:
+    """A place in a file that this process does not read."""
+    return Span(Source(path, ()), *numbers)

@@ -1,0 +1,76 @@
+"""Places of prims in the text of a stage; a stage that is no text has none."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from graphengine.format.diagnostics import Source, Span
+
+MAX_BYTES = 16_000_000
+"""Of a text that is searched."""
+MAX_PATHS = 50_000_000
+"""Characters of all paths together; nested prims, and many deep ones, have no places beyond."""
+
+_TOKEN = re.compile(
+    r'''#[^\n]*|"""(?:\\.|[^\\])*?(?:"""|\Z)|@[^@\n]*@?|<[^>\n]*>?|[(){}]'''
+    r"""|\b(?:def|over)\s+(?:\w+\s+)?"(?P<name>[^"\n]+)"|"(?:\\[^\n]|[^"\\\n])*"?"""
+    r"""|'''(?:\\.|[^\\])*?(?:'''|\Z)|'(?:\\[^\n]|[^'\\\n])*'?""",
+    re.DOTALL,
+)
+"""Comments, texts, file names and paths, which may hold brackets; brackets; and how prims begin.
+
+What is begun and never ended reaches as far as it may, so that no text takes more than linear time.
+"""
+
+
+class PrimLocations:
+    """Where prims stand in a file.
+
+    Args:
+        path: the stage.
+    """
+
+    def __init__(self, path: Path) -> None:
+        with path.open("rb") as file:
+            raw = file.read(MAX_BYTES + 1)
+        text = raw.decode("utf-8", "replace") if raw.startswith(b"#usda") and len(raw) <= MAX_BYTES else ""
+        self.source = Source(str(path), tuple(text.split("\n")) if text else ())
+        self.start = Span(Source(str(path), ()), 1, 1)
+        self._spans: dict[str, Span] = {}
+        self._read(text)
+
+    def of(self, prim: str) -> Span:
+        """The place of a prim's name, else the beginning of the file."""
+        return self._spans.get(prim, self.start)
+
+    def of_file(self, name: str) -> Span | None:
+        """Where a file is named."""
+        named = f"@{name}@"
+        for number, line in enumerate(self.source.lines, 1):
+            if (column := line.find(named)) >= 0:
+                return Span(self.source, number, column + 2, len(name))
+        return None
+
+    def _read(self, text: str) -> None:
+        """Follow the nesting of prims; brackets in metadata, which stands in parentheses, are none of prims."""
+        above, begun, parentheses = [""], "", 0
+        line, line_start, before, left = 1, 0, 0, MAX_PATHS
+        for token in _TOKEN.finditer(text):
+            word, name = token[0], token["name"]
+            if name is not None and not parentheses:
+                begun, at = f"{above[-1]}/{name}", token.start("name")
+                line += text.count("\n", before, at)
+                line_start = max(line_start, text.rfind("\n", before, at) + 1)
+                before, left = at, left - len(begun)
+                if left < 0:
+                    return
+                span = Span(self.source, line, at - line_start + 1, len(name))
+                self._spans.setdefault(begun, span)
+            elif word in "()":
+                parentheses += 1 if word == "(" else -1
+            elif word == "{" and not parentheses:
+                above.append(begun or above[-1])
+                begun = ""
+            elif word == "}" and not parentheses and len(above) > 1:
+                above.pop()

@@ -1,0 +1,142 @@
+"""The process in which USD reads a stage: one request on standard input, one answer on standard output.
+
+USD's readers are native code and meet a stranger's file: the process is bounded and confined, and if one of them breaks off, the
+process alone does.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import pxr
+from pxr import Sdf, Tf, Usd, Work
+
+from graphengine.format.files import Files
+from graphengine.isaac.recorded_graph import GRAPH, NAMESPACE, NODE, POSITION, VARIABLE
+from graphengine.isaac.stage.layers import Layers, UnreadableError, reason
+from graphengine.isaac.stage.stage_contents import COMPOUND, INSTANCES, StageAttribute, StageContents, StagePrim
+from graphengine.isaac.stage.usd_conversion import plain_value, type_name
+from graphengine.sandbox.confinement import confine
+from graphengine.sandbox.seccomp import TIERS
+from graphengine.sandbox.untrusted import answer, reply
+
+MAX_MEMORY_BYTES = 4 << 30
+"""USD takes some 30 times the size of a text for it."""
+MOST_CHOICES = 20
+"""Of variants that are told."""
+
+_GRAPH_SETTINGS = ("evaluator:type", "evaluationMode", "pipelineStage")
+_NODE_SETTINGS = ("node:type", "node:typeVersion", POSITION, COMPOUND)
+_EXTENDED = ("Union", "Any")
+"""How `attrType` of an extended port begins: `Union-->double,float`."""
+
+
+class StageReading:
+    """A stage that is read.
+
+    Args:
+        files: judges what may be read.
+    """
+
+    def __init__(self, files: Files) -> None:
+        self.layers = Layers(files)
+        self.contents = StageContents(left_out=self.layers.left_out)
+
+    def run(self, path: Path) -> StageContents:
+        """Everything that concerns graphs."""
+        try:
+            stage = Usd.Stage.Open(self.layers.open_all(path))
+            strangers = [used.identifier for used in stage.GetUsedLayers() if not self._known(used)]
+            if strangers:
+                raise UnreadableError(f"it leads to {strangers[0]!r} by a way that is not understood")
+            for prim in stage.Traverse(Usd.TraverseInstanceProxies(Usd.PrimIsActive & ~Usd.PrimIsAbstract)):
+                self._read(prim)  # also below prims that are not defined, as their asset may be on NVIDIA's server
+            self._read_sources(stage)
+        except UnreadableError as error:
+            self.contents.failure = str(error)
+        except Tf.ErrorException as error:
+            self.contents.failure = reason(error)
+        self.contents.used = [str(used) for used in self.layers.files.used]
+        return self.contents
+
+    def _known(self, layer: Sdf.Layer) -> bool:
+        return layer.anonymous or self.layers.holds(layer)
+
+    def _read(self, prim: Usd.Prim) -> None:
+        """Keep a prim if it has to do with graphs, and what of its variants is chosen, on which that depends."""
+        for name in prim.GetVariantSets().GetNames() if len(self.contents.choices) < MOST_CHOICES else ():
+            variants = prim.GetVariantSet(name)
+            known = ", ".join(variants.GetVariantNames())
+            self.contents.choices.append(f"{prim.GetPath()}: {name} = {variants.GetVariantSelection()}, of {known}")
+        kind = str(prim.GetTypeName())
+        names = [name for name in (NAMESPACE, INSTANCES) if prim.HasProperty(name)]
+        if not names and kind not in (GRAPH, NODE):
+            return
+        found = StagePrim(str(prim.GetPath()), kind)
+        for item in prim.GetAuthoredProperties():
+            name = str(item.GetName())
+            if not _matters(kind, name):
+                continue
+            if isinstance(item, Usd.Relationship):
+                found.targets[name] = [str(target) for target in item.GetTargets()]
+            else:
+                found.attributes[name] = self._attribute(item)
+        self.contents.prims[found.path] = found
+
+    def _attribute(self, attribute: Usd.Attribute) -> StageAttribute:
+        meaning = attribute.GetCustomDataByKey("omni:graph")
+        meaning = meaning if isinstance(meaning, dict) else {}
+        found = StageAttribute(type_name(str(attribute.GetTypeName())))
+        found.sources = [str(source) for source in attribute.GetConnections()]
+        found.execution = bool(attribute.GetCustomDataByKey("isExecution"))
+        if "resolvedType" in meaning or str(meaning.get("attrType", "")).startswith(_EXTENDED):
+            found.type = str(meaning.get("resolvedType", ""))
+            found.value = self._plain(attribute, meaning.get("attrValue"), found.type)
+        elif attribute.HasAuthoredValue() and not found.execution:
+            found.value = self._plain(attribute, attribute.Get(Usd.TimeCode.Default()), found.type)
+            if found.value is None and attribute.GetNumTimeSamples():
+                self.contents.left_out.append((str(attribute.GetPath()), "its value changes with time"))
+        return found
+
+    def _plain(self, attribute: Usd.Attribute, value: Any, type: str) -> Any:
+        try:
+            return plain_value(value, type)
+        except ValueError as error:
+            self.contents.left_out.append((str(attribute.GetPath()), str(error)))
+            return None
+
+    def _read_sources(self, stage: Usd.Stage) -> None:
+        """Attributes of prims that are no nodes, which nodes are connected to."""
+        prims = self.contents.prims.values()
+        for source in sorted({path for prim in prims for item in prim.attributes.values() for path in item.sources}):
+            owner = source.partition(".")[0]
+            known = self.contents.prims.get(owner)
+            if (known is None or known.type != NODE) and (attribute := stage.GetAttributeAtPath(source)):
+                self.contents.plain[source] = self._attribute(attribute)
+
+
+def _matters(kind: str, name: str) -> bool:
+    """Whether a property has to do with graphs. An instance of a graph may have values for the graph's variables."""
+    if name in (NAMESPACE, INSTANCES) or name.startswith(VARIABLE):
+        return True
+    if kind == GRAPH:
+        return name in _GRAPH_SETTINGS
+    return kind == NODE and (name in _NODE_SETTINGS or name.startswith(("inputs:", "outputs:")))
+
+
+def main() -> None:
+    """Answer one request."""
+    request = json.load(sys.stdin)
+    files = Files(tuple(map(Path, request["roots"])))
+    stream = reply()
+    Work.SetConcurrencyLimit(1)  # each thread takes of the memory that the process may have
+    plugins = Path(pxr.__file__).parent
+    confine(files, TIERS["stage"], memory=MAX_MEMORY_BYTES, libraries=(plugins,))
+    answer(stream, lambda: StageReading(files).run(Path(request["path"])))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,116 @@
+"""Graphs of a USD stage, and the namespaces that the stage has on its prims.
+
+`stage_process` reads the file with USD's own library (`usd-core`), confined; `stage_graphs` makes graphs of what it tells.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import yaml
+
+from graphengine.compiler.registry import Registry
+from graphengine.format.diagnostics import Findings, Span
+from graphengine.format.errors import UsageError
+from graphengine.format.files import Files
+from graphengine.isaac.recorded_graph import NAMESPACE, RecordedGraph, carried
+from graphengine.isaac.stage.graphs import TooManyError, graphs_of
+from graphengine.isaac.stage.prim_locations import PrimLocations
+from graphengine.isaac.stage.stage_contents import PLACE, SUFFIXES, StageContents
+from graphengine.sandbox.borders import admit
+from graphengine.sandbox.confinement import ProcessError, ask
+from graphengine.sandbox.untrusted import encoded, note_used, read
+
+MAX_SECONDS = 60.0
+MAX_ANSWER = 32_000_000
+"""Bytes."""
+MOST_TOLD = 100
+"""Parts that are left out and told one by one."""
+LONGEST = 300
+"""Characters of what USD says."""
+_PROCESS = "graphengine.isaac.stage.stage_process"
+_REMEDY = "it may be damaged, or too large for a text: open it and save it as .usdc with USD's own tools"
+
+
+@dataclass(slots=True)
+class ImportedStage:
+    """What of a stage can be carried over.
+
+    Attributes:
+        graphs: in order of the stage.
+        namespaces: `isaac:namespace` by prim.
+        choices: of variants, on which graphs may depend; one line for each.
+    """
+
+    graphs: list[RecordedGraph] = field(default_factory=list)
+    namespaces: dict[str, str] = field(default_factory=dict)
+    choices: list[str] = field(default_factory=list)
+
+    def scene_lines(self) -> str:
+        """The namespaces as a scene file has them; graphs take theirs from the scene that they run in."""
+        return yaml.safe_dump({"namespaces": self.namespaces}, sort_keys=False, allow_unicode=True)
+
+
+def read_stage(
+    path: Path, files: Files, registry: Registry, findings: Findings, *, trusted: bool = False
+) -> ImportedStage | None:
+    """The graphs of a stage; None where it cannot be read.
+
+    Args:
+        path: a `.usd`, `.usda` or `.usdc` file.
+        files: judges which layers may be read.
+        registry: knows today's names of node types.
+        findings: takes what is wrong, and what is left out or changed.
+        trusted: whether it is read where the kernel cannot confine USD's readers.
+
+    Raises:
+        UsageError: usd-core is not installed, or it is no such file.
+    """
+    _check_usage(path)
+    request = {"path": str(path), "roots": [str(root) for root in files.roots]}
+    places = PrimLocations(path)
+    if not admit("the stage", findings, places.start, trusted=trusted):
+        return None
+    try:
+        answer = ask(_PROCESS, encoded(request).encode(), MAX_SECONDS)
+        contents = read(answer, StageContents, MAX_ANSWER)
+    except ProcessError as error:
+        findings.add("G401", f"USD's reader {error}", places.start, _REMEDY)
+        return None
+    note_used(contents.used, files)
+    if contents.failure:
+        _tell_failure(contents.failure, places, findings)
+        return None
+    for what, why in contents.left_out[:MOST_TOLD]:
+        place = places.of_file(what) or places.of(what.partition(".")[0])
+        findings.add("W302", f"{what} is left out: {why}", place)
+    if len(contents.left_out) > MOST_TOLD:
+        findings.add("W302", f"{len(contents.left_out) - MOST_TOLD} more parts are left out", places.start)
+    try:
+        graphs = carried(graphs_of(contents, registry, places, findings), RecordedGraph.names, "graphs", findings)
+    except TooManyError as error:
+        findings.add("G401", str(error), places.start, "compounds and instances multiply what a stage holds")
+        return None
+    namespaces = {prim.path: text for prim in contents.prims.values() if (text := prim.text(NAMESPACE))}
+    return ImportedStage(graphs, dict(carried(namespaces.items(), tuple, "namespaces", findings)), contents.choices)
+
+
+def _check_usage(path: Path) -> None:
+    if path.suffix == ".usdz":
+        raise UsageError(f"{path}: unpack it first (unzip {path.name}), and import the stage that is in it")
+    if path.suffix not in SUFFIXES:
+        raise UsageError(f"{path}: a stage is a .usd, .usda or .usdc file")
+    if importlib.util.find_spec("pxr") is None:
+        raise UsageError("stages are read with usd-core, which is not installed\n  pip install 'graphengine[usd]'")
+
+
+def _tell_failure(failure: str, places: PrimLocations, findings: Findings) -> None:
+    """Tell why USD refused a file, at the place in its text where USD gives one."""
+    found = PLACE.match(failure)
+    if found is None or not places.source.lines:
+        findings.add("G401", f"USD cannot read it: {failure[:LONGEST]}", places.start, _REMEDY)
+    else:
+        place = Span(places.source, int(found["line"]), int(found["column"]))
+        findings.add("G401", f"USD syntax: {found['what'][:LONGEST]}", place)

@@ -1,0 +1,86 @@
+"""USD's types and values in OmniGraph's names and order; for the process that reads stages."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from pxr import Gf, Sdf, Vt
+
+from graphengine.isaac.recorded_graph import MAX_ITEMS
+from graphengine.node import PortType, types
+
+_QUATERNIONS = (Gf.Quatd, Gf.Quatf, Gf.Quath)
+_MATRICES = (Gf.Matrix2d, Gf.Matrix3d, Gf.Matrix4d)
+_VECTORS = tuple(getattr(Gf, f"Vec{count}{kind}") for count in (2, 3, 4) for kind in "dfhi")
+_SEQUENCES: Any = (
+    list,
+    tuple,
+    *(kind for name, kind in vars(Vt).items() if name.endswith("Array") and isinstance(kind, type)),
+)
+
+_TYPES = (
+    (re.compile(r"(double|float|half|int)([234])"), r"\1[\2]"),
+    (re.compile(r"(vector|point|normal|color|texcoord)([234])([dfh])"), r"\1\3[\2]"),
+    (re.compile(r"quat([dfh])"), r"quat\1[4]"),
+    (re.compile(r"(matrix)([234])d"), r"\1d[\2]"),
+    (re.compile(r"frame4d"), "frame[4]"),
+    (re.compile(r"asset"), "token"),
+)
+
+
+def type_name(name: str) -> str:
+    """OmniGraph's name of a USD type: `vector3d[]` is `vectord[3][]`."""
+    element = name.removesuffix("[]").lower()
+    for pattern, replacement in _TYPES:
+        if pattern.fullmatch(element):
+            element = pattern.sub(replacement, element)
+            break
+    return element + ("[]" if name.endswith("[]") else "")
+
+
+def plain_value(value: Any, type: str) -> Any:
+    """None, bool, int, float, str, or lists of them; a quaternion is [x, y, z, w], a matrix its rows.
+
+    Args:
+        value: as USD's Python has it.
+        type: OmniGraph's name of its type; numbers of low precision become the shortest that mean the same, 0.1 and not
+            0.10000000149011612.
+
+    Raises:
+        ValueError: it is nothing of the kind, or too long.
+    """
+    data = _plain(value)
+    try:
+        port_type = types.parse(type)
+    except ValueError:  # which is told where the value is used
+        return data
+    if isinstance(port_type, PortType) and port_type.base in ("float", "half"):
+        return _shortened(data, port_type.dtype)
+    return data
+
+
+def _plain(value: Any) -> Any:
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, _QUATERNIONS):
+        return [*map(float, value.GetImaginary()), float(value.GetReal())]
+    if isinstance(value, _MATRICES):
+        return [[float(number) for number in value.GetRow(row)] for row in range(value.dimension[0])]
+    if isinstance(value, _VECTORS):
+        return list(value)
+    if isinstance(value, Sdf.AssetPath):
+        return str(value.path)
+    if isinstance(value, Sdf.TimeCode):
+        return float(value.GetValue())
+    if isinstance(value, _SEQUENCES):
+        if len(value) > MAX_ITEMS:
+            raise ValueError(f"it has more than {MAX_ITEMS} items")
+        return [_plain(item) for item in value]
+    raise ValueError(f"no port holds a {type(value).__name__}")
+
+
+def _shortened(data: Any, dtype: Any) -> Any:
+    if isinstance(data, list):
+        return [_shortened(item, dtype) for item in data]
+    return float(str(dtype(data))) if isinstance(data, float) else data

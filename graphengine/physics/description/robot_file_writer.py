@@ -1,0 +1,176 @@
+"""A first robot file for a description: every link and joint, and what could not be carried over, for people to go on from."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from graphengine.devices.rotation import rotate
+from graphengine.format.wording import printable
+from graphengine.format.yaml_text import scalar
+from graphengine.physics.description.urdf import WORLD, Urdf, UrdfJoint, UrdfLink, shape_of
+from graphengine.physics.files.xml import Element, numbers
+
+WHEEL_DAMPING = 50.0
+"""Of the velocity drive that a wheel gets, N m s/rad: it keeps within 0.02 % of its target."""
+
+_WIDTH = 120
+
+
+@dataclass(frozen=True, slots=True)
+class Wheel:
+    """What rolls: its radius, m, and its centre along the axle, m."""
+
+    joint: str
+    radius: float
+    along: float
+
+
+def wheels(urdf: Urdf) -> list[Wheel]:
+    """The wheels of a robot, in order of its joints; `along` is measured along the first one's axle."""
+    found: list[Wheel] = []
+    axle = None
+    for joint in urdf.moving():
+        rolls = urdf.wheel(joint)
+        if rolls is None:
+            continue
+        axle = axle or rotate(urdf.pose_in_root(joint.child)[1], joint.axis)
+        found.append(Wheel(joint.name, rolls[0], sum(a * b for a, b in zip(rolls[1], axle, strict=True))))
+    return found
+
+
+def track(found: Sequence[Wheel]) -> float | None:
+    """Distance (m) along the axle of the outermost wheels; None if they stand behind each other."""
+    distance = max(w.along for w in found) - min(w.along for w in found) if found else 0.0
+    return distance if distance > 1e-6 else None
+
+
+def left_behind(urdf: Urdf) -> list[str]:
+    """What a description holds and neither physics nor the stage knows, a line for all that is alike."""
+    root = urdf.element
+    found = [(tag, [element.get("name") for element in root.all(tag)]) for tag in ("transmission", "ros2_control")]
+    lines = [f"{tag}: {_names(names)}" for tag, names in found if names]
+    alike: dict[str, list[str]] = {}
+    for gazebo in root.all("gazebo"):
+        alike.setdefault(", ".join(map(_told, gazebo.children)) or "nothing", []).append(gazebo.get("reference"))
+    for what, about in alike.items():
+        owners = _names([name for name in about if name])
+        lines.append(f"gazebo {what}: {owners}" if owners else f"gazebo {what}")
+    parts = [part for joint in urdf.joints.values() for part in joint.element.children]
+    lines += [f"{tag} of joints" for tag in ("safety_controller", "calibration") if any(p.tag == tag for p in parts)]
+    if any(element.tag == "texture" for element in root.walk()):
+        lines.append("textures of materials")
+    if any(part.tag == "limit" and (numbers(part.get("velocity", "0"), 1) or (0.0,))[0] > 0 for part in parts):
+        lines.append("velocity limits of joints: a drive's max_acceleration and what commands it bound their speed")
+    return lines
+
+
+def compose(urdf: Urdf, name: str, source: str, path: str, package_paths: Sequence[str], *, fixed_base: bool) -> str:
+    """The text of a robot file.
+
+    Args:
+        urdf: the robot.
+        name: of the robot in the file.
+        source: where its description came from, for people.
+        path: of the description, as the file names it.
+        package_paths: where its packages lie, as the file names them.
+        fixed_base: whether its root link is bolted to the world.
+    """
+    lines = [f"# Imported by `graphrun import-urdf` from {printable(source)}.", "format: 1", f"robot: {scalar(name)}"]
+    lines += [f"urdf: {scalar(path)}"]
+    if package_paths:
+        lines += ["package_paths:", *(f"  - {scalar(folder)}" for folder in package_paths)]
+    lines += [f"base_link: {scalar(urdf.root)}"]
+    if urdf.root == WORLD:
+        lines[-1] += "    # which is the world itself: the robot is bolted to it"
+    elif fixed_base:
+        lines += ["fixed_base: true"]
+    lines += ["", f"# {len(urdf.links)} links, {urdf.mass:g} kg, and the shapes that they collide with, in m"]
+    lines += [f"#   {line}" for line in _links(urdf)]
+    lines += ["", f"# {len(urdf.joints)} joints; origins, axes and limits are those of the description", *_joints(urdf)]
+    forgotten = left_behind(urdf)
+    if forgotten:
+        lines += ["", "# Not carried over"]
+        for line in forgotten:
+            lines += _wrapped(line)
+    return "\n".join(lines) + "\n"
+
+
+def _wrapped(line: str) -> list[str]:
+    """A comment, over several lines if it is long."""
+    return textwrap.wrap(
+        line, _WIDTH, initial_indent="#   ", subsequent_indent="#     ", break_long_words=False, break_on_hyphens=False
+    )
+
+
+def _links(urdf: Urdf) -> Iterator[str]:
+    for link in urdf.depth_first():
+        shapes = [_shape(collider) for collider in link.colliders]
+        mass = f"{link.mass:g} kg" if link.mass else "no mass"
+        yield printable(", ".join([f"{scalar(link.name)}: {mass}", *shapes]))
+
+
+def _shape(collider: Element) -> str:
+    shape = shape_of(collider)
+    if shape is None:
+        return "no shape"
+    if shape.tag in ("box", "mesh"):
+        return f"{shape.tag} {shape.get('size') or shape.get('filename')}"
+    length = f" and length {shape.get('length')}" if shape.tag != "sphere" else ""
+    return f"{shape.tag} of radius {shape.get('radius')}{length}"
+
+
+def _joints(urdf: Urdf) -> Iterator[str]:
+    moving = urdf.moving()
+    rolling = {wheel.joint: wheel for wheel in wheels(urdf)}
+    if moving:
+        yield "joints:"
+    for joint in moving:
+        yield f"  # {_about(joint, urdf.links[joint.child])}"
+        if joint.name in rolling:
+            wheel = rolling[joint.name]
+            yield f"  # a wheel of radius {wheel.radius:g} m; its velocity drive follows what a controller commands"
+            yield f"  {scalar(joint.name)}: {{drive: {{damping: {WHEEL_DAMPING}}}}}"
+        elif joint.mimic is not None:
+            yield f"  {scalar(joint.name)}: {{}}"
+        else:
+            yield f"  {scalar(joint.name)}: {{}}    # to hold it, e.g. {{drive: {_servo(joint)}}}"
+    for joint in urdf.joints.values():
+        if not joint.moves:
+            yield f"# {_about(joint, urdf.links[joint.child])}"
+
+
+def _about(joint: UrdfJoint, child: UrdfLink) -> str:
+    parts = [f"{scalar(joint.name)}: {joint.type}, {scalar(joint.parent)} -> {scalar(child.name)}"]
+    unit, force = ("m", "N") if joint.type == "prismatic" else ("rad", "N m")
+    if joint.moves:
+        parts.append("axis " + " ".join(f"{value:g}" for value in joint.axis))
+    if joint.moves and joint.limits is not None:
+        parts.append(f"{joint.limits[0]:g} to {joint.limits[1]:g} {unit}")
+    if joint.moves and joint.effort:
+        parts.append(f"up to {joint.effort:g} {force}")
+    if joint.mimic is not None:
+        parts.append(f"follows {scalar(joint.mimic.leader)} x {joint.mimic.multiplier:g} + {joint.mimic.offset:g}")
+    return printable(", ".join(parts))
+
+
+def _servo(joint: UrdfJoint) -> str:
+    """Gains by which the full effort answers to 0.1 rad, or 10 mm; critically damped they are not, but calm."""
+    stiffness = (joint.effort or 10.0) / (0.01 if joint.type == "prismatic" else 0.1)
+    return f"{{stiffness: {_rounded(stiffness)}, damping: {_rounded(stiffness / 10)}}}"
+
+
+def _rounded(number: float) -> str:
+    """Three digits, written out."""
+    return f"{float(f'{number:.3g}'):.10g}"
+
+
+def _told(element: Element) -> str:
+    """An element in few words: its tag with its name, type and text, as far as it has them."""
+    words = (element.tag, element.get("name"), element.get("type"), element.text[:60])
+    return printable(" ".join(word for word in words if word))
+
+
+def _names(names: Sequence[str]) -> str:
+    return ", ".join(printable(scalar(name)) for name in names)

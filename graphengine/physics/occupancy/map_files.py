@@ -1,0 +1,104 @@
+"""The image and the YAML file that nav2's map_server reads.
+
+Occupied is black, free is white, unknown is a grey between the thresholds: with 127, p = 1 - 127/255 = 0.502 lies above
+`free_thresh` and below `occupied_thresh`. The 205 that map savers write lies just 0.00008 above a free_thresh of 0.196, and below
+the 0.25 of newer ones, which then read it as free. There is no alpha, of which map_server would make "unknown".
+
+In the convention of Isaac Sim the window of heights reaches half a cell farther on both sides, after rounding outwards to cells;
+the image has an alpha of 255; and the origin is the centre of the lower left cell, though map_server takes it for its corner,
+which shifts maps by half a cell.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import yaml
+from PIL import Image
+
+from graphengine.format.errors import UsageError
+from graphengine.format.output import write_together
+from graphengine.physics.occupancy.grid import Window
+from graphengine.physics.occupancy.occupancy_map import FREE, OCCUPIED, UNKNOWN, OccupancyMap
+
+Convention = Literal["ros", "isaac"]
+Format = Literal["png", "pgm"]
+
+BRIGHTNESS = {OCCUPIED: 0, UNKNOWN: 127, FREE: 255}
+OCCUPIED_THRESHOLD, FREE_THRESHOLD = 0.65, 0.196
+
+
+def isaac_window(window: Window, cell: float) -> Window:
+    """The heights that Isaac Sim's map generator looks at: 0.2 to 0.62 in cells of 0.05 becomes 0.175 to 0.675."""
+    low, high = math.floor(window[0] / cell + 1e-9), math.ceil(window[1] / cell - 1e-9)
+    return (low - 0.5) * cell, (high + 0.5) * cell
+
+
+def write_map(chart: OccupancyMap, stem: Path, image: Format = "png", convention: Convention = "ros") -> list[Path]:
+    """Write `stem`.png or .pgm and `stem`.yaml, both or neither; returns their paths.
+
+    Raises:
+        UsageError: Isaac Sim writes no PGM, or a YAML file of another kind is there, such as the scene.
+        OSError: a file cannot be written.
+    """
+    if convention == "isaac" and image != "png":
+        raise UsageError("the convention of Isaac Sim is a PNG")
+    picture, text = (stem.with_name(f"{stem.name}.{ending}") for ending in (image, "yaml"))
+    if text.is_file() and not any(line.startswith(b"image:") for line in text.read_bytes().splitlines()):
+        raise UsageError(f"{text} is there and is not of a map; write to another name")
+    describe = _isaac_yaml if convention == "isaac" else _yaml
+    contents = {picture: _image(chart, image, convention), text: describe(chart, picture.name).encode()}
+    write_together(contents)
+    return list(contents)
+
+
+def _image(chart: OccupancyMap, image: Format, convention: Convention) -> bytes:
+    """The encoded image, north up."""
+    pixels = np.empty(chart.cells.shape, np.uint8)
+    for state, brightness in BRIGHTNESS.items():
+        pixels[chart.cells == state] = brightness
+    picture = Image.fromarray(pixels[::-1])
+    if convention == "isaac":
+        picture = picture.convert("RGBA")
+    buffer = io.BytesIO()
+    picture.save(buffer, {"png": "PNG", "pgm": "PPM"}[image])
+    return buffer.getvalue()
+
+
+def _yaml(chart: OccupancyMap, image: str) -> str:
+    grid = chart.grid
+    facts = {
+        "image": image,
+        "mode": "trinary",
+        "resolution": grid.cell,
+        "origin": [_short(grid.west), _short(grid.south), 0.0],
+        "negate": 0,
+        "occupied_thresh": OCCUPIED_THRESHOLD,
+        "free_thresh": FREE_THRESHOLD,
+    }
+    return yaml.safe_dump(facts, sort_keys=False, default_flow_style=None, allow_unicode=True, width=math.inf)
+
+
+def _isaac_yaml(chart: OccupancyMap, image: str) -> str:
+    """The text that Isaac Sim's map generator shows for saving; it ends without a newline."""
+    grid = chart.grid
+    x, y = grid.centre(0, 0)
+    name = yaml.safe_dump(image, allow_unicode=True, width=math.inf).splitlines()[0]
+    lines = [
+        f"image: {name}",
+        f"resolution: {grid.cell}",
+        f"origin: [{_short(x)}, {_short(y)}, 0.0000]",
+        "negate: 0",
+        f"occupied_thresh: {OCCUPIED_THRESHOLD}",
+        f"free_thresh: {FREE_THRESHOLD}",
+    ]
+    return "\n".join(lines)
+
+
+def _short(value: float) -> float:
+    """Without the last bits that multiples of a cell have: 0.15, not 0.15000000000000002."""
+    return round(value, 9) + 0.0

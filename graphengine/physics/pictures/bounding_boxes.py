@@ -1,0 +1,49 @@
+"""Boxes around the bodies of a model, in the axes of each body: what an ideal detector of things in space would tell."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.devices.rotation import Pose, multiply, rotate
+from graphengine.devices.sensor import BOX_3D
+from graphengine.physics.engine import mujoco
+from graphengine.physics.model.extents import extents
+from graphengine.physics.pictures.frame_capture import SEEN
+
+_OPTICAL = (1.0, 0.0, 0.0, 0.0)
+"""Half a turn about x: from a camera that looks along -z, with +y up, to one that looks along z, with y down."""
+
+
+class BoundingBoxes:
+    """The boxes of the bodies that have a number and shapes that can be seen; endless planes do not count.
+
+    Args:
+        model: whose bodies they are.
+        numbers: for each of its bodies the number of the prim that stands for it; one that has none of its own has its parent's.
+    """
+
+    def __init__(self, model: mujoco.MjModel, numbers: NDArray[np.int32]) -> None:
+        data = mujoco.MjData(model)
+        mujoco.mj_kinematics(model, data)
+        seen, found = np.array(SEEN)[model.geom_group], dict[int, NDArray[np.float64]]()
+        for body in np.flatnonzero(numbers != numbers[model.body_parentid]).tolist():
+            geoms = np.flatnonzero(seen & (model.geom_bodyid == body)).tolist()
+            reach = extents(model, data, geoms, data.xpos[body], data.xmat[body].reshape(3, 3))
+            if reach is not None:
+                found[body] = np.array(reach)
+        self._bodies = np.array(list(found), np.intp)
+        self._boxes = np.zeros(len(found), BOX_3D)
+        self._boxes["semanticId"] = numbers[self._bodies]
+        self._boxes["low"], self._boxes["high"] = np.array(list(found.values())).reshape(-1, 2, 3).transpose(1, 0, 2)
+        self._boxes["transform"][:, 3, 3] = 1.0
+
+    def seen_from(self, data: mujoco.MjData, pose: Pose) -> NDArray[np.void]:
+        """The boxes in the optical frame of a camera at a pose."""
+        place, turn = pose[0], multiply(pose[1], _OPTICAL)
+        camera = np.array([rotate(turn, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))]).T
+        found = self._boxes.copy()
+        axes = data.xmat[self._bodies].reshape(-1, 3, 3).transpose(0, 2, 1)
+        found["transform"][:, :3, :3] = axes @ camera
+        found["transform"][:, 3, :3] = (data.xpos[self._bodies] - place) @ camera
+        return found

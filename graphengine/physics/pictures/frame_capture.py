@@ -1,0 +1,153 @@
+"""What cameras see of a model, captured as scenes that can be drawn while the simulation steps on.
+
+A scene (MjvScene) holds all that drawing needs of the state, so only the thread that steps reads the state.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.devices.rotation import Pose, rotate
+from graphengine.physics.engine import NEITHER, PICTURES, RAYS_AND_PICTURES, mujoco
+
+Floats = NDArray[np.float64]
+
+SKY = 0.7
+"""MuJoCo draws the sky at this part of the far plane's distance, and it hides what is behind it."""
+
+SEEN = [group in (RAYS_AND_PICTURES, 1, PICTURES) for group in range(6)]
+"""For each geom group, whether pictures show it."""
+_ALL_BUT_DECORATION = mujoco.mjtCatBit.mjCAT_STATIC.value | mujoco.mjtCatBit.mjCAT_DYNAMIC.value
+
+
+@dataclass(frozen=True, slots=True)
+class Lens:
+    """How a camera that looks along its -z axis, with +y up, maps what is before it to square pixels.
+
+    Attributes:
+        size: width and height, pixels.
+        half_height: tangent of half the vertical field of view; in a parallel projection half the picture's height, m.
+        near: distance of the plane at which drawing begins, m.
+        far: of the one at which it ends, m.
+        parallel: without perspective, as a plan.
+    """
+
+    size: tuple[int, int]
+    half_height: float
+    near: float
+    far: float
+    parallel: bool = False
+
+    @classmethod
+    def pinhole(cls, size: tuple[int, int], focal: float, near: float, farthest: float) -> Lens:
+        """A lens by its focal length in pixels; the sky is farther away than `farthest` (m) in every pixel."""
+        width, height = size
+        corner = math.hypot(1.0, width / 2 / focal, height / 2 / focal)  # length of a ray there for each metre of depth
+        return cls(size, height / 2 / focal, near, 1.01 * farthest * corner / SKY)
+
+    @classmethod
+    def plan(cls, size: tuple[int, int], half_height: float, near: float, farthest: float) -> Lens:
+        """A parallel projection; the sky is farther away than `farthest` (m), and its haze wider than the picture."""
+        diagonal = 2 * half_height * math.hypot(1.0, size[0] / size[1])
+        return cls(size, half_height, near, 1.01 * max(farthest, diagonal) / SKY, parallel=True)
+
+    def misses(self, pose: Pose, centres: Floats, radii: Floats) -> NDArray[np.bool_]:
+        """Which balls are wholly out of sight of a pinhole at a pose.
+
+        Args:
+            pose: of the camera.
+            centres: of the balls, shape (n, 3), m.
+            radii: m.
+        """
+        place, turn = pose
+        right, up, back = (np.array(rotate(turn, axis)) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
+        high, wide = self.half_height, self.half_height * self.size[0] / self.size[1]
+        # Outward normals of the planes through the camera that bound what is in sight; the last one has it before the camera.
+        normals = np.array([up + high * back, high * back - up, right + wide * back, wide * back - right, back])
+        normals /= np.linalg.norm(normals, axis=1)[:, None]
+        missed: NDArray[np.bool_] = ((centres - place) @ normals.T > radii[:, None]).any(axis=1)
+        return missed
+
+    def aim(self, scene: mujoco.MjvScene, pose: Pose) -> None:
+        """Set a scene's camera; MuJoCo takes the average of two."""
+        (x, y, z), turn = pose
+        at_near = self.half_height if self.parallel else self.half_height * self.near
+        for eye in scene.camera:
+            eye.pos, eye.forward, eye.up = (x, y, z), rotate(turn, (0.0, 0.0, -1.0)), rotate(turn, (0.0, 1.0, 0.0))
+            eye.frustum_near, eye.frustum_far = self.near, self.far
+            eye.frustum_bottom, eye.frustum_top = -at_near, at_near
+            eye.frustum_center = eye.frustum_width = 0.0  # the width follows from the picture's
+            eye.orthographic = self.parallel
+
+
+@dataclass(frozen=True, slots=True)
+class Shot:
+    """What a camera saw at one instant, not yet drawn."""
+
+    model: mujoco.MjModel
+    scene: mujoco.MjvScene
+    lens: Lens
+    numbers: NDArray[np.int32] | None
+    """For each segment of the scene the number of its prim, 0 for the background; None where nobody asks."""
+
+
+class FrameCapture:
+    """Captures the state of a model.
+
+    Args:
+        model: what is drawn.
+        numbers: for each of its bodies the number of the prim that stands for it.
+    """
+
+    def __init__(self, model: mujoco.MjModel, numbers: NDArray[np.int32]) -> None:
+        self.model = model
+        self._numbers = numbers
+        self._idle: deque[mujoco.MjvScene] = deque()
+        self._option = mujoco.MjvOption()
+        self._option.geomgroup[:] = SEEN
+        self._option.sitegroup[:] = 0
+        self._camera = mujoco.MjvCamera()
+        self._camera.type = mujoco.mjtCamera.mjCAMERA_USER.value  # leave the scene's as it was aimed
+        self._bounded = model.geom_rbound > 0  # a plane is endless
+        # A tendon has a part for each object on its path and for each stretch between two.
+        self._capacity = model.ngeom + 3 * model.nwrap + model.nskin + model.nflex
+
+    def capture(
+        self, data: mujoco.MjData, pose: Pose, lens: Lens, *, segmentation: bool = False, whole: bool = False
+    ) -> Shot:
+        """What a camera at a pose sees of a state.
+
+        Args:
+            data: the state.
+            pose: of the camera.
+            lens: of the camera.
+            segmentation: whether the shot can be drawn with the numbers of prims, too.
+            whole: with what is out of sight, which casts shadows; else that is left out, as it would be drawn all the same.
+        """
+        scene = self._idle.pop() if self._idle else mujoco.MjvScene(self.model, self._capacity)
+        lens.aim(scene, pose)
+        groups = self.model.geom_group.copy()
+        if not whole:
+            self.model.geom_group[self._bounded & lens.misses(pose, data.geom_xpos, self.model.geom_rbound)] = NEITHER
+        try:
+            mujoco.mjv_updateScene(self.model, data, self._option, None, self._camera, _ALL_BUT_DECORATION, scene)
+        finally:
+            self.model.geom_group[:] = groups
+        return Shot(self.model, scene, lens, self._segments(scene) if segmentation else None)
+
+    def give_back(self, shot: Shot) -> None:
+        """Let a shot's scene be used again; from any thread."""
+        if shot.model is self.model:
+            self._idle.append(shot.scene)
+
+    def _segments(self, scene: mujoco.MjvScene) -> NDArray[np.int32]:
+        numbers = np.zeros(scene.ngeom + 1, np.int32)
+        for geom in scene.geoms[: scene.ngeom]:
+            if geom.objtype == mujoco.mjtObj.mjOBJ_GEOM.value:
+                numbers[geom.segid + 1] = self._numbers[self.model.geom_bodyid[geom.objid]]
+        return numbers

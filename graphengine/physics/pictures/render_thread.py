@@ -1,0 +1,199 @@
+"""One thread renders the frames of all cameras of a simulation, in the order in which they were captured.
+
+An OpenGL context belongs to one thread. This thread opens it for the first picture, and closes it when the `RenderThread` is
+closed or garbage-collected.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+import weakref
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
+from contextlib import ExitStack, closing, suppress
+from dataclasses import dataclass
+from queue import SimpleQueue
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.devices.rotation import Pose
+from graphengine.devices.sensor import Picture
+from graphengine.format.errors import RenderError
+from graphengine.format.stateful import Stateful
+from graphengine.physics.engine import mujoco
+from graphengine.physics.model.housings import housing_of
+from graphengine.physics.pictures import opengl
+from graphengine.physics.pictures.bounding_boxes import BoundingBoxes
+from graphengine.physics.pictures.frame_capture import FrameCapture, Lens, Shot
+from graphengine.physics.pictures.rendering import Image, Renderer
+
+if TYPE_CHECKING:
+    from graphengine.physics.core import SimulationCore
+
+NICENESS = 10
+"""How much drawing stands back for the thread that steps."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Job:
+    shot: Shot
+    develop: Callable[[Image], Picture]
+    picture: Future[Picture]
+    give_back: Callable[[Shot], None]
+    size: tuple[int, int]
+    """What is to draw it should be able to draw pictures as large and lenses that see as far, which are yet to come."""
+    far: float
+
+
+_Jobs = SimpleQueue[_Job | None]
+
+
+class RenderThread(Stateful):
+    """Captures frames in the thread that steps the simulation, and renders them in a second thread."""
+
+    kept = ("_labels", "_numbers")
+
+    def __init__(self, simulation: SimulationCore) -> None:
+        self._simulation = simulation
+        self._captures: FrameCapture | None = None
+        self._solids: BoundingBoxes | None = None
+        self._numbers: dict[str, int] = {}
+        self._labels: dict[int, str] = {}
+        self._size, self._far = (1, 1), 1.0
+        self._jobs: _Jobs | None = None
+        self._thread: threading.Thread | None = None
+        self._end: Callable[[], object] = lambda: None
+
+    @property
+    def labels(self) -> Mapping[int, str]:
+        """Prim path of each number in a segmentation; a prim keeps its number."""
+        self._present()
+        return self._labels
+
+    @staticmethod
+    def driver() -> str:
+        """Name and version of the OpenGL driver that draws; `not there` where there is none."""
+        try:
+            return opengl.driver()
+        except RenderError:
+            return "not there"
+
+    def expect(self, lens: Lens) -> None:
+        """Prepare for pictures through a lens, so that what draws need not be set up anew for the first of them."""
+        self._size = max(self._size[0], lens.size[0]), max(self._size[1], lens.size[1])
+        self._far = max(self._far, lens.far)
+
+    def capture(self, pose: Pose, lens: Lens, *, segmentation: bool = False, whole: bool = False) -> Shot:
+        """What a camera at a pose sees in the simulation's present state; see `FrameCapture.capture`."""
+        return self._present().capture(self._simulation.data, pose, lens, segmentation=segmentation, whole=whole)
+
+    def boxes(self, pose: Pose) -> NDArray[np.void]:
+        """The solid boxes of all prims, by their numbers, before a camera at a pose."""
+        self._present()
+        if self._solids is None:
+            self._solids = BoundingBoxes(self._simulation.model, self._prims_of_bodies(self._simulation.model))
+        return self._solids.seen_from(self._simulation.data, pose)
+
+    def draw(self, shot: Shot, develop: Callable[[Image], Picture]) -> Future[Picture]:
+        """Have a shot drawn and, in the thread that draws, made a picture."""
+        self.expect(shot.lens)
+        picture: Future[Picture] = Future()
+        self._open_jobs().put(_Job(shot, develop, picture, self._present().give_back, self._size, self._far))
+        return picture
+
+    def _open_jobs(self) -> _Jobs:
+        """What the thread takes its work from; it is begun here, and again in the copy that a fork makes of a process."""
+        if self._jobs is None or self._thread is None or not self._thread.is_alive():
+            self._jobs = SimpleQueue()
+            self._thread = threading.Thread(target=_draw_all, args=(self._jobs,), name="render", daemon=True)
+            self._thread.start()
+            self._end = weakref.finalize(self, _finish, self._jobs, self._thread)
+        return self._jobs
+
+    def close(self) -> None:
+        """Finish what is being drawn and end the thread; safe to call twice. Who asks again begins another."""
+        self._end()
+        self._jobs = None
+
+    def _present(self) -> FrameCapture:
+        """How the simulation's present model is captured."""
+        model = self._simulation.model
+        if self._captures is None or self._captures.model is not model:
+            self._captures, self._solids = FrameCapture(model, self._prims_of_bodies(model)), None
+        return self._captures
+
+    def _prims_of_bodies(self, model: mujoco.MjModel) -> NDArray[np.int32]:
+        """For each body the number of its prim, or of that of the body it hangs on."""
+        paths = {prim.body or housing_of(prim): prim.path for prim in self._simulation.stage.prims()}
+        numbers = np.zeros(model.nbody, np.int32)
+        numbers[0] = self._number("/World")
+        for body in range(1, model.nbody):
+            path = paths.get(model.body(body).name)
+            numbers[body] = self._number(path) if path else numbers[model.body_parentid[body]]
+        return numbers
+
+    def _number(self, path: str) -> int:
+        number = self._numbers.setdefault(path, len(self._numbers) + 1)
+        self._labels[number] = path
+        return number
+
+
+def _finish(jobs: _Jobs, thread: threading.Thread) -> None:
+    jobs.put(None)
+    if thread is not threading.current_thread():  # where the garbage collector happened to run
+        thread.join()
+
+
+def _draw_all(jobs: _Jobs) -> None:
+    """The thread: draw until there is an end."""
+    with suppress(OSError):  # a matter of the thread, and of those that the driver starts from it
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)
+    with closing(_RendererCache()) as renderers:
+        while (job := jobs.get()) is not None:
+            if job.picture.set_running_or_notify_cancel():
+                try:
+                    job.picture.set_result(job.develop(renderers.draw(job)))
+                except BaseException as error:  # told to whoever waits for the picture
+                    job.picture.set_exception(error)
+            job.give_back(job.shot)
+            del job  # or this thread would keep the simulation alive
+
+
+class _RendererCache:
+    """The current renderer and OpenGL context of the thread. A new model replaces the renderer and keeps the context."""
+
+    def __init__(self) -> None:
+        self._opengl = ExitStack()
+        self._renderer: Renderer | None = None
+
+    def draw(self, job: _Job) -> Image:
+        """Draw a shot. After an error, the renderer and context are closed, and opened again for the next shot.
+
+        Raises:
+            RenderError: there is no OpenGL, or it refused.
+        """
+        try:
+            return self._renderer_for(job).draw(job.shot)
+        except BaseException:
+            self.close()
+            raise
+
+    def _renderer_for(self, job: _Job) -> Renderer:
+        if self._renderer is None:
+            self._opengl.enter_context(opengl.context())
+        elif not self._renderer.fits(job.shot):
+            self._renderer.close()
+        else:
+            return self._renderer
+        self._renderer = Renderer(job.shot.model, job.size, job.far)
+        return self._renderer
+
+    def close(self) -> None:
+        """Close the renderer and the OpenGL context."""
+        if self._renderer is not None:
+            self._renderer.close()
+        self._renderer = None
+        self._opengl.close()

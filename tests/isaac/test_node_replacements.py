@@ -1,0 +1,63 @@
+"""What an import says of node types that are not available, and how it carries older ones over."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from graphengine.compiler.registry import default_registry
+from graphengine.format.diagnostics import Findings
+from graphengine.isaac import node_replacements
+from graphengine.isaac.graph_file import compose
+from graphengine.isaac.recorded_graph import RecordedGraph, RecordedNode, RecordedValue
+
+
+def imported(node: RecordedNode) -> tuple[str, Findings]:
+    findings = Findings()
+    graph = RecordedGraph("/G", "execution", nodes={node.name: node})
+    return compose(graph, "g", default_registry(), findings, "a test"), findings
+
+
+@pytest.mark.parametrize(
+    ("type_name", "words"),
+    [
+        ("omni.isaac.surface_gripper.SurfaceGripper", "nothing here holds things by suction"),
+        ("omni.isaac.core_nodes.IsaacConvertRGBAToRGB", "ROS2CameraHelper"),
+        ("omni.isaac.ros_bridge.ROS1PublishTransformTree", "the node of the same name with ROS2"),
+        ("isaacsim.ucx.nodes.UCXPublishClock", "ROS2PublishClock"),
+        ("omni.graph.ui_nodes.OnWidgetClicked", "graphrun ctl impulse"),
+    ],
+)
+def test_a_type_that_is_not_available_is_told_with_what_does_its_work(type_name: str, words: str) -> None:
+    text, findings = imported(RecordedNode("N", type_name))
+    (finding,) = [one for one in findings.items if one.code == "W301"]
+    assert words in finding.help[0]
+    assert type_name in text
+
+
+def test_every_node_that_is_named_as_a_replacement_is_available() -> None:
+    advice = " ".join((*node_replacements.REPLACEMENTS.values(), *node_replacements.FAMILIES.values()))
+    named = set(re.findall(r"\b(?:ROS2|Isaac|Write|On|Random)[A-Z][A-Za-z0-9]+", advice))
+    assert {"ROS2CameraHelper", "IsaacReadLidarBeams", "WritePrimAttribute"} < named
+    assert [name for name in sorted(named) if default_registry().find(name) is None] == []
+    assert [name for name in node_replacements.REPLACEMENTS if default_registry().find(name) is not None] == []
+
+
+@pytest.mark.parametrize("topic", [{"inputs:topicName": RecordedValue("info")}, {}])
+def test_a_camera_helper_of_type_camera_info_becomes_the_helper_that_publishes_it(
+    topic: dict[str, RecordedValue],
+) -> None:
+    values = {"inputs:type": RecordedValue("camera_info"), "inputs:frameId": RecordedValue("eye"), **topic}
+    text, findings = imported(RecordedNode("Info", "omni.isaac.ros2_bridge.ROS2CameraHelper", values))
+    assert "type: isaacsim.ros2.bridge.ROS2CameraInfoHelper" in text
+    assert "camera_info" not in text
+    (note,) = [one for one in findings.items if one.code == "N301"]
+    assert note.help == (() if topic else ("its topic is camera_info, as topicName was not given",))
+
+
+def test_a_camera_helper_of_another_type_stays_one() -> None:
+    values = {"inputs:type": RecordedValue("depth")}
+    text, findings = imported(RecordedNode("Depth", "isaacsim.ros2.bridge.ROS2CameraHelper", values))
+    assert "inputs: {type: depth}" in text
+    assert findings.items == []

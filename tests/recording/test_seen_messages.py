@@ -1,0 +1,68 @@
+"""What a node saw is known where the run published it, or another node saw as many copies before."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from graphengine.recording import seen_messages
+from graphengine.recording.seen_messages import SeenMessages
+
+NODES = ("/World/one", "/World/other")
+
+
+def test_what_the_run_published_is_known_to_every_node() -> None:
+    topic = SeenMessages()
+    topic.add(b"a")
+    assert topic.see(NODES[:1], b"a")
+    assert topic.see(NODES[1:], b"a")
+
+
+def test_what_another_node_saw_before_is_known() -> None:
+    topic = SeenMessages()
+    assert not topic.see(NODES[:1], b"a")
+    assert topic.see(NODES[1:], b"a")
+
+
+def test_the_same_bytes_once_more_are_another_message() -> None:
+    topic = SeenMessages()
+    topic.add(b"a")
+    assert topic.see(NODES, b"a")
+    assert not topic.see(NODES, b"a")
+    assert not topic.see(NODES[:1], b"b")
+
+
+def test_what_is_new_to_one_of_several_nodes_is_not_known() -> None:
+    topic = SeenMessages()
+    assert not topic.see(NODES[:1], b"a")
+    assert not topic.see(NODES, b"a")
+
+
+def test_what_is_long_ago_is_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(seen_messages, "REMEMBERED", 2)
+    topic = SeenMessages()
+    for data in (b"a", b"b", b"c"):
+        topic.add(data)
+    assert [topic.see(NODES, data) for data in (b"b", b"c", b"a")] == [True, True, False]
+
+
+EVENTS = st.lists(st.tuples(st.sampled_from([(), NODES[:1], NODES[1:], NODES]), st.sampled_from([b"a", b"b"])))
+
+
+@given(EVENTS)
+def test_a_topic_has_each_message_as_often_as_it_must(events: list[tuple[tuple[str, ...], bytes]]) -> None:
+    topic, kept, published = SeenMessages(), Counter[bytes](), Counter[bytes]()
+    seen: dict[str, Counter[bytes]] = {node: Counter() for node in NODES}
+    for nodes, data in events:
+        if not nodes:
+            topic.add(data)
+            published[data] += 1
+        if not nodes or not topic.see(nodes, data):
+            kept[data] += 1
+        for node in nodes:
+            seen[node][data] += 1
+        most = max(counts[data] for counts in seen.values())
+        assert max(most, published[data]) <= kept[data] <= most + published[data]
