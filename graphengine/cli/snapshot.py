@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from graphengine.devices.sensor import Picture
+    from graphengine.devices.camera import Picture
     from graphengine.devices.stage import Prim
     from graphengine.physics.pictures.rendering import Image
     from graphengine.physics.simulation import Simulation
@@ -47,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def size(text: str) -> tuple[int, int]:
     """Width and height of `1280x720`."""
-    from graphengine.devices.sensor import LARGEST_PICTURE as LARGEST
+    from graphengine.devices.camera import LARGEST_PICTURE as LARGEST
 
     match = re.fullmatch(r"([0-9]{1,5})x([0-9]{1,5})", text)
     width, height = (int(match[1]), int(match[2])) if match else (0, 0)
@@ -147,7 +147,9 @@ def _look(world: Simulation, prim: Prim | None, arguments: argparse.Namespace) -
 
     segmentation: bool = arguments.segmentation
     if prim is not None:
-        return world.camera(prim, arguments.size).picture(segmentation=segmentation)
+        from graphengine.physics.sensors.camera import PinholeCamera
+
+        return world.device(PinholeCamera, prim, size=arguments.size).picture(segmentation=segmentation)
     view = views.find_view(world, arguments.camera, arguments.size or SIZE)
     return views.draw(world, view, segmentation=segmentation)
 
