@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.devices.sensor import Lidar, Scan
+from graphengine.devices.lidar import Lidar, Scan
 from graphengine.node import Bound, Context, ExecIn, ExecOut, Fire, In, Node, Out, State
 from graphengine.node.types import Buffer, Float, Float2, Floats, Int, Point3fs, Target, Token, UChars, UInt64
 
@@ -102,7 +102,7 @@ class IsaacComputeRTXLidarFlatScan(BeamsNode, type="isaacsim.sensors.rtx.IsaacCo
 
     def setup(self, context: Context) -> None:
         """Bind the lidar."""
-        self.lidar = context.lidar(self.render_product_path)
+        self.lidar = context.device(Lidar, self.render_product_path)
         self.level = level_ring(self.lidar)
 
     def put_out(self, scan: Scan) -> None:
@@ -124,7 +124,7 @@ class IsaacReadLidarBeams(BeamsNode, type="isaacsim.sensors.physx.IsaacReadLidar
 
     def setup(self, context: Context) -> None:
         """Bind the lidar."""
-        self.lidar = context.lidar(self.lidar_prim[0])
+        self.lidar = context.device(Lidar, self.lidar_prim[0])
 
     def put_out(self, scan: Scan) -> None:
         """Hand on all rings."""
@@ -146,7 +146,7 @@ class IsaacReadLidarPointCloud(LidarNode, type="isaacsim.sensors.physx.IsaacRead
 
     def setup(self, context: Context) -> None:
         """Bind the lidar."""
-        self.lidar = context.lidar(self.lidar_prim[0])
+        self.lidar = context.device(Lidar, self.lidar_prim[0])
 
     def put_out(self, scan: Scan) -> None:
         """Hand on the points."""

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from graphengine.devices.contact import ContactSensor
+from graphengine.devices.imu import Imu
 from graphengine.devices.motion import Articulation
-from graphengine.devices.sensor import ContactSensor, Imu
 from graphengine.node import Bound, Clock, Context, ExecIn, ExecOut, Fire, In, Node, Out, State
 from graphengine.node.types import Doubles, Float, Quaterniond, Target, Tokens, UChars, Vector3d
 
@@ -32,7 +33,7 @@ class IsaacReadIMU(Node, type="isaacsim.sensors.physics.IsaacReadIMU", gated=Tru
 
     def setup(self, context: Context) -> None:
         """Bind the unit."""
-        self.imu = context.imu(self.imu_prim[0])
+        self.imu = context.device(Imu, self.imu_prim[0])
 
     def compute(self) -> Fire:
         """Hand on the newest sample, if there is one and it was not yet."""
@@ -62,7 +63,7 @@ class IsaacReadContactSensor(Node, type="isaacsim.sensors.physics.IsaacReadConta
 
     def setup(self, context: Context) -> None:
         """Bind the sensor."""
-        self.sensor = context.contact_sensor(self.cs_prim[0])
+        self.sensor = context.device(ContactSensor, self.cs_prim[0])
 
     def compute(self) -> None:
         """Read the sensor."""

@@ -16,7 +16,7 @@ from graphengine.format.output import write_together
 from graphengine.format.wording import did_you_mean, listing
 
 if TYPE_CHECKING:
-    from graphengine.devices.sensor import Picture
+    from graphengine.devices.camera import Picture
     from graphengine.physics.pictures.rendering import Image
     from graphengine.physics.simulation import Simulation
 
@@ -80,10 +80,11 @@ def look(
         UsageError: there is no such view or camera.
     """
     from graphengine.physics.pictures import views
+    from graphengine.physics.sensors.camera import PinholeCamera
 
     prim = find_camera(world, name)
     if prim is not None:
-        return world.camera(prim, size).picture(segmentation=segmentation)
+        return world.device(PinholeCamera, prim, size=size).picture(segmentation=segmentation)
     return views.draw(world, views.find_view(world, name, size or SIZE), segmentation=segmentation)
 
 

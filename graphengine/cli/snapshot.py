@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from graphengine.api.scene import Scene
-    from graphengine.devices.sensor import Picture
+    from graphengine.devices.camera import Picture
     from graphengine.physics.pictures.rendering import Image
 
 MILLIMETRES = 1000
@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def size(text: str) -> tuple[int, int]:
     """Width and height of `1280x720`."""
-    from graphengine.devices.sensor import LARGEST_PICTURE as LARGEST
+    from graphengine.devices.camera import LARGEST_PICTURE as LARGEST
 
     match = re.fullmatch(r"([0-9]{1,5})x([0-9]{1,5})", text)
     width, height = (int(match[1]), int(match[2])) if match else (0, 0)

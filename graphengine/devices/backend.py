@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Protocol, TypeVar
 
 from graphengine.devices.entity import Box, Entity, EntityState, Move, Overlap
 from graphengine.devices.motion import Articulation, Body, Frame, Placement
-from graphengine.devices.sensor import Camera, ContactSensor, Friction, Imu, Lidar, Light, Vector3
+from graphengine.devices.sensor import Friction, Light, Vector3
 from graphengine.devices.stage import Prim, Stage
 from graphengine.format.errors import JointError
 from graphengine.format.wording import did_you_mean, listing
+
+D = TypeVar("D")
 
 
 class Entities(Protocol):
@@ -130,17 +132,14 @@ class World(Protocol):
     def articulation(self, robot: Prim) -> Articulation:
         """The joints of a robot prim."""
 
-    def lidar(self, prim: Prim) -> Lidar:
-        """The ray-casting sensor at a lidar prim."""
+    def device(self, interface: Callable[..., D], prim: Prim, **options: Any) -> D:
+        """The device at a prim of its kind; always the same for the same options.
 
-    def camera(self, prim: Prim, size: tuple[int, int] | None = None) -> Camera:
-        """The camera at a camera prim, with pictures of a size, or of its own."""
-
-    def imu(self, prim: Prim) -> Imu:
-        """The inertial unit at an imu prim."""
-
-    def contact_sensor(self, prim: Prim) -> ContactSensor:
-        """The contact sensor at a contact prim."""
+        Args:
+            interface: its Protocol.
+            prim: of the device.
+            options: as the kind takes them: a camera has `size`, width and height of its pictures in pixels.
+        """
 
     @property
     def rays_in_use(self) -> str:

@@ -1,31 +1,26 @@
-"""A world without physics: handles at rest."""
+"""A world without physics, for checks and for tests: handles are stubs, which tests write to."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partialmethod
+from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from graphengine.devices import rotation
 from graphengine.devices.backend import select_joints
+from graphengine.devices.device import device_of
 from graphengine.devices.entity import Entity
-from graphengine.devices.motion import Body, Frame, Placement
-from graphengine.devices.sensor import (
-    ContactReading,
-    Friction,
-    ImuSample,
-    Light,
-    Picture,
-    Quaternion,
-    Scan,
-    Vector3,
-    beam_directions,
-    pinhole,
-)
-from graphengine.devices.stage import Prim, Stage
+from graphengine.devices.sensor import Friction, Light, Quaternion, Vector3
+from graphengine.devices.stage import IDENTITY, ORIGIN, Prim, Stage
 from graphengine.format.errors import UnknownEntityError
 from graphengine.format.stateful import Shared, Stateful
+
+D = TypeVar("D")
 
 
 class DryEntities:
@@ -47,7 +42,7 @@ class DryEntities:
 
 
 class DryWorld(Stateful):
-    """A world without physics: handles that are at rest, for checks and for tests of nodes."""
+    """A world without physics."""
 
     kept = ("_frictions", "_lights", "clamped_commands", "dropped_pictures", "gravity")
 
@@ -63,6 +58,9 @@ class DryWorld(Stateful):
         self.rays_in_use = ""
         self._frictions: dict[str, Friction] = {}
         self._lights: dict[str, Light] = {}
+        self._bodies: dict[Prim, BodyStub] = {}
+        self._robots: dict[Prim, ArticulationStub] = {}
+        self._devices: dict[tuple[Any, ...], Any] = {}
 
     def set_gravity(self, gravity: Vector3) -> None:
         """Nothing falls."""
@@ -85,41 +83,36 @@ class DryWorld(Stateful):
         """Nothing is lit."""
         self._lights[prim.path] = light
 
-    def body(self, prim: Prim) -> Body:
-        """A body at rest."""
-        return DryBody(prim)
+    def body(self, prim: Prim) -> BodyStub:
+        """The prim's stub, always the same; it is fixed to its parent's unless it was defined as a body."""
+        if prim not in self._bodies:
+            carrier = self.body(prim.parent) if prim.parent else None
+            self._bodies[prim] = BodyStub(prim.position, prim.orientation, carrier=carrier)
+        return self._bodies[prim]
 
-    def frame(self, prim: Prim) -> Frame:
-        """A frame at the world's origin."""
-        return DryBody(prim)
+    frame = body
 
     def mass(self, prim: Prim) -> float:
         """One kilogram."""
         return 1.0
 
-    def placement(self, prim: Prim) -> Placement | None:
-        """A body that stays where it is, if the prim has one."""
-        return DryPlacement() if prim.body is not None or self.stage.stands_for_robot(prim) is not None else None
+    def placement(self, prim: Prim) -> BodyStub | None:
+        """The prim's stub if it has a body or stands for a robot, which stays where nodes put it."""
+        movable = prim.body is not None or self.stage.stands_for_robot(prim) is not None
+        return self.body(prim) if movable else None
 
-    def articulation(self, robot: Prim) -> DryArticulation:
-        """Joints that stay where they are."""
-        return DryArticulation(robot)
+    def articulation(self, robot: Prim) -> ArticulationStub:
+        """The robot's joints, always the same."""
+        return self._robots.setdefault(robot, ArticulationStub(robot))
 
-    def lidar(self, prim: Prim) -> DryLidar:
-        """A sensor that sees nothing."""
-        return DryLidar(prim)
-
-    def camera(self, prim: Prim, size: tuple[int, int] | None = None) -> DryCamera:
-        """A camera that delivers nothing."""
-        return DryCamera(prim, size)
-
-    def imu(self, prim: Prim) -> DryImu:
-        """A sensor at rest."""
-        return DryImu(prim)
-
-    def contact_sensor(self, prim: Prim) -> DryContactSensor:
-        """A sensor that nothing touches."""
-        return DryContactSensor(prim)
+    def device(self, interface: Callable[..., D], prim: Prim, **options: Any) -> D:
+        """The stub of a device, always the same for the same options."""
+        found = device_of(interface)
+        place = (prim, found.kind, *sorted(options.items()))
+        if place not in self._devices:
+            self._devices[place] = found.stub(prim, **options)
+        made: D = self._devices[place]
+        return made
 
     def picture_driver(self) -> str:
         """Nothing draws."""
@@ -130,153 +123,84 @@ class DryWorld(Stateful):
         """Robots and bodies that nobody moves."""
         return DryEntities(self.stage)
 
-    def step(self) -> None:
-        """Nothing moves."""
-
     def begin_tick(self, tick: int) -> None:
         """Nothing is due."""
 
-    def zero_commands(self) -> None:
-        """Nothing was commanded."""
+    def step(self) -> None:
+        """Do nothing: a world without physics stays as it is."""
 
-    def reset_state(self) -> None:
-        """Nothing has changed."""
-
-    def reset_time(self) -> None:
-        """No time has passed."""
-
-    def close(self) -> None:
-        """Nothing is held."""
+    zero_commands = reset_state = reset_time = close = step
 
 
-class DryBody:
-    """At rest at the origin."""
+@dataclass(slots=True)
+class BodyStub(Shared):
+    """Where a prim is and how it moves, for tests to write: in the world frame, or fixed to what carries it."""
 
-    def __init__(self, prim: Prim) -> None:
-        self.prim = prim
+    position: Vector3 = ORIGIN
+    orientation: Quaternion = IDENTITY
+    linear: Vector3 = (0.0, 0.0, 0.0)
+    angular: Vector3 = (0.0, 0.0, 0.0)
+    carrier: BodyStub | None = None
 
     def pose(self) -> tuple[Vector3, Quaternion]:
-        """The origin."""
-        return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
-
-    def velocity(self) -> tuple[Vector3, Vector3]:
-        """Zero."""
-        return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-
-
-class DryPlacement:
-    """Moves nothing."""
+        """In the world frame."""
+        pose = (self.position, self.orientation)
+        return rotation.compose(self.carrier.pose(), pose) if self.carrier else pose
 
     def place(self, position: Vector3, orientation: Quaternion) -> None:
-        """Take a pose."""
+        """Be there, at rest."""
+        self.position, self.orientation, self.carrier = position, orientation, None
+        self.linear = self.angular = (0.0, 0.0, 0.0)
+
+    def velocity(self) -> tuple[Vector3, Vector3]:
+        """In the world frame; what is carried at r moves with v + w x r."""
+        if self.carrier is None:
+            return self.linear, self.angular
+        linear, angular = self.carrier.velocity()
+        arm = rotation.rotate(self.carrier.pose()[1], self.position)
+        return tuple(np.add(linear, np.cross(angular, arm)).tolist()), angular
 
 
-class DryArticulation:
-    """A robot whose joints are known and do not move."""
+class ArticulationStub(Shared):
+    """Joints whose `state` tests write; `targets` are what nodes wrote, NaN where never."""
 
     def __init__(self, robot: Prim) -> None:
         self.prim_path = robot.path
         self.joint_names: tuple[str, ...] = tuple(robot.facts.get("joints", ()))
         self.prismatic: tuple[bool, ...] = tuple(robot.facts.get("prismatic", (False,) * len(self.joint_names)))
+        at_rest = np.zeros(len(self.joint_names))
+        self.state: dict[str, ArrayLike] = {"position": at_rest, "velocity": at_rest, "effort": at_rest}
+        self.targets = {kind: [math.nan] * len(self.joint_names) for kind in self.state}
 
-    def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> DryJointSelection:
-        """A selection that takes commands and does nothing."""
-        chosen = select_joints(self, names, indices)
-        return DryJointSelection(tuple(self.joint_names[i] for i in chosen))
+    def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> JointSelectionStub:
+        """Joints by name, else by index, else all."""
+        return JointSelectionStub(self, select_joints(self, names, indices))
 
-    def positions(self) -> NDArray[np.float64]:
-        """Zeros."""
-        return np.zeros(len(self.joint_names))
+    def _read(self, kind: str) -> NDArray[np.float64]:
+        return np.array(self.state[kind], np.float64)
 
-    velocities = positions
-    efforts = positions
+    positions = partialmethod(_read, "position")
+    velocities = partialmethod(_read, "velocity")
+    efforts = partialmethod(_read, "effort")
 
     def set_points(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Zeros."""
-        return np.zeros(len(self.joint_names)), np.zeros(len(self.joint_names))
+        """What nodes wrote; 0 where never."""
+        return np.nan_to_num(self.targets["position"]), np.nan_to_num(self.targets["velocity"])
 
     def wrenches(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Zeros."""
         return np.zeros((len(self.joint_names), 3)), np.zeros((len(self.joint_names), 3))
 
 
-class DryJointSelection(Shared):
-    """Remembers nothing."""
+class JointSelectionStub(Shared):
+    """Some joints; a command writes the articulation's targets."""
 
-    def __init__(self, names: tuple[str, ...]) -> None:
-        self.names = names
+    def __init__(self, robot: ArticulationStub, joints: Sequence[int]) -> None:
+        self.names = tuple(robot.joint_names[joint] for joint in joints)
+        self.robot, self.joints = robot, joints
 
-    def command(
-        self,
-        positions: Sequence[float] | None = None,
-        velocities: Sequence[float] | None = None,
-        efforts: Sequence[float] | None = None,
-    ) -> None:
-        """Take a command."""
-
-
-class DryLidar:
-    """A lidar with its profile and nothing to see. The prim's facts hold `rate`, `angles` and `ranges`."""
-
-    def __init__(self, prim: Prim) -> None:
-        self.prim_path = prim.path
-        self.rate: float = prim.facts.get("rate", 10.0)
-        self.angles: tuple[float, float, float] = prim.facts.get("angles", (0.0, 0.0, 1.0))
-        self.ranges: tuple[float, float] = prim.facts.get("ranges", (0.05, 10.0))
-        self.elevations: NDArray[np.float64] = np.array(prim.facts.get("elevations", (0.0,)), float)
-        self.due, self.index = False, 0
-
-    @property
-    def directions(self) -> NDArray[np.float64]:
-        """Unit vectors of the beams, ring after ring."""
-        return beam_directions(self.angles, self.elevations)
-
-    def scan(self) -> Scan:
-        """No return anywhere."""
-        beams = len(self.directions)
-        return Scan(0.0, 0, np.full(beams, np.inf, np.float32), np.zeros(beams, np.float32))
-
-
-class DryCamera:
-    """A camera with its profile that never delivers; its prim's facts hold `size`, `fov_deg`, `clip` and `rate`."""
-
-    def __init__(self, prim: Prim, size: tuple[int, int] | None = None) -> None:
-        self.prim_path = prim.path
-        self.rate: float = prim.facts.get("rate", 30.0)
-        self.size: tuple[int, int] = size or prim.facts.get("size", (640, 480))
-        self.clip: tuple[float, float] = prim.facts.get("clip", (0.01, 100.0))
-        self.intrinsics = pinhole(self.size, prim.facts.get("fov_deg", (90.0, 90.0))[0])
-        self.latency = 1
-        self.labels: dict[int, str] = {}
-        self.due, self.index = False, 0
-
-    def request(self, *, segmentation: bool = False) -> None:
-        """Nothing is captured."""
-
-    def delivered(self) -> Picture | None:
-        """Nothing."""
-        return None
-
-
-class DryImu:
-    """At rest and upright."""
-
-    def __init__(self, prim: Prim) -> None:
-        self.prim_path = prim.path
-        self.rate: float = prim.facts.get("rate", 100.0)
-        self.due = False
-
-    def sample(self) -> ImuSample:
-        """Nothing but gravity."""
-        return ImuSample(0.0, 0, (0.0, 0.0, 0.0), (0.0, 0.0, 9.81), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
-
-
-class DryContactSensor:
-    """Touched by nothing."""
-
-    def __init__(self, prim: Prim) -> None:
-        self.prim_path = prim.path
-
-    def reading(self) -> ContactReading:
-        """No force."""
-        return ContactReading(0.0, False, 0.0)
+    def command(self, positions: Any = None, velocities: Any = None, efforts: Any = None) -> None:
+        """Set what is given and not NaN."""
+        for target, values in zip(self.robot.targets.values(), (positions, velocities, efforts), strict=True):
+            for joint, value in zip(self.joints, values or [math.nan] * len(self.joints), strict=True):
+                target[joint] = target[joint] if math.isnan(value) else value

@@ -12,21 +12,18 @@ from numpy.typing import NDArray
 from graphengine.devices.sensor import Quaternion, Vector3
 
 
-class Body(Protocol):
-    """A rigid body, or the rigid body that carries a prim."""
-
-    def pose(self) -> tuple[Vector3, Quaternion]:
-        """Position (m) and orientation of the prim in the world frame."""
-
-    def velocity(self) -> tuple[Vector3, Vector3]:
-        """Linear (m/s) and angular (rad/s) velocity of the prim's origin, in the world frame."""
-
-
 class Frame(Protocol):
     """The pose of any prim, whether or not physics knows it."""
 
     def pose(self) -> tuple[Vector3, Quaternion]:
-        """Position (m) and orientation in the world frame."""
+        """Position (m) and orientation of the prim in the world frame."""
+
+
+class Body(Frame, Protocol):
+    """A rigid body, or the rigid body that carries a prim."""
+
+    def velocity(self) -> tuple[Vector3, Vector3]:
+        """Linear (m/s) and angular (rad/s) velocity of the prim's origin, in the world frame."""
 
 
 class Placement(Protocol):

@@ -19,29 +19,15 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import Any
 
 from graphengine.devices.sensor import Quaternion, Vector3
 from graphengine.format.errors import AmbiguousPrimError, PrimError
 from graphengine.format.stateful import Shared
 from graphengine.format.wording import did_you_mean, listing
 
-PrimKind = Literal[
-    "scope",
-    "robot",
-    "link",
-    "joint",
-    "frame",
-    "lidar",
-    "camera",
-    "imu",
-    "contact",
-    "material",
-    "graph",
-    "body",
-    "light",
-    "sensor",
-]
+PrimKind = str
+"""A kind of device, or one of: scope, robot, link, joint, frame, material, graph, body, light; sensor, which mounts devices."""
 
 PHYSICS_SCENE = "/physicsScene"
 """Where Isaac Sim has the prim with the settings of the physics, and scenes here have gravity."""

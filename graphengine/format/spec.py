@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
+from graphengine.format.kinds import DEVICES
 from graphengine.format.wording import shown
 
 FORMAT = 1
@@ -364,17 +365,25 @@ class FrameSpec(Spec):
     orientation: Orientation = UPRIGHT
 
 
-class SensorSpec(FrameSpec):
+class _TypeOfSensor:
+    """A kind of device, or a type of rig."""
+
+    @staticmethod
+    def __get_pydantic_core_schema__(_: Any, handler: Any) -> Any:
+        return handler(Literal[(*DEVICES.all, "realsense_d455", "rig")])
+
+
+class SensorSpec(FrameSpec, defer_build=True):
     """A sensor on a link."""
 
-    type: Literal["lidar", "camera", "imu", "contact", "realsense_d455", "rig"]
+    type: Annotated[str, _TypeOfSensor]
     profile: str = Field(default="", description="Name of a sensor profile, such as microscan3_9m_20hz.")
     noise_std: NotNegative | None = Field(
-        default=None, description="Standard deviation of a lidar's distances, m; the profile's when not given."
+        default=None, description="Standard deviation of the distances it measures, m; the profile's when not given."
     )
 
 
-class RobotSpec(Spec):
+class RobotSpec(Spec, defer_build=True):
     """A robot file: a description, what is changed about it, what is mounted on it, and its graphs."""
 
     format: Format = 1

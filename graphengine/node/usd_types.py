@@ -7,25 +7,12 @@ from types import MappingProxyType
 
 from graphengine.devices.stage import PHYSICS_SCENE, Prim, PrimKind
 from graphengine.format.errors import ContextError
+from graphengine.format.kinds import DEVICES
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.node.types import PortType
 
-USD_TYPES: Mapping[PrimKind, str] = MappingProxyType(
-    {
-        "scope": "Scope",
-        "robot": "Xform",
-        "link": "Xform",
-        "frame": "Xform",
-        "body": "Xform",
-        "sensor": "Xform",
-        "lidar": "OmniLidar",
-        "camera": "Camera",
-        "imu": "IsaacImuSensor",
-        "contact": "IsaacContactSensor",
-        "material": "Material",
-        "graph": "OmniGraph",
-    }
-)
+_USD_TYPES: dict[PrimKind, str] = {"scope": "Scope", "material": "Material", "graph": "OmniGraph"}
+_USD_TYPES |= dict.fromkeys(("robot", "link", "frame", "body", "sensor"), "Xform")
 _JOINT_TYPES = {
     "revolute": "PhysicsRevoluteJoint",
     "continuous": "PhysicsRevoluteJoint",
@@ -77,7 +64,7 @@ def usd_type(prim: Prim) -> str:
         return "DistantLight" if prim.facts.get("directional") else "SphereLight"
     if prim.kind == "joint":
         return _JOINT_TYPES.get(prim.facts.get("type", ""), "PhysicsJoint")
-    return USD_TYPES[prim.kind]
+    return _USD_TYPES.get(prim.kind) or str(DEVICES.all[prim.kind].usd)
 
 
 def is_physics_scene(prim: Prim) -> bool:

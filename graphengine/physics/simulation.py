@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any, TypeVar
 
-from graphengine.devices.stage import Prim, PrimKind
+from graphengine.devices.device import device_of
+from graphengine.devices.stage import Prim
 from graphengine.physics.core import SimulationCore
 from graphengine.physics.dynamics.entities import Entities
 from graphengine.physics.dynamics.handle_table import Handle
 from graphengine.physics.dynamics.handles import CarriedPrim, Joints
 from graphengine.physics.dynamics.placing import PlacedBody, find_mover
 from graphengine.physics.pictures.render_thread import RenderThread
-from graphengine.physics.sensors.camera import PinholeCamera, native_size
-from graphengine.physics.sensors.contact import BodyContactSensor
-from graphengine.physics.sensors.imu import InertialUnit
-from graphengine.physics.sensors.lidar import RayLidar
+from graphengine.physics.sensors.implementations import IMPLEMENTATIONS
 
+D = TypeVar("D")
 H = TypeVar("H", bound=Handle)
 
 
@@ -53,12 +53,10 @@ class Simulation(SimulationCore):
         self.studio.close()
 
     def body(self, prim: Prim) -> CarriedPrim:
-        """The rigid body at, or carrying, a prim."""
+        """The rigid body at, or carrying, a prim, which also has the pose of the prim."""
         return self._handle(CarriedPrim, prim)
 
-    def frame(self, prim: Prim) -> CarriedPrim:
-        """The pose of a prim."""
-        return self._handle(CarriedPrim, prim)
+    frame = body
 
     def mass(self, prim: Prim) -> float:
         """Mass of the body that a prim has of its own, kg."""
@@ -71,28 +69,15 @@ class Simulation(SimulationCore):
 
     def articulation(self, robot: Prim) -> Joints:
         """The joints of a robot prim."""
-        return self._handle(Joints, robot, "robot")
+        self._expect(robot, "robot")
+        return self._handle(Joints, robot)
 
-    def lidar(self, prim: Prim) -> RayLidar:
-        """The ray-casting sensor at a lidar prim."""
-        return self._handle(RayLidar, prim, "lidar")
+    def device(self, interface: Callable[..., D], prim: Prim, **options: Any) -> D:
+        """The device at a prim of its kind; always the same for the same options."""
+        kind = device_of(interface).kind
+        self._expect(prim, kind)
+        found: D = self._handle(IMPLEMENTATIONS.all[kind].handle, prim, **options)
+        return found
 
-    def camera(self, prim: Prim, size: tuple[int, int] | None = None) -> PinholeCamera:
-        """The camera at a camera prim, with pictures of a size, or of its own."""
-        self._expect(prim, "camera")
-        width, height = size or native_size(prim)
-        place = f"{prim.path}/{width}x{height}"
-        return self._handles.find(PinholeCamera, place, lambda: PinholeCamera(self, self.studio, prim, (width, height)))
-
-    def imu(self, prim: Prim) -> InertialUnit:
-        """The inertial unit at an imu prim."""
-        return self._handle(InertialUnit, prim, "imu")
-
-    def contact_sensor(self, prim: Prim) -> BodyContactSensor:
-        """The contact sensor at a contact prim."""
-        return self._handle(BodyContactSensor, prim, "contact")
-
-    def _handle(self, make: type[H], prim: Prim, kind: PrimKind | None = None) -> H:
-        if kind is not None:
-            self._expect(prim, kind)
-        return self._handles.find(make, prim.path, lambda: make(self, prim))
+    def _handle(self, make: type[H], prim: Prim, **options: Any) -> H:
+        return self._handles.find(make, make.key(prim, **options), lambda: make(self, prim, **options))

@@ -16,14 +16,7 @@ from __future__ import annotations
 
 from graphengine.testing.node_check import check_node as check_node
 from graphengine.testing.recording_context import RecordingContext as RecordingContext
-from graphengine.testing.recording_world import RecordingArticulation as RecordingArticulation
-from graphengine.testing.recording_world import RecordingBody as RecordingBody
-from graphengine.testing.recording_world import RecordingCamera as RecordingCamera
-from graphengine.testing.recording_world import RecordingContactSensor as RecordingContactSensor
 from graphengine.testing.recording_world import RecordingEntities as RecordingEntities
-from graphengine.testing.recording_world import RecordingImu as RecordingImu
-from graphengine.testing.recording_world import RecordingLidar as RecordingLidar
-from graphengine.testing.recording_world import RecordingSelection as RecordingSelection
 from graphengine.testing.recording_world import RecordingWorld as RecordingWorld
 from graphengine.testing.sessions import session as session
 from graphengine.testing.sessions import session_fixture as session_fixture

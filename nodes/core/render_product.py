@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from graphengine.devices.sensor import Camera
+from graphengine.devices.camera import Camera
 from graphengine.node import (
     Bound,
     Context,
@@ -105,7 +105,7 @@ class IsaacReadCameraInfo(Node, type="isaacsim.core.nodes.IsaacReadCameraInfo", 
 
     def setup(self, context: Context) -> None:
         """Bind the camera."""
-        self.camera = context.camera(self.render_product_path)
+        self.camera = context.device(Camera, self.render_product_path)
 
     def reads(self) -> Iterable[str]:
         """The camera."""

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.devices.sensor import BOX_3D
+from graphengine.devices.camera import BOX_3D
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.node import BadValueError, In, String, UChars

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.devices.sensor import Camera, Picture
+from graphengine.devices.camera import Camera, Picture
 from graphengine.format.wording import listing
 from graphengine.messages import messages
 from graphengine.messages.endpoints import Publisher
@@ -68,7 +68,7 @@ class ROS2CameraHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper
             available = listing(_MESSAGES, "available types")
             raise ContextError(f"pictures of type {self.type_in!r} are not available", self.type_in, available)
         super().setup(context)
-        self.camera = context.camera(self.render_product_path)
+        self.camera = context.device(Camera, self.render_product_path)
         kind = _MESSAGES[self.type_in]
         self.publisher = self.open_for(context, self.camera, kind, self.topic_name, frame_id=self.frame_id)
         self.labels = None

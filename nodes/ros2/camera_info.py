@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.devices.sensor import Camera
+from graphengine.devices.camera import Camera
 from graphengine.messages import messages
 from graphengine.messages.endpoints import Publisher
 from graphengine.node import (
@@ -126,10 +126,10 @@ class ROS2CameraInfoHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraIn
     def setup(self, context: Context) -> None:
         """Bind the cameras and open the topics."""
         super().setup(context)
-        left = context.camera(self.render_product_path)
+        left = context.device(Camera, self.render_product_path)
         self.eyes = (self.eye(context, left, 0.0, self.topic_name, self.frame_id),)
         if self.render_product_path_right:
-            right = context.camera(self.render_product_path_right)
+            right = context.device(Camera, self.render_product_path_right)
             baseline = self.baseline(context, left, right)
             self.eyes += (self.eye(context, right, baseline, self.topic_name_right, self.frame_id_right),)
 

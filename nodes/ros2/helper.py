@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from graphengine.devices.sensor import Camera, Lidar
+from graphengine.devices.device import TickSensor
 from graphengine.messages.endpoints import Publisher
 from graphengine.node import Bound, Clock, Context, In, Token, UInt
 from graphengine.nodes.ros2.publisher import TopicNode
@@ -30,9 +30,7 @@ class SensorHelper(TopicNode):
         """Bind the clock."""
         self.clock = context.clock
 
-    def open_for(
-        self, context: Context, sensor: Camera | Lidar, message_type: str, topic: str, **facts: Any
-    ) -> Publisher:
+    def open_for(self, context: Context, sensor: TickSensor, message_type: str, topic: str, **facts: Any) -> Publisher:
         """A topic for a sensor's samples; `facts` as for `Context.publisher`."""
         rate = min(sensor.rate, 1.0 / self.clock.delta) / (self.frame_skip_count + 1)
         return self.open_topic(context, message_type, topic, namespace_from=sensor.prim_path, rate=rate, **facts)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.devices.sensor import Lidar, Scan
+from graphengine.devices.lidar import Lidar, Scan
 from graphengine.format.wording import listing
 from graphengine.messages import messages
 from graphengine.messages.endpoints import Publisher
@@ -53,7 +53,7 @@ class ROS2RtxLidarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxLidarHe
         if self.enable_object_id_map:
             context.log("warning", "enableObjectIdMap has no effect: rays do not tell objects apart")
         super().setup(context)
-        self.lidar = context.lidar(self.render_product_path)
+        self.lidar = context.device(Lidar, self.render_product_path)
         self.level = level_ring(self.lidar) if len(self.lidar.elevations) > 1 else None
         kind = "LaserScan" if self.type_in == "laser_scan" else "PointCloud2"
         self.publisher = self.open_for(

@@ -56,7 +56,7 @@ def load(name: str) -> Simulation:
 
 def camera_of(simulation: Simulation, size: tuple[int, int]) -> PinholeCamera:
     """The colour camera, with pictures of a size."""
-    return simulation.camera(simulation.stage.find(PRIM), size)
+    return simulation.device(PinholeCamera, simulation.stage.find(PRIM), size=size)
 
 
 def measure(camera: PinholeCamera, what: str) -> float:

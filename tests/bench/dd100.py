@@ -17,6 +17,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from graphengine.devices.lidar import Lidar
 from graphengine.format.files import find_given
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
@@ -93,13 +94,16 @@ def main(simulated: float) -> None:
     network = LiveNetwork(lambda domain: DdsTransport(DOMAIN, "bench"), DOMAIN.id, print)
     world: Any = Simulation
     rays, steps, lidars = Stopwatch(), Stopwatch(), []
-    make_lidar, step = world.lidar, world.step
+    make_device, step = world.device, world.step
 
-    def timed_lidar(simulation: Any, prim: Any) -> Any:
-        lidars.append(make_lidar(simulation, prim))
-        return TimedLidar(lidars[-1], rays)
+    def timed_device(simulation: Any, interface: Any, prim: Any, **options: Any) -> Any:
+        made = make_device(simulation, interface, prim, **options)
+        if interface is not Lidar:
+            return made
+        lidars.append(made)
+        return TimedLidar(made, rays)
 
-    world.lidar, world.step = timed_lidar, steps.wrap(step)
+    world.device, world.step = timed_device, steps.wrap(step)
     try:
         with build.start(assembly, network) as session:
             assert reader.stdout is not None

@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.devices.sensor import Scan
+from graphengine.devices.lidar import Scan
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import EndpointClaim, QoS

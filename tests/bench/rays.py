@@ -18,7 +18,8 @@ from pathlib import Path
 
 import numpy as np
 
-from graphengine.devices.sensor import beam_directions
+from graphengine.devices.lidar import beam_directions
+from graphengine.physics.sensors.lidar import RayLidar
 from graphengine.physics.sensors.rays import Caster, RaysChoice
 from graphengine.physics.sensors.select import select_rays
 from graphengine.physics.simulation import Simulation
@@ -120,7 +121,7 @@ def fleets(ways: list[RaysChoice], rounds: int) -> None:
 
 def every_scan(simulation: Simulation) -> Callable[[], float]:
     """A job in which all robots move, and then all lidars have a sample."""
-    lidars = [simulation.lidar(prim) for prim in simulation.stage.prims("lidar")]
+    lidars = [simulation.device(RayLidar, prim) for prim in simulation.stage.prims("lidar")]
 
     def job() -> float:
         simulation.step()

@@ -456,7 +456,9 @@ def test_the_order_of_lines_decides_nothing_but_ties(folder: Path, random: Rando
         if "W104" in run.codes:  # the order of lines says which wire reads the value of the pass before
             return
         latent = {instance.index for instance in run.graph.instances if instance.cls.kind() == "latent"}
-        if any(wire.source in latent for wire in run.graph.data_wires):  # and whether it reads what one shows at its start
+        if any(
+            wire.source in latent for wire in run.graph.data_wires
+        ):  # and whether it reads what one shows at its start
             return
         ids = [instance.id for instance in run.graph.instances]
         told.append([(sorted(lines), dict(zip(ids, shown, strict=True))) for lines, shown in play(run)])

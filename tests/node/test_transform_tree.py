@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.devices.dry_world import DryBody
+from graphengine.devices.dry_world import DryWorld
 from graphengine.devices.stage import Prim, Stage
 from graphengine.node.context.transform_tree import expand, frame_names
 
@@ -17,7 +17,9 @@ def named(*paths: str, **overrides: str) -> dict[str, str]:
 
 
 def edges(stage: Stage, *targets: str, parent: str = "") -> list[tuple[str, str]]:
-    links = expand(stage, [stage.find(t) for t in targets], stage.find(parent) if parent else None, DryBody)
+    links = expand(
+        stage, [stage.find(t) for t in targets], stage.find(parent) if parent else None, DryWorld(stage).frame
+    )
     return [(link.parent_name, link.child_name) for link in links]
 
 

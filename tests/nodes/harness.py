@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.devices.backend import World
+from graphengine.devices.lidar import LidarStub
 from graphengine.devices.sensor import Quaternion, Vector3
 from graphengine.format.files import shipped
 from graphengine.messages import messages
@@ -193,5 +194,5 @@ def dd100(prefix: str = "/dd100") -> RecordingWorld:
     world.stage.add(chassis, "link", body=chassis)
     world.stage.add(f"{chassis}/sim_lidar", "sensor", position=(0.0, 0.0, 0.15), namespace="sim_lidar")
     world.stage.add(f"{chassis}/sim_camera", "sensor", position=(0.3, 0.0, 0.05), namespace="sim_camera")
-    world.add_lidar(f"{chassis}/sim_lidar/Lidar", rate=20.0, angles=(-1.0, 1.0, 0.5), ranges=(0.05, 9.0))
+    world.add_device(LidarStub, f"{chassis}/sim_lidar/Lidar", rate=20.0, angles=(-1.0, 1.0, 0.5), ranges=(0.05, 9.0))
     return world

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from graphengine.devices.dry_world import DryArticulation
+from graphengine.devices.dry_world import ArticulationStub
 from graphengine.format.errors import JointError, PrimError
 from graphengine.nodes.core.articulation import IsaacArticulationState, IsaacJointNameResolver
 from graphengine.nodes.physics_sensors import IsaacReadJointState
-from graphengine.testing import RecordingArticulation, RecordingContext, RecordingWorld
+from graphengine.testing import RecordingContext, RecordingWorld
 from tests.nodes import scenes
 from tests.nodes.harness import Player, ready
 
@@ -42,7 +42,7 @@ def test_the_state_of_some_joints_is_in_the_order_they_were_asked_for(
     context: RecordingContext, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     wrenches = np.arange(9.0).reshape(3, 3), np.arange(9.0, 18.0).reshape(3, 3)
-    monkeypatch.setattr(RecordingArticulation, "wrenches", lambda _: wrenches)
+    monkeypatch.setattr(ArticulationStub, "wrenches", lambda _: wrenches)
     node = ready(IsaacArticulationState, context, robot_path="/arm", joint_names=["finger", "shoulder"])
     node.compute()
     assert node.joint_names_out == ("finger", "shoulder")
@@ -99,7 +99,7 @@ def test_in_a_simulation_the_joints_of_an_arm_measure_what_they_carry(play: Play
 
 
 def test_forces_and_torques_that_no_wire_takes_are_not_computed(play: Player, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delattr(DryArticulation, "wrenches")
+    monkeypatch.delattr(ArticulationStub, "wrenches")
     world = RecordingWorld()
     world.add_robot("/arm", JOINTS)
     text = "nodes: {Tick: OnPlaybackTick, State: {type: ArticulationState, inputs: {targetPrim: /arm}}"

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from numpy.typing import NDArray
 
-from graphengine.devices.sensor import BOX_3D
+from graphengine.devices.camera import BOX_3D
 from graphengine.messages import messages
 from graphengine.nodes.ros2.boxes import (
     BOX,

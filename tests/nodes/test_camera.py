@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_typestore
 
-from graphengine.devices.sensor import BOX_3D
+from graphengine.devices.camera import BOX_3D, CameraStub
 from graphengine.format.errors import ContextError, PrimError
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
@@ -40,7 +40,7 @@ class Bench:
     def __init__(self, kind: str = "rgb", *, wanted: bool = True, rate: float = 30.0, **inputs: Any) -> None:
         self.context = RecordingContext(wanted=wanted)
         self.context.world.add_robot("/robot")
-        self.camera = self.context.world.add_camera(CAMERA, rate=rate, size=(3, 2), fov_deg=(90.0, 67.4))
+        self.camera = self.context.world.add_device(CameraStub, CAMERA, rate=rate, size=(3, 2), fov_deg=(90.0, 67.4))
         self.camera.labels = {1: "/World/shelf", 2: "/World/crate"}
         inputs = {"type_in": kind, "render_product_path": CAMERA, **inputs}
         self.node = ready(ROS2CameraHelper, self.context, **inputs)
@@ -199,12 +199,12 @@ def test_a_picture_of_nothing_is_an_empty_cloud() -> None:
 
 def test_points_follow_the_lens_of_the_camera_that_the_product_shows() -> None:
     context = RecordingContext()
-    context.world.add_camera("/wide", size=(3, 2), fov_deg=(90.0, 67.4))
-    context.world.add_camera("/narrow", size=(3, 2), fov_deg=(45.0, 30.0))
+    context.world.add_device(CameraStub, "/wide", size=(3, 2), fov_deg=(90.0, 67.4))
+    context.world.add_device(CameraStub, "/narrow", size=(3, 2), fov_deg=(45.0, 30.0))
     path = context.render_product("/wide", 3, 2)
     node = ready(ROS2CameraHelper, context, render_product_path=path, type_in="depth_pcl", topic_name="points")
     context.exchange_camera(path, "/narrow")()
-    context.world.camera(context.world.stage.find("/narrow"), (3, 2)).show(COLOURS, depth=1.0)
+    context.world.device(CameraStub, context.world.stage.find("/narrow"), size=(3, 2)).show(COLOURS, depth=1.0)
     node.update()
     (cloud,) = context.transport.messages("/points")
     assert read_points(cloud)["x"][0] == pytest.approx(-1.0 / (1.5 / math.tan(math.radians(22.5))))
@@ -381,7 +381,7 @@ def test_with_system_time_stamps_are_the_wall_time_of_the_delivery() -> None:
 def test_namespaces_are_collected_from_the_cameras_prim_for_both_topics() -> None:
     context = RecordingContext("/World/elsewhere/Helper")
     context.world.add_robot("/robot")
-    context.world.add_camera(CAMERA)
+    context.world.add_device(CameraStub, CAMERA)
     context.world.stage.find("/robot/base_link").namespace = "robot_1"
     context.world.stage.find(CAMERA).namespace = "front"
     inputs = {"render_product_path": CAMERA, "type_in": SEGMENTATIONS[1], "enable_semantic_labels": True}
@@ -422,7 +422,7 @@ def test_what_is_no_camera_is_refused_in_setup(path: str) -> None:
 
 def test_in_a_graph_of_physics_steps_it_is_refused_because_samples_belong_to_ticks() -> None:
     context = RecordingContext()
-    context.world.add_camera("/Camera")
+    context.world.add_device(CameraStub, "/Camera")
     context.runs = "physics_step"
     with pytest.raises(ContextError, match="runs: tick"):
         ready(ROS2CameraHelper, context, render_product_path="/Camera")
@@ -436,8 +436,8 @@ def test_the_shipped_graph_publishes_colours_depth_and_calibration_with_one_stam
 ) -> None:
     world = dd100()
     path = "/dd100/Geometry/base_link/chassis_link/sim_camera/RSD455/Camera_OmniVision_OV9782_Color"
-    world.add_camera(path, fov_deg=(90.0, 64.0))
-    camera = world.camera(world.stage.find(path), (640, 400))
+    world.add_device(CameraStub, path, fov_deg=(90.0, 64.0))
+    camera = world.device(CameraStub, world.stage.find(path), size=(640, 400))
     camera.show(np.zeros((400, 640, 3)), depth=2.0, time=1 / 60)
     playing = play.shipped("camera", world)
     playing.tick(2)  # the recorded camera delivers at once, a calibration after the latency of one tick

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from rosbags.typesys import Stores, get_typestore
 
 from graphengine.devices import rotation
+from graphengine.devices.camera import CameraStub
 from graphengine.devices.sensor import Quaternion, Vector3
 from graphengine.format.errors import ContextError, PrimError
 from graphengine.messages import messages
@@ -39,7 +40,7 @@ class Bench:
         self.inputs = {"render_product_path": LEFT, **inputs}
         if stereo:
             self.inputs.setdefault("render_product_path_right", RIGHT)
-        self.camera = self.context.world.camera(self.context.world.stage.find(LEFT))
+        self.camera = self.context.world.device(CameraStub, self.context.world.stage.find(LEFT))
         self.node = ready(ROS2CameraInfoHelper, self.context, **self.inputs)
 
     def place(self, path: str, position: Vector3, turn: Quaternion = FORWARD, **facts: Any) -> None:
@@ -87,7 +88,7 @@ def test_what_lies_in_the_edge_of_the_field_of_view_is_projected_onto_the_edge_o
     width: int, height: int, degrees: float
 ) -> None:
     context = RecordingContext()
-    context.world.add_camera("/Camera", size=(width, height), fov_deg=(degrees, degrees))
+    context.world.add_device(CameraStub, "/Camera", size=(width, height), fov_deg=(degrees, degrees))
     node = ready(ROS2CameraInfoHelper, context, render_product_path="/Camera")
     info = node.message(node.eyes[0], 0.0)
     # The middle of pixel 0 is 0, so the picture reaches from -0.5 to width - 0.5.
@@ -99,7 +100,7 @@ def test_what_lies_in_the_edge_of_the_field_of_view_is_projected_onto_the_edge_o
 
 def test_it_is_the_size_of_the_render_product_that_counts() -> None:
     context = RecordingContext()
-    context.world.add_camera("/Camera", size=(1280, 720), fov_deg=(90.0, 60.0))
+    context.world.add_device(CameraStub, "/Camera", size=(1280, 720), fov_deg=(90.0, 60.0))
     node = ready(ROS2CameraInfoHelper, context, render_product_path=context.render_product("/Camera", 640, 360))
     info = node.message(node.eyes[0], 0.0)
     assert (info.width, info.height) == (640, 360)

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from graphengine.devices.sensor import ImuSample
+from graphengine.devices.imu import ImuSample, ImuStub
 from graphengine.messages import messages
 from graphengine.nodes.ros2.imu import ROS2PublishImu
 from tests.nodes.harness import Player, dd100, quaternion, vector
@@ -52,7 +52,7 @@ def test_without_a_reading_it_is_upright_and_at_rest() -> None:
 
 def test_the_shipped_graph_publishes_each_sample_once_with_its_stamp_and_the_units_place(play: Player) -> None:
     world = dd100()
-    imu = world.add_imu("/dd100/Geometry/base_link/chassis_link/sim_camera/RSD455/Imu_Sensor")
+    imu = world.add_device(ImuStub, "/dd100/Geometry/base_link/chassis_link/sim_camera/RSD455/Imu_Sensor")
     imu.measured = ImuSample(0.25, 7, (1.0, 2.0, 3.0), (0.0, 0.0, 9.81), (4.0, 5.0, 6.0), TURN)
     playing = play.shipped("imu", world)
     playing.tick(3)

@@ -13,11 +13,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from graphengine.devices.dry_world import ArticulationStub
 from graphengine.format.errors import CheckError, JointError, NodeError, PrimError
 from graphengine.nodes.core.articulation import IsaacArticulationController
 from graphengine.nodes.ros2.state import ROS2PublishJointState
 from graphengine.scene import build
-from graphengine.testing import RecordingArticulation, RecordingContext, RecordingWorld
+from graphengine.testing import RecordingContext, RecordingWorld
 from tests.nodes.harness import Player, dd100, ready
 
 NAN = math.nan
@@ -25,7 +26,7 @@ JOINTS = ("shoulder", "elbow", "wrist", "finger")
 KINDS = ("position", "velocity", "effort")
 
 
-def arm(context: RecordingContext) -> RecordingArticulation:
+def arm(context: RecordingContext) -> ArticulationStub:
     """Three joints that turn, and one that slides."""
     return context.world.add_robot("/arm", JOINTS, prismatic=(False, False, False, True))
 
@@ -35,7 +36,7 @@ def same(one: Any, other: Any) -> bool:
     return np.array_equal(one, other, equal_nan=True)
 
 
-def controlled(**inputs: Any) -> RecordingArticulation:
+def controlled(**inputs: Any) -> ArticulationStub:
     """The arm after one compute."""
     context = RecordingContext()
     robot = arm(context)

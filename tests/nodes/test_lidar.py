@@ -11,11 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_typestore
 
+from graphengine.devices.lidar import LidarStub
 from graphengine.format.errors import ContextError, PrimError
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
 from graphengine.nodes.ros2.lidar import ROS2RtxLidarHelper, ROS2RtxLidarPointCloudConfig
-from graphengine.testing import RecordingContext, RecordingLidar
+from graphengine.testing import RecordingContext
 from tests.nodes.harness import Player, dd100, read_points, ready
 
 LIDAR = "/robot/Geometry/base_link/Lidar"
@@ -30,8 +31,8 @@ class Bench:
         self.context.world.add_robot("/robot")
         first, last = -math.pi / 3, math.pi / 3
         self.angles = (first, last, (last - first) / (beams - 1))
-        self.lidar: RecordingLidar = self.context.world.add_lidar(
-            LIDAR, rate=rate, angles=self.angles, ranges=(0.05, 9.0)
+        self.lidar: LidarStub = self.context.world.add_device(
+            LidarStub, LIDAR, rate=rate, angles=self.angles, ranges=(0.05, 9.0)
         )
         self.node = ready(ROS2RtxLidarHelper, self.context, **{"render_product_path": LIDAR, **inputs})
 
@@ -169,8 +170,8 @@ class Rings(Bench):
         super().__init__(**inputs)
         elevations = tuple(math.radians(angle) for angle in (20.0, -1.0, -15.0))
         lidar = "/robot/Geometry/base_link/Rings"
-        self.lidar = self.context.world.add_lidar(
-            lidar, rate=10.0, angles=(0.0, math.pi / 2, math.pi / 2), elevations=elevations
+        self.lidar = self.context.world.add_device(
+            LidarStub, lidar, rate=10.0, angles=(0.0, math.pi / 2, math.pi / 2), elevations=elevations
         )
         self.context.close()
         self.node = ready(ROS2RtxLidarHelper, self.context, **{"render_product_path": lidar, **inputs})
@@ -285,7 +286,7 @@ def test_with_system_time_stamps_are_wall_time() -> None:
 def test_the_namespace_is_collected_from_the_sensors_prim_not_from_the_nodes() -> None:
     context = RecordingContext("/World/elsewhere/Helper")
     context.world.add_robot("/robot")
-    context.world.add_lidar(LIDAR)
+    context.world.add_device(LidarStub, LIDAR)
     context.world.stage.find("/robot/base_link").namespace = "robot_1"
     context.world.stage.find(LIDAR).namespace = "laser"
     ready(ROS2RtxLidarHelper, context, render_product_path=LIDAR)
@@ -329,7 +330,7 @@ def test_in_the_shipped_graphs_scans_go_out_from_the_first_tick_on_and_again_aft
     play: Player, name: str
 ) -> None:
     world = dd100()
-    lidar = world.lidar(world.stage.find("/dd100/base_link/chassis_link/sim_lidar/Lidar"))
+    lidar = world.device(LidarStub, world.stage.find("/dd100/base_link/chassis_link/sim_lidar/Lidar"))
     lidar.see([1.0, 2.0, INF, 4.0, 5.0])
     playing = play.shipped(name, world)
     playing.tick(3)
@@ -342,7 +343,7 @@ def test_in_the_shipped_graphs_scans_go_out_from_the_first_tick_on_and_again_aft
 
 def test_in_a_graph_of_physics_steps_it_is_refused_because_samples_belong_to_ticks() -> None:
     context = RecordingContext()
-    context.world.add_lidar("/Lidar")
+    context.world.add_device(LidarStub, "/Lidar")
     context.runs = "physics_step"
     with pytest.raises(ContextError, match="runs: tick"):
         ready(ROS2RtxLidarHelper, context, render_product_path="/Lidar")
@@ -365,7 +366,7 @@ def test_chosen_outputs_are_names_in_the_order_of_a_points_fields() -> None:
 
 def test_in_a_graph_a_cloud_bears_what_the_config_chooses(play: Player) -> None:
     world = dd100()
-    lidar = world.lidar(world.stage.find("/dd100/base_link/chassis_link/sim_lidar/Lidar"))
+    lidar = world.device(LidarStub, world.stage.find("/dd100/base_link/chassis_link/sim_lidar/Lidar"))
     playing = play.graph(
         """
         nodes:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from graphengine.devices.lidar import LidarStub
 from graphengine.format.errors import ContextError, PrimError
 from graphengine.nodes.lidar import (
     IsaacComputeRTXLidarFlatScan,
@@ -15,7 +16,7 @@ from graphengine.nodes.lidar import (
     IsaacReadLidarPointCloud,
     LidarNode,
 )
-from graphengine.testing import RecordingContext, RecordingLidar
+from graphengine.testing import RecordingContext
 from tests.nodes.harness import Player, dd100, read_points, ready
 
 LIDAR = "/robot/Geometry/base_link/Lidar"
@@ -38,7 +39,8 @@ class Bench:
         self.context = RecordingContext()
         self.context.world.add_robot("/robot")
         first, last = -math.pi / 3, math.pi / 3
-        self.lidar: RecordingLidar = self.context.world.add_lidar(
+        self.lidar: LidarStub = self.context.world.add_device(
+            LidarStub,
             LIDAR,
             rate=20.0,
             angles=(first, last, (last - first) / 2),
@@ -182,7 +184,7 @@ def test_what_is_no_lidar_is_refused_in_setup(cls: type[LidarNode], path: str) -
 @every_node
 def test_in_a_graph_of_physics_steps_it_is_refused_because_samples_belong_to_ticks(cls: type[LidarNode]) -> None:
     context = RecordingContext()
-    context.world.add_lidar("/Lidar")
+    context.world.add_device(LidarStub, "/Lidar")
     context.runs = "physics_step"
     with pytest.raises(ContextError, match="runs: tick"):
         ready(cls, context, **{INPUTS[cls]: "/Lidar"})
@@ -223,7 +225,7 @@ SCAN = """
 
 def test_in_a_graph_the_arrays_make_the_scan_that_the_helper_makes(play: Player) -> None:
     world = dd100()
-    lidar = world.lidar(world.stage.find("/dd100/base_link/chassis_link/sim_lidar/Lidar"))
+    lidar = world.device(LidarStub, world.stage.find("/dd100/base_link/chassis_link/sim_lidar/Lidar"))
     lidar.see([1.0, 2.0, INF, 4.0, 5.0], [0.0, 50.0, 0.0, 100.0, 255.0], time=1 / 60)
     playing = play.graph(SCAN, world)
     playing.tick()

@@ -10,11 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from graphengine.devices.dry_world import BodyStub
 from graphengine.devices.sensor import Quaternion, Vector3
 from graphengine.format.errors import PrimError
 from graphengine.nodes.core.odometry import IsaacComputeOdometry
 from graphengine.nodes.ros2.state import ROS2PublishOdometry
-from graphengine.testing import RecordingBody, RecordingContext
+from graphengine.testing import RecordingContext
 from tests.nodes.harness import Player, dd100, matrix, quaternion, ready, vector, yaw
 
 numbers = st.floats(-100.0, 100.0)
@@ -229,7 +230,7 @@ def test_a_front_that_points_up_is_no_front() -> None:
 def test_odometry_and_tf_hold_the_same_pose_in_every_tick_from_the_first_on(play: Player, name: str) -> None:
     world = dd100()
     playing = play.shipped(name, world)
-    robot: RecordingBody = world.body(world.stage.find("/dd100"))
+    robot: BodyStub = world.body(world.stage.find("/dd100"))
     for tick in range(4):
         robot.position, robot.orientation = (0.1 * tick, 0.0, 0.0), yaw(0.2 * tick)
         playing.tick()

@@ -6,10 +6,11 @@ import math
 
 import pytest
 
-from graphengine.devices.sensor import ContactReading, ImuSample
+from graphengine.devices.contact import ContactReading, ContactSensorStub
+from graphengine.devices.imu import ImuSample, ImuStub
 from graphengine.format.errors import PrimError
 from graphengine.nodes.physics_sensors import IsaacReadContactSensor, IsaacReadIMU
-from graphengine.testing import RecordingContext, RecordingImu
+from graphengine.testing import RecordingContext
 from tests.nodes.harness import Player, ready
 from tests.nodes.scenes import CUBE, FLOOR, ROBOT, SCENE, body
 
@@ -24,9 +25,9 @@ def measured(index: int) -> ImuSample:
     return ImuSample(0.5, index, (1.0, 2.0, 3.0), (0.0, 0.0, G), (4.0, 5.0, 6.0), (0.0, 0.0, HALF, HALF))
 
 
-def unit(context: RecordingContext) -> RecordingImu:
+def unit(context: RecordingContext) -> ImuStub:
     context.world.add_robot("/robot")
-    return context.world.add_imu("/robot/Imu")
+    return context.world.add_device(ImuStub, "/robot/Imu")
 
 
 @pytest.mark.parametrize(("read_gravity", "upwards"), [(True, 3.0 + G), (False, 3.0)])
@@ -126,7 +127,7 @@ connections:
 def test_a_reading_is_handed_on_at_every_execution() -> None:
     context = RecordingContext()
     context.world.add_robot("/robot")
-    sensor = context.world.add_contact_sensor("/robot/Bumper")
+    sensor = context.world.add_device(ContactSensorStub, "/robot/Bumper")
     node = ready(IsaacReadContactSensor, context, cs_prim="/robot/Bumper")
     node.compute()
     assert (node.in_contact, node.value) == (False, 0.0)

@@ -9,6 +9,11 @@ import pytest
 import yaml
 
 from graphengine.compiler.registry import default_registry, short_names
+from graphengine.devices.camera import CameraStub
+from graphengine.devices.contact import ContactSensorStub
+from graphengine.devices.imu import ImuStub
+from graphengine.devices.lidar import LidarStub
+from graphengine.devices.range import RangeSensorStub
 from graphengine.format.files import Files
 from graphengine.format.permissions import Permissions
 from graphengine.node import Node
@@ -155,6 +160,7 @@ NEEDED: dict[str, dict[str, Any]] = {
     "ROS2Subscriber": {"message_package": "geometry_msgs", "message_name": "Twist"},
     "OnVariableChange": {"variable_name": "speed"},
     "ReadVariable": {"variable_name": "speed"},
+    "RangePublisher": {"range_prim": "/robot/Geometry/base_link/Range"},
     "RobotStatePublisher": {"target_prim": "/robot"},
     "WriteVariable": {"variable_name": "speed", "value_in": 2.0},
     "AppendArray": {"input0": np.array([1.0]), "input1": np.array([2.0])},
@@ -201,17 +207,18 @@ NEEDED: dict[str, dict[str, Any]] = {
 
 
 def surroundings() -> RecordingContext:
-    """A robot with a lidar and a camera that see something, an inertial unit and a contact sensor."""
+    """A robot with a lidar, a camera and a range sensor that see something, an inertial unit and a contact sensor."""
     context = RecordingContext()
     context.variables["speed"] = Variable(1.0)
     context.services.permissions = Permissions(Files.of(HERE / "graph.yaml"), {"ROBOT": "dd100"}, scripts=True)
     context.world.add_robot("/robot", ["left", "right"])
-    lidar = context.world.add_lidar("/robot/Geometry/base_link/Lidar", angles=(0.0, 1.0, 1.0))
+    lidar = context.world.add_device(LidarStub, "/robot/Geometry/base_link/Lidar", angles=(0.0, 1.0, 1.0))
     lidar.see([1.0, np.inf])
-    context.world.add_camera("/robot/Geometry/base_link/Camera").show(np.zeros((3, 4, 3)), depth=2.0)
+    context.world.add_device(CameraStub, "/robot/Geometry/base_link/Camera").show(np.zeros((3, 4, 3)), depth=2.0)
     context.render_product("/robot/Geometry/base_link/Camera", 64, 48)
-    context.world.add_imu("/robot/Geometry/base_link/Imu")
-    context.world.add_contact_sensor("/robot/Geometry/base_link/Contact")
+    context.world.add_device(ImuStub, "/robot/Geometry/base_link/Imu")
+    context.world.add_device(ContactSensorStub, "/robot/Geometry/base_link/Contact")
+    context.world.add_device(RangeSensorStub, "/robot/Geometry/base_link/Range").measure(1.0)
     return context
 
 

@@ -9,12 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from graphengine.devices.dry_world import BodyStub
+from graphengine.devices.lidar import Lidar, LidarStub
 from graphengine.devices.motion import Articulation, Body, Frame, JointSelection
-from graphengine.devices.sensor import Lidar, Vector3
+from graphengine.devices.sensor import Vector3
 from graphengine.format.errors import ContextError, PrimError, TransportError
 from graphengine.node import Context
 from graphengine.node.variable import Variable
-from graphengine.testing import RecordingBody, RecordingContext, RecordingWorld
+from graphengine.testing import RecordingContext, RecordingWorld
 from tests.nodes.harness import matrix, twist, yaw
 
 NAN = math.nan
@@ -26,7 +28,7 @@ def test_it_keeps_to_the_protocols_that_nodes_know() -> None:
     world.add_body("/body")
     articulation: Articulation = world.add_robot("/robot", ["joint"])
     selection: JointSelection = articulation.select()
-    lidar: Lidar = world.add_lidar("/lidar")
+    lidar: Lidar = world.add_device(LidarStub, "/lidar")
     body: Body = world.body(world.stage.find("/body"))
     frame: Frame = world.frame(world.stage.find("/robot/base_link"))
     assert (context.clock.time, selection.names, lidar.due, body.pose()) == (0.0, ("joint",), False, frame.pose())
@@ -65,7 +67,7 @@ def test_a_robots_motion_carries_all_of_its_links() -> None:
     world = RecordingWorld()
     world.add_robot("/robot")
     world.stage.add("/robot/Geometry/base_link/mast", "link", position=(0.0, 0.0, 1.0))
-    robot: RecordingBody = world.body(world.stage.find("/robot"))
+    robot: BodyStub = world.body(world.stage.find("/robot"))
     robot.position = (5.0, 0.0, 0.0)
     assert world.frame(world.stage.find("/robot/base_link/mast")).pose()[0] == (5.0, 0.0, 1.0)
 
@@ -95,7 +97,7 @@ def test_a_command_of_the_wrong_width_is_a_mistake_of_the_node() -> None:
 
 
 def test_a_lidar_sees_what_the_test_says_and_counts_who_looks() -> None:
-    lidar = RecordingWorld().add_lidar("/lidar", angles=(0.0, 1.0, 0.5))
+    lidar = RecordingWorld().add_device(LidarStub, "/lidar", angles=(0.0, 1.0, 0.5))
     assert np.isinf(lidar.scan().ranges).tolist() == [True] * 3
     lidar.see([1.0, 2.0, 3.0], 9.0, time=0.5, index=4)
     scan = lidar.scan()

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from graphengine.devices.camera import Camera, CameraStub
+from graphengine.devices.lidar import Lidar, LidarStub
 from graphengine.format.errors import CheckError, ContextError, PrimError
 from graphengine.node.context.context import Context
 from graphengine.nodes.core.render_product import (
@@ -26,7 +28,7 @@ CAMERA = "/robot/Geometry/base_link/camera"
 def context() -> RecordingContext:
     made = RecordingContext()
     made.world.add_robot("/robot")
-    made.world.add_lidar(LIDAR)
+    made.world.add_device(LidarStub, LIDAR)
     made.world.stage.add(CAMERA, "camera")
     return made
 
@@ -44,7 +46,7 @@ def test_the_defaults_are_a_picture_of_1280_by_720_and_enabled(context: Recordin
 def test_the_path_leads_to_the_lidar(context: RecordingContext) -> None:
     node = product(context, LIDAR)
     assert node.compute() == node.exec_out
-    assert context.lidar(node.render_product_path).prim_path == LIDAR
+    assert context.device(Lidar, node.render_product_path).prim_path == LIDAR
 
 
 def test_the_path_is_known_before_the_first_tick(context: RecordingContext) -> None:
@@ -124,7 +126,7 @@ def test_disabled_in_a_graph_the_helper_behind_it_never_starts(play: Player) -> 
           - Product.renderProductPath -> Helper.renderProductPath
         """
     playing = play.graph(text, world)
-    world.lidar(world.stage.find(sensor)).see([1.0] * 5)
+    world.device(LidarStub, world.stage.find(sensor)).see([1.0] * 5)
     playing.tick(3)
     assert playing.topics["Helper"] == "/dd100_0000/sim_lidar/scan"
     assert playing.published("/dd100_0000/sim_lidar/scan") == []
@@ -141,7 +143,7 @@ def two_cameras() -> RecordingWorld:
     world = RecordingWorld()
     world.add_robot("/robot")
     for name, degrees in (("wide", 90.0), ("narrow", 60.0)):
-        world.add_camera(f"/robot/{name}", size=(640, 480), fov_deg=(degrees, 40.0))
+        world.add_device(CameraStub, f"/robot/{name}", size=(640, 480), fov_deg=(degrees, 40.0))
     return world
 
 
@@ -186,7 +188,7 @@ def test_whoever_reads_a_product_reads_its_camera_which_then_cannot_go(cameras: 
     path = cameras.render_product("/robot/wide", 320, 200)
     info(cameras, path)
     later = Context(cameras.services, cameras.clock, "graph", "/World/graph/later", None, {})
-    later.camera(path)
+    later.device(Camera, path)
     assert {prim.path for prim in later.asked.values()} == {"/robot/wide"}
 
 
@@ -197,9 +199,9 @@ def test_the_render_product_shows_the_other_camera_in_its_own_size(cameras: Reco
     path = cameras.render_product("/robot/wide", 320, 240)
     reader = info(cameras, path)
     node = ready(IsaacSetCameraOnRenderProduct, cameras, render_product_path=path, camera_prim="/robot/narrow")
-    assert cameras.camera(path).prim_path == "/robot/wide"
+    assert cameras.device(Camera, path).prim_path == "/robot/wide"
     node.compute()
-    assert cameras.camera(path).prim_path == "/robot/narrow"
+    assert cameras.device(Camera, path).prim_path == "/robot/narrow"
     before = reader.focal_length
     reader.compute()
     assert reader.focal_length > before

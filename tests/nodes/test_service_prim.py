@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from graphengine.devices.camera import CameraStub
 from graphengine.format.spec import RobotUse
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
@@ -112,7 +113,7 @@ def world() -> RecordingWorld:
     made.add_robot("/robot", ["left", "right"])
     made.stage.add("/robot/Physics/left", "joint", facts={"joint": "left", "type": "continuous"})
     made.stage.add("/robot/Physics/right", "joint", facts={"joint": "right", "type": "continuous"})
-    made.add_camera("/robot/Geometry/base_link/Camera", clip=(0.5, 20.0))
+    made.add_device(CameraStub, "/robot/Geometry/base_link/Camera", clip=(0.5, 20.0))
     return made
 
 
@@ -143,6 +144,8 @@ def test_attributes_are_those_that_stand_for_something() -> None:
         "physics:jointEnabled": "bool",
         "state:angular:physics:position": "float",
         "state:angular:physics:velocity": "float",
+        "drive:angular:physics:targetPosition": "float",
+        "drive:angular:physics:targetVelocity": "float",
     }
     assert answer.displays == answer.names
 

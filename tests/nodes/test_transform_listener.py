@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from graphengine.devices.dry_world import BodyStub
 from graphengine.devices.rotation import compose
 from graphengine.devices.sensor import Quaternion, Vector3
 from graphengine.format.errors import ContextError, PrimError
@@ -17,7 +18,7 @@ from graphengine.nodes.core.transforms import IsaacReadWorldPose
 from graphengine.nodes.ros2.service_prim import ROS2ServicePrim
 from graphengine.nodes.ros2.transform_listener import ROS2SubscribeTransformTree
 from graphengine.nodes.ros2.transforms import ROS2PublishTransformTree
-from graphengine.testing import RecordingBody, RecordingContext
+from graphengine.testing import RecordingContext
 from tests.nodes import scenes
 from tests.nodes.harness import Player, ready, yaw
 
@@ -35,8 +36,8 @@ class Bench:
     def __init__(self, **inputs: Any) -> None:
         self.context = RecordingContext()
         world = self.context.world
-        self.box: RecordingBody = world.add_body("/World/box", (0.0, 0.0, 5.0))
-        self.cart: RecordingBody = world.add_body("/World/cart", (1.0, 0.0, 0.0), yaw(math.pi / 2))
+        self.box: BodyStub = world.add_body("/World/box", (0.0, 0.0, 5.0))
+        self.cart: BodyStub = world.add_body("/World/cart", (1.0, 0.0, 0.0), yaw(math.pi / 2))
         world.stage.add("/World/box/mark", "frame", position=(0.0, 0.0, 1.0))
         names = ["/World", "world", "/World/box", "box", "/World/cart", "cart", "/World/box/mark", "mark"]
         self.node = ready(ROS2SubscribeTransformTree, self.context, **{"frame_names_map": names, **inputs})

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from graphengine.devices.camera import Camera, CameraStub
 from graphengine.format.errors import ContextError
 from graphengine.nodes.core.render_product import IsaacSetCameraOnRenderProduct
 from graphengine.nodes.core.viewport import (
@@ -23,7 +24,7 @@ WIDE, NARROW = "/robot/wide", "/robot/narrow"
 def context() -> RecordingContext:
     made = RecordingContext()
     for path, degrees in ((WIDE, 90.0), (NARROW, 60.0)):
-        made.world.add_camera(path, size=(640, 480), fov_deg=(degrees, 40.0))
+        made.world.add_device(CameraStub, path, size=(640, 480), fov_deg=(degrees, 40.0))
     return made
 
 
@@ -64,7 +65,7 @@ def test_each_name_has_a_render_product(context: RecordingContext) -> None:
 def test_it_shows_the_camera_that_was_set_in_the_usual_size(context: RecordingContext) -> None:
     path = product(context, made(context, viewport_id=1))
     show(context, path, WIDE)
-    camera = context.camera(path)
+    camera = context.device(Camera, path)
     assert (camera.prim_path, camera.size) == (WIDE, (1280, 720))
 
 
@@ -72,9 +73,9 @@ def test_another_camera_comes_with_its_execution(context: RecordingContext) -> N
     path = product(context, made(context))
     show(context, path, WIDE)
     later = show(context, path, NARROW)
-    assert context.camera(path).prim_path == WIDE
+    assert context.device(Camera, path).prim_path == WIDE
     later.compute()
-    assert context.camera(path).prim_path == NARROW
+    assert context.device(Camera, path).prim_path == NARROW
 
 
 @pytest.mark.parametrize("before", [False, True])
@@ -82,10 +83,10 @@ def test_its_size_is_the_one_that_was_set_before_or_after_the_camera(context: Re
     path = product(context, made(context, name="Front"))
     if not before:
         show(context, path, WIDE)
-    held = context.camera(path) if not before else None
+    held = context.device(Camera, path) if not before else None
     ready(IsaacSetViewportResolution, context, viewport="Front", width=320, height=200)
     show(context, path, WIDE).compute()
-    camera = held or context.camera(path)
+    camera = held or context.device(Camera, path)
     assert (camera.prim_path, camera.size) == (WIDE, (320, 200))
 
 
@@ -93,7 +94,7 @@ def test_the_resolution_of_no_viewport_in_particular_is_that_of_the_one_there(co
     ready(IsaacSetViewportResolution, context, width=100, height=50)
     path = product(context, "Viewport")
     show(context, path, WIDE)
-    assert context.camera(path).size == (100, 50)
+    assert context.device(Camera, path).size == (100, 50)
 
 
 @pytest.mark.parametrize("size", [{"width": 0}, {"height": 8193}])
@@ -111,4 +112,4 @@ def test_a_viewport_that_nobody_made_is_refused_with_those_there_are(context: Re
 
 def test_a_viewport_without_a_camera_has_no_pictures(context: RecordingContext) -> None:
     with pytest.raises(ContextError, match="the viewport shows no camera"):
-        context.camera(product(context, made(context)))
+        context.device(Camera, product(context, made(context)))

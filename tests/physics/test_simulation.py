@@ -15,6 +15,8 @@ from graphengine.format.errors import PrimError
 from graphengine.format.spec import RobotUse
 from graphengine.physics.loading import LoadedWorld
 from graphengine.physics.population import Population
+from graphengine.physics.sensors.contact import BodyContactSensor
+from graphengine.physics.sensors.lidar import RayLidar
 from tests.physics.conftest import Ship
 from tests.physics.harness import FLOOR, SCENE, Project
 
@@ -25,7 +27,7 @@ def trajectory(world: LoadedWorld, ticks: int = 40) -> str:
     """Digest of everything that can be read in a short drive."""
     simulation, stage = world.simulation, world.stage
     joints = simulation.articulation(stage.find("/dd100"))
-    base, lidar = simulation.body(stage.find("/dd100/base_link")), simulation.lidar(stage.find(LIDAR))
+    base, lidar = simulation.body(stage.find("/dd100/base_link")), simulation.device(RayLidar, stage.find(LIDAR))
     digest = hashlib.sha256()
     for tick in range(1, ticks + 1):
         for _ in range(simulation.substeps):
@@ -117,7 +119,7 @@ def test_handles_outlive_a_model_that_is_compiled_anew(project: Project) -> None
     arm = simulation.articulation(world.stage.find("/bot"))
     base, eye = (
         simulation.body(world.stage.find("/bot")),
-        simulation.lidar(world.stage.find("/bot/base_link/eye/Lidar")),
+        simulation.device(RayLidar, world.stage.find("/bot/base_link/eye/Lidar")),
     )
     before = base.pose()
     Population(world).add("other", RobotUse(use="bot.yaml", position=(2.0, 0.0, 0.1)), Findings())
@@ -170,7 +172,7 @@ def test_settling_gives_up_on_what_never_rests(project: Project) -> None:
 def test_a_handle_of_the_wrong_kind_of_prim_is_refused_with_the_right_ones(ship: Ship) -> None:
     world = ship("dd100_flat.yaml")
     with pytest.raises(PrimError, match=r"sim_lidar is a sensor, not a lidar\neach lidar: /dd100/.*/sim_lidar/Lidar"):
-        world.simulation.lidar(world.stage.find(LIDAR.removesuffix("/Lidar")))
+        world.simulation.device(RayLidar, world.stage.find(LIDAR.removesuffix("/Lidar")))
     with pytest.raises(PrimError, match=r"is a link, not a robot\neach robot: /dd100"):
         world.simulation.articulation(world.stage.find("/dd100/base_link"))
 
@@ -190,7 +192,7 @@ def test_robots_never_sleep_though_things_in_both_halls_do(project: Project, wor
     project.write("scene.yaml", f"scene: t\nworld: worlds/{world}.xml\nsettle: true\nrobots:\n{robots}")
     loaded = project.load()
     simulation, stage = loaded.simulation, loaded.stage
-    touching = simulation.contact_sensor(stage.find("/idle/base_link/touch"))
+    touching = simulation.device(BodyContactSensor, stage.find("/idle/base_link/touch"))
     for _ in range(720):
         simulation.step()
     simulation.begin_tick(180)

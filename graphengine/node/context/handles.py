@@ -4,17 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal, TypeVar, cast
 
+from graphengine.devices.camera import LARGEST_PICTURE, Camera
+from graphengine.devices.device import Device, device_of
 from graphengine.devices.motion import Articulation, Body, Frame, FrameLink, Placement
-from graphengine.devices.sensor import LARGEST_PICTURE, Camera, ContactSensor, Imu, Lidar, Quaternion, Vector3
+from graphengine.devices.sensor import Quaternion, Vector3
 from graphengine.devices.stage import Prim, PrimKind
 from graphengine.format.errors import ContextError, PrimError
+from graphengine.format.kinds import DEVICES
 from graphengine.format.wording import listing
 from graphengine.node.context.render_product import ProductCamera, RenderProduct
 from graphengine.node.context.services import Services
 from graphengine.node.context.transform_tree import expand
 from graphengine.node.prims.stage_prims import PrimAttribute, Prims
+
+D = TypeVar("D")
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +34,7 @@ class RobotDescription:
 
 
 def _named(kind: PrimKind) -> str:
-    return {"imu": "an imu", "contact": "a contact sensor"}.get(kind, f"a {kind}")
+    return DEVICES.all[kind].title if kind in DEVICES.all else f"a {kind}"
 
 
 def _expect_size(width: int, height: int) -> None:
@@ -39,6 +44,8 @@ def _expect_size(width: int, height: int) -> None:
             raise ContextError(f"there is no picture of {width} x {height} pixels", pixels, legal)
 
 
+_RENDERED = ("lidar", "camera")
+"""Kinds of device that have render products."""
 _VIEWPORTS = "/Render/viewports/"
 """What the paths of the render products of viewports begin with."""
 
@@ -151,7 +158,7 @@ class WorldHandles:
         Raises:
             ContextError: a camera cannot take pictures of that size.
         """
-        found = self._find(prim, "lidar", "camera")
+        found = self._find(prim, *_RENDERED)
         if found.kind == "camera":
             _expect_size(width, height)
         slug = found.path.strip("/").replace("/", "_")
@@ -182,39 +189,38 @@ class WorldHandles:
             product = products[path]
             product.size = size
             if product.camera is not None:
-                product.camera.own = self._services.world.camera(self._find(product.prim, "camera"), size)
+                product.camera.own = self._camera(product)
                 product.camera.show(product.camera.own)
         return path
 
-    def _expect_ticks(self, sensor: str) -> None:
+    def _expect_ticks(self, found: Device) -> None:
         if self.runs == "physics_step":
             raise ContextError(
-                f"a {sensor} has one sample a tick, and this graph runs at every physics step",
+                f"{found.title} has one sample a tick, and this graph runs at every physics step",
                 None,
                 "put the node into a graph with `runs: tick`",
             )
 
-    def lidar(self, render_product: str) -> Lidar:
-        """The lidar behind a render product, or at a prim path.
+    def device(self, interface: Callable[..., D], prim: str, **options: Any) -> D:
+        """The device at a prim, or the lidar or camera behind a render product; such a camera has the product's size.
+
+        Args:
+            interface: Protocol of the device, such as `Lidar` of `graphengine.devices.lidar`.
+            prim: path of the prim or of the render product.
+            options: of the device: `size` of a camera's pictures, width and height in pixels.
 
         Raises:
-            ContextError: the node's graph runs at every physics step.
+            ContextError: the device has one sample a tick and the node's graph runs at every physics step, or the render product
+                is that of a viewport that shows no camera yet.
         """
-        self._expect_ticks("lidar")
-        product = self._services.render_products.get(render_product)
-        return self._services.world.lidar(self._find(product.prim if product else render_product, "lidar"))
-
-    def camera(self, render_product: str) -> Camera:
-        """The camera behind a render product, in the product's size, or at a prim path, in its own.
-
-        Raises:
-            ContextError: the node's graph runs at every physics step, or a viewport shows no camera yet.
-        """
-        self._expect_ticks("camera")
-        product = self._services.render_products.get(render_product)
-        if product is None:
-            return self._services.world.camera(self._find(render_product, "camera"))
-        return self._camera_of(product)
+        found = device_of(interface)
+        if found.ticks_only:
+            self._expect_ticks(found)
+        product = self._services.render_products.get(prim) if found.kind in _RENDERED else None
+        if product is not None and found.kind == "camera":
+            return cast("D", self._camera_of(product))
+        path = product.prim if product is not None else prim
+        return self._services.world.device(interface, self._find(path, found.kind), **options)
 
     def exchange_camera(self, render_product: str, prim: str) -> Callable[[], None]:
         """A function that makes a render product show another camera, for all nodes that hold its camera.
@@ -226,13 +232,13 @@ class WorldHandles:
         if product is None:
             known = listing(self._services.render_products, "render products")
             raise ContextError(f"no render product {render_product!r}", render_product, known)
-        self._expect_ticks("camera")
-        other, camera = self._find(prim, "camera"), self._services.world.camera
+        self._expect_ticks(device_of(Camera))
+        other, world = self._find(prim, "camera"), self._services.world
         product.prim = product.prim or other.path
-        camera(other, product.size)  # which may be refused
+        world.device(Camera, other, size=product.size)  # which may be refused
 
         def exchange() -> None:
-            self._camera_of(product).show(camera(other, product.size))
+            self._camera_of(product).show(world.device(Camera, other, size=product.size))
 
         return exchange
 
@@ -241,18 +247,13 @@ class WorldHandles:
             raise ContextError(
                 "the viewport shows no camera", None, "let IsaacSetCameraOnRenderProduct be executed before"
             )
-        prim = self._find(product.prim, "camera")
+        own = self._camera(product)
         if product.camera is None:
-            product.camera = ProductCamera(self._services.world.camera(prim, product.size))
+            product.camera = ProductCamera(own)
         return product.camera
 
-    def imu(self, prim: str) -> Imu:
-        """The inertial unit at a prim."""
-        return self._services.world.imu(self._find(prim, "imu"))
-
-    def contact_sensor(self, prim: str) -> ContactSensor:
-        """The contact sensor at a prim."""
-        return self._services.world.contact_sensor(self._find(prim, "contact"))
+    def _camera(self, product: RenderProduct) -> Camera:
+        return self._services.world.device(Camera, self._find(product.prim, "camera"), size=product.size)
 
     def stage(self) -> Prims:
         """All prims of the stage, those of spawned robots included."""

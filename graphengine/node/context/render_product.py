@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from operator import attrgetter
 from typing import Any
 
-from graphengine.devices.sensor import Camera, Picture
+from graphengine.devices.camera import Camera
 from graphengine.format.stateful import Shared, Stateful
 
 
@@ -38,45 +36,17 @@ class RenderProduct(Stateful):
             self.camera.show(self.camera.own)
 
 
-def _of_source(name: str) -> Any:
-    return property(attrgetter(f"source.{name}"))
-
-
 class ProductCamera(Shared):
-    """The camera that a render product shows at the moment, which may change while others hold this."""
+    """The camera that a render product shows at the moment, which may change while others hold this; it has what that has."""
 
     __slots__ = ("own", "source")
 
     def __init__(self, own: Camera) -> None:
         self.own = self.source = own
 
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.source, name)
+
     def show(self, source: Camera) -> None:
         """Be that camera from here on."""
         self.source = source
-
-    prim_path: str = _of_source("prim_path")
-    """Path of the camera's prim."""
-    rate: float = _of_source("rate")
-    """Pictures a second."""
-    size: tuple[int, int] = _of_source("size")
-    """Width and height, pixels."""
-    intrinsics: tuple[float, float, float, float] = _of_source("intrinsics")
-    """fx, fy, cx, cy in pixels."""
-    clip: tuple[float, float] = _of_source("clip")
-    """Nearest and farthest distance seen, m."""
-    latency: int = _of_source("latency")
-    """Ticks from capture to delivery."""
-    labels: Mapping[int, str] = _of_source("labels")
-    """Prim path of each number of a segmentation."""
-    due: bool = _of_source("due")
-    """Whether a new sample falls into this tick."""
-    index: int = _of_source("index")
-    """Number of the newest sample since play."""
-
-    def request(self, *, segmentation: bool = False) -> None:
-        """Capture this tick's sample if one is due."""
-        self.source.request(segmentation=segmentation)
-
-    def delivered(self) -> Picture | None:
-        """The picture whose turn it is in this tick."""
-        return self.source.delivered()

@@ -13,6 +13,7 @@ from functools import partial
 from typing import Any
 
 from graphengine.devices.backend import World
+from graphengine.devices.camera import Camera
 from graphengine.format.errors import ContextError
 from graphengine.format.wording import did_you_mean, listing, shown
 from graphengine.node.prims import attributes
@@ -104,7 +105,7 @@ class Prims:
         if prim.kind == "light":
             found |= attributes.of_light(world, prim)
         if prim.kind == "camera":
-            found["clippingRange"] = Attribute("float2", lambda: list(world.camera(prim).clip))
+            found["clippingRange"] = Attribute("float2", lambda: list(world.device(Camera, prim).clip))
         if prim.namespace:
             found["isaac:namespace"] = Attribute("string", lambda: prim.namespace)
         if prim.name_override:

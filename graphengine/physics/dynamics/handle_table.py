@@ -28,6 +28,11 @@ class Handle(Stateful):
         """Path of the prim."""
         return self._prim.path
 
+    @classmethod
+    def key(cls, prim: Prim, **options: Any) -> str:
+        """The prim's path, and below it what else tells handles of a prim apart; a subclass with options takes them."""
+        return prim.path
+
     def bind(self) -> None:
         """Find ids and views in the simulation's present model."""
         raise NotImplementedError

@@ -10,17 +10,14 @@ from collections.abc import Collection
 from typing import Any
 
 from graphengine.devices.poses import from_orientation
-from graphengine.devices.sensor import Quaternion
 from graphengine.devices.stage import Prim, PrimKind, Stage
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.errors import AmbiguousPrimError, PrimError
 from graphengine.format.spec import MaterialSpec, SensorSpec
 from graphengine.format.wording import did_you_mean, listing
-from graphengine.physics.model.profiles import LidarProfile, RigProfile
+from graphengine.physics.model.profiles import RigProfile
 from graphengine.physics.model.robot import Robot
-
-LOOKING_FORWARD: Quaternion = (0.5, -0.5, -0.5, 0.5)
-"""Turns a camera, which looks along its -z axis with +y up, to look along the x axis of its mount with z up."""
+from graphengine.physics.sensors.implementations import Profile
 
 
 def prim_name(name: str) -> str:
@@ -190,23 +187,19 @@ class _Builder:
             self.findings.add("S104", error.message, self.robot.file.key_span(section, reference), *error.help)
 
     def _sensor(self, name: str, sensor: SensorSpec) -> str:
-        """Path of a sensor's prim: an imu or contact sensor itself, or the mount below which its lidar or cameras are."""
+        """Path of a sensor's prim: of its device, or of the mount below which its device or those of its rig are."""
         profile = self.robot.profiles.get(name)
         pose = {"position": sensor.position, "orientation": from_orientation(sensor.orientation)}
-        own = (profile.imu or profile.contact) if profile is not None else None
-        if profile is not None and own is not None:
-            kind: PrimKind = "imu" if profile.imu is not None else "contact"
-            return self._mount("sensors", name, kind, sensor.parent, pose, profile=profile.sensor, **own.model_dump())
+        given = profile.devices() if profile is not None else []
+        if given and not given[0][0].child:
+            [(device, figures)] = given
+            return self._mount("sensors", name, device.kind, sensor.parent, pose, **_facts(figures, sensor))
         path = self._mount("sensors", name, "sensor", sensor.parent, pose, type=sensor.type)
-        if not path or profile is None:
-            return path
         span = self.robot.file.key_span("sensors", name)
-        if profile.lidar is not None:
-            self._add(f"{path}/Lidar", "lidar", span, facts=_lidar_facts(profile.lidar, sensor, profile.sensor))
-        if profile.camera is not None:
-            facts = profile.camera.model_dump() | {"profile": profile.sensor}
-            self._add(f"{path}/Camera", "camera", span, orientation=LOOKING_FORWARD, facts=facts)
-        if profile.rig is not None:
+        for device, figures in given if path else ():
+            place = f"{path}/{device.child}"
+            self._add(place, device.kind, span, orientation=device.orientation, facts=_facts(figures, sensor))
+        if path and profile is not None and profile.rig is not None:
             self._rig(path, profile.rig, span)
         return path
 
@@ -215,19 +208,13 @@ class _Builder:
         self._add(housing, "sensor", span)
         for name, part in rig.parts.items():
             pose = {"position": part.position, "orientation": from_orientation(part.orientation)}
-            if part.camera is not None:
-                self._add(f"{housing}/{name}", "camera", span, facts=part.camera.model_dump(), **pose)
-            if part.imu is not None:
-                self._add(f"{housing}/{name}", "imu", span, facts=part.imu.model_dump(), **pose)
+            for device, profile in part.devices():
+                self._add(f"{housing}/{name}", device.kind, span, facts=profile.facts(), **pose)
 
 
-def _lidar_facts(lidar: LidarProfile, sensor: SensorSpec, profile: str) -> dict[str, Any]:
-    return {
-        "profile": profile,
-        "rate": lidar.rate,
-        "angles": lidar.angles,
-        "elevations": lidar.elevations,
-        "ranges": (lidar.near, lidar.far),
-        "noise_std": lidar.noise_std if sensor.noise_std is None else sensor.noise_std,
-        "resolution": lidar.resolution,
-    }
+def _facts(figures: Profile, sensor: SensorSpec) -> dict[str, Any]:
+    """Of a sensor's profile, with the noise that the robot file gives it."""
+    facts = figures.facts()
+    if "noise_std" in facts and sensor.noise_std is not None:
+        facts["noise_std"] = sensor.noise_std
+    return facts

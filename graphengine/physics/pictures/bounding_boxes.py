@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.devices.camera import BOX_3D
 from graphengine.devices.rotation import Pose, multiply, rotate
-from graphengine.devices.sensor import BOX_3D
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.extents import extents
 from graphengine.physics.pictures.frame_capture import SEEN

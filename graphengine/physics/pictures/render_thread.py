@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.devices.camera import Picture
 from graphengine.devices.rotation import Pose
-from graphengine.devices.sensor import Picture
 from graphengine.format.errors import RenderError
 from graphengine.format.stateful import Stateful
 from graphengine.physics.engine import mujoco

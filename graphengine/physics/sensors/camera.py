@@ -17,24 +17,57 @@ from concurrent.futures import Future, wait
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field, field_validator
 
-from graphengine.devices.sensor import Picture, pinhole
+from graphengine.devices.camera import LARGEST_PICTURE, Camera, Picture, pinhole
 from graphengine.devices.stage import Prim
-from graphengine.physics.dynamics.handles import CarriedPrim
+from graphengine.format.spec import NotNegative
 from graphengine.physics.pictures.frame_capture import Lens
 from graphengine.physics.pictures.rendering import Image
-from graphengine.physics.sensors.sampling import Sampled, Sampling
+from graphengine.physics.sensors.implementations import Deviation, Profile, Rate, implements
+from graphengine.physics.sensors.sampling import Sampled
 
 if TYPE_CHECKING:
-    from graphengine.physics.core import SimulationCore
-    from graphengine.physics.pictures.render_thread import RenderThread
+    from graphengine.physics.simulation import Simulation
 
 NEAREST = 0.05
 """Distance (m) from which on everything hides what is behind it. Nearer would cost precision, and does in proportion."""
+
+PixelCount = Annotated[int, Field(ge=1, le=LARGEST_PICTURE)]
+Pair = Annotated[tuple[float, float], Field(strict=False)]
+
+
+class CameraProfile(Profile):
+    """A pinhole camera with square pixels."""
+
+    size: Annotated[tuple[PixelCount, PixelCount], Field(strict=False)] = Field(description="Width and height, pixels.")
+    fov_deg: Pair = Field(description="Horizontal and vertical field of view; pictures take the horizontal one.")
+    clip: Pair = Field(default=(0.01, 100.0), description="Nearest and farthest distance seen, m.")
+    rate: Rate = Field(default=30.0, description="Pictures a second.")
+    latency: NotNegative = Field(default=0.1, le=10.0, description="From capture to delivery, s; at least one tick.")
+    depth: bool = Field(default=False, description="Whether it is made to measure distance.")
+    colour_noise: NotNegative = Field(default=0.0, le=255, description="Standard deviation of a colour, 0 to 255.")
+    depth_noise: Deviation = Field(
+        default=0.0, description="Standard deviation of a depth at 1 m, m; it grows with the square of the distance."
+    )
+
+    @field_validator("fov_deg")
+    @classmethod
+    def _a_pinhole_sees(cls, degrees: tuple[float, float]) -> tuple[float, float]:
+        if not all(0.1 <= degree <= 179.0 for degree in degrees):
+            raise ValueError("a pinhole camera sees from 0.1 to 179 degrees")
+        return degrees
+
+    @field_validator("clip")
+    @classmethod
+    def _in_front(cls, clip: tuple[float, float]) -> tuple[float, float]:
+        if not 0.001 <= clip[0] < clip[1] <= 1_000_000.0:
+            raise ValueError("write [nearest, farthest], from 0.001 to 1000000 m")
+        return clip
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,21 +91,20 @@ def native_size(prim: Prim) -> tuple[int, int]:
     return size
 
 
+@implements(Camera, CameraProfile)
 class PinholeCamera(Sampled):
     """The camera at a camera prim, whose facts are its profile.
 
     Args:
-        simulation: what it sees.
-        studio: of the simulation.
+        simulation: what it sees; its studio draws the pictures.
         prim: where it is.
-        size: width and height of its pictures, pixels; at any it sees the same from left to right.
+        size: width and height of its pictures, pixels, its profile's if None; at any it sees the same from left to right.
     """
 
     kept = ("_delivery", "_pending", "_segmented", "_skipped")
 
-    def __init__(self, simulation: SimulationCore, studio: RenderThread, prim: Prim, size: tuple[int, int]) -> None:
-        facts = prim.facts
-        self.rate: float = facts.get("rate", 30.0)
+    def __init__(self, simulation: Simulation, prim: Prim, size: tuple[int, int] | None = None) -> None:
+        facts, size = prim.facts, size or native_size(prim)
         self.size = size
         self.clip: tuple[float, float] = facts.get("clip", (0.01, 100.0))
         self.intrinsics = pinhole(size, facts.get("fov_deg", (90.0, 90.0))[0])
@@ -81,19 +113,19 @@ class PinholeCamera(Sampled):
         self._noise: tuple[float, float] = facts.get("colour_noise", 0.0), facts.get("depth_noise", 0.0)
         near, far = self.clip
         self._lens = Lens.pinhole(size, self.intrinsics[0], min(near, NEAREST), far)
-        self._sampling = Sampling(self.rate, simulation.tick_period, simulation.seed, prim.path)
-        self._mount = CarriedPrim(simulation, prim)
         self._pending: deque[_Exposure] = deque()
         self._skipped = 0
         self._segmented = False
         self._delivery: tuple[int, Picture | None] = (0, None)
-        self._studio = studio
-        studio.expect(self._lens)
+        self._studio = simulation.studio
+        self._studio.expect(self._lens)
         super().__init__(simulation, prim)
 
-    def bind(self) -> None:
-        """Find the body that carries it."""
-        self._mount.bind()
+    @classmethod
+    def key(cls, prim: Prim, **options: Any) -> str:
+        """One a prim and size."""
+        width, height = options.get("size") or native_size(prim)
+        return f"{prim.path}/{width}x{height}"
 
     def reset(self) -> None:
         """Forget what is on its way."""

@@ -10,12 +10,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field, model_validator
 
-from graphengine.devices.sensor import ContactReading
+from graphengine.devices.contact import ContactReading, ContactSensor
 from graphengine.devices.stage import Prim
+from graphengine.format.spec import NotNegative, Positive
 from graphengine.physics.dynamics.handle_table import Handle
 from graphengine.physics.dynamics.handles import CarriedPrim
 from graphengine.physics.engine import mujoco
+from graphengine.physics.sensors.implementations import Profile, implements
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
@@ -23,6 +26,25 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 
+class ContactProfile(Profile):
+    """A contact sensor on the body that carries it."""
+
+    threshold: NotNegative = Field(default=0.0, description="Force below which nothing is felt, N.")
+    limit: Positive = Field(default=100_000.0, description="Greatest force reported, N.")
+    radius: NotNegative = Field(
+        default=0.0, description="Contacts farther from the sensor are not felt, m; 0: all count."
+    )
+
+    @model_validator(mode="after")
+    def _feels_something(self) -> ContactProfile:
+        if not self.threshold < self.limit:
+            raise ValueError(
+                f"threshold must be less than limit, and {self.threshold:g} is not less than {self.limit:g}"
+            )
+        return self
+
+
+@implements(ContactSensor, ContactProfile)
 class BodyContactSensor(Handle):
     """The sensor at a contact prim, whose facts are its profile."""
 

@@ -12,16 +12,29 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from pydantic import Field
 
+from graphengine.devices.imu import Imu, ImuSample
 from graphengine.devices.rotation import unrotate
-from graphengine.devices.sensor import ImuSample, Quaternion, Vector3
+from graphengine.devices.sensor import Quaternion, Vector3
 from graphengine.devices.stage import Prim
 from graphengine.physics.dynamics.handle_table import Handle
 from graphengine.physics.dynamics.handles import CarriedPrim
+from graphengine.physics.sensors.implementations import Deviation, Offsets, Profile, Rate, implements
 from graphengine.physics.sensors.sampling import Sampling
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
+
+
+class ImuProfile(Profile):
+    """An inertial measurement unit. Noise is white, per sample and axis."""
+
+    rate: Rate = Field(default=100.0, description="Samples a second.")
+    acceleration_noise: Deviation = Field(default=0.0, description="Standard deviation, m/s2.")
+    angular_velocity_noise: Deviation = Field(default=0.0, description="Standard deviation, rad/s.")
+    acceleration_bias: Offsets = Field(default=(0.0, 0.0, 0.0), description="Added to each reading, m/s2.")
+    angular_velocity_bias: Offsets = Field(default=(0.0, 0.0, 0.0), description="Added to each reading, rad/s.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +78,7 @@ class _Samples:
             self._sums, self._added = [0.0] * 9, 0
 
 
+@implements(Imu, ImuProfile)
 class InertialUnit(Handle):
     """The unit at an imu prim, whose facts are its profile.
 

@@ -1,4 +1,4 @@
-"""A lidar that casts rays into the collision geometry.
+"""Sensors that cast rays into the collision geometry, and the lidar.
 
 A sample (`sampling`) is cast when somebody first asks in its tick, and what is cast does not depend on who asks. What rays meet
 is the business of `rays`.
@@ -9,59 +9,146 @@ sensor that makes up for both. It knows the colour of a geom or of its material;
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import itertools
+import math
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from pydantic import Field, model_validator
 
-from graphengine.devices.sensor import Quaternion, Scan, beam_directions
+from graphengine.devices.lidar import Lidar, Scan, beam_directions
+from graphengine.devices.sensor import Quaternion
 from graphengine.devices.stage import Prim
-from graphengine.physics.dynamics.handles import CarriedPrim
-from graphengine.physics.sensors.rays import geom_colours
-from graphengine.physics.sensors.sampling import Sampled, Sampling
+from graphengine.format.spec import NotNegative, Positive, Spec
+from graphengine.physics.sensors.implementations import Deviation, Profile, Rate, implements
+from graphengine.physics.sensors.rays import Floats, Integers, geom_colours
+from graphengine.physics.sensors.sampling import Sampled
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
 
-Floats = NDArray[np.float64]
-
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+MAX_BEAMS = 500_000
+Elevation = Annotated[float, Field(ge=-90, le=90)]
 
 
-class RayLidar(Sampled):
-    """The ray-casting sensor at a lidar prim, whose facts are its profile."""
+class BeamsSpec(Spec):
+    """Beams of a ring, counter-clockwise from the sensor's x axis, evenly spaced."""
+
+    first_deg: float = Field(ge=-360, le=360)
+    last_deg: float = Field(ge=-360, le=360)
+    count: int = Field(ge=2, le=MAX_BEAMS)
+
+    @model_validator(mode="after")
+    def _once_around(self) -> BeamsSpec:
+        if not 0.0 < self.last_deg - self.first_deg <= 360.0:
+            raise ValueError(
+                "beams go counter-clockwise and once around: last_deg is more than first_deg, by at most 360"
+            )
+        return self
+
+
+class RingsSpec(Spec):
+    """Rings of a 3D lidar, from the lowest up: evenly spaced, or one by one."""
+
+    first_deg: Elevation | None = None
+    last_deg: Elevation | None = None
+    count: int | None = Field(default=None, ge=2, le=1024)
+    each_deg: Annotated[tuple[Elevation, ...], Field(strict=False, min_length=1, max_length=1024)] | None = Field(
+        default=None, description="Angle of each ring above the sensor's xy plane, in place of first, last and count."
+    )
+
+    @model_validator(mode="after")
+    def _upwards(self) -> RingsSpec:
+        spaced = (self.first_deg, self.last_deg, self.count)
+        if (self.each_deg is None) == (spaced == (None, None, None)) or (self.each_deg is None and None in spaced):
+            raise ValueError("rings have first_deg, last_deg and count, or each_deg")
+        angles = self.each_deg or (self.first_deg, self.last_deg)
+        if any(not low < high for low, high in itertools.pairwise(angles)):  # type: ignore[operator]
+            raise ValueError("rings go upwards: each is higher than the one before")
+        return self
+
+    @property
+    def degrees(self) -> tuple[float, ...]:
+        """Angle of each ring."""
+        if self.first_deg is None or self.last_deg is None or self.count is None:
+            return self.each_deg or ()
+        step = (self.last_deg - self.first_deg) / (self.count - 1)
+        return tuple(self.first_deg + step * ring for ring in range(self.count))
+
+
+class LidarProfile(Profile):
+    """A ray-casting range sensor."""
+
+    rate: Rate = Field(description="Sweeps a second.")
+    beams: BeamsSpec
+    rings: RingsSpec | None = Field(
+        default=None, description="Rings of a 3D lidar; without, one in the sensor's xy plane."
+    )
+    near: NotNegative = Field(description="Nearest distance reported, m.")
+    far: Positive = Field(le=1_000_000, description="Farthest distance reported, m.")
+    noise_std: Deviation = Field(default=0.0, description="Standard deviation of a distance, m.")
+    resolution: NotNegative = Field(
+        default=0.0, description="Distances are multiples of it, m; 0: they are not rounded."
+    )
+
+    @model_validator(mode="after")
+    def _in_bounds(self) -> LidarProfile:
+        if not self.near < self.far:
+            raise ValueError(f"near must be less than far, and {self.near:g} is not less than {self.far:g}")
+        if self.resolution and not 1e-6 <= self.resolution < self.far:
+            raise ValueError("resolution is a micrometre at least and less than far, or 0")
+        rings = len(self.elevations)
+        if rings * self.beams.count > MAX_BEAMS:
+            raise ValueError(
+                f"{rings} rings of {self.beams.count} beams are too many: at most {MAX_BEAMS} beams in all"
+            )
+        return self
+
+    @property
+    def angles(self) -> tuple[float, float, float]:
+        """Azimuth of the first and last beam of a ring and between two beams, rad."""
+        first, last = math.radians(self.beams.first_deg), math.radians(self.beams.last_deg)
+        return first, last, (last - first) / (self.beams.count - 1)
+
+    @property
+    def elevations(self) -> tuple[float, ...]:
+        """Angle of each ring above the sensor's xy plane, rad."""
+        return tuple(map(math.radians, self.rings.degrees)) if self.rings is not None else (0.0,)
+
+    def facts(self) -> dict[str, Any]:
+        """Its figures, with angles in rad."""
+        kept = self.model_dump(include={"rate", "noise_std", "resolution"})
+        return kept | {"angles": self.angles, "elevations": self.elevations, "ranges": (self.near, self.far)}
+
+
+class RaySensor(Sampled):
+    """A sensor that casts rays; its prim's facts have `ranges`, and may have `noise_std` and `resolution`.
+
+    A subclass sets `directions` before it calls `__init__`, and makes a sample in `_cast`.
+    """
 
     kept = ("_newest",)
+    directions: Floats
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
-        facts = prim.facts
-        self.rate: float = facts["rate"]
-        self.angles: tuple[float, float, float] = facts["angles"]
-        self.elevations: Floats = np.array(facts.get("elevations", (0.0,)), float)
-        self.ranges: tuple[float, float] = facts["ranges"]
-        self.directions = beam_directions(self.angles, self.elevations)
-        self.elevations.flags.writeable = self.directions.flags.writeable = False
-        self._sampling = Sampling(self.rate, simulation.tick_period, simulation.seed, prim.path)
-        self._noise: float = facts.get("noise_std", 0.0)
-        self._resolution: float = facts.get("resolution", 0.0)
-        self._newest: Scan | None = None
-        self._mount = CarriedPrim(simulation, prim)
+        self.ranges: tuple[float, float] = prim.facts["ranges"]
+        self.noise_std: float = prim.facts.get("noise_std", 0.0)
+        self._resolution: float = prim.facts.get("resolution", 0.0)
+        self._newest: Any = None
         super().__init__(simulation, prim)
 
     def bind(self) -> None:
-        """Find the sensor's own robot, which its rays pass through, and how bright all geoms are."""
-        self._mount.bind()
-        model = self._simulation.model
-        tree = int(model.body_rootid[self._mount.body])
+        """Find the sensor's own robot, which its rays pass through."""
+        super().bind()
+        tree = int(self._simulation.model.body_rootid[self._mount.body])
         self._caster = self._simulation.rays.caster(self.directions, self.ranges[1], tree)
-        brightness = 255 * (geom_colours(model)[:, :3] @ _LUMINANCE)
-        self._brightness = np.append(brightness, 0.0).astype(np.float32)  # a miss has the number -1
 
     def reset(self) -> None:
         """Forget the newest sample."""
         self._newest = None
 
-    def scan(self) -> Scan:
+    def _sample(self) -> Any:
         """The newest sample, cast when first asked for in its tick and shared by all who ask.
 
         If nobody asked then, what is cast now has the sample's number and this tick's time, and is not kept.
@@ -69,23 +156,56 @@ class RayLidar(Sampled):
         index = self.index
         if self._newest is not None and self._newest.index == index:
             return self._newest
-        scan = self._cast(index)
+        sample = self._cast(index)
         if self.due:
-            self._newest = scan
-        return scan
+            self._newest = sample
+        return sample
+
+    def _cast(self, index: int) -> Any:
+        """Make a sample of what the rays meet."""
+        raise NotImplementedError
+
+    def _meet(self) -> tuple[Floats, Integers]:
+        """What each ray meets first: the distance, and the number of the geom; see `rays.Caster`."""
+        position, rotation = self._mount.pose()
+        return self._caster.cast(np.array(position), _matrix(rotation))
+
+    def _measured(self, distances: Floats, index: int) -> Floats:
+        """Distances within range with the noise of a sample, rounded to the resolution."""
+        if self.noise_std:
+            distances = distances + self._sampling.random(index).normal(0.0, self.noise_std, len(distances))
+        if self._resolution:
+            distances = np.round(distances / self._resolution) * self._resolution
+        return np.clip(distances, *self.ranges) if self.noise_std or self._resolution else distances
+
+
+@implements(Lidar, LidarProfile)
+class RayLidar(RaySensor):
+    """The ray-casting sensor at a lidar prim, whose facts are its profile."""
+
+    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
+        self.angles: tuple[float, float, float] = prim.facts["angles"]
+        self.elevations: Floats = np.array(prim.facts.get("elevations", (0.0,)), float)
+        self.directions = beam_directions(self.angles, self.elevations)
+        self.elevations.flags.writeable = self.directions.flags.writeable = False
+        super().__init__(simulation, prim)
+
+    def bind(self) -> None:
+        """Find how bright all geoms are."""
+        super().bind()
+        brightness = 255 * (geom_colours(self._simulation.model)[:, :3] @ _LUMINANCE)
+        self._brightness = np.append(brightness, 0.0).astype(np.float32)  # a miss has the number -1
+
+    def scan(self) -> Scan:
+        """The newest sample, shared by all who ask."""
+        sample: Scan = self._sample()
+        return sample
 
     def _cast(self, index: int) -> Scan:
         near, far = self.ranges
-        position, rotation = self._mount.pose()
-        distances, geoms = self._caster.cast(np.array(position), _matrix(rotation))
+        distances, geoms = self._meet()
         hit = (distances >= near) & (distances <= far)
-        if self._noise:
-            distances = distances + self._sampling.random(index).normal(0.0, self._noise, len(distances))
-        if self._resolution:
-            distances = np.round(distances / self._resolution) * self._resolution
-        if self._noise or self._resolution:
-            distances = np.clip(distances, near, far)
-        ranges = np.where(hit, distances, np.inf).astype(np.float32)
+        ranges = np.where(hit, self._measured(distances, index), np.inf).astype(np.float32)
         intensities = np.where(hit, self._brightness[geoms], np.float32(0))
         return Scan(self._simulation.time, index, ranges, intensities)
 

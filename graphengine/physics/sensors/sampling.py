@@ -8,11 +8,17 @@ sample, so it does not depend on who asked for which samples before.
 from __future__ import annotations
 
 from fractions import Fraction
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from graphengine.devices.seeds import key_of
+from graphengine.devices.stage import Prim
 from graphengine.physics.dynamics.handle_table import Handle
+from graphengine.physics.dynamics.handles import CarriedPrim
+
+if TYPE_CHECKING:
+    from graphengine.physics.core import SimulationCore
 
 
 class Sampling:
@@ -44,9 +50,17 @@ class Sampling:
 
 
 class Sampled(Handle):
-    """A sensor that has a new sample in some ticks; a subclass gives `_sampling`."""
+    """A sensor that has a new sample in some ticks; its prim's facts have the `rate`."""
 
-    _sampling: Sampling
+    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
+        self.rate: float = prim.facts.get("rate", 30.0)
+        self._sampling = Sampling(self.rate, simulation.tick_period, simulation.seed, prim.path)
+        self._mount = CarriedPrim(simulation, prim)
+        super().__init__(simulation, prim)
+
+    def bind(self) -> None:
+        """Find the body that carries it."""
+        self._mount.bind()
 
     @property
     def due(self) -> bool:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from graphengine.devices.lidar import LidarStub
 from graphengine.nodes.ros2.laser_scan import ROS2PublishLaserScan
 from graphengine.nodes.ros2.lidar import ROS2RtxLidarHelper
 from graphengine.testing import RecordingContext
@@ -60,7 +61,7 @@ def fields_of_a_full_turn(case: Case, play: Player) -> None:
 @differs(SCAN, "GMO binning")
 def a_miss_and_a_bright_hit(case: Case, play: Player) -> Any:
     context = RecordingContext()
-    lidar = context.world.add_lidar("/Lidar", angles=(0.0, 1.0, 1.0))
+    lidar = context.world.add_device(LidarStub, "/Lidar", angles=(0.0, 1.0, 1.0))
     lidar.see([math.inf, 1.0], [0.0, 255.0])
     scan = ready(ROS2RtxLidarHelper, context, render_product_path="/Lidar").laser_scan(lidar.scan())
     return {"miss": float(scan.ranges[0]), "intensity of full brightness": float(scan.intensities[1])}

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from graphengine.devices.lidar import LidarStub
 from graphengine.format.errors import TopicError
 from graphengine.messages import names
 from graphengine.messages.qos import parse_qos
@@ -55,7 +56,7 @@ def a_collected_namespace(case: Case, play: Player) -> None:
 def the_tutorials_scan(case: Case, play: Player) -> None:
     context = with_namespaces(case, "/World/scan/LidarHelper")
     lidar = f"{list(case['inputs']['prims'])[1]}/Lidar"
-    context.world.add_lidar(lidar)
+    context.world.add_device(LidarStub, lidar)
     ready(ROS2RtxLidarHelper, context, render_product_path=lidar, topic_name=case["inputs"]["topicName"])
     assert context.services.claims[0].topic == case["expect"]["topic"]
 

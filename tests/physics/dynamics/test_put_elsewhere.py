@@ -9,6 +9,8 @@ import pytest
 from graphengine.devices.entity import Move
 from graphengine.format.errors import PhysicsError, UsageError
 from graphengine.physics.population import Population
+from graphengine.physics.sensors.imu import InertialUnit
+from graphengine.physics.sensors.lidar import RayLidar
 from tests.physics.conftest import Ship
 from tests.physics.dynamics.things import BALL, DOOR, IMU, SHELF, SPACE, add, run, world
 from tests.physics.harness import ROBOT, Project
@@ -51,7 +53,7 @@ def test_to_be_put_elsewhere_is_no_motion_to_an_inertial_unit(project: Project) 
     project.write("bot.yaml", ROBOT + IMU)
     loaded = world(project, options=SPACE)
     simulation = loaded.simulation
-    unit = simulation.imu(loaded.stage.find("/bot/base_link/unit"))
+    unit = simulation.device(InertialUnit, loaded.stage.find("/bot/base_link/unit"))
     simulation.entities.place("bot", Move((9, 9, 9), (0, 0, 1, 0), (5, 0, 0)))
     for tick in range(1, 7):
         run(simulation, 1 / 60)
@@ -63,7 +65,7 @@ def test_nor_is_it_to_that_of_an_arm_which_is_bolted_to_the_world(project: Proje
     project.write("bot.yaml", ROBOT + "fixed_base: true\n" + IMU)
     loaded = world(project)
     simulation = loaded.simulation
-    unit = simulation.imu(loaded.stage.find("/bot/base_link/unit"))
+    unit = simulation.device(InertialUnit, loaded.stage.find("/bot/base_link/unit"))
     simulation.entities.place("bot", Move((9, 9, 9), (1, 0, 0, 0)))
     assert simulation.entities.state("bot").position == (9, 9, 9)
     assert simulation.frame(loaded.stage.find("/bot/base_link/unit")).pose()[0] == pytest.approx((9, 9, 8.7))
@@ -105,7 +107,7 @@ def test_a_lidar_sees_a_shelf_where_it_was_put(project: Project, fast: bool) -> 
     loaded = world(project, '<body name="shelf" pos="3 0 0"><geom type="box" size=".5 1 1"/></body>')
     simulation = loaded.simulation
     simulation._rays_choice = "fast" if fast else "mujoco"
-    eye = simulation.lidar(loaded.stage.find("/bot/base_link/eye/Lidar"))
+    eye = simulation.device(RayLidar, loaded.stage.find("/bot/base_link/eye/Lidar"))
     simulation.begin_tick(1)
     assert eye.scan().ranges[180] == pytest.approx(2.5, abs=1e-3)
     simulation.entities.place("shelf", Move((5, 0, 0)))

@@ -14,6 +14,8 @@ from graphengine.format.spec import RobotUse
 from graphengine.physics.loading import LoadedWorld
 from graphengine.physics.model.housings import housing_of
 from graphengine.physics.population import Population
+from graphengine.physics.sensors.contact import BodyContactSensor
+from graphengine.physics.sensors.lidar import RayLidar
 from graphengine.physics.sensors.rays import RaysChoice
 from graphengine.physics.simulation import Simulation
 from tests.physics.harness import FLOOR, ROBOT, SCENE, Project
@@ -40,7 +42,7 @@ def two_carts(project: Project, turn: str = "", appearance: str = APPEARANCE) ->
 
 def ranges(world: LoadedWorld, robot: str, rays: RaysChoice = "auto") -> NDArray[np.float32]:
     simulation = Simulation(world.simulation.model, world.stage, Fraction(60), 4, rays=rays)
-    return simulation.lidar(world.stage.find(f"/{robot}/base_link/eye/Lidar")).scan().ranges
+    return simulation.device(RayLidar, world.stage.find(f"/{robot}/base_link/eye/Lidar")).scan().ranges
 
 
 @either_rays
@@ -109,7 +111,7 @@ def test_it_weighs_nothing_and_touches_nothing_and_all_moves_the_same_to_the_las
 def test_who_comes_is_seen_until_it_goes(project: Project) -> None:
     world = two_carts(project)
     guest = RobotUse.model_validate({"use": "bot.yaml", "position": [0.0, 3.0, 0.1]})
-    left, lidar = 270, world.simulation.lidar(world.stage.find("/bot/base_link/eye/Lidar"))
+    left, lidar = 270, world.simulation.device(RayLidar, world.stage.find("/bot/base_link/eye/Lidar"))
     before = lidar.scan().ranges
     population = Population(world)
     population.add("guest", guest, Findings())
@@ -123,7 +125,7 @@ def test_a_sensor_that_is_mounted_on_another_hangs_on_the_link(project: Project)
     bumper = "  bumper: {type: contact, parent: eye}\n"
     project.write("bot.yaml", f"{ROBOT}sensors:\n{EYE % ''}{bumper}").write("sensors/mine.yaml", LIDAR + APPEARANCE)
     simulation = project.load().simulation
-    sensor = simulation.contact_sensor(simulation.stage.find("/bot/base_link/eye/bumper"))
+    sensor = simulation.device(BodyContactSensor, simulation.stage.find("/bot/base_link/eye/bumper"))
     for _ in range(400):
         simulation.step()
     assert sensor.reading().in_contact

@@ -8,7 +8,8 @@ import pytest
 
 from graphengine.format.diagnostics import Findings
 from graphengine.format.spec_reader import read
-from graphengine.physics.model.profiles import MAX_BEAMS, LidarProfile, SensorProfile
+from graphengine.physics.model.profiles import SensorProfile
+from graphengine.physics.sensors.lidar import MAX_BEAMS, LidarProfile
 from tests.physics.harness import SHIPPED, Project
 
 ROBOT = "robot: bot\nurdf: bot.urdf\nsensors:\n  eye: {type: lidar, profile: mine, parent: arm%s}\n"
@@ -25,8 +26,9 @@ def shipped(name: str) -> LidarProfile:
     findings = Findings()
     profile = read(SensorProfile, SHIPPED / "sensors" / f"{name}.yaml", findings)
     assert profile is not None
-    assert profile.spec.lidar is not None
-    return profile.spec.lidar
+    [(_, lidar)] = profile.spec.devices()
+    assert isinstance(lidar, LidarProfile)
+    return lidar
 
 
 MICROSCAN3 = {

@@ -96,7 +96,7 @@ def test_a_profile_is_of_one_sensor(project: Project) -> None:
     for path in (both, none):
         findings = Findings()
         assert read(SensorProfile, path, findings) is None
-        assert "a profile is one of: lidar, camera, imu, contact, rig" in findings.errors[0].message
+        assert "a profile is one of: lidar, camera, imu, contact, range, rig" in findings.errors[0].message
 
 
 def test_all_that_ship_are_good() -> None:

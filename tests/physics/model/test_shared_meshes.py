@@ -15,6 +15,8 @@ from graphengine.format.spec import RobotUse
 from graphengine.physics.engine import mujoco
 from graphengine.physics.loading import LoadedWorld
 from graphengine.physics.population import Population
+from graphengine.physics.sensors.camera import PinholeCamera
+from graphengine.physics.sensors.lidar import RayLidar
 from tests.physics.harness import CART, Project
 from tests.physics.pictures.harness import needs_opengl
 
@@ -65,7 +67,7 @@ def test_a_shared_mesh_moves_and_is_seen_by_lidars_as_one_of_its_own_bit_by_bit(
         simulation, stage = world.simulation, world.stage
         for _ in range(120):
             simulation.step()
-        scans = [simulation.lidar(stage.find(f"/{name}/base_link/scanner/Lidar")).scan() for name in PLACES]
+        scans = [simulation.device(RayLidar, stage.find(f"/{name}/base_link/scanner/Lidar")).scan() for name in PLACES]
         assert all(np.isfinite(scan.ranges).any() for scan in scans)
         assert simulation.data.ncon
         seen.append((simulation.data.qpos.tobytes(), *(scan.ranges.tobytes() for scan in scans)))
@@ -78,7 +80,7 @@ def test_a_shared_mesh_looks_as_one_of_its_own(project: Project) -> None:
     pictures = []
     for own in (False, True):
         world = robots(project, own)
-        camera = world.simulation.camera(world.stage.find("/first/base_link/eye/Camera"))
+        camera = world.simulation.device(PinholeCamera, world.stage.find("/first/base_link/eye/Camera"))
         picture = camera.picture(segmentation=True)
         assert picture.segmentation is not None
         arm = next(number for number, path in camera.labels.items() if path == "/third/Geometry/base_link/arm")

@@ -69,7 +69,7 @@ def simulation_of(
 
 
 def camera_of(simulation: Simulation, size: tuple[int, int] | None = None) -> PinholeCamera:
-    return simulation.camera(simulation.stage.find("/Camera"), size)
+    return simulation.device(PinholeCamera, simulation.stage.find("/Camera"), size=size)
 
 
 def directions(camera: PinholeCamera, pose: Pose = (EYE, FORWARD)) -> NDArray[np.float64]:

@@ -12,6 +12,7 @@ from graphengine.devices.rotation import from_rpy, multiply, rotate
 from graphengine.physics.engine import mujoco
 from graphengine.physics.pictures.frame_capture import Lens
 from graphengine.physics.pictures.rendering import distances
+from graphengine.physics.sensors.camera import PinholeCamera
 from graphengine.physics.simulation import Simulation
 from tests.physics.harness import Project
 from tests.physics.pictures.harness import EYE, FORWARD, ROOM, camera_of, directions, needs_opengl, simulation_of
@@ -110,7 +111,7 @@ def test_the_points_of_a_depth_image_lie_on_a_box_through_tf(project: Project) -
     )
     loaded = project.load()
     simulation, prim = loaded.simulation, loaded.stage.find("/bot/base_link/eye/Camera")
-    camera = simulation.camera(prim)
+    camera = simulation.device(PinholeCamera, prim)
     picture = camera.picture(segmentation=True)
     assert picture.segmentation is not None
     number = next(number for number, path in camera.labels.items() if path == "/World/wall")

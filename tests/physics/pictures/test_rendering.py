@@ -12,6 +12,8 @@ from hypothesis import strategies as st
 from graphengine.physics.engine import mujoco
 from graphengine.physics.pictures import opengl
 from graphengine.physics.pictures.rendering import Renderer
+from graphengine.physics.sensors.camera import PinholeCamera
+from graphengine.physics.sensors.lidar import RayLidar
 from tests.physics.harness import Project
 from tests.physics.pictures.harness import EYE, camera_of, needs_opengl, simulation_of
 
@@ -162,14 +164,14 @@ def test_a_sensors_body_is_seen_by_others_and_not_by_rays(project: Project) -> N
         "  eye: {type: camera, parent: base_link, position: [-1, 0, .3]}\n",
     )
     simulation = project.load().simulation
-    camera = simulation.camera(simulation.stage.find("/bot/base_link/eye/Camera"))
+    camera = simulation.device(PinholeCamera, simulation.stage.find("/bot/base_link/eye/Camera"))
     picture = camera.picture(segmentation=True)
     assert picture.segmentation is not None
     numbers = {path: number for number, path in camera.labels.items()}
     seen = picture.segmentation == numbers["/bot/Geometry/base_link/scanner"]
     assert seen.sum() > 500
     assert np.median(picture.depth[seen]) == pytest.approx(0.945, abs=0.01)
-    scan = simulation.lidar(simulation.stage.find("/bot/base_link/scanner/Lidar")).scan()
+    scan = simulation.device(RayLidar, simulation.stage.find("/bot/base_link/scanner/Lidar")).scan()
     assert np.isinf(scan.ranges).all()
 
 

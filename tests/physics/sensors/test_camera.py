@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graphengine.devices.sensor import Picture
+from graphengine.devices.camera import Picture
 from graphengine.format.errors import PrimError
 from graphengine.physics.engine import mujoco
 from graphengine.physics.pictures.frame_capture import Shot
@@ -313,16 +313,16 @@ def test_nothing_is_drawn_and_no_thread_begun_where_nobody_asks() -> None:
 def test_only_a_camera_prim_has_a_camera() -> None:
     simulation = simulation_of(FALLING)
     with pytest.raises(PrimError, match=r"/World/ball is a body, not a camera\neach camera: /Camera"):
-        simulation.camera(simulation.stage.find("/World/ball"))
+        simulation.device(PinholeCamera, simulation.stage.find("/World/ball"))
 
 
 def test_the_d455_sees_the_warehouse_in_front_of_the_robot(ship: Ship) -> None:
     simulation = ship("dd100_warehouse.yaml").simulation
-    camera = simulation.camera(simulation.stage.find(D455))
+    camera = simulation.device(PinholeCamera, simulation.stage.find(D455))
     assert camera.size == (1280, 800)
     focal = 640 / math.tan(math.radians(45.25))
     assert camera.intrinsics == pytest.approx((focal, focal, 639.5, 399.5))
-    small = simulation.camera(simulation.stage.find(D455), (160, 100))
+    small = simulation.device(PinholeCamera, simulation.stage.find(D455), size=(160, 100))
     picture = small.picture(segmentation=True)
     assert picture.segmentation is not None
     seen = {small.labels[number] for number in np.unique(picture.segmentation).tolist() if number}

@@ -35,7 +35,7 @@ def sensing(
     stage.add("/it", "body", body=body)
     stage.add("/it/Sensor", "contact", position=position, facts=FACTS | facts)
     simulation = Simulation(mujoco.MjModel.from_xml_string(world), stage, Fraction(tick_rate), substeps)
-    return simulation.contact_sensor(stage.find("/it/Sensor"))
+    return simulation.device(BodyContactSensor, stage.find("/it/Sensor"))
 
 
 def tick(sensor: BodyContactSensor, ticks: int = 1) -> float:
@@ -134,6 +134,6 @@ def test_a_sensor_of_a_robot_file_feels_its_link(project: Project) -> None:
     project.write("bot.yaml", f"{ROBOT}sensors:\n  bumper: {{type: contact, parent: base_link}}\n")
     world = project.load()
     simulation = world.simulation
-    sensor = simulation.contact_sensor(world.stage.find("/bot/base_link/bumper"))
+    sensor = simulation.device(BodyContactSensor, world.stage.find("/bot/base_link/bumper"))
     assert not sensor.reading().in_contact
     assert tick(sensor, 120) == pytest.approx(6 * G, rel=0.02)

@@ -12,8 +12,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from graphengine.devices.imu import ImuSample
 from graphengine.devices.rotation import from_rpy, rotate, unrotate
-from graphengine.devices.sensor import ImuSample, Quaternion, Vector3
+from graphengine.devices.sensor import Quaternion, Vector3
 from graphengine.devices.stage import IDENTITY, ORIGIN, Stage
 from graphengine.format.errors import PrimError
 from graphengine.physics.engine import mujoco
@@ -54,7 +55,7 @@ def carried(
     stage.add("/it", "body", body="it")
     stage.add("/it/Imu", "imu", position=position, orientation=orientation, facts=FACTS | facts)
     simulation = Simulation(model, stage, Fraction(60), 4, seed=seed)
-    return simulation.imu(stage.find("/it/Imu"))
+    return simulation.device(InertialUnit, stage.find("/it/Imu"))
 
 
 def moving(imu: InertialUnit, *velocity: float) -> InertialUnit:
@@ -222,14 +223,14 @@ def test_a_prim_of_another_kind_is_refused_with_the_units_that_there_are() -> No
     simulation = carried(TURNTABLE)._simulation
     assert isinstance(simulation, Simulation)
     with pytest.raises(PrimError, match="is a body, not a imu\neach imu: /it/Imu"):
-        simulation.imu(simulation.stage.find("/it"))
+        simulation.device(InertialUnit, simulation.stage.find("/it"))
 
 
 def test_the_unit_of_a_camera_on_a_robot_that_stands_feels_gravity_in_its_own_frame(ship: Ship) -> None:
     loaded = ship("dd100_flat.yaml")
     simulation = loaded.simulation
     prim = loaded.stage.find("/dd100/base_link/chassis_link/sim_camera/RSD455/Imu_Sensor")
-    imu = simulation.imu(prim)
+    imu = simulation.device(InertialUnit, prim)
     tick(imu, 2)
     sample = imu.sample()
     assert imu.rate == 200.0

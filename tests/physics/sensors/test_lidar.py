@@ -14,6 +14,7 @@ from graphengine.devices.rotation import compose, from_rpy, relative, rotate
 from graphengine.devices.stage import Stage
 from graphengine.physics.engine import mujoco
 from graphengine.physics.loading import LoadedWorld
+from graphengine.physics.sensors.lidar import RayLidar
 from graphengine.physics.sensors.rays import RaysChoice
 from graphengine.physics.simulation import Simulation
 from tests.physics.conftest import Ship
@@ -56,7 +57,7 @@ def walls_along(beams: np.ndarray) -> np.ndarray:
 @either_rays
 def test_every_beam_measures_the_distance_to_the_wall_it_meets(rays: RaysChoice) -> None:
     simulation = room(rays=rays)
-    lidar = simulation.lidar(simulation.stage.find("/Lidar"))
+    lidar = simulation.device(RayLidar, simulation.stage.find("/Lidar"))
     simulation.begin_tick(1)
     scan = lidar.scan()
     assert len(scan.ranges) == 2751
@@ -71,7 +72,7 @@ def test_every_beam_measures_the_distance_to_the_wall_it_meets(rays: RaysChoice)
 def test_beams_of_a_3d_lidar_come_ring_after_ring_and_measure_the_walls_too(rays: RaysChoice) -> None:
     elevations = tuple(map(math.radians, (-70.0, -15.0, 0.0, 2.5, 40.0)))
     simulation = room(rays=rays, beams=100, elevations=elevations)
-    lidar = simulation.lidar(simulation.stage.find("/Lidar"))
+    lidar = simulation.device(RayLidar, simulation.stage.find("/Lidar"))
     simulation.begin_tick(1)
     scan = lidar.scan()
     assert lidar.elevations.tolist() == list(elevations)
@@ -87,11 +88,11 @@ def test_beams_of_a_3d_lidar_come_ring_after_ring_and_measure_the_walls_too(rays
 
 def test_what_is_too_near_or_too_far_is_no_return() -> None:
     simulation, unbounded = room(ranges=(4.0, 6.0), noise_std=0.5), room()
-    lidar = simulation.lidar(simulation.stage.find("/Lidar"))
+    lidar = simulation.device(RayLidar, simulation.stage.find("/Lidar"))
     simulation.begin_tick(1)
     scan = lidar.scan()
     returned = np.isfinite(scan.ranges)
-    true = unbounded.lidar(unbounded.stage.find("/Lidar")).scan().ranges
+    true = unbounded.device(RayLidar, unbounded.stage.find("/Lidar")).scan().ranges
     np.testing.assert_array_equal(returned, (true >= 4.0) & (true <= 6.0))
     assert min(scan.ranges[returned]) == 4.0  # noise stays within what the sensor reports
     assert max(scan.ranges[returned]) == 6.0
@@ -106,7 +107,7 @@ def test_sample_n_is_cast_at_the_first_tick_at_or_after_its_time(
     rate: object, tick_rate: object, ticks: int, late: int
 ) -> None:
     simulation = room(float(str(rate)), Fraction(str(tick_rate)), beams=3)
-    lidar = simulation.lidar(simulation.stage.find("/Lidar"))
+    lidar = simulation.device(RayLidar, simulation.stage.find("/Lidar"))
     lidar_rate, period = Fraction(str(rate)), 1 / Fraction(str(tick_rate))
     for start in (1, late):
         for tick in range(start, start + ticks):
@@ -122,7 +123,7 @@ def test_sample_n_is_cast_at_the_first_tick_at_or_after_its_time(
 
 def test_20_hz_at_60_ticks_is_the_first_tick_and_then_every_third() -> None:
     simulation = room(20.0, beams=3)
-    lidar = simulation.lidar(simulation.stage.find("/Lidar"))
+    lidar = simulation.device(RayLidar, simulation.stage.find("/Lidar"))
     due = []
     for tick in range(13):
         simulation.begin_tick(tick)
@@ -134,7 +135,7 @@ def test_20_hz_at_60_ticks_is_the_first_tick_and_then_every_third() -> None:
 def test_a_sample_is_cast_once_and_shared_and_a_new_one_is_a_new_array() -> None:
     simulation = room(20.0)
     prim = simulation.stage.find("/Lidar")
-    one, other = simulation.lidar(prim), simulation.lidar(prim)
+    one, other = simulation.device(RayLidar, prim), simulation.device(RayLidar, prim)
     simulation.begin_tick(3)
     first = one.scan()
     assert other.scan() is first
@@ -146,7 +147,7 @@ def test_a_sample_is_cast_once_and_shared_and_a_new_one_is_a_new_array() -> None
 
 def test_who_asks_late_gets_this_ticks_view_and_nobody_else_does() -> None:
     simulation = room(20.0)
-    lidar = simulation.lidar(simulation.stage.find("/Lidar"))
+    lidar = simulation.device(RayLidar, simulation.stage.find("/Lidar"))
     simulation.begin_tick(4)
     late = lidar.scan()
     assert late.index == 1
@@ -165,7 +166,7 @@ def test_noise_depends_on_seed_prim_and_sample_and_on_nothing_else() -> None:
         found = {}
         for tick in ticks:
             noisy.begin_tick(tick)
-            found[tick] = noisy.lidar(stage.find(path)).scan().ranges.tobytes()
+            found[tick] = noisy.device(RayLidar, stage.find(path)).scan().ranges.tobytes()
         return found
 
     every = scans(7, [1, 3, 6, 9])
@@ -180,8 +181,8 @@ def test_noise_has_the_standard_deviation_it_is_given() -> None:
     simulation.begin_tick(1)
     exact.begin_tick(1)
     error = (
-        simulation.lidar(simulation.stage.find("/Lidar")).scan().ranges
-        - exact.lidar(exact.stage.find("/Lidar")).scan().ranges
+        simulation.device(RayLidar, simulation.stage.find("/Lidar")).scan().ranges
+        - exact.device(RayLidar, exact.stage.find("/Lidar")).scan().ranges
     )
     assert error.std() == pytest.approx(0.02, rel=0.05)
     assert error.mean() == pytest.approx(0.0, abs=0.002)
@@ -189,12 +190,12 @@ def test_noise_has_the_standard_deviation_it_is_given() -> None:
 
 def test_distances_are_multiples_of_the_resolution_the_nearest_ones() -> None:
     simulation, exact = room(resolution=0.25), room()
-    coarse = simulation.lidar(simulation.stage.find("/Lidar")).scan().ranges
-    fine = exact.lidar(exact.stage.find("/Lidar")).scan().ranges
+    coarse = simulation.device(RayLidar, simulation.stage.find("/Lidar")).scan().ranges
+    fine = exact.device(RayLidar, exact.stage.find("/Lidar")).scan().ranges
     assert np.all(coarse % 0.25 == 0)
     assert np.abs(coarse - fine).max() <= 0.125 + 1e-6
     noisy = room(resolution=0.25, noise_std=0.1)
-    assert np.all(noisy.lidar(noisy.stage.find("/Lidar")).scan().ranges % 0.25 == 0)
+    assert np.all(noisy.device(RayLidar, noisy.stage.find("/Lidar")).scan().ranges % 0.25 == 0)
 
 
 def test_a_lidar_sees_other_robots_and_not_its_own(project: Project) -> None:
@@ -231,7 +232,7 @@ def test_visuals_are_seen_only_where_a_body_has_no_collider(project: Project) ->
 @either_rays
 def test_where_there_is_nothing_at_all_nothing_returns(rays: RaysChoice) -> None:
     model, stage = mujoco.MjModel.from_xml_string("<mujoco/>"), room(beams=5).stage
-    scan = Simulation(model, stage, Fraction(60), 1, rays=rays).lidar(stage.find("/Lidar")).scan()
+    scan = Simulation(model, stage, Fraction(60), 1, rays=rays).device(RayLidar, stage.find("/Lidar")).scan()
     assert np.isinf(scan.ranges).all()
     assert scan.intensities.tolist() == [0.0] * 5
 
@@ -247,7 +248,7 @@ def test_brighter_surfaces_return_more(project: Project) -> None:
     ).write("bot.yaml", "robot: bot\nurdf: bot.urdf\nsensors:\n  eye: {type: lidar, profile: lidar_360, parent: arm}\n")
     world = project.load()
     world.simulation.begin_tick(1)
-    scan = world.simulation.lidar(world.stage.find("/bot/base_link/arm/eye/Lidar")).scan()
+    scan = world.simulation.device(RayLidar, world.stage.find("/bot/base_link/arm/eye/Lidar")).scan()
     assert scan.intensities[180] == pytest.approx(255)
     assert scan.intensities[0] == pytest.approx(255 * 0.7152)
 
@@ -284,7 +285,7 @@ sensors:
     simulation = Simulation(world.simulation.model, world.stage, Fraction(60), 4, rays=rays)
     simulation.begin_tick(1)
     prim = world.stage.find("/bot/base_link/arm/eye/Lidar")
-    lidar, frame = simulation.lidar(prim), simulation.frame(prim).pose()
+    lidar, frame = simulation.device(RayLidar, prim), simulation.frame(prim).pose()
     scan = lidar.scan()
     hit = np.isfinite(scan.ranges)
     for point in (lidar.directions[hit] * scan.ranges[hit, None]).tolist():
@@ -295,7 +296,7 @@ sensors:
 
 def look(world: LoadedWorld, path: str) -> np.ndarray:
     world.simulation.begin_tick(1)
-    return world.simulation.lidar(world.stage.find(path)).scan().ranges
+    return world.simulation.device(RayLidar, world.stage.find(path)).scan().ranges
 
 
 def test_the_level_robot_has_no_phantom_returns_from_the_floor(ship: Ship) -> None:

@@ -1,0 +1,147 @@
+"""Cameras: the Protocol and the stub."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from graphengine.devices.device import Stub, TickSensor, device
+from graphengine.devices.sensor import Quaternion
+from graphengine.devices.stage import Prim
+
+LARGEST_PICTURE = 8192
+"""Greatest width and height of a picture, pixels."""
+
+BOX_3D = np.dtype(
+    [
+        ("semanticId", "<u4"),
+        ("low", "<f4", (3,)),
+        ("high", "<f4", (3,)),
+        ("transform", "<f4", (4, 4)),
+        ("occlusionRatio", "<f4"),
+    ]
+)
+"""One solid box: the number of what is in it, two opposite corners (m); the rows of the matrix are their axes and origin."""
+
+LOOKING_FORWARD: Quaternion = (0.5, -0.5, -0.5, 0.5)
+"""Turns a camera, which looks along its -z axis with +y up, to look along the x axis of its mount with z up."""
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """What a camera saw at one instant; row 0 is the upper edge."""
+
+    time: float
+    """Simulation time of the tick that captured it, s."""
+    index: int
+    """Number of this sample since play."""
+    rgb: NDArray[np.uint8]
+    """Shape (height, width, 3)."""
+    depth: NDArray[np.float32]
+    """Distance along the optical axis, m, shape (height, width); inf where nothing was within the camera's clip range."""
+    segmentation: NDArray[np.int32] | None = None
+    """Number of the prim seen at each pixel, as in `Camera.labels`; 0 where there is none. None unless somebody asked for it."""
+    boxes: NDArray[np.void] | None = None
+    """Records of BOX_3D in the optical frame, of all prims that end somewhere, seen or not; they come with a segmentation."""
+
+
+class Camera(TickSensor, Protocol):
+    """A pinhole camera. What it captures in one tick it delivers `latency` ticks later.
+
+    Pixels are square. The optical axis meets the picture at (cx, cy), counted from the upper left corner of the first pixel's
+    centre: the middle of a picture of w pixels is at (w - 1) / 2.
+    """
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height, pixels."""
+
+    @property
+    def intrinsics(self) -> tuple[float, float, float, float]:
+        """Focal lengths fx and fy, and the optical axis cx, cy, in pixels."""
+
+    @property
+    def clip(self) -> tuple[float, float]:
+        """Nearest and farthest distance along the optical axis that is seen, m."""
+
+    @property
+    def latency(self) -> int:
+        """Ticks from capture to delivery."""
+
+    @property
+    def labels(self) -> Mapping[int, str]:
+        """Prim path of each number of a segmentation."""
+
+    def request(self, *, segmentation: bool = False) -> None:
+        """Capture this tick's sample if one is due; however many ask, it is rendered once."""
+
+    def delivered(self) -> Picture | None:
+        """The picture whose turn it is in this tick; the same for all who ask, None in most ticks."""
+
+
+def pinhole(size: tuple[int, int], horizontal_fov: float) -> tuple[float, float, float, float]:
+    """fx, fy, cx, cy (pixels) of a lens in the middle before square pixels, by the horizontal field of view in degrees.
+
+    A field of view reaches from edge to edge, while pixel 0 lies half a pixel inside of it.
+    """
+    width, height = size
+    focal = width / 2 / math.tan(math.radians(horizontal_fov) / 2)
+    return focal, focal, (width - 1) / 2, (height - 1) / 2
+
+
+@device(
+    "camera",
+    Camera,
+    usd="Camera",
+    title="a camera",
+    rank=2,
+    child="Camera",
+    orientation=LOOKING_FORWARD,
+    in_rigs=True,
+    ticks_only=True,
+)
+class CameraStub(Stub):
+    """A camera that delivers what tests show it, at first nothing; `requests` counts how often it was asked to capture."""
+
+    requests = 0
+    _picture: Picture | None = None
+
+    def __init__(self, prim: Prim, size: tuple[int, int] | None = None) -> None:
+        super().__init__(prim)
+        self.size: tuple[int, int] = size or prim.facts.get("size", (640, 480))
+        self.clip: tuple[float, float] = prim.facts.get("clip", (0.01, 100.0))
+        self.intrinsics = pinhole(self.size, prim.facts.get("fov_deg", (90.0, 90.0))[0])
+        self.latency = 1
+        self.labels: dict[int, str] = {}
+
+    def show(
+        self,
+        rgb: ArrayLike,
+        depth: ArrayLike = math.inf,
+        segmentation: ArrayLike = 0,
+        boxes: NDArray[np.void] | None = None,
+        *,
+        time: float = 0.0,
+        index: int = 0,
+    ) -> None:
+        """Make a picture the one that is delivered from here on: height x width x 3, a value or one a pixel, records of boxes."""
+        colours = np.array(rgb, np.uint8)
+        plane = colours.shape[:2]
+        self.size = (plane[1], plane[0])
+        self.due, self.index = True, index
+        numbers = np.full(plane, segmentation, np.int32)
+        solids = np.zeros(0, BOX_3D) if boxes is None else boxes
+        self._picture = Picture(time, index, colours, np.full(plane, depth, np.float32), numbers, solids)
+
+    def request(self, *, segmentation: bool = False) -> None:
+        """Count."""
+        self.requests += 1
+
+    def delivered(self) -> Picture | None:
+        """What the test shows."""
+        return self._picture

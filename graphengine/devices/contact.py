@@ -1,0 +1,38 @@
+"""Contact sensors: the Protocol and the stub."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from graphengine.devices.device import Sensor, Stub, device
+
+
+@dataclass(frozen=True, slots=True)
+class ContactReading:
+    """What a contact sensor felt in one tick."""
+
+    time: float
+    """Simulation time, s."""
+    in_contact: bool
+    """Whether the force is above the sensor's threshold."""
+    force: float
+    """Sum of the contact forces on the sensor, its magnitude in N; at most the sensor's range."""
+
+
+class ContactSensor(Sensor, Protocol):
+    """A sensor that feels whatever its body touches, or what it touches near the sensor."""
+
+    def reading(self) -> ContactReading:
+        """The reading of this tick."""
+
+
+@device("contact", ContactSensor, usd="IsaacContactSensor", title="a contact sensor", rank=4)
+class ContactSensorStub(Stub):
+    """A contact sensor that feels what tests write to `felt`; nothing at first."""
+
+    felt = ContactReading(0.0, False, 0.0)
+
+    def reading(self) -> ContactReading:
+        """What the test says."""
+        return self.felt

@@ -1,0 +1,125 @@
+"""The registry of devices. A module of this package defines one kind: its readings, its Protocol and its stub.
+
+    @device("contact", ContactSensor, usd="IsaacContactSensor", title="a contact sensor")
+    class ContactSensorStub(Stub): ...
+
+`graphengine.physics.sensors` has a module for each kind too: its profile, and the handle that implements the Protocol.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol, TypeVar
+
+from graphengine.devices.sensor import Quaternion
+from graphengine.devices.stage import IDENTITY, Prim
+from graphengine.format.kinds import DEVICES
+from graphengine.format.stateful import Shared
+
+D = TypeVar("D")
+
+
+class Sensor(Protocol):
+    """What all sensors have."""
+
+    @property
+    def prim_path(self) -> str:
+        """Path of the sensor's prim, where its namespace is collected from."""
+
+
+class SampledSensor(Sensor, Protocol):
+    """A sensor with samples: sample n belongs to the first tick at or after n / rate seconds.
+
+    What a sample holds is shared by all who read it and never written again.
+    """
+
+    @property
+    def rate(self) -> float:
+        """Samples a second."""
+
+    @property
+    def due(self) -> bool:
+        """Whether a new sample falls into this tick."""
+
+
+class TickSensor(SampledSensor, Protocol):
+    """A sensor that has at most one sample a tick."""
+
+    @property
+    def index(self) -> int:
+        """Number of the newest sample since play."""
+
+
+class Stub(Shared):
+    """A device without physics, for checks and for tests, which write its readings.
+
+    Args:
+        prim: its facts are the profile's, of which tests give some.
+    """
+
+    def __init__(self, prim: Prim) -> None:
+        self.prim_path = prim.path
+        self.rate: float = prim.facts.get("rate", 30.0)
+        self.due, self.index = False, 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Device:
+    """One kind of device.
+
+    Attributes:
+        kind: of its prims, of sensors in robot files, and the section of a profile.
+        stub: makes a stub from a prim and options.
+        usd: type of its prims in USD.
+        title: kind with an article, for messages.
+        child: name of the device's prim below its mount's; empty where the mount's prim is the device's.
+        orientation: of the child in the mount's frame.
+        in_rigs: whether a rig may have parts of this kind.
+        ticks_only: whether it has at most one sample a tick, so that graphs on physics steps cannot read it.
+    """
+
+    kind: str
+    stub: Callable[..., Any]
+    usd: str
+    title: str
+    child: str = ""
+    orientation: Quaternion = IDENTITY
+    in_rigs: bool = False
+    ticks_only: bool = False
+
+
+DEVICE_OF: dict[Any, Device] = {}
+"""The kind of device that a Protocol, a stub or an implementation belongs to."""
+
+
+def device(
+    kind: str, interface: Callable[..., D], *, rank: int = 100, **facts: Any
+) -> Callable[[Callable[..., D]], Any]:
+    """Register a kind of device; decorates its stub, which keeps its Protocol.
+
+    Args:
+        kind: see `Device`, as for the others.
+        interface: Protocol of the device.
+        rank: a lower one is listed first in messages.
+        facts: the other attributes of `Device`.
+    """
+
+    def register(stub: Callable[..., D]) -> Callable[..., D]:
+        entry = Device(kind=kind, stub=stub, **facts)
+        DEVICES.add(kind, entry, rank)
+        DEVICE_OF[interface] = DEVICE_OF[stub] = entry
+        return stub
+
+    return register
+
+
+def device_of(interface: Callable[..., Any]) -> Device:
+    """The kind of device that a Protocol, a stub or an implementation belongs to.
+
+    Raises:
+        TypeError: there is none.
+    """
+    if interface not in DEVICE_OF:
+        raise TypeError(f"{interface!r} is no device; give a Protocol that a module of graphengine.devices registers")
+    return DEVICE_OF[interface]

@@ -1,0 +1,46 @@
+"""Inertial measurement units: the Protocol and the stub."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from graphengine.devices.device import SampledSensor, Stub, device
+from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.stage import IDENTITY
+
+
+@dataclass(frozen=True, slots=True)
+class ImuSample:
+    """What an inertial unit measured, in its own frame."""
+
+    time: float
+    """Simulation time, s."""
+    index: int
+    """Number of this sample since play; -1 before the first, as with a robot that has just come."""
+    linear_acceleration: Vector3
+    """Rate of change of the velocity, without gravity, m/s2."""
+    gravity: Vector3
+    """What gravity adds to the reading of an accelerometer: at rest and upright (0, 0, 9.81), m/s2."""
+    angular_velocity: Vector3
+    """rad/s."""
+    orientation: Quaternion
+    """Of the sensor in the world frame."""
+
+
+class Imu(SampledSensor, Protocol):
+    """An inertial measurement unit."""
+
+    def sample(self) -> ImuSample:
+        """The newest sample, shared by all who ask in its tick."""
+
+
+@device("imu", Imu, usd="IsaacImuSensor", title="an imu", rank=3, in_rigs=True)
+class ImuStub(Stub):
+    """An inertial unit that measures what tests write to `measured`; at first it is upright and at rest."""
+
+    measured = ImuSample(0.0, 0, (0.0, 0.0, 0.0), (0.0, 0.0, 9.81), (0.0, 0.0, 0.0), IDENTITY)
+
+    def sample(self) -> ImuSample:
+        """What the test says."""
+        return self.measured

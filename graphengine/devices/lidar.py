@@ -1,0 +1,94 @@
+"""Lidars: the Protocol and the stub."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from graphengine.devices.device import Stub, TickSensor, device
+from graphengine.devices.stage import Prim
+
+
+@dataclass(frozen=True, slots=True)
+class Scan:
+    """One sweep of a lidar; arrays have one entry a beam, ring after ring in order of azimuth, and are never written again."""
+
+    time: float
+    """Simulation time of the tick that cast it, s."""
+    index: int
+    """Number of this sample since play."""
+    ranges: NDArray[np.float32]
+    """Distance, m; inf where nothing was hit within range."""
+    intensities: NDArray[np.float32]
+    """0 to 255."""
+
+
+class Lidar(TickSensor, Protocol):
+    """A ray-casting range sensor."""
+
+    @property
+    def angles(self) -> tuple[float, float, float]:
+        """Azimuth of the first beam, of the last beam, and between two beams, rad, counter-clockwise from the sensor's x."""
+
+    @property
+    def elevations(self) -> NDArray[np.float64]:
+        """Angle of each ring above the sensor's xy plane, rad; one ring at 0 for a planar lidar."""
+
+    @property
+    def directions(self) -> NDArray[np.float64]:
+        """Unit vectors of the beams in the sensor's frame, ring after ring, shape (rings x azimuths, 3)."""
+
+    @property
+    def ranges(self) -> tuple[float, float]:
+        """Nearest and farthest distance it reports, m."""
+
+    def scan(self) -> Scan:
+        """The newest sample, cast when first asked for in its tick and shared by all who ask."""
+
+
+def beam_directions(angles: tuple[float, float, float], elevations: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Unit vectors of a lidar's beams, ring after ring, shape (rings x azimuths, 3).
+
+    Args:
+        angles: azimuth of the first and last beam of a ring and between two, rad.
+        elevations: of the rings, rad.
+    """
+    first, last, increment = angles
+    azimuth = first + increment * np.arange(round((last - first) / increment) + 1)
+    level = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros_like(azimuth)], axis=1)
+    if not np.any(elevations):
+        return np.tile(level, (len(elevations), 1))
+    upwards = np.stack([np.cos(elevations), np.cos(elevations), np.sin(elevations)], axis=1)
+    level[:, 2] = 1.0
+    directions: NDArray[np.float64] = (upwards[:, None, :] * level).reshape(-1, 3)
+    return directions
+
+
+@device("lidar", Lidar, usd="OmniLidar", title="a lidar", rank=1, child="Lidar", ticks_only=True)
+class LidarStub(Stub):
+    """A lidar that sees what tests say, at first nothing; `casts` counts how often it was asked."""
+
+    casts = 0
+    _seen: Scan | None = None
+
+    def __init__(self, prim: Prim) -> None:
+        super().__init__(prim)
+        self.angles: tuple[float, float, float] = prim.facts.get("angles", (0.0, 0.0, 1.0))
+        self.ranges: tuple[float, float] = prim.facts.get("ranges", (0.05, 10.0))
+        self.elevations: NDArray[np.float64] = np.array(prim.facts.get("elevations", (0.0,)), float)
+        self.directions = beam_directions(self.angles, self.elevations)
+
+    def see(self, ranges: ArrayLike, intensities: ArrayLike = 0.0, *, time: float = 0.0, index: int = 0) -> None:
+        """Make a sample due: one range a beam, inf where nothing is."""
+        distances = np.array(ranges, np.float32)
+        brightness = np.full(distances.shape, intensities, np.float32)
+        self.due, self.index, self._seen = True, index, Scan(time, index, distances, brightness)
+
+    def scan(self) -> Scan:
+        """The sample, or one without returns."""
+        self.casts += 1
+        beams = len(self.directions)
+        return self._seen or Scan(0.0, 0, np.full(beams, np.inf, np.float32), np.zeros(beams, np.float32))

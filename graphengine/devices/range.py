@@ -1,0 +1,67 @@
+"""Range sensors, ultrasonic or infrared: the Protocol and the stub."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+from graphengine.devices.device import Stub, TickSensor, device
+from graphengine.devices.stage import Prim
+
+
+@dataclass(frozen=True, slots=True)
+class RangeReading:
+    """One measurement of a range sensor."""
+
+    time: float
+    """Simulation time of the tick that measured it, s."""
+    index: int
+    """Number of this sample since play."""
+    range: float
+    """Distance to the nearest surface in the cone, m. As REP 117 has it: inf where nothing is in range, -inf for too close."""
+
+
+class RangeSensor(TickSensor, Protocol):
+    """A sensor that measures the distance to the nearest surface in a cone about its x axis."""
+
+    @property
+    def radiation_type(self) -> str:
+        """`ultrasound` or `infrared`."""
+
+    @property
+    def field_of_view(self) -> float:
+        """Angle from edge to edge of the cone, rad."""
+
+    @property
+    def ranges(self) -> tuple[float, float]:
+        """Nearest and farthest distance it reports, m."""
+
+    @property
+    def noise_std(self) -> float:
+        """Standard deviation of a distance, m."""
+
+    def reading(self) -> RangeReading:
+        """The newest sample, cast when first asked for in its tick and shared by all who ask."""
+
+
+@device("range", RangeSensor, usd="RangeSensor", title="a range sensor", ticks_only=True)
+class RangeSensorStub(Stub):
+    """A range sensor that measures what tests write, at first nothing in its cone."""
+
+    measured = RangeReading(0.0, 0, math.inf)
+
+    def __init__(self, prim: Prim) -> None:
+        super().__init__(prim)
+        self.radiation_type: str = prim.facts.get("radiation_type", "ultrasound")
+        self.field_of_view: float = prim.facts.get("field_of_view", 0.25)
+        self.ranges: tuple[float, float] = prim.facts.get("ranges", (0.02, 4.0))
+        self.noise_std: float = prim.facts.get("noise_std", 0.0)
+
+    def measure(self, distance: float, *, time: float = 0.0, index: int = 0) -> None:
+        """Make a sample due."""
+        self.due, self.index, self.measured = True, index, RangeReading(time, index, distance)
+
+    def reading(self) -> RangeReading:
+        """What the test says."""
+        return self.measured

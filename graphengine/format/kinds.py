@@ -1,0 +1,48 @@
+"""Registries that the modules of a package fill: adding a kind means adding a module."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Mapping
+from functools import cached_property
+from types import MappingProxyType
+from typing import Any, Generic, TypeVar
+
+T = TypeVar("T")
+
+
+class Kinds(Generic[T]):
+    """Entries by kind, which the modules of a package add when they are imported.
+
+    Args:
+        package: full name of the package; its modules are imported when somebody first asks for all entries.
+    """
+
+    def __init__(self, package: str) -> None:
+        self._package = package
+        self._entries: dict[str, tuple[int, T]] = {}
+
+    def add(self, kind: str, entry: T, rank: int = 0) -> None:
+        """Add the entry of a kind; a lower rank is listed first.
+
+        Raises:
+            ValueError: the kind has an entry.
+        """
+        if kind in self._entries:
+            raise ValueError(f"two modules of {self._package} define {kind!r}")
+        self._entries[kind] = (rank, entry)
+
+    @cached_property
+    def all(self) -> Mapping[str, T]:
+        """All entries, sorted by rank and kind."""
+        package = importlib.import_module(self._package)
+        for module in pkgutil.iter_modules(package.__path__, f"{self._package}."):
+            if not module.ispkg:
+                importlib.import_module(module.name)
+        ranked = sorted(self._entries, key=lambda kind: (self._entries[kind][0], kind))
+        return MappingProxyType({kind: self._entries[kind][1] for kind in ranked})
+
+
+DEVICES: Kinds[Any] = Kinds("graphengine.devices")
+"""The kinds of device that robot files mount; `graphengine.devices.device` says what an entry holds."""

@@ -1,0 +1,51 @@
+"""The registry of what implements devices in a simulation; a module of this package defines each with its profile."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any, NamedTuple, TypeVar
+
+from pydantic import Field
+
+from graphengine.devices.device import DEVICE_OF, device_of
+from graphengine.format.kinds import Kinds
+from graphengine.format.spec import Spec
+
+D = TypeVar("D")
+
+Rate = Annotated[float, Field(ge=0.001, le=10_000.0)]
+Deviation = Annotated[float, Field(ge=0.0, le=1000.0)]
+Offset = Annotated[float, Field(ge=-1000.0, le=1000.0)]
+Offsets = Annotated[tuple[Offset, Offset, Offset], Field(strict=False)]
+
+
+class Profile(Spec):
+    """The section of a sensor profile that has the figures of one kind of device."""
+
+    def facts(self) -> dict[str, Any]:
+        """What a prim of the device keeps of its profile."""
+        return self.model_dump()
+
+
+class Implementation(NamedTuple):
+    """One kind of device in a simulation."""
+
+    handle: Any
+    """Makes a `Handle` that keeps the device's Protocol, from the simulation, its prim and the device's options."""
+    profile: type[Profile]
+
+
+IMPLEMENTATIONS: Kinds[Implementation] = Kinds("graphengine.physics.sensors")
+"""By kind of device."""
+
+
+def implements(interface: Callable[..., D], profile: type[Profile]) -> Callable[[Callable[..., D]], Any]:
+    """Register an implementation; decorates the subclass of `Handle` that keeps the device's Protocol."""
+
+    def register(handle: Callable[..., D]) -> Callable[..., D]:
+        entry = device_of(interface)
+        IMPLEMENTATIONS.add(entry.kind, Implementation(handle, profile))
+        DEVICE_OF[handle] = entry
+        return handle
+
+    return register

@@ -1,0 +1,86 @@
+"""A range sensor that casts a cone of rays and measures the nearest distance.
+
+Rays meet what those of a lidar meet and pass through the sensor's own robot. They lie in rings about the sensor's x axis, the
+last of which is the edge of the cone: what fits between two of them is not seen. Whether a surface reflects towards the sensor
+does not count, as it would for ultrasound.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from graphengine.devices.range import RangeReading, RangeSensor
+from graphengine.devices.stage import Prim
+from graphengine.format.spec import NotNegative, Positive
+from graphengine.physics.sensors.implementations import Deviation, Profile, Rate, implements
+from graphengine.physics.sensors.lidar import RaySensor
+from graphengine.physics.sensors.rays import Floats
+
+if TYPE_CHECKING:
+    from graphengine.physics.core import SimulationCore
+
+
+class RangeProfile(Profile):
+    """An ultrasonic or infrared range sensor."""
+
+    radiation_type: Literal["ultrasound", "infrared"] = "ultrasound"
+    rate: Rate = Field(description="Measurements a second.")
+    field_of_view: float = Field(gt=0.0, le=math.pi, description="Angle from edge to edge of the cone, rad.")
+    rings: int = Field(default=4, ge=1, le=32, description="Rings of rays about the one on the axis: ring n has 6 n.")
+    min_range: NotNegative = Field(description="Nearest distance measured, m; what is closer is reported as -inf.")
+    max_range: Positive = Field(le=1_000_000, description="Farthest distance measured, m; without any it is inf.")
+    noise_std: Deviation = Field(default=0.0, description="Standard deviation of a distance, m.")
+    resolution: NotNegative = Field(
+        default=0.0, description="Distances are multiples of it, m; 0: they are not rounded."
+    )
+
+    @model_validator(mode="after")
+    def _in_bounds(self) -> RangeProfile:
+        if not self.min_range < self.max_range:
+            raise ValueError(
+                f"min_range must be less than max_range, and {self.min_range:g} is not less than {self.max_range:g}"
+            )
+        if self.resolution and not 1e-6 <= self.resolution < self.max_range:
+            raise ValueError("resolution is a micrometre at least and less than max_range, or 0")
+        return self
+
+    def facts(self) -> dict[str, Any]:
+        """Its figures, with both ranges as one."""
+        return self.model_dump(exclude={"min_range", "max_range"}) | {"ranges": (self.min_range, self.max_range)}
+
+
+@implements(RangeSensor, RangeProfile)
+class RayCone(RaySensor):
+    """The range sensor at a range prim, whose facts are its profile."""
+
+    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
+        self.radiation_type: str = prim.facts["radiation_type"]
+        self.field_of_view: float = prim.facts["field_of_view"]
+        self.directions = cone_directions(self.field_of_view, prim.facts["rings"])
+        super().__init__(simulation, prim)
+
+    def reading(self) -> RangeReading:
+        """The newest sample, shared by all who ask."""
+        sample: RangeReading = self._sample()
+        return sample
+
+    def _cast(self, index: int) -> RangeReading:
+        near, far = self.ranges
+        distances, _ = self._meet()
+        nearest = np.min(distances[distances >= 0.0], initial=math.inf, keepdims=True)
+        distance = float(self._measured(nearest, index)[0])
+        if not near <= nearest[0] <= far:
+            distance = -math.inf if nearest[0] < near else math.inf
+        return RangeReading(self._simulation.time, index, distance)
+
+
+def cone_directions(field_of_view: float, rings: int) -> Floats:
+    """Unit vectors about the x axis: the axis, then rings at equal angles up to the edge of the cone, ring n of 6 n."""
+    ring = np.repeat(np.arange(rings + 1), np.maximum(6 * np.arange(rings + 1), 1))
+    around = 2.0 * np.pi * np.concatenate([np.arange(max(6 * n, 1)) / max(6 * n, 1) for n in range(rings + 1)])
+    away = field_of_view / 2.0 * ring / rings
+    return np.stack([np.cos(away), np.sin(away) * np.cos(around), np.sin(away) * np.sin(around)], axis=1)

@@ -1,0 +1,53 @@
+"""Range: what an ultrasonic or infrared sensor measured."""
+
+from __future__ import annotations
+
+from graphengine.devices.range import RangeSensor
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.endpoints import Publisher
+from graphengine.node import Bound, Context, In, State, String, Target
+from graphengine.nodes.ros2.publisher import TopicNode, header, send
+
+_TYPE = "sensor_msgs/msg/Range"
+_RADIATION = {"ultrasound": 0, "infrared": 1}
+
+
+class RangePublisher(TopicNode, type="graphengine.ros2.RangePublisher"):
+    """Publishes each sample of a range sensor once as sensor_msgs/Range.
+
+    As REP 117 has it, the range is +inf where nothing is within max_range and -inf where something is closer than min_range.
+    """
+
+    range_prim: Target = In(required=True, setup=True, doc="prim of the range sensor; its x axis is that of the cone")
+    frame_id: String = In(default="sim_range", setup=True)
+    topic_name: String = In(default="range", setup=True)
+
+    sensor: RangeSensor = Bound()
+    publisher: Publisher = Bound()
+    last: int = State(default=-1)
+
+    def setup(self, context: Context) -> None:
+        """Bind the sensor and open the topic."""
+        self.sensor = sensor = context.device(RangeSensor, self.range_prim[0])
+        rate = min(sensor.rate, 1.0 / context.clock.delta)
+        self.publisher = self.open_topic(
+            context, _TYPE, self.topic_name, namespace_from=sensor.prim_path, rate=rate, frame_id=self.frame_id
+        )
+
+    def compute(self) -> None:
+        """Send the sample of this tick, if there is one, it was not sent yet, and anybody wants it."""
+        sensor = self.sensor
+        if not sensor.due or sensor.index == self.last:
+            return
+        self.last = sensor.index
+        if self.publisher.wanted:
+            reading = sensor.reading()
+            message = DEFINITIONS.message_class(_TYPE)(
+                header(reading.time, self.frame_id),
+                _RADIATION[sensor.radiation_type],
+                sensor.field_of_view,
+                *sensor.ranges,
+                reading.range,
+                sensor.noise_std**2,
+            )
+            send(self.publisher, message)
