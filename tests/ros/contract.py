@@ -9,9 +9,9 @@ import pytest
 
 from graphengine.messages.messages import String, decode, encode
 from graphengine.ros.transport import Writer
+from graphengine.ros.transports import rcl
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.memory.memory import MemoryTransport
-from graphengine.ros.transports.rcl import rcl
 from graphengine.ros.transports.rcl.rcl import RclTransport
 
 AnyTransport: TypeAlias = MemoryTransport | DdsTransport | RclTransport

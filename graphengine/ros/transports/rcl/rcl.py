@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import atexit
 import contextlib
-import importlib
 import logging
 import os
 import threading
@@ -31,18 +30,6 @@ _PATIENCE = 0.1
 """Seconds that closing a reader may take."""
 
 
-def import_error() -> str | None:
-    """Why rclpy cannot be used, or None; an installation for another Python counts as none."""
-    try:
-        for module in ("rclpy.executors", "rclpy.node", "rosidl_runtime_py.utilities"):
-            importlib.import_module(module)
-    except Exception as error:
-        if isinstance(error, ModuleNotFoundError) and error.name == "rclpy":
-            return "no ROS 2 is sourced"
-        return f"{type(error).__name__}: {error}".splitlines()[0]
-    return None
-
-
 class RclTransport(RosNode):
     """A node of rclpy in a context of its own.
 
@@ -55,7 +42,7 @@ class RclTransport(RosNode):
 
     Raises:
         TopicError: ROS 2 would refuse the node's name or namespace.
-        TransportError: rclpy is not there, or cannot start.
+        TransportError: rclpy cannot start.
     """
 
     source = b""
@@ -70,9 +57,6 @@ class RclTransport(RosNode):
         definitions: Definitions = DEFINITIONS,
     ) -> None:
         super().__init__(node_name, node_namespace, definitions)
-        missing = import_error()
-        if missing:
-            raise TransportError(f"rclpy cannot be used: {missing}")
         import rclpy
         from rclpy.executors import SingleThreadedExecutor
         from rclpy.node import Node
