@@ -248,7 +248,7 @@ def ways(
 
         foreign = theirs.writer(f"/rclpy/{name}", kind, QoS())
         built = deserialize_message(data, get_message(kind))
-        sides["rclpy"] = lambda: foreign.publisher.publish(built)
+        sides["rclpy"] = lambda: foreign.entity.publish(built)
         ends.append(foreign)
     return sides, [f"{end.topic}={kind}" for end in ends], lambda: all(end.matched for end in ends)
 

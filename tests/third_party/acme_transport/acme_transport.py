@@ -5,16 +5,23 @@ from __future__ import annotations
 import queue
 import threading
 from collections import Counter
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from types import MappingProxyType
 from typing import Any
 
 from graphengine.messages.endpoints import QoS
 from graphengine.ros.graph import Direction, Graph
-from graphengine.ros.transport import JoinOptions, Reader, ServiceClient, ServiceServer, TransportKind, Writer
-from graphengine.ros.transports.handing_over import HandingOver
+from graphengine.ros.transport import (
+    JoinOptions,
+    Reader,
+    ServiceClient,
+    ServiceServer,
+    Transport,
+    TransportKind,
+    Writer,
+)
+from graphengine.ros.transports.ends import End
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.ros.transports.ros_node import ROSOUT, RosNode
 
@@ -37,37 +44,32 @@ class AcmeTransport(RosNode):
     """A node among those of the same domain in this process."""
 
     spin_time = 0.0
-    malformed: Mapping[str, int] = MappingProxyType({})
-    foreign_services: Mapping[str, str] = MappingProxyType({})
+    source = b""
 
-    def __init__(self, options: JoinOptions) -> None:
-        super().__init__(options.node_name, options.node_namespace, options.definitions)
-        self.description = f"acme, {options.domain}"
-        self.source = b""
-        self._hub = HUBS.setdefault(
-            options.domain.id, Hub(MemoryTransport(keeps=False, definitions=options.definitions))
-        )
-        self._ends: list[Any] = []
-        self._offered = Counter[str]()
+    def _join(self) -> str:
+        memory = MemoryTransport(keeps=False, definitions=self._definitions)
+        self._hub = HUBS.setdefault(self._domain.id, Hub(memory))
         self._arrived: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
-        self._thread = threading.Thread(target=self._deliver_all, name=self.description, daemon=True)
-        self._thread.start()
+        self._thread = threading.Thread(target=self._deliver_all, name=self.node, daemon=True)
         self._rosout = self.writer(*ROSOUT)
+        self._thread.start()
+        return "acme"
 
     def writer(self, topic: str, message_type: str, qos: QoS) -> Writer:
         """A writer on a topic."""
         self._admit(topic)
-        writer = self._hub.memory.writer(topic, message_type, qos)
-        self._hub.owners[writer.gid] = self._name, self._namespace
-        self._ends.append(writer)
-        return writer
+        end = _Writer(topic, self._remove, self._hub.memory.writer(topic, message_type, qos))
+        self._hub.owners[end.inner.gid] = self._name, self._namespace
+        self._writers.append(end)
+        return end
 
     def reader(self, topic: str, message_type: str, qos: QoS, deliver: Callable[[bytes], None]) -> Reader:
         """A reader on a topic."""
         self._admit(topic)
-        end = _End(self, topic, deliver)
+        end = _Hearing(topic, self._remove, self, deliver)
         end.inner = self._hub.memory.reader(topic, message_type, qos, end.arrive)
         self._hub.owners[end.inner.gid] = self._name, self._namespace
+        self._readers.append(end)
         return end
 
     def server(
@@ -75,23 +77,19 @@ class AcmeTransport(RosNode):
     ) -> ServiceServer:
         """A server of a service."""
         self._admit(service)
-        end = _Server(self, service, deliver)
+        end = _Server(service, self._remove, self, deliver)
         end.inner = self._hub.memory.server(service, service_type, qos, end.arrive)
-        for counts in (self._offered, self._hub.offered):
-            counts[service] += 1
+        self._hub.offered[service] += 1
+        self._readers.append(end)
         return end
 
     def client(self, service: str, service_type: str, qos: QoS, deliver: Callable[[int, bytes], None]) -> ServiceClient:
         """A client of a service."""
         self._admit(service)
-        end = _Client(self, service, deliver)
+        end = _Client(service, self._remove, self, deliver)
         end.inner = self._hub.memory.client(service, service_type, qos, end.arrive)
+        self._readers.append(end)
         return end
-
-    @property
-    def rival_services(self) -> Sequence[str]:
-        """Services that another node offers too."""
-        return [name for name, number in self._offered.items() if 0 < number < self._hub.offered[name]]
 
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> Graph:
         """Who writes and reads which topic."""
@@ -101,71 +99,80 @@ class AcmeTransport(RosNode):
         ends = [replace(end, node=node, namespace=namespace) for end, node, namespace in owned]
         return Graph(ends, services=found.services)
 
-    def close(self) -> None:
-        """Leave the hub."""
+    def take(self, end: _Hearing, source: bytes, message: tuple[Any, ...]) -> None:
+        """Deliver a message, unless its endpoint was closed since it arrived."""
         with self._lock:
-            if self._closed:
-                return
-            self._closed = True
-            for end in tuple(self._ends):
-                end.close()
+            if end in self._readers and not self._closed:
+                self.source = source
+                end.hand_over(end.deliver, *message)
+
+    def arrive(self, end: _Hearing, message: tuple[Any, ...]) -> None:
+        """Leave a message to the thread of the node."""
+        self._arrived.put(partial(self.take, end, self._hub.memory.source, message))
+
+    def _leave(self) -> None:
+        for end in (*self._writers, *self._readers):
+            self._delete(end)
         self._arrived.put(None)
-        if threading.current_thread() is not self._thread:
-            self._thread.join()
+        self._thread.join()
+
+    def _delete(self, end: _Writer | _Hearing) -> None:
+        end.inner.close()
+        if end.peer == "client":
+            self._hub.offered[end.name] -= 1
+
+    def _count_servers(self, services: Iterable[str]) -> Mapping[str, int]:
+        return self._hub.offered
 
     def _deliver_all(self) -> None:
         while (deliver := self._arrived.get()) is not None:
             deliver()
 
 
-class _End:
+class _Writer(End):
+    def __init__(self, name: str, remove: Callable[[Any], None], inner: Any) -> None:
+        super().__init__(name, remove)
+        self.inner = inner
+        """The endpoint of the hub."""
+
+    @property
+    def matched(self) -> bool:
+        """Whether a reader is there."""
+        return bool(self.inner.matched)
+
+    def write(self, data: bytes) -> None:
+        """Send a message."""
+        self.inner.write(data)
+
+
+class _Hearing(End):
     """An endpoint that takes messages in the thread of its node, until it is closed."""
 
-    def __init__(self, node: AcmeTransport, name: str, deliver: Callable[..., None]) -> None:
-        self.inner: Any = None
-        """The endpoint of the hub."""
+    inner: Any = None
+
+    def __init__(
+        self, name: str, remove: Callable[[Any], None], node: AcmeTransport, deliver: Callable[..., None]
+    ) -> None:
+        super().__init__(name, remove)
+        self.deliver = deliver
         self._node = node
-        self._name = name
-        self._deliver = deliver
-        self._hand_over = HandingOver(name)
-        self._open = True
-        node._ends.append(self)
 
     def arrive(self, *message: Any) -> None:
         """Take a message in the thread of the one who sends it."""
-        self._node._arrived.put(partial(self._take, self._node._hub.memory.source, message))
-
-    def close(self) -> None:
-        """Leave the hub; a second time does nothing."""
-        with self._node._lock:
-            if self._open:
-                self._open = False
-                self._node._ends.remove(self)
-                if self.inner is not None:
-                    self.inner.close()
-
-    def _take(self, source: bytes, message: tuple[Any, ...]) -> None:
-        with self._node._lock:
-            if self._open:
-                self._node.source = source
-                self._hand_over(self._deliver, *message)
+        self._node.arrive(self, message)
 
 
-class _Server(_End):
+class _Server(_Hearing):
+    peer = "client"
+
     def answer(self, request_id: bytes, response: bytes) -> None:
         """Answer a request."""
         self.inner.answer(request_id, response)
 
-    def close(self) -> None:
-        """Withdraw the service."""
-        with self._node._lock:
-            if self._open:
-                for counts in (self._node._offered, self._node._hub.offered):
-                    counts[self._name] -= 1
-            super().close()
 
+class _Client(_Hearing):
+    peer = "server"
 
-class _Client(_End):
     @property
     def ready(self) -> bool:
         """Whether a server is there."""
@@ -176,4 +183,9 @@ class _Client(_End):
         return int(self.inner.call(request))
 
 
-TRANSPORT = TransportKind("acme", "other nodes of the same process", AcmeTransport, reaches_others=False)
+def _open(options: JoinOptions) -> Transport:
+    node = options.node_name, options.node_namespace
+    return AcmeTransport(options.domain, *node, options.because, options.definitions)
+
+
+TRANSPORT = TransportKind("acme", "other nodes of the same process", _open, reaches_others=False)
