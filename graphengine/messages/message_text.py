@@ -102,12 +102,20 @@ class Style:
         arrays: false shows type and length of an array in its place.
         texts: false shows the length of a text in its place.
         flow: YAML with lists in brackets.
+        octets: bytes are characters, as rclpy has them, and no numbers.
     """
 
     longest: int | None = None
     arrays: bool = True
     texts: bool = True
     flow: bool = False
+    octets: bool = True
+
+
+def to_plain(message: Any, definitions: Definitions = DEFINITIONS) -> dict[str, Any]:
+    """What a message holds, in the order of its definition; bytes are numbers from 0."""
+    plain: dict[str, Any] = _plain(Part.of(message, definitions), Style(octets=False))
+    return plain
 
 
 def to_yaml(part: Part, style: Style = Style()) -> str:
@@ -152,6 +160,8 @@ def _plain(part: Part, style: Style) -> Any:
         return value.decode("latin-1") if isinstance(value, bytes) else value
     if not style.arrays:
         return _summary(part)
+    if isinstance(part.value, np.ndarray) and part.scalar != "byte" and style.longest is None:
+        return part.value.tolist()
     cut = [_CUT] if _is_long(part, style) else []
     return [_plain(value, style) for value in _shown(part, style)] + cut
 
@@ -177,7 +187,7 @@ def _cells(part: Part, style: Style) -> Iterator[str]:
 def _scalar(part: Part, style: Style) -> Any:
     """A value that is no array, as rclpy has it."""
     if part.scalar == "byte":
-        return _octet(part.value)
+        return _octet(part.value) if style.octets else part.value & 0xFF
     return _text(part.value, style) if part.scalar in TEXTS else part.value
 
 
