@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any, Protocol
 
 from graphengine.messages.definitions import DEFINITIONS, Definitions
-from graphengine.messages.endpoints import EndpointClaim
+from graphengine.messages.endpoints import EndpointClaim, Network
 from graphengine.ros.service_endpoints import LiveClient, LiveServer
 from graphengine.ros.topic_endpoints import LivePublisher, LiveSubscription
 from graphengine.ros.transport import Transport
@@ -28,7 +28,7 @@ class Sink(Protocol):
         """Take what a subscription sees from this tick on."""
 
 
-class LiveNetwork:
+class LiveNetwork(Network):
     """The session's endpoints; one transport a ROS 2 domain, opened when first asked for.
 
     Args:

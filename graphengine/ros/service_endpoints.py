@@ -20,7 +20,7 @@ import numpy as np
 from graphengine.devices.stateful import Stateful
 from graphengine.format.errors import TransportError
 from graphengine.messages import messages
-from graphengine.messages.endpoints import EndpointClaim
+from graphengine.messages.endpoints import EndpointClaim, ServiceClient, ServiceServer
 
 if TYPE_CHECKING:
     from graphengine.ros.network import LiveNetwork
@@ -41,11 +41,12 @@ _REQUEST_SENT, _REQUEST_RECEIVED, _RESPONSE_SENT, _RESPONSE_RECEIVED = range(4)
 class _Endpoint(Stateful):
     """What a server and a client have in common."""
 
-    def __init__(self, network: LiveNetwork, claim: EndpointClaim, hears: str, says: str) -> None:
+    service: str
+    claim: EndpointClaim
+    """Of the topic of its events."""
+
+    def _begin(self, network: LiveNetwork, claim: EndpointClaim, hears: str, says: str) -> None:
         self.claim = replace(claim, topic=f"{claim.topic}{EVENTS}", message_type=f"{claim.message_type}_Event")
-        """Of the topic of its events."""
-        self.service = claim.topic
-        self.service_type = claim.message_type
         self._network = network
         self._hears, self._says = (f"{claim.message_type}_{part}" for part in (hears, says))
         self._told: set[str] = set()
@@ -105,22 +106,21 @@ class _Endpoint(Stateful):
         return bytes(found.info.client_gid) + number, heard
 
 
-class LiveServer(_Endpoint):
+class LiveServer(ServiceServer, _Endpoint):
     """One service of one transport that is offered."""
 
     kept = ("_arrived", "_open", "_refused", "_visible", "current")
 
     def __init__(self, network: LiveNetwork, claim: EndpointClaim, handle: int) -> None:
-        super().__init__(network, claim, "Request", "Response")
-        self.handle = handle
-        self.current: bytes | None = None
+        super().__init__(claim, handle)
+        self._begin(network, claim, "Request", "Response")
         self._refused = 0
         self._arrived: deque[tuple[bytes, bytes]] = deque()
         self._visible: deque[tuple[bytes, Any]] = deque()
         self._open: dict[bytes, None] = {}
         """Requests that were taken and not answered."""
         transport = network.transport(claim.ros_context)
-        self._server = transport.server(self.service, self.service_type, claim.qos, self._receive)
+        self._server = transport.server(claim.topic, claim.message_type, claim.qos, self._receive)
 
     def close(self) -> None:
         """Withdraw the service, once what was answered is sent."""
@@ -188,15 +188,16 @@ class LiveServer(_Endpoint):
         self._visible.clear()
 
 
-class LiveClient(_Endpoint):
+class LiveClient(ServiceClient, _Endpoint):
     """One service of one transport that is called. As many calls as the QoS keeps wait for a server to come."""
 
     kept = ("_arrived", "_calls", "_from_recording", "_numbers", "_open", "_patience", "_visible", "_waiting")
 
     def __init__(self, network: LiveNetwork, claim: EndpointClaim) -> None:
-        super().__init__(network, claim, "Response", "Request")
+        super().__init__(claim)
+        self._begin(network, claim, "Response", "Request")
         self._gid = hashlib.blake2b(claim.node.encode(), digest_size=GID).digest()
-        self._calls = self._patience = 0
+        self._patience = 0
         self._open: dict[int, None] = {}
         """Calls that were made and not answered."""
         self._numbers: dict[int, int] = {}
@@ -207,7 +208,7 @@ class LiveClient(_Endpoint):
         self._waiting: deque[tuple[int, bytes]] = deque()
         self._keeps = max(claim.qos.depth, 1) if claim.qos.history == "keepLast" else MAX_OPEN
         transport = network.transport(claim.ros_context)
-        self._client = transport.client(self.service, self.service_type, claim.qos, self._receive)
+        self._client = transport.client(claim.topic, claim.message_type, claim.qos, self._receive)
 
     def close(self) -> None:
         """Leave the service, once what was asked is sent."""
