@@ -111,7 +111,7 @@ class LiveNetwork(Network):
         """Whoever something can be delivered to, in a fixed order."""
         return [*self.subscriptions, *self._servers, *self._clients]
 
-    def leave(self, end: LiveServer | LiveClient) -> None:
+    def leave(self, end: object) -> None:
         """Let go of a server or client that was closed."""
         self._servers = [server for server in self._servers if server is not end]
         self._clients = [client for client in self._clients if client is not end]

@@ -44,6 +44,8 @@ class _Endpoint(Stateful):
     service: str
     claim: EndpointClaim
     """Of the topic of its events."""
+    _end: Any
+    """The server or client of the transport."""
 
     def _begin(self, network: LiveNetwork, claim: EndpointClaim, hears: str, says: str) -> None:
         self.claim = replace(claim, topic=f"{claim.topic}{EVENTS}", message_type=f"{claim.message_type}_Event")
@@ -51,6 +53,12 @@ class _Endpoint(Stateful):
         self._hears, self._says = (f"{claim.message_type}_{part}" for part in (hears, says))
         self._told: set[str] = set()
         self._most = max(MAX_OPEN, claim.qos.depth)
+
+    def close(self) -> None:
+        """Leave the service, once what was said is sent."""
+        self._network.flush()
+        self._end.close()
+        self._network.leave(self)
 
     def follow(self, published: Collection[str]) -> None:
         """A service has one type."""
@@ -106,7 +114,7 @@ class _Endpoint(Stateful):
         return bytes(found.info.client_gid) + number, heard
 
 
-class LiveServer(ServiceServer, _Endpoint):
+class LiveServer(_Endpoint, ServiceServer):
     """One service of one transport that is offered."""
 
     kept = ("_arrived", "_open", "_refused", "_visible", "current")
@@ -120,13 +128,7 @@ class LiveServer(ServiceServer, _Endpoint):
         self._open: dict[bytes, None] = {}
         """Requests that were taken and not answered."""
         transport = network.transport(claim.ros_context)
-        self._server = transport.server(claim.topic, claim.message_type, claim.qos, self._receive)
-
-    def close(self) -> None:
-        """Withdraw the service, once what was answered is sent."""
-        self._network.flush()
-        self._server.close()
-        self._network.leave(self)
+        self._end = transport.server(claim.topic, claim.message_type, claim.qos, self._receive)
 
     def _receive(self, request_id: bytes, data: bytes) -> None:
         """Take one request from the transport's thread."""
@@ -178,7 +180,7 @@ class LiveServer(ServiceServer, _Endpoint):
             self.current = None
 
     def _send(self, request_id: bytes, data: bytes) -> None:
-        self._server.answer(request_id, data)
+        self._end.answer(request_id, data)
         self._show(_RESPONSE_SENT, _identity(request_id), "response", data)
 
     def forget_calls(self) -> None:
@@ -188,7 +190,7 @@ class LiveServer(ServiceServer, _Endpoint):
         self._visible.clear()
 
 
-class LiveClient(ServiceClient, _Endpoint):
+class LiveClient(_Endpoint, ServiceClient):
     """One service of one transport that is called. As many calls as the QoS keeps wait for a server to come."""
 
     kept = ("_arrived", "_calls", "_from_recording", "_numbers", "_open", "_patience", "_visible", "_waiting")
@@ -208,13 +210,7 @@ class LiveClient(ServiceClient, _Endpoint):
         self._waiting: deque[tuple[int, bytes]] = deque()
         self._keeps = max(claim.qos.depth, 1) if claim.qos.history == "keepLast" else MAX_OPEN
         transport = network.transport(claim.ros_context)
-        self._client = transport.client(claim.topic, claim.message_type, claim.qos, self._receive)
-
-    def close(self) -> None:
-        """Leave the service, once what was asked is sent."""
-        self._network.flush()
-        self._client.close()
-        self._network.leave(self)
+        self._end = transport.client(claim.topic, claim.message_type, claim.qos, self._receive)
 
     def _receive(self, number: int, data: bytes) -> None:
         """Take one answer from the transport's thread."""
@@ -273,9 +269,9 @@ class LiveClient(ServiceClient, _Endpoint):
 
     def _send_waiting(self) -> None:
         """Send what waits, if a server is there."""
-        while self._waiting and self._client.ready:
+        while self._waiting and self._end.ready:
             number, data = self._waiting.popleft()
-            self._numbers[self._client.call(data)] = number
+            self._numbers[self._end.call(data)] = number
             if len(self._numbers) > self._most:
                 del self._numbers[next(iter(self._numbers))]
 

@@ -9,7 +9,7 @@ import threading
 import warnings
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from functools import partial
-from typing import Any, get_args
+from typing import Any, TypeVar, get_args
 
 from graphengine.format.errors import TransportError
 from graphengine.messages.endpoints import QoS
@@ -21,6 +21,7 @@ from graphengine.ros.transports.rcl.rcl_profiles import part_of_action, to_endpo
 from graphengine.ros.transports.rcl.rcl_services import RclClient, RclServer
 from graphengine.ros.transports.ros_node import ROSOUT, RosNode
 
+_End = TypeVar("_End", bound=RclEnd)
 _log = logging.getLogger(__name__)
 _environment_lock = threading.Lock()
 _PATIENCE = 0.1
@@ -68,17 +69,8 @@ class RclTransport(RosNode):
         from rclpy.event_handler import PublisherEventCallbacks
 
         writer = RclWriter(topic, self._remove)
-        with self._opening(topic, message_type, "get_message") as message, warnings.catch_warnings():
-            # Jazzy's rclpy warns of a class of its own that it uses for this event.
-            warnings.simplefilter("ignore", DeprecationWarning)
-            writer.entity = self._node.create_publisher(
-                message,
-                topic,
-                to_profile(qos),
-                event_callbacks=PublisherEventCallbacks(matched=writer.count, use_default_callbacks=False),
-            )
-            self._writers.append(writer)
-        return writer
+        events = PublisherEventCallbacks(matched=writer.count, use_default_callbacks=False)
+        return self._open(writer, message_type, qos, event_callbacks=events)
 
     def reader(self, topic: str, message_type: str, qos: QoS, deliver: Callable[[bytes], None]) -> RclReader:
         """A reader on a topic; `deliver` runs in the transport's thread.
@@ -89,17 +81,8 @@ class RclTransport(RosNode):
         from rclpy.event_handler import SubscriptionEventCallbacks
 
         reader = RclReader(topic, self._remove, partial(self._fits, message_type), deliver)
-        with self._opening(topic, message_type, "get_message") as message:
-            reader.entity = self._node.create_subscription(
-                message,
-                topic,
-                reader.receive,
-                to_profile(qos),
-                event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
-                raw=True,
-            )
-            self._readers.append(reader)
-        return reader
+        events = SubscriptionEventCallbacks(use_default_callbacks=False)
+        return self._open(reader, message_type, qos, callback=reader.receive, event_callbacks=events, raw=True)
 
     def server(self, service: str, service_type: str, qos: QoS, deliver: Callable[[bytes, bytes], None]) -> RclServer:
         """A server of a service; `deliver` runs in the transport's thread.
@@ -108,11 +91,8 @@ class RclTransport(RosNode):
             TransportError: as for `writer`.
         """
         server = RclServer(service, self._remove, deliver, self._node)
-        with self._opening(service, service_type, "get_service") as kind:
-            server.open(
-                lambda callback: self._node.create_service(kind, service, callback, qos_profile=to_profile(qos))
-            )
-            self._readers.append(server)
+        self._open(server, service_type, qos, callback=server.returned)
+        server.begin()
         return server
 
     def client(self, service: str, service_type: str, qos: QoS, deliver: Callable[[int, bytes], None]) -> RclClient:
@@ -121,11 +101,7 @@ class RclTransport(RosNode):
         Raises:
             TransportError: as for `writer`.
         """
-        client = RclClient(service, self._remove, deliver, self._node)
-        with self._opening(service, service_type, "get_service") as kind:
-            client.entity = self._node.create_client(kind, service, qos_profile=to_profile(qos))
-            self._readers.append(client)
-        return client
+        return self._open(RclClient(service, self._remove, deliver, self._node), service_type, qos)
 
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> Graph:
         """Who writes and reads which topic, as far as it is known; it is the faster the less is asked for.
@@ -173,23 +149,28 @@ class RclTransport(RosNode):
             reader.publishers = number
         return reader.agrees
 
-    @contextlib.contextmanager
-    def _opening(self, topic: str, message_type: str, find: str) -> Iterator[Any]:
-        """The class of a type, which a function of rosidl_runtime_py finds."""
+    def _open(self, end: _End, kind: str, qos: QoS, **more: Any) -> _End:
+        """Let rclpy make an endpoint of a type, whose class rosidl_runtime_py finds."""
         from rosidl_runtime_py import utilities
 
-        with self._lock:
-            self._admit(topic)
+        find = utilities.get_service if end.peer else utilities.get_message
+        what = f"{end.name} cannot be opened with {kind}"
+        with self._lock, warnings.catch_warnings():
+            # Jazzy's rclpy warns of a class of its own that it uses for the event of a publisher.
+            warnings.simplefilter("ignore", DeprecationWarning)
+            self._admit(end.name)
             try:
-                message = part_of_action(message_type) or getattr(utilities, find)(message_type)
+                found = part_of_action(kind) or find(kind)
             except (AttributeError, ImportError, RuntimeError, ValueError) as error:
                 remedy = "build its package and source the workspace, or use --transport dds"
-                what = f"{topic} cannot be opened with {message_type}: {error}"
-                raise MessageTypeError(what, message_type.rpartition("/")[2], remedy) from error
+                raise MessageTypeError(f"{what}: {error}", kind.rpartition("/")[2], remedy) from error
             try:
-                yield message
+                create = getattr(self._node, f"create_{end.kind}")
+                end.entity = create(found, end.name, qos_profile=to_profile(qos), **more)
             except Exception as error:
-                raise TransportError(f"{topic} cannot be opened with {message_type}: {error}") from error
+                raise TransportError(f"{what}: {error}") from error
+            (self._writers if isinstance(end, RclWriter) else self._readers).append(end)
+        return end
 
     def _delete(self, end: RclEnd) -> None:
         entity, end.entity = end.entity, None

@@ -74,11 +74,15 @@ class RclServer(_ServiceEnd):
         self._calls = Calls()
         """Headers of requests that wait for their answers."""
 
-    def open(self, create: Callable[[Callable[[Any, Any], Any]], Any]) -> None:
-        """Begin, with what makes a service of a callback."""
-        self.entity = create(self._returned)
+    def begin(self) -> None:
+        """Deliver requests: the service of rclpy is there."""
         self.entity.send_response = self._receive
         self._begun.set()
+
+    def returned(self, request: Any, response: Any) -> Any:
+        """What rclpy is to answer: the request, which goes to `send_response` as soon as that is replaced."""
+        self._begun.wait()
+        return request
 
     def answer(self, request_id: bytes, response: bytes) -> None:
         """Send an answer.
@@ -100,10 +104,6 @@ class RclServer(_ServiceEnd):
                 Service.send_response(entity, message, header)
         except Exception as error:
             raise self.not_sent(response, error) from error
-
-    def _returned(self, request: Any, response: Any) -> Any:
-        self._begun.wait()
-        return request
 
     def _receive(self, request: Any, header: Any) -> None:
         self._serialize(self._calls.begin(header).to_bytes(8, "big"), request)
