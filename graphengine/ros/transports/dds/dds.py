@@ -168,13 +168,12 @@ class DdsTransport(RosNode):
             )
         policies = cyclone.endpoint_qos(qos, f"{identity}typehash={self._definitions.type_hash(message_type)};")
         try:
-            if not known:
-                described = idl_type(message_type, self._definitions, is_call=bool(identity))
-                known = self._topics[topic] = _Topic(message_type, Topic(self._participant, topic, described))
-            made = make(self._participant, known.entity, qos=policies)
+            described = idl_type(message_type, self._definitions, is_call=bool(identity))
+            entity = known.entity if known else Topic(self._participant, topic, described)
+            made = make(self._participant, entity, qos=policies)
         except DDSException as error:
             raise TransportError(f"{shown} cannot be opened: {error}") from error
-        known.endpoints += 1
+        self._topics.setdefault(topic, _Topic(message_type, entity)).endpoints += 1
         return made
 
     def _pair(self, role: str, service: str, service_type: str, qos: QoS) -> Pair:

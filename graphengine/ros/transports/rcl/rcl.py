@@ -91,8 +91,9 @@ class RclTransport(RosNode):
             TransportError: as for `writer`.
         """
         server = RclServer(service, self._remove, deliver, self._node)
-        self._open(server, service_type, qos, callback=server.returned)
-        server.begin()
+        with self._lock:
+            self._open(server, service_type, qos, callback=server.returned)
+            server.begin()
         return server
 
     def client(self, service: str, service_type: str, qos: QoS, deliver: Callable[[int, bytes], None]) -> RclClient:
