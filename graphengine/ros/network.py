@@ -202,9 +202,7 @@ class LiveNetwork(Network):
     def log(self, severity: str, message: str) -> None:
         """Messages for people go to /rosout where a transport has it."""
         for transport in self._transports.values():
-            log = getattr(transport, "log", None)
-            if log is not None:
-                log(severity, message)
+            transport.log(severity, message)
 
     @property
     def description(self) -> str:

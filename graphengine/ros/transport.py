@@ -188,6 +188,9 @@ class Transport(Protocol):
             TransportError: the transport is closed.
         """
 
+    def log(self, severity: str, text: str) -> None:
+        """Publish a message on /rosout, where there is a node; severities are info, warning and error."""
+
     def save(self) -> Any:
         """A copy of what the transport keeps of messages that do not leave the process, for `restore`."""
 

@@ -197,6 +197,9 @@ class MemoryTransport:
         for reader in readers:
             reader.deliver(message)
 
+    def log(self, severity: str, text: str) -> None:
+        """Nothing: there is no node."""
+
     def save(self) -> Any:
         """A copy of what late readers are to get, and of open calls."""
         kept = {name: [list(writer.kept) for writer in topic.writers] for name, topic in self._topics.items()}
