@@ -11,7 +11,7 @@ from graphengine.format.errors import TransportError
 _log = logging.getLogger(__name__)
 
 
-class End:
+class RosEnd:
     """A writer, reader, server or client, until it is closed.
 
     Args:

@@ -24,7 +24,7 @@ _LEVELS = {"info": messages.Log.INFO, "warning": messages.Log.WARN, "error": mes
 
 
 class RosNode(Stateful):
-    """A ROS 2 node. A subclass joins the network in `_join`, and adds each `End` that it opens to its writers or readers.
+    """A ROS 2 node. A subclass joins the network in `_join`, and adds each `RosEnd` that it opens to its writers or readers.
 
     Args:
         domain: where to be.

@@ -21,7 +21,7 @@ from graphengine.ros.transport import (
     TransportKind,
     Writer,
 )
-from graphengine.ros.transports.ends import End
+from graphengine.ros.transports.ends import RosEnd
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.ros.transports.ros_node import ROSOUT, RosNode
 
@@ -129,7 +129,7 @@ class AcmeTransport(RosNode):
             deliver()
 
 
-class _Writer(End):
+class _Writer(RosEnd):
     def __init__(self, name: str, remove: Callable[[Any], None], inner: Any) -> None:
         super().__init__(name, remove)
         self.inner = inner
@@ -145,7 +145,7 @@ class _Writer(End):
         self.inner.write(data)
 
 
-class _Hearing(End):
+class _Hearing(RosEnd):
     """An endpoint that takes messages in the thread of its node, until it is closed."""
 
     inner: Any = None

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from cyclonedds.core import DDSException, DDSStatus
 
 from graphengine.ros.transports.dds import cyclone
-from graphengine.ros.transports.ends import End
+from graphengine.ros.transports.ends import RosEnd
 
 
 def gid_of(entity: Any) -> bytes:
@@ -17,7 +17,7 @@ def gid_of(entity: Any) -> bytes:
     return bytes(entity.guid.bytes)
 
 
-class DdsEnd(End):
+class DdsEnd(RosEnd):
     """An endpoint with the entities of Cyclone DDS that it consists of.
 
     Args:

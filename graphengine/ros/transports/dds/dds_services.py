@@ -76,7 +76,7 @@ class Pair(NamedTuple):
     writes: Callable[[str], bool]
 
 
-class _ServiceEnd(DdsEnd):
+class _DdsService(DdsEnd):
     """A server or client: a reader, a writer, and peers that come and go."""
 
     statuses = (DDSStatus.DataAvailable | DDSStatus.SubscriptionMatched, DDSStatus.PublicationMatched)
@@ -169,7 +169,7 @@ class _ServiceEnd(DdsEnd):
         raise NotImplementedError
 
 
-class DdsServer(_ServiceEnd):
+class DdsServer(_DdsService):
     """A service that is offered over DDS."""
 
     peer = "client"
@@ -220,7 +220,7 @@ class DdsServer(_ServiceEnd):
                 self._held.append((handle, data))
 
 
-class DdsClient(_ServiceEnd):
+class DdsClient(_DdsService):
     """A service that is called over DDS."""
 
     peer = "server"

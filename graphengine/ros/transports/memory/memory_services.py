@@ -16,7 +16,7 @@ GID = 16
 
 
 @dataclass(eq=False)
-class _End:
+class _MemoryService:
     """A server or client; its QoS is settled."""
 
     services: list[Any]
@@ -26,7 +26,7 @@ class _End:
     qos: QoS
     deliver: Callable[[Any, bytes], None]
 
-    def matches(self, other: _End) -> bool:
+    def matches(self, other: _MemoryService) -> bool:
         """Whether service, type and quality of service fit, for requests and answers."""
         same = (self.service, self.service_type) == (other.service, other.service_type)
         return same and not mismatch(self.qos, other.qos) and not mismatch(other.qos, self.qos)
@@ -46,7 +46,7 @@ class _End:
             raise TransportError(f"{self.service} is closed")
 
 
-class MemoryServer(_End):
+class MemoryServer(_MemoryService):
     """One service that is offered."""
 
     def answer(self, request_id: bytes, response: bytes) -> None:
@@ -62,7 +62,7 @@ class MemoryServer(_End):
 
 
 @dataclass(eq=False)
-class MemoryClient(_End):
+class MemoryClient(_MemoryService):
     """One service that is called."""
 
     gid: bytes

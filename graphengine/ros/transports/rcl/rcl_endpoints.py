@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from graphengine.ros.transports.ends import End
+from graphengine.ros.transports.ends import RosEnd
 
 
-class RclEnd(End):
+class RclEnd(RosEnd):
     """An endpoint that rclpy made."""
 
     kind: str

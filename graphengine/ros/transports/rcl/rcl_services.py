@@ -18,7 +18,7 @@ from graphengine.ros.transports.calls import Calls
 from graphengine.ros.transports.rcl.rcl_endpoints import RclEnd
 
 
-class _ServiceEnd(RclEnd):
+class _RclService(RclEnd):
     """A server or client of rclpy.
 
     Args:
@@ -60,7 +60,7 @@ class _ServiceEnd(RclEnd):
         self.hand_over(lambda: self._deliver(call, serialize_message(message)))
 
 
-class RclServer(_ServiceEnd):
+class RclServer(_RclService):
     """A service of rclpy."""
 
     kind = "service"
@@ -109,7 +109,7 @@ class RclServer(_ServiceEnd):
         self._serialize(self._calls.begin(header).to_bytes(8, "big"), request)
 
 
-class RclClient(_ServiceEnd):
+class RclClient(_RclService):
     """A client of rclpy."""
 
     kind = "client"
