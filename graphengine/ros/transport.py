@@ -50,7 +50,7 @@ class TransportKind:
         open: joins a domain; raises TransportError where that fails, and TopicError where ROS 2 refuses the node's name.
         reaches_others: false for one whose messages stay in this process.
         auto: rank among the transports that `--transport auto` tries, the lowest first; None if it must be named.
-        missing: returns why the transport cannot be used on this machine, None if it can.
+        missing: returns why the transport cannot be used on this machine, and what to do in further lines; None if it can.
     """
 
     name: str

@@ -8,7 +8,7 @@ import pytest
 
 from graphengine.format.errors import TransportError
 from graphengine.ros.domain import Domain
-from graphengine.ros.transports import dds, rcl, select
+from graphengine.ros.transports import rcl, select
 from graphengine.ros.transports.select import open_transport, transport_helps
 
 
@@ -68,12 +68,14 @@ def test_the_project_file_registers_the_transports_that_lie_in_the_package() -> 
     assert set(registered) == {"dds", "memory", "rclpy"}
 
 
-def test_without_the_package_of_dds_the_error_says_what_to_do(domain: Domain, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(dds, "find_spec", lambda name: None)
-    with pytest.raises(
-        TransportError, match="dds cannot be used: the package cyclonedds is not installed\ntake another"
-    ):
-        open_transport("dds", domain)
+@pytest.mark.parametrize("name", ["dds", "auto"])
+@pytest.mark.usefixtures("without_rclpy")
+def test_without_cyclonedds_the_error_says_what_to_do(
+    domain: Domain, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    monkeypatch.setitem(sys.modules, "cyclonedds", None)
+    with pytest.raises(TransportError, match=r"dds needs cyclonedds, which cannot be imported[^$]*--transport memory"):
+        open_transport(name, domain)
 
 
 @pytest.mark.ros

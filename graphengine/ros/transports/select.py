@@ -85,7 +85,7 @@ def open_transport(
 
     kind, because = _chosen() if name == AUTO else (find_transport(name), "")
     if name != AUTO and (missing := kind.missing()) is not None:
-        raise TransportError(f"{name} cannot be used: {missing}\ntake another --transport, or auto")
+        raise TransportError(f"{name} cannot be used: {missing}")
     chosen = JoinOptions(
         domain, node_name, node_namespace, environ, definitions or DEFINITIONS, patient=patient, because=because
     )
@@ -95,14 +95,16 @@ def open_transport(
 def _chosen() -> tuple[TransportKind, str]:
     """The transport that `auto` stands for, and why."""
     kinds, broken = _load_all()
-    reasons = list(broken.values())
+    reasons, remedies = list(broken.values()), list[str]()
     for kind in kinds:
         if kind.auto is not None:
             missing = kind.missing()
             if missing is None:
                 return kind, f"chosen because {' and '.join(reasons) or f'{kind.name} is installed'}"
-            reasons.append(f"{kind.name} cannot be imported ({missing})")
-    raise TransportError(f"no transport can be used: {'; '.join(reasons)}")
+            why, *further = missing.splitlines()
+            reasons.append(f"{kind.name} cannot be imported ({why})")
+            remedies += further
+    raise TransportError("\n".join([f"no transport can be used: {'; '.join(reasons)}", *remedies]))
 
 
 def _load_all() -> tuple[list[TransportKind], dict[str, str]]:
