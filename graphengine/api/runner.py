@@ -23,7 +23,7 @@ from graphengine.node.dropped_values import BadValues
 from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transport import Transport, Writer
-from graphengine.ros.transports.select import TransportKind, open_transport
+from graphengine.ros.transports.select import AUTO, find_transport, open_transport
 from graphengine.runtime.commands import parse
 from graphengine.runtime.desk import Desk
 from graphengine.runtime.inbox import LiveInbox
@@ -59,7 +59,7 @@ class RunOptions:
         patient: a writer of dds waits for readers that do not keep up.
     """
 
-    transport: TransportKind = "memory"
+    transport: str = "memory"
     keep_going: bool = False
     bad_values: BadValues = "drop"
     domain: int | None = None
@@ -160,6 +160,10 @@ class Runner:
             definitions=self.scene.definitions,
             patient=options.patient,
         )
+
+    def _reaches_others(self) -> bool:
+        name = self.options.transport
+        return name == AUTO or find_transport(name).reaches_others
 
     def _complain(self, text: str) -> None:
         self.options.log("warning", "", text)
@@ -265,7 +269,7 @@ class Runner:
         Returns:
             Whether the whole time passed.
         """
-        factor = rate if rate is not None else math.inf if self.options.transport == "memory" else 1.0
+        factor = rate if rate is not None else 1.0 if self._reaches_others() else math.inf
         if not factor >= SLOWEST:
             raise UsageError(f"rate: expected a factor of real time, at least {SLOWEST:g}, got {rate!r}")
         if seconds is not None and not seconds >= 0.0:

@@ -29,7 +29,6 @@ from graphengine.scene.loaded_scene import LoadedScene, Options
 if TYPE_CHECKING:
     from graphengine.physics.sensors.rays import RaysChoice
     from graphengine.recording.packing import PackedScene
-    from graphengine.ros.transports.select import TransportKind
 
 RAYS = ("auto", "mujoco", "fast")
 NOTHING: Mapping[str, Any] = MappingProxyType({})
@@ -221,7 +220,7 @@ class Scene:
     def session(
         self,
         *,
-        transport: TransportKind = "memory",
+        transport: str = "memory",
         seed: int = 0,
         keep_going: bool = False,
         bad_values: BadValues = "drop",

@@ -8,7 +8,7 @@ import importlib
 import os
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -41,6 +41,31 @@ def add_file_arguments(parser: argparse.ArgumentParser, *, many: bool = False) -
 def add_repeatable(parser: argparse._ActionsContainer, option: str, metavar: str, what: str, **more: Any) -> None:
     """An option that may be given several times; without it the list is empty."""
     parser.add_argument(option, metavar=metavar, action="append", default=[], help=what, **more)
+
+
+class _Transports:
+    """What `--transport` takes, looked up when one is given and when help is printed: packages may bring more."""
+
+    def __init__(self, reaching_others: bool) -> None:
+        self._reaching_others = reaching_others
+
+    def _helps(self) -> dict[str, str]:
+        from graphengine.ros.transports.select import transport_helps
+
+        return transport_helps(reaching_others=self._reaching_others)
+
+    def __iter__(self) -> Iterator[str]:
+        return (f"{name} ({line})" for name, line in self._helps().items())
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._helps()
+
+
+def add_transport_argument(parser: argparse.ArgumentParser, what: str = "", *, reaching_others: bool = True) -> None:
+    """How to reach ROS 2; `reaching_others` leaves out the transports whose messages stay in the process."""
+    what = f"how to reach ROS 2{what} (default auto): %(choices)s"
+    choices: Any = _Transports(reaching_others)
+    parser.add_argument("--transport", metavar="NAME", choices=choices, default="auto", help=what)
 
 
 def add_import_argument(parser: argparse.ArgumentParser) -> None:

@@ -34,7 +34,7 @@ FORWARDS = 0.999
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
-    from graphengine.cli.common import add_repeatable
+    from graphengine.cli.common import add_repeatable, add_transport_argument
 
     parser.add_argument("file", metavar="URDF|XACRO", nargs="?", help="the description; else --topic or --node")
     parser.add_argument("arguments", metavar="NAME:=VALUE", nargs="*", help="arguments of a xacro file")
@@ -48,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--timeout", metavar="TIME", type=duration, default=WAIT, help=f"to wait for the network (default {WAIT:g}s)"
     )
-    parser.add_argument("--transport", choices=("auto", "dds", "rclpy"), default="auto", help="for --topic and --node")
+    add_transport_argument(parser, " for --topic and --node")
     parser.add_argument("--fixed-base", action="store_true", help="bolt the root link to the world, as for an arm")
     packages = "a ROS package, or a folder that contains some; may be read"
     add_repeatable(parser, "--package-path", "FOLDER", packages, type=Path)

@@ -26,10 +26,9 @@ POLL = 0.05
 
 def add_live_arguments(parser: argparse.ArgumentParser, *, clock: bool = False) -> None:
     """How to join the network; `clock` where the time of a simulation matters."""
-    from graphengine.cli.common import add_message_path
+    from graphengine.cli.common import add_message_path, add_transport_argument
 
-    transport = "how to reach ROS 2 (default auto: rclpy where it is sourced, else dds)"
-    parser.add_argument("--transport", choices=("auto", "dds", "rclpy"), default="auto", help=transport)
+    add_transport_argument(parser)
     spin = "seconds to wait for peers to turn up (default 0.5 over dds, 2 over rclpy)"
     parser.add_argument("--spin-time", metavar="SECONDS", type=seconds, help=spin)
     parser.add_argument("--no-daemon", action="store_true", help="no effect: there is no daemon, as there is in ros2")

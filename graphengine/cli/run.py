@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
-    from graphengine.cli.common import add_file_arguments
+    from graphengine.cli.common import add_file_arguments, add_transport_argument
 
     add_file_arguments(parser)
     simulated = "simulation time to run: 10, 10s, 500ms, 2min"
@@ -39,8 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--simulation-interfaces", metavar="NAMESPACE", nargs="?", type=_namespace, const="/", help=interfaces
     )
-    transport = "how to reach ROS 2 (default auto: rclpy where it is sourced, else dds); memory reaches nobody"
-    parser.add_argument("--transport", choices=("auto", "dds", "rclpy", "memory"), default="auto", help=transport)
+    add_transport_argument(parser, reaching_others=False)
     parser.add_argument("--keep-going", action="store_true", help="a node that raises ends its branch, not the run")
     bad = "a value from a wire that a node cannot use is dropped and counted, or ends the run (default drop)"
     parser.add_argument("--bad-values", choices=("drop", "stop"), default="drop", help=bad)

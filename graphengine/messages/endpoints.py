@@ -1,82 +1,13 @@
-"""What nodes see of the network: topics and services, and their quality of service."""
+"""What nodes see of the network: topics and services, and their quality of service.
+
+The classes here work without peers, as a check needs them; those of a live network derive from them.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol
-
-
-class Publisher(Protocol):
-    """One topic to write to."""
-
-    @property
-    def topic(self) -> str:
-        """Full topic name."""
-
-    @property
-    def wanted(self) -> bool:
-        """Whether somebody listens or records; a message that nobody wants need not be built."""
-
-    def publish(self, message: Any) -> None:
-        """Send a message of `graphengine.messages.messages` to every sink; encoded once."""
-
-
-class Subscription(Protocol):
-    """One topic to read from; deliveries are frozen at the start of each tick."""
-
-    @property
-    def topic(self) -> str:
-        """Full topic name."""
-
-    def newest(self) -> Any | None:
-        """The newest message delivered in this tick, once; None when there is none. Older ones count as skipped."""
-
-    def take(self) -> Sequence[Any]:
-        """All messages delivered in this tick, oldest first, once."""
-
-    @property
-    def skipped(self) -> int:
-        """How many messages were passed over by `newest` since play."""
-
-
-class ServiceServer(Protocol):
-    """One service that is offered; requests are frozen at the start of each tick."""
-
-    @property
-    def service(self) -> str:
-        """Full name of the service."""
-
-    @property
-    def service_type(self) -> str:
-        """ROS 2 name, as in `std_srvs/srv/SetBool`."""
-
-    @property
-    def handle(self) -> int:
-        """Number by which `Context.server` finds it; never 0."""
-
-    current: bytes | None
-    """Identity of the request that the graph is about to answer; None where there is none."""
-
-    def take(self) -> Sequence[tuple[bytes, Any]]:
-        """Requests that came before this tick and were not taken, oldest first: their identities and messages."""
-
-    def answer(self, request_id: bytes, response: Any) -> None:
-        """Answer a request when the tick ends; one that was answered, or came before a stop, is not."""
-
-
-class ServiceClient(Protocol):
-    """One service that is called; answers are frozen at the start of each tick."""
-
-    @property
-    def service(self) -> str:
-        """Full name of the service."""
-
-    def call(self, request: Any) -> int:
-        """Ask when the tick ends, or as soon as a server is there; the number of the call, from 1 up."""
-
-    def take(self) -> Sequence[tuple[int, Any]]:
-        """Answers that came before this tick and were not taken, in order: numbers of their calls, and messages."""
+from typing import Any, Literal
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,43 +53,115 @@ class EndpointClaim:
         return self.direction in ("serve", "call")
 
 
-class Closable(Protocol):
-    """An endpoint of the network, which its owner closes."""
+class Publisher:
+    """One topic to write to."""
+
+    def __init__(self, claim: EndpointClaim) -> None:
+        self.claim = claim
+        self.topic = claim.topic
+        """Full topic name."""
+
+    @property
+    def wanted(self) -> bool:
+        """Whether somebody listens or records; a message that nobody wants need not be built."""
+        return False
+
+    def publish(self, message: Any) -> None:
+        """Send a message of `graphengine.messages.messages` to every sink; encoded once."""
 
     def close(self) -> None:
-        """Leave the topic; safe to call twice."""
+        """Leave the topic; the context of the node does so. Safe to call twice."""
 
 
-class OwnedPublisher(Publisher, Closable, Protocol):
-    """A publisher as its owner sees it."""
+class Subscription:
+    """One topic to read from; deliveries are frozen at the start of each tick."""
+
+    def __init__(self, claim: EndpointClaim) -> None:
+        self.claim = claim
+        self.topic = claim.topic
+        """Full topic name."""
+        self.skipped = 0
+        """How many messages were passed over by `newest` since play."""
+
+    def newest(self) -> Any | None:
+        """The newest message delivered in this tick, once; None when there is none. Older ones count as skipped."""
+        return None
+
+    def take(self) -> Sequence[Any]:
+        """All messages delivered in this tick, oldest first, once."""
+        return ()
+
+    def close(self) -> None:
+        """Leave the topic; the context of the node does so. Safe to call twice."""
 
 
-class OwnedSubscription(Subscription, Closable, Protocol):
-    """A subscription as its owner sees it."""
+class ServiceServer:
+    """One service that is offered; requests are frozen at the start of each tick."""
+
+    def __init__(self, claim: EndpointClaim, handle: int) -> None:
+        self.claim = claim
+        self.service = claim.topic
+        """Full name of the service."""
+        self.service_type = claim.message_type
+        """ROS 2 name, as in `std_srvs/srv/SetBool`."""
+        self.handle = handle
+        """Number by which `Context.server` finds it; never 0."""
+        self.current: bytes | None = None
+        """Identity of the request that the graph is about to answer; None where there is none."""
+
+    def take(self) -> Sequence[tuple[bytes, Any]]:
+        """Requests that came before this tick and were not taken, oldest first: their identities and messages."""
+        return ()
+
+    def answer(self, request_id: bytes, response: Any) -> None:
+        """Answer a request when the tick ends; one that was answered, or came before a stop, is not."""
+
+    def close(self) -> None:
+        """Withdraw the service; the context of the node does so. Safe to call twice."""
 
 
-class OwnedServer(ServiceServer, Closable, Protocol):
-    """A server as its owner sees it."""
+class ServiceClient:
+    """One service that is called; answers are frozen at the start of each tick."""
+
+    def __init__(self, claim: EndpointClaim) -> None:
+        self.claim = claim
+        self.service = claim.topic
+        """Full name of the service."""
+        self.service_type = claim.message_type
+        """ROS 2 name, as in `std_srvs/srv/SetBool`."""
+        self._calls = 0
+
+    def call(self, request: Any) -> int:
+        """Ask when the tick ends, or as soon as a server is there; the number of the call, from 1 up."""
+        self._calls += 1
+        return self._calls
+
+    def take(self) -> Sequence[tuple[int, Any]]:
+        """Answers that came before this tick and were not taken, in order: numbers of their calls, and messages."""
+        return ()
+
+    def close(self) -> None:
+        """Leave the service; the context of the node does so. Safe to call twice."""
 
 
-class OwnedClient(ServiceClient, Closable, Protocol):
-    """A client as its owner sees it."""
-
-
-class Network(Protocol):
+class Network:
     """Endpoints for the topics and services that nodes claim."""
 
-    def publisher(self, claim: EndpointClaim) -> OwnedPublisher:
+    def publisher(self, claim: EndpointClaim) -> Publisher:
         """An endpoint to write to."""
+        return Publisher(claim)
 
-    def subscription(self, claim: EndpointClaim) -> OwnedSubscription:
+    def subscription(self, claim: EndpointClaim) -> Subscription:
         """An endpoint to read from."""
+        return Subscription(claim)
 
-    def server(self, claim: EndpointClaim, handle: int) -> OwnedServer:
+    def server(self, claim: EndpointClaim, handle: int) -> ServiceServer:
         """An endpoint that answers, known to nodes by a number."""
+        return ServiceServer(claim, handle)
 
-    def client(self, claim: EndpointClaim) -> OwnedClient:
+    def client(self, claim: EndpointClaim) -> ServiceClient:
         """An endpoint that asks."""
+        return ServiceClient(claim)
 
     def freeze(self) -> None:
         """Begin a tick: subscriptions deliver what arrived before it; what arrives later is delivered in the next tick."""

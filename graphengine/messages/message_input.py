@@ -6,19 +6,16 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
-
-import numpy as np
-from rosbags.interfaces import Nodetype
 
 from graphengine.format import document
 from graphengine.format.diagnostics import Findings
 from graphengine.format.document import Value
-from graphengine.format.wording import did_you_mean, listing, shown
-from graphengine.messages.definitions import DEFINITIONS, Definitions, dtype_of
-from graphengine.messages.faults import find_fault
-from graphengine.messages.interfaces import TEXTS, Description, named, signed_byte
+from graphengine.messages.definitions import DEFINITIONS, Definitions
+from graphengine.messages.interfaces import TEXTS, signed_byte
+from graphengine.messages.plain import Maker
 
 HEADER = "std_msgs/msg/Header"
 TIME = "builtin_interfaces/msg/Time"
@@ -31,12 +28,12 @@ class _RefusedError(Exception):
     """A value that does not fit; the finding is added already."""
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class Draft:
     """A message that bears the time at which it is sent."""
 
     message: Any
-    stamps: list[Any] = field(default_factory=list)
+    stamps: list[Any]
     """Parts of it that hold that time."""
 
     def stamp(self, nanoseconds: int) -> Any:
@@ -60,10 +57,10 @@ def parse(text: str, message_type: str, definitions: Definitions = DEFINITIONS) 
     assert given is not None
     reader = _Reader(definitions, findings)
     try:
-        reader.draft.message = reader.read(given.root, named(message_type), message_type)
+        return Draft(reader.message(given.root, message_type, message_type), reader.stamps)
     except _RefusedError:
         findings.raise_errors()
-    return reader.draft
+        raise
 
 
 def full_type(name: str) -> str:
@@ -71,71 +68,50 @@ def full_type(name: str) -> str:
     return re.sub(r"\A([^/]+)/([^/]+)\Z", r"\1/msg/\2", name)
 
 
-class _Reader:
+class _Reader(Maker):
     """Values of YAML as rosbags has them in messages."""
 
+    shorthands = MappingProxyType({HEADER: "auto", TIME: "now"})
+
     def __init__(self, definitions: Definitions, findings: Findings) -> None:
-        self.draft = Draft(None)
-        self._definitions = definitions
+        super().__init__(definitions)
+        self.stamps: list[Any] = []
         self._findings = findings
 
-    def read(self, given: Value, kind: Description, place: str) -> Any:
-        """What stands for a field; `place` is how people are told of it."""
-        if kind[0] == Nodetype.NAME:
-            return self._message(given, kind[1])
-        value = (self._scalar if kind[0] == Nodetype.BASE else self._array)(given, kind, place)
-        if fault := find_fault(value, kind, place, self._definitions.fields):
-            raise self._refused("G109", fault, given)
-        return value
-
-    def _message(self, given: Value, message_type: str) -> Any:
-        message = self._definitions.initial(message_type)
-        if (message_type, given.data) in ((HEADER, "auto"), (TIME, "now")):
-            self.draft.stamps.append(message.stamp if message_type == HEADER else message)
+    def message(self, given: Value, message_type: str, place: str) -> Any:
+        """A message of a mapping, or the one that a word stands for."""
+        if isinstance(given.data, str) and given.data == self.shorthands.get(message_type):
+            message = self.definitions.initial(message_type)
+            self.stamps.append(message.stamp if message_type == HEADER else message)
             return message
-        if not isinstance(given.data, dict):
-            also = {HEADER: ", or 'auto'", TIME: ", or 'now'"}.get(message_type, "")
-            what = f"{message_type} is a mapping of fields to values{also}; got {shown(given.data)}"
-            raise self._refused("G108", what, given)
-        names = [name for name, _ in self._definitions.definition(message_type).fields]
-        known = dict(zip(names, self._definitions.fields(message_type), strict=True))
-        for name, value in given.data.items():
-            if name not in known:
-                hint = did_you_mean(name, known) or listing(known, "fields")
-                self._findings.add("G106", f"{message_type} has no field {name!r}", given.keys[name], hint)
-                raise _RefusedError
-            attribute, kind = known[name]
-            setattr(message, attribute, self.read(value, kind, name))
-        return message
+        return super().message(given, message_type, place)
 
-    def _array(self, given: Value, kind: Description, place: str) -> Any:
-        if not isinstance(given.data, list):
-            raise self._refused("G108", f"{place} is a list; got {shown(given.data)}", given)
-        element = kind[1][0]
-        values = [self.read(value, element, f"{place}[{index}]") for index, value in enumerate(given.data)]
-        if element[0] == Nodetype.BASE and element[1][0] not in TEXTS:
-            return np.array(values, dtype_of(element[1][0]))
-        return values
+    def data(self, given: Value) -> Any:
+        """What YAML takes it for."""
+        return given.data
 
-    def _scalar(self, given: Value, kind: Description, place: str) -> Any:
-        data, name = given.data, kind[1][0]
+    def place_of(self, name: str, place: str) -> str:
+        """The field's name: errors have its line and column besides."""
+        return name
+
+    def scalar(self, given: Value, name: str) -> Any:
+        """A value as the type of its field has it, where YAML takes it for another."""
+        data = given.data
         if name in TEXTS and isinstance(data, bool | int | float):
             return _as_written(given)
         if name == "bool":
-            data = True if data in _YES or data == 1 else False if data in _NO or data == 0 else data
-        elif name in ("float32", "float64"):
-            data = _number(data)
-        elif isinstance(data, float) and data.is_integer():
-            data = int(data)
-        elif name == "byte" and isinstance(data, int) and 127 < data < 256:
-            data = signed_byte(data)
-        wanted = {**dict.fromkeys(TEXTS, str), "bool": bool, "float32": float, "float64": float}.get(name, int)
-        if not isinstance(data, wanted) or (isinstance(data, bool) and wanted is not bool):
-            raise self._refused("G108", f"{place} is of type {name}; got {shown(given.data)}", given)
-        return data
+            return True if data in _YES or data == 1 else False if data in _NO or data == 0 else data
+        if name in ("float32", "float64"):
+            return _number(data)
+        if isinstance(data, float) and data.is_integer():
+            return int(data)
+        return signed_byte(data) if name == "byte" and isinstance(data, int) and 127 < data < 256 else data
 
-    def _refused(self, code: str, message: str, given: Value) -> _RefusedError:
-        self._findings.add(code, message, given.span)
+    def refused(
+        self, code: str, what: str, given: Value, place: str = "", key: Any = None, hint: str = ""
+    ) -> Exception:
+        """Tell of it where it stands."""
+        self._findings.add(code, what, given.span if key is None else given.keys[key], hint)
         return _RefusedError()
 
 

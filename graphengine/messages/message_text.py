@@ -27,6 +27,7 @@ class _Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[mi
 
 
 _Dumper.add_representer(dict, lambda dumper, data: dumper.represent_mapping(_MAP, list(data.items()), flow_style=False))
+_Dumper.add_representer(bytes, lambda dumper, data: dumper.represent_str(data.decode("latin-1")))
 _MAP = "tag:yaml.org,2002:map"
 
 
@@ -102,12 +103,20 @@ class Style:
         arrays: false shows type and length of an array in its place.
         texts: false shows the length of a text in its place.
         flow: YAML with lists in brackets.
+        octets: bytes are characters, as rclpy has them, and no numbers.
     """
 
     longest: int | None = None
     arrays: bool = True
     texts: bool = True
     flow: bool = False
+    octets: bool = True
+
+
+def to_plain(message: Any, definitions: Definitions = DEFINITIONS) -> dict[str, Any]:
+    """What a message holds, in the order of its definition; bytes are numbers from 0."""
+    plain: dict[str, Any] = _plain(Part.of(message, definitions), Style(octets=False))
+    return plain
 
 
 def to_yaml(part: Part, style: Style = Style()) -> str:
@@ -118,7 +127,7 @@ def to_yaml(part: Part, style: Style = Style()) -> str:
 
 def to_csv(part: Part, style: Style = Style()) -> str:
     """All values of a message in one line; a cut array ends with `...`."""
-    return ",".join(_cells(part, style))
+    return ",".join(_cells(_plain(part, style)))
 
 
 def to_expression(part: Part) -> str:
@@ -148,36 +157,28 @@ def _plain(part: Part, style: Style) -> Any:
     if part.is_message:
         return {name: _plain(value, style) for name, value in part.fields()}
     if not part.is_array:
-        value = _scalar(part, style)
-        return value.decode("latin-1") if isinstance(value, bytes) else value
+        return _scalar(part, style)
     if not style.arrays:
         return _summary(part)
+    if isinstance(part.value, np.ndarray) and part.scalar != "byte" and style.longest is None:
+        return part.value.tolist()
     cut = [_CUT] if _is_long(part, style) else []
     return [_plain(value, style) for value in _shown(part, style)] + cut
 
 
-def _cells(part: Part, style: Style) -> Iterator[str]:
+def _cells(plain: Any) -> Iterator[str]:
     """Texts of all values, of which an empty array is one too."""
-    if part.is_message:
-        for _, value in part.fields():
-            yield from _cells(value, style)
-    elif not part.is_array:
-        yield str(_scalar(part, style))
-    elif not style.arrays:
-        yield _summary(part)
+    if isinstance(plain, dict | list):
+        values = plain.values() if isinstance(plain, dict) else plain or [""]
+        yield from (cell for value in values for cell in _cells(value))
     else:
-        for value in _shown(part, style):
-            yield from _cells(value, style)
-        if _is_long(part, style):
-            yield _CUT
-        elif not len(part.value):
-            yield ""
+        yield str(plain)
 
 
 def _scalar(part: Part, style: Style) -> Any:
     """A value that is no array, as rclpy has it."""
     if part.scalar == "byte":
-        return _octet(part.value)
+        return _octet(part.value) if style.octets else part.value & 0xFF
     return _text(part.value, style) if part.scalar in TEXTS else part.value
 
 

@@ -1,24 +1,21 @@
-"""Messages as plain data, and back: mappings by ROS's field names, lists, texts, numbers and booleans."""
+"""Messages of plain data: mappings by ROS's field names, lists, texts, numbers and booleans."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import numpy as np
 from rosbags.interfaces import Nodetype
-from rosbags.typesys.base import normalize_fieldname
 
 from graphengine.format.wording import did_you_mean, listing, shown
 from graphengine.messages.definitions import DEFINITIONS, Definitions, dtype_of
 from graphengine.messages.faults import find_fault
 from graphengine.messages.interfaces import TEXTS, Description, signed_byte
-from graphengine.messages.messages import MessageError, message_type
+from graphengine.messages.messages import MessageError
 
-
-def to_plain(message: Any, definitions: Definitions = DEFINITIONS) -> dict[str, Any]:
-    """What a message holds, in the order of its definition."""
-    fields = definitions.definition(message_type(message)).fields
-    return {name: _plain(getattr(message, normalize_fieldname(name)), kind, definitions) for name, kind in fields}
+_PYTHON_TYPES: Mapping[str, type] = {**dict.fromkeys(TEXTS, str), "bool": bool, "float32": float, "float64": float}
+"""Python types of scalars; those of the others are whole numbers."""
 
 
 def from_plain(data: Any, message_type: str, definitions: Definitions = DEFINITIONS, place: str = "") -> Any:
@@ -34,72 +31,82 @@ def from_plain(data: Any, message_type: str, definitions: Definitions = DEFINITI
         MessageError: something in it is not what the definition says.
         MessageTypeError: there is no such type.
     """
-    if not isinstance(data, dict):
-        raise MessageError(
-            f"{place or message_type}: expected a mapping of the fields of {message_type}, got {shown(data)}"
-        )
-    kinds = dict(definitions.definition(message_type).fields)
-    made = definitions.initial(message_type)
-    for name, value in data.items():
-        if name not in kinds:
-            hint = (isinstance(name, str) and did_you_mean(name, kinds)) or listing(kinds, "fields")
-            raise MessageError(f"{place or message_type}: {message_type} has no field {name!r}; {hint}")
-        setattr(
-            made,
-            normalize_fieldname(name),
-            _made(value, kinds[name], f"{place}.{name}" if place else name, definitions),
-        )
-    return made
+    return Maker(definitions).message(data, message_type, place)
 
 
-def _plain(value: Any, description: Description, definitions: Definitions) -> Any:
-    kind, detail = description
-    if kind == Nodetype.NAME:
-        return to_plain(value, definitions)
-    if kind == Nodetype.BASE:
-        return value & 0xFF if detail[0] == "byte" else value
-    element, _ = detail
-    if isinstance(value, np.ndarray):
-        return (value.view(np.uint8) if element[1][0] == "byte" else value).tolist()
-    return [_plain(item, element, definitions) for item in value]
+class Maker:
+    """Makes messages of plain data. A subclass takes data in another form, or is less strict about scalars.
 
+    Args:
+        definitions: message types.
+    """
 
-def _made(value: Any, description: Description, place: str, definitions: Definitions) -> Any:
-    kind, detail = description
-    if kind == Nodetype.NAME:
-        return from_plain(value, detail, definitions, place)
-    if kind == Nodetype.BASE:
-        made = _scalar(value, detail[0], place)
-    else:
-        if not isinstance(value, list | tuple):
-            raise MessageError(f"{place}: expected a list, got {shown(value)}")
-        element, _ = detail
-        made = [_made(item, element, f"{place}[{i}]", definitions) for i, item in enumerate(value)]
-        if element[0] == Nodetype.BASE and element[1][0] not in TEXTS:
-            made = np.array(made, dtype_of(element[1][0]))
-    fault = find_fault(made, description, place, definitions.fields)
-    if fault:
-        raise MessageError(fault)
-    return made
+    shorthands: ClassVar[Mapping[str, str]] = {}
+    """Words that stand for whole messages, by their types."""
 
+    def __init__(self, definitions: Definitions) -> None:
+        self.definitions = definitions
 
-def _scalar(value: Any, name: str, place: str) -> Any:
-    """A value of the Python type that encoders take for a kind of number or text."""
-    if name in TEXTS:
-        legal, what = isinstance(value, str), "text"
-    elif name == "bool":
-        legal, what = isinstance(value, bool), "true or false"
-    elif name.startswith("float"):
-        legal, what = isinstance(value, int | float) and not isinstance(value, bool), "a number"
-    else:
-        legal, what = isinstance(value, int) and not isinstance(value, bool), "a whole number"
-    if not legal:
-        raise MessageError(f"{place}: expected {what}, got {shown(value)}")
-    try:
-        if name == "byte":
-            return signed_byte(value)
-        return float(value) if name.startswith("float") else value
-    except ValueError:
-        raise MessageError(f"{place} is {value!r}, not a byte") from None
-    except OverflowError:
-        raise MessageError(f"{place} is too large for a {name}") from None
+    def message(self, given: Any, message_type: str, place: str) -> Any:
+        """A message of a mapping of fields; `place` is what errors call it."""
+        made, data = self.definitions.initial(message_type), self.data(given)
+        if not isinstance(data, dict):
+            also = f", or '{self.shorthands[message_type]}'" if message_type in self.shorthands else ""
+            what = f"{message_type} is a mapping of fields to values{also}; got {shown(data)}"
+            raise self.refused("G108", what, given, place)
+        names = (name for name, _ in self.definitions.definition(message_type).fields)
+        known = dict(zip(names, self.definitions.fields(message_type), strict=True))
+        for name, value in data.items():
+            if name not in known:
+                hint = (isinstance(name, str) and did_you_mean(name, known)) or listing(known, "fields")
+                raise self.refused("G106", f"{message_type} has no field {name!r}", given, place, name, hint)
+            attribute, kind = known[name]
+            setattr(made, attribute, self.make(value, kind, self.place_of(name, place)))
+        return made
+
+    def make(self, given: Any, kind: Description, place: str) -> Any:
+        """The value of a field."""
+        if kind[0] == Nodetype.NAME:
+            return self.message(given, kind[1], place)
+        made = (self._scalar if kind[0] == Nodetype.BASE else self._array)(given, kind, place)
+        if fault := find_fault(made, kind, place, self.definitions.fields):
+            raise self.refused("G109", fault, given)
+        return made
+
+    def data(self, given: Any) -> Any:
+        """The plain data of what was given."""
+        return given
+
+    def scalar(self, given: Any, name: str) -> Any:
+        """A number, boolean or text for a field of a type; what does not fit may be returned as it is."""
+        is_number = isinstance(given, int | float) and not isinstance(given, bool)
+        if name.startswith("float") and is_number:
+            return float(given)
+        return signed_byte(given) if name == "byte" and isinstance(given, int) and is_number else given
+
+    def place_of(self, name: str, place: str) -> str:
+        """What errors call a field of a message that lies at a place."""
+        return f"{place}.{name}" if place else name
+
+    def refused(self, code: str, what: str, given: Any, place: str = "", key: Any = None, hint: str = "") -> Exception:
+        """The error for a value that does not fit; `key` is the field that the message does not have."""
+        return MessageError("; ".join(filter(None, (f"{place}: {what}" if place else what, hint))))
+
+    def _array(self, given: Any, kind: Description, place: str) -> Any:
+        data, element = self.data(given), kind[1][0]
+        if not isinstance(data, list | tuple):
+            raise self.refused("G108", f"{place} is a list; got {shown(data)}", given)
+        values = [self.make(value, element, f"{place}[{index}]") for index, value in enumerate(data)]
+        is_number = element[0] == Nodetype.BASE and element[1][0] not in TEXTS
+        return np.array(values, dtype_of(element[1][0])) if is_number else values
+
+    def _scalar(self, given: Any, kind: Description, place: str) -> Any:
+        name = kind[1][0]
+        wanted = _PYTHON_TYPES.get(name, int)
+        try:
+            made = self.scalar(given, name)
+        except (OverflowError, ValueError):
+            made = None
+        if not isinstance(made, wanted) or (isinstance(made, bool) and wanted is not bool):
+            raise self.refused("G108", f"{place} is of type {name}; got {shown(self.data(given))}", given)
+        return made

@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any, Protocol
 
 from graphengine.messages.definitions import DEFINITIONS, Definitions
-from graphengine.messages.endpoints import EndpointClaim
+from graphengine.messages.endpoints import EndpointClaim, Network
 from graphengine.ros.service_endpoints import LiveClient, LiveServer
 from graphengine.ros.topic_endpoints import LivePublisher, LiveSubscription
 from graphengine.ros.transport import Transport
@@ -28,7 +28,7 @@ class Sink(Protocol):
         """Take what a subscription sees from this tick on."""
 
 
-class LiveNetwork:
+class LiveNetwork(Network):
     """The session's endpoints; one transport a ROS 2 domain, opened when first asked for.
 
     Args:
@@ -111,7 +111,7 @@ class LiveNetwork:
         """Whoever something can be delivered to, in a fixed order."""
         return [*self.subscriptions, *self._servers, *self._clients]
 
-    def leave(self, end: LiveServer | LiveClient) -> None:
+    def leave(self, end: object) -> None:
         """Let go of a server or client that was closed."""
         self._servers = [server for server in self._servers if server is not end]
         self._clients = [client for client in self._clients if client is not end]
@@ -202,9 +202,7 @@ class LiveNetwork:
     def log(self, severity: str, message: str) -> None:
         """Messages for people go to /rosout where a transport has it."""
         for transport in self._transports.values():
-            log = getattr(transport, "log", None)
-            if log is not None:
-                log(severity, message)
+            transport.log(severity, message)
 
     @property
     def description(self) -> str:

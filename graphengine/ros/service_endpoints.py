@@ -20,7 +20,7 @@ import numpy as np
 from graphengine.format.errors import TransportError
 from graphengine.format.stateful import Stateful
 from graphengine.messages import messages
-from graphengine.messages.endpoints import EndpointClaim
+from graphengine.messages.endpoints import EndpointClaim, ServiceClient, ServiceServer
 
 if TYPE_CHECKING:
     from graphengine.ros.network import LiveNetwork
@@ -41,15 +41,24 @@ _REQUEST_SENT, _REQUEST_RECEIVED, _RESPONSE_SENT, _RESPONSE_RECEIVED = range(4)
 class _Endpoint(Stateful):
     """What a server and a client have in common."""
 
-    def __init__(self, network: LiveNetwork, claim: EndpointClaim, hears: str, says: str) -> None:
+    service: str
+    claim: EndpointClaim
+    """Of the topic of its events."""
+    _end: Any
+    """The server or client of the transport."""
+
+    def _begin(self, network: LiveNetwork, claim: EndpointClaim, hears: str, says: str) -> None:
         self.claim = replace(claim, topic=f"{claim.topic}{EVENTS}", message_type=f"{claim.message_type}_Event")
-        """Of the topic of its events."""
-        self.service = claim.topic
-        self.service_type = claim.message_type
         self._network = network
         self._hears, self._says = (f"{claim.message_type}_{part}" for part in (hears, says))
         self._told: set[str] = set()
         self._most = max(MAX_OPEN, claim.qos.depth)
+
+    def close(self) -> None:
+        """Leave the service, once what was said is sent."""
+        self._network.flush()
+        self._end.close()
+        self._network.leave(self)
 
     def follow(self, published: Collection[str]) -> None:
         """A service has one type."""
@@ -105,28 +114,21 @@ class _Endpoint(Stateful):
         return bytes(found.info.client_gid) + number, heard
 
 
-class LiveServer(_Endpoint):
+class LiveServer(_Endpoint, ServiceServer):
     """One service of one transport that is offered."""
 
     kept = ("_arrived", "_open", "_refused", "_visible", "current")
 
     def __init__(self, network: LiveNetwork, claim: EndpointClaim, handle: int) -> None:
-        super().__init__(network, claim, "Request", "Response")
-        self.handle = handle
-        self.current: bytes | None = None
+        super().__init__(claim, handle)
+        self._begin(network, claim, "Request", "Response")
         self._refused = 0
         self._arrived: deque[tuple[bytes, bytes]] = deque()
         self._visible: deque[tuple[bytes, Any]] = deque()
         self._open: dict[bytes, None] = {}
         """Requests that were taken and not answered."""
         transport = network.transport(claim.ros_context)
-        self._server = transport.server(self.service, self.service_type, claim.qos, self._receive)
-
-    def close(self) -> None:
-        """Withdraw the service, once what was answered is sent."""
-        self._network.flush()
-        self._server.close()
-        self._network.leave(self)
+        self._end = transport.server(claim.topic, claim.message_type, claim.qos, self._receive)
 
     def _receive(self, request_id: bytes, data: bytes) -> None:
         """Take one request from the transport's thread."""
@@ -178,7 +180,7 @@ class LiveServer(_Endpoint):
             self.current = None
 
     def _send(self, request_id: bytes, data: bytes) -> None:
-        self._server.answer(request_id, data)
+        self._end.answer(request_id, data)
         self._show(_RESPONSE_SENT, _identity(request_id), "response", data)
 
     def forget_calls(self) -> None:
@@ -188,15 +190,16 @@ class LiveServer(_Endpoint):
         self._visible.clear()
 
 
-class LiveClient(_Endpoint):
+class LiveClient(_Endpoint, ServiceClient):
     """One service of one transport that is called. As many calls as the QoS keeps wait for a server to come."""
 
     kept = ("_arrived", "_calls", "_from_recording", "_numbers", "_open", "_patience", "_visible", "_waiting")
 
     def __init__(self, network: LiveNetwork, claim: EndpointClaim) -> None:
-        super().__init__(network, claim, "Response", "Request")
+        super().__init__(claim)
+        self._begin(network, claim, "Response", "Request")
         self._gid = hashlib.blake2b(claim.node.encode(), digest_size=GID).digest()
-        self._calls = self._patience = 0
+        self._patience = 0
         self._open: dict[int, None] = {}
         """Calls that were made and not answered."""
         self._numbers: dict[int, int] = {}
@@ -207,13 +210,7 @@ class LiveClient(_Endpoint):
         self._waiting: deque[tuple[int, bytes]] = deque()
         self._keeps = max(claim.qos.depth, 1) if claim.qos.history == "keepLast" else MAX_OPEN
         transport = network.transport(claim.ros_context)
-        self._client = transport.client(self.service, self.service_type, claim.qos, self._receive)
-
-    def close(self) -> None:
-        """Leave the service, once what was asked is sent."""
-        self._network.flush()
-        self._client.close()
-        self._network.leave(self)
+        self._end = transport.client(claim.topic, claim.message_type, claim.qos, self._receive)
 
     def _receive(self, number: int, data: bytes) -> None:
         """Take one answer from the transport's thread."""
@@ -272,9 +269,9 @@ class LiveClient(_Endpoint):
 
     def _send_waiting(self) -> None:
         """Send what waits, if a server is there."""
-        while self._waiting and self._client.ready:
+        while self._waiting and self._end.ready:
             number, data = self._waiting.popleft()
-            self._numbers[self._client.call(data)] = number
+            self._numbers[self._end.call(data)] = number
             if len(self._numbers) > self._most:
                 del self._numbers[next(iter(self._numbers))]
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from graphengine.format.errors import TransportError
 from graphengine.format.stateful import Shared, Stateful
 from graphengine.messages import messages
-from graphengine.messages.endpoints import EndpointClaim
+from graphengine.messages.endpoints import EndpointClaim, Publisher, Subscription
 from graphengine.messages.template import Encoder
 from graphengine.ros.transport import Reader, Writer
 
@@ -21,14 +21,11 @@ MAX_KEPT = 10_000
 """Messages that a keepAll subscription holds between two ticks."""
 
 
-class LivePublisher(Shared):
+class LivePublisher(Publisher, Shared):
     """One topic of one transport, and every sink."""
 
-    __slots__ = ("_encode", "_network", "_writer", "claim", "largest", "topic")
-
     def __init__(self, network: LiveNetwork, claim: EndpointClaim, writer: Writer) -> None:
-        self.claim = claim
-        self.topic = claim.topic
+        super().__init__(claim)
         self.largest = 0
         self._network = network
         self._writer = writer
@@ -65,22 +62,16 @@ class LivePublisher(Shared):
             sink.write(self.claim, data)
 
 
-class LiveSubscription(Stateful):
+class LiveSubscription(Subscription, Stateful):
     """One topic of one transport; deliveries wait for the next tick."""
 
     kept = ("_arrived", "_frozen", "_visible", "heard", "malformed", "skipped")
-    __slots__ = (
-        "_arrived", "_frozen", "_network", "_reader", "_visible",
-        "claim", "heard", "largest", "malformed", "skipped", "topic",
-    )  # fmt: skip
 
     def __init__(self, network: LiveNetwork, claim: EndpointClaim) -> None:
-        self.claim = claim
-        self.topic = claim.topic
+        super().__init__(claim)
         self.largest = 0
         self.heard = 0
         """Messages that arrived; only the thread that delivers them counts."""
-        self.skipped = 0
         self.malformed = 0
         self._frozen = 0
         """Messages of these that a tick has kept."""

@@ -1,12 +1,64 @@
-"""The contract of a transport: bytes of one CDR message in, bytes out, topics and services by full name."""
+"""The contract of a transport: bytes of one CDR message in, bytes out, topics and services by full name.
+
+A package brings a transport by a `TransportKind`, which an entry point of the group `graphengine.transports` names.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from typing import Any, Protocol
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
 
 from graphengine.messages.endpoints import QoS
+from graphengine.ros.domain import Domain
 from graphengine.ros.graph import Direction, Graph
+
+if TYPE_CHECKING:
+    from graphengine.messages.definitions import Definitions
+
+
+@dataclass(frozen=True, slots=True)
+class JoinOptions:
+    """The domain to join, and the node to be there.
+
+    Args:
+        domain: ROS 2 domain, with its discovery range.
+        node_name: as `ros2 node list` shows it.
+        node_namespace: absolute; `/` for none.
+        environ: variables of the environment, such as RMW_IMPLEMENTATION.
+        definitions: message types.
+        patient: writers wait for reliable readers that do not keep up, in place of overwriting messages.
+        because: the reason why this transport was chosen, for its description; empty where the user named it.
+    """
+
+    domain: Domain
+    node_name: str
+    node_namespace: str
+    environ: Mapping[str, str]
+    definitions: Definitions
+    patient: bool = False
+    because: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class TransportKind:
+    """A transport as its package describes it. Importing the description should be fast: `open` imports the rest.
+
+    Args:
+        name: value of `--transport`, and name of the entry point.
+        help: what it connects to, in a few words.
+        open: joins a domain; raises TransportError where that fails, and TopicError where ROS 2 refuses the node's name.
+        reaches_others: false for one whose messages stay in this process.
+        auto: rank among the transports that `--transport auto` tries, the lowest first; None if it must be named.
+        missing: returns why the transport cannot be used on this machine, and what to do in further lines; None if it can.
+    """
+
+    name: str
+    help: str
+    open: Callable[[JoinOptions], Transport]
+    reaches_others: bool = True
+    auto: int | None = None
+    missing: Callable[[], str | None] = lambda: None
 
 
 class Writer(Protocol):
@@ -135,6 +187,9 @@ class Transport(Protocol):
         Raises:
             TransportError: the transport is closed.
         """
+
+    def log(self, severity: str, text: str) -> None:
+        """Publish a message on /rosout, where there is a node; severities are info, warning and error."""
 
     def save(self) -> Any:
         """A copy of what the transport keeps of messages that do not leave the process, for `restore`."""

@@ -14,8 +14,7 @@ from graphengine.devices.stage import at_or_below
 from graphengine.format.diagnostics import Finding, Findings
 from graphengine.format.errors import ContextError, GraphError, JointError, PrimError
 from graphengine.format.permissions import Permissions
-from graphengine.messages.dry_network import DryNetwork
-from graphengine.messages.endpoints import EndpointClaim
+from graphengine.messages.endpoints import EndpointClaim, Network
 from graphengine.node.clock import Clock
 from graphengine.node.context.services import Services
 from graphengine.runtime.graph_run import make_graph_run
@@ -69,7 +68,7 @@ def dry_setup(
         prims_known: whether the stage is that of a scene; without one, missing prims are no mistakes.
         permissions: what graphs may do; nothing by default.
     """
-    services = Services(world, DryNetwork(), permissions=permissions or Permissions())
+    services = Services(world, Network(), permissions=permissions or Permissions())
     for graph in graphs:
         _dry_setup_graph(graph, services, findings, prims_known=prims_known)
     return services.claims

@@ -29,8 +29,9 @@ from graphengine.messages.interfaces import (
     signed_byte,
     written,
 )
+from graphengine.messages.message_text import to_plain
 from graphengine.messages.messages import MessageError
-from graphengine.messages.plain import from_plain, to_plain
+from graphengine.messages.plain import from_plain
 from graphengine.node import BadValueError, ContextError, Node, types
 
 MAX_PORTS = 2000

@@ -22,7 +22,7 @@ from graphengine.devices.dry_world import DryWorld
 from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
-from graphengine.messages.dry_network import DryNetwork
+from graphengine.messages.endpoints import Network
 from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out
 from graphengine.node.clock import Clock
 from graphengine.node.context.context import Context
@@ -163,7 +163,7 @@ def built(text: str) -> tuple[float, float]:
         planned = share_plans([resolve(flat, "graph", "/graph", default_registry(), findings)], findings)
     findings.raise_errors()
     clock = Clock((1, 60))
-    run = make_graph_run(planned[0], Services(DryWorld(Stage()), DryNetwork()), clock)
+    run = make_graph_run(planned[0], Services(DryWorld(Stage()), Network()), clock)
     run.executor.setup()
     needed = time.process_time() - start
     clock.set_frame(1)

@@ -34,8 +34,8 @@ from graphengine.nodes.ros2.transforms import ROS2PublishRawTransformTree
 from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transport import Transport
+from graphengine.ros.transports import rcl
 from graphengine.ros.transports.dds.dds import DdsTransport
-from graphengine.ros.transports.rcl import rcl
 from graphengine.ros.transports.rcl.rcl import RclTransport
 
 DOMAIN = Domain(86, "LOCALHOST")
@@ -248,7 +248,7 @@ def ways(
 
         foreign = theirs.writer(f"/rclpy/{name}", kind, QoS())
         built = deserialize_message(data, get_message(kind))
-        sides["rclpy"] = lambda: foreign.publisher.publish(built)
+        sides["rclpy"] = lambda: foreign.entity.publish(built)
         ends.append(foreign)
     return sides, [f"{end.topic}={kind}" for end in ends], lambda: all(end.matched for end in ends)
 

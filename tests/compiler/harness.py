@@ -20,8 +20,7 @@ from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import NodeError
 from graphengine.format.files import Files
-from graphengine.messages.dry_network import DryEndpoint, DryNetwork
-from graphengine.messages.endpoints import EndpointClaim, OwnedPublisher
+from graphengine.messages.endpoints import EndpointClaim, Network, Publisher
 from graphengine.node.clock import Clock
 from graphengine.node.context.services import Services
 from graphengine.node.dropped_values import BadValues, DroppedValues
@@ -35,7 +34,7 @@ for flow_control in ("graphengine.nodes.action", "graphengine.nodes.core.flow"):
     REGISTRY.add_module(importlib.import_module(flow_control), "graphengine")
 
 
-class Journal(DryNetwork):
+class Journal(Network):
     """A network on which every message is a line of the journal."""
 
     def __init__(self) -> None:
@@ -44,9 +43,9 @@ class Journal(DryNetwork):
         self.frozen = 0
         self.open = 0
 
-    def publisher(self, claim: EndpointClaim) -> OwnedPublisher:
+    def publisher(self, claim: EndpointClaim) -> Publisher:
         self.open += 1
-        return _Pen(claim.topic, self)
+        return _Pen(claim, self)
 
     def freeze(self) -> None:
         self.frozen += 1
@@ -61,9 +60,9 @@ class Journal(DryNetwork):
         return lines
 
 
-class _Pen(DryEndpoint):
-    def __init__(self, topic: str, journal: Journal) -> None:
-        super().__init__(topic)
+class _Pen(Publisher):
+    def __init__(self, claim: EndpointClaim, journal: Journal) -> None:
+        super().__init__(claim)
         self.journal = journal
 
     def publish(self, message: Any) -> None:

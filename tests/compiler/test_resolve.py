@@ -10,7 +10,7 @@ from graphengine.compiler.graph import Graph, settled_type, with_article
 from graphengine.compiler.literals import Override
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import UsageError
-from graphengine.messages.dry_network import DryNetwork
+from graphengine.messages.endpoints import Network
 from graphengine.node import In, Node, Out
 from graphengine.node.types import UnionType, parse
 from graphengine.scene import build
@@ -339,7 +339,7 @@ def test_a_part_is_not_run_without_what_it_is_given(file: MakeFile) -> None:
     assembly = build.load(path)
     assert assembly.findings.items == []
     with pytest.raises(UsageError, match=r"part is a part of other graphs, which give it C\.value; run one of those"):
-        build.start(assembly, DryNetwork())
+        build.start(assembly, Network())
 
 
 def test_a_scene_cannot_use_a_part(file: MakeFile) -> None:

@@ -15,8 +15,8 @@ import pytest
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
 from graphengine.ros.domain import Domain
+from graphengine.ros.transports import rcl
 from graphengine.ros.transports.dds.dds import DdsTransport
-from graphengine.ros.transports.rcl import rcl
 from tests.cli.harness import live
 from tests.waiting import PATIENCE, eventually
 

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from graphengine.messages import messages
+from graphengine.messages.message_text import to_plain
 from graphengine.messages.messages import MessageError
-from graphengine.messages.plain import from_plain, to_plain
+from graphengine.messages.plain import from_plain
 from tests.messages.test_messages import TYPES, random_message, same
 
 RANGE = "sensor_msgs/msg/Range"
@@ -66,18 +67,18 @@ def test_numbers_that_are_none_and_infinite_ones_come_through() -> None:
 @pytest.mark.parametrize(
     ("data", "fault"),
     [
-        (3, "sensor_msgs/msg/Range: expected a mapping of the fields of sensor_msgs/msg/Range, got 3"),
+        (3, "sensor_msgs/msg/Range is a mapping of fields to values; got 3"),
         ({"rnage": 1}, "sensor_msgs/msg/Range has no field 'rnage'; did you mean 'range'?"),
         ({1: 1}, "has no field 1; fields: header, "),
-        ({"range": "1"}, "range: expected a number, got '1'"),
-        ({"range": True}, "range: expected a number, got true"),
+        ({"range": "1"}, "range is of type float32; got '1'"),
+        ({"range": True}, "range is of type float32; got true"),
         ({"range": 1e39}, "range is 1e+39, not a float32"),
-        ({"range": 10**400}, "range is too large for a float32"),
+        ({"range": 10**400}, "range is of type float32; got 1000"),
         ({"radiation_type": 256}, "radiation_type is 256, not a uint8"),
-        ({"radiation_type": 1.0}, "radiation_type: expected a whole number, got 1.0"),
-        ({"header": []}, "header: expected a mapping of the fields of std_msgs/msg/Header, got a list"),
-        ({"header": {"stamp": {"sec": 1.5}}}, "header.stamp.sec: expected a whole number, got 1.5"),
-        ({"header": {"frame_id": None}}, "header.frame_id: expected text, got nothing"),
+        ({"radiation_type": 1.0}, "radiation_type is of type uint8; got 1.0"),
+        ({"header": []}, "header: std_msgs/msg/Header is a mapping of fields to values; got a list"),
+        ({"header": {"stamp": {"sec": 1.5}}}, "header.stamp.sec is of type int32; got 1.5"),
+        ({"header": {"frame_id": None}}, "header.frame_id is of type string; got nothing"),
     ],
 )
 def test_an_error_names_the_field(data: Any, fault: str) -> None:
@@ -89,12 +90,16 @@ def test_an_error_names_the_field(data: Any, fault: str) -> None:
 @pytest.mark.parametrize(
     ("message_type", "data", "fault"),
     [
-        ("std_msgs/msg/Bool", {"data": 1}, "data: expected true or false, got 1"),
-        ("std_msgs/msg/Byte", {"data": -1}, "data is -1, not a byte"),
+        ("std_msgs/msg/Bool", {"data": 1}, "data is of type bool; got 1"),
+        ("std_msgs/msg/Byte", {"data": -1}, "data is of type byte; got -1"),
         ("std_msgs/msg/UInt8MultiArray", {"data": [1, 300]}, "data[1] is 300, not a uint8"),
-        ("std_msgs/msg/UInt8MultiArray", {"data": 1}, "data: expected a list, got 1"),
+        ("std_msgs/msg/UInt8MultiArray", {"data": 1}, "data is a list; got 1"),
         ("geometry_msgs/msg/PoseWithCovariance", {"covariance": [0.0]}, "covariance has 1 elements, not 36"),
-        ("tf2_msgs/msg/TFMessage", {"transforms": [{}, {"header": 1}]}, "transforms[1].header: expected a mapping"),
+        (
+            "tf2_msgs/msg/TFMessage",
+            {"transforms": [{}, {"header": 1}]},
+            "transforms[1].header: std_msgs/msg/Header is a mapping",
+        ),
     ],
 )
 def test_an_error_names_the_element(message_type: str, data: Any, fault: str) -> None:

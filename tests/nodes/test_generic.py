@@ -281,7 +281,7 @@ def test_messages_in_an_array_may_leave_fields_out() -> None:
     [
         (TF, {"transforms": ["{"]}, "transforms[0] is not JSON: "),
         (TF, {"transforms": ["[" * 100_000]}, "transforms[0] is not JSON: "),
-        (TF, {"transforms": ["{}", "3"]}, "transforms[1]: expected a mapping of the fields of geometry_msgs/msg/"),
+        (TF, {"transforms": ["{}", "3"]}, "transforms[1]: geometry_msgs/msg/TransformStamped is a mapping of fields"),
         (TF, {"transforms": ['{"child_frame": ""}']}, "has no field 'child_frame'; did you mean 'child_frame_id'?"),
         ("sensor_msgs/msg/Image", {"data": [1, 256]}, "data has 256 in it, which is no uint8"),
         ("geometry_msgs/msg/PoseWithCovariance", {"covariance": [1.0]}, "covariance has 1 elements, not 36"),

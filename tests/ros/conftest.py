@@ -8,16 +8,15 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import TypeAlias
+from typing import TypeAlias, cast
 
 import pytest
 from hypothesis import settings
 
 import graphengine
 from graphengine.ros.domain import Domain
-from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.memory.memory import MemoryTransport
-from graphengine.ros.transports.rcl.rcl import RclTransport
+from graphengine.ros.transports.select import open_transport
 from tests import waiting
 from tests.ros.contract import AnyTransport
 
@@ -45,7 +44,7 @@ def join(kind: str) -> Iterator[Callable[[int, str], AnyTransport]]:
             transport = in_memory.setdefault(domain_id, MemoryTransport())
         else:
             side = kind.partition(" to ")[0] if name == "alice" else kind.rpartition(" to ")[2]
-            transport = DdsTransport(domain, name) if side == "dds" else RclTransport(domain, name)
+            transport = cast(AnyTransport, open_transport(side, domain, name))
         joined.append(transport)
         return transport
 

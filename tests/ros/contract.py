@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from typing import TypeAlias
 
@@ -9,9 +10,9 @@ import pytest
 
 from graphengine.messages.messages import String, decode, encode
 from graphengine.ros.transport import Writer
+from graphengine.ros.transports import rcl
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.memory.memory import MemoryTransport
-from graphengine.ros.transports.rcl import rcl
 from graphengine.ros.transports.rcl.rcl import RclTransport
 
 AnyTransport: TypeAlias = MemoryTransport | DdsTransport | RclTransport
@@ -25,11 +26,13 @@ needs_rclpy = [pytest.mark.ros, pytest.mark.skipif(RCLPY_MISSING is not None, re
 RCLPY = pytest.param("rclpy", marks=needs_rclpy)
 # The node called alice is of the first kind, all others are of the second.
 MIXED = [pytest.param(kind, marks=needs_rclpy) for kind in ("dds to rclpy", "rclpy to dds")]
-ALL = ["memory", "dds", RCLPY, *MIXED]
-NETWORKED = ["dds", RCLPY, *MIXED]
+# The name of a transport that another package brings, if this variable has one: `-k NAME` runs the contract for it alone.
+BROUGHT = os.environ.get("GRAPHENGINE_TRANSPORT", "").split()
+ALL = ["memory", "dds", RCLPY, *MIXED, *BROUGHT]
+NETWORKED = ["dds", RCLPY, *MIXED, *BROUGHT]
 # A writer of Fast DDS may lose the first large message to a reader of Cyclone DDS, and does not notice when that one goes:
 # so it is between nodes of ROS 2 itself too.
-FAITHFUL = ["dds", RCLPY, MIXED[0]]
+FAITHFUL = ["dds", RCLPY, MIXED[0], *BROUGHT]
 
 
 class Inbox:

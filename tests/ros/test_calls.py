@@ -20,4 +20,4 @@ def test_the_oldest_call_is_given_up_where_too_many_wait() -> None:
     calls = Calls()
     for _ in range(MAX_OPEN + 2):
         last = calls.begin()
-    assert [calls.end(number) for number in (1, 2, 3, last)] == [False, False, True, True]
+    assert [calls.end(number) for number in (1, 2, 3, last)] == [None, None, True, True]

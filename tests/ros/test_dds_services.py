@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from cyclonedds.core import DDSException
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
@@ -20,7 +21,7 @@ from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.messages import String, encode, type_hash
 from graphengine.ros.domain import Domain
-from graphengine.ros.transports.dds import cyclone
+from graphengine.ros.transports.dds import cyclone, dds
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.dds.dds_services import identity, with_header, without_header
 from graphengine.ros.transports.dds.idl import idl_type
@@ -217,8 +218,8 @@ def test_a_request_without_a_header_or_a_message_is_dropped_and_counted(
     server = bob.server("/trigger", TRIGGER, QoS(), lambda request_id, data: asked.append(request_id))
     ping = bob.writer("/ping", STRING, QoS())
     start_peer("ask", domain_id)
-    assert eventually(lambda: ping.matched and cyclone.writers_of(server.reader))
-    (client,) = cyclone.writers_of(server.reader).values()
+    assert eventually(lambda: ping.matched and cyclone.writers_of(server.entities[0]))
+    (client,) = cyclone.writers_of(server.entities[0]).values()
 
     def dropped() -> bool:
         send_forged(domain_id, client.gid, data)
@@ -233,6 +234,19 @@ def test_a_request_without_a_header_or_a_message_is_dropped_and_counted(
         return bool(asked)
 
     assert eventually(called)
+
+
+def test_a_service_that_cannot_be_opened_leaves_nothing_of_it(
+    bob: DdsTransport, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*arguments: object, **options: object) -> None:
+        raise DDSException(DDSException.DDS_RETCODE_OUT_OF_RESOURCES)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(dds, "DataWriter", refuse)
+        with pytest.raises(TransportError, match="/trigger cannot be opened"):
+            bob.server("/trigger", TRIGGER, QoS(), lambda request_id, data: None)
+    bob.server("/trigger", "std_srvs/srv/SetBool", QoS(), lambda request_id, data: None)
 
 
 def test_a_service_of_another_type_cannot_have_the_same_name(bob: DdsTransport) -> None:

@@ -14,10 +14,10 @@ from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import LATCHED
 from graphengine.ros.description import from_node, from_topic
 from graphengine.ros.domain import Domain
+from graphengine.ros.transports import rcl
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.memory.memory import MemoryTransport
-from graphengine.ros.transports.rcl import rcl
-from graphengine.ros.transports.rcl.rcl import RclTransport
+from graphengine.ros.transports.rcl.rcl import RclTransport, discovery
 from tests.ros.service_contract import rmw
 
 PARAMETERS = "rcl_interfaces/srv/GetParameters"
@@ -109,7 +109,7 @@ def test_the_parameter_of_a_node_is_read(domain_id: int, own: str) -> None:
 
     domain = Domain(domain_id, "LOCALHOST")
     context = rclpy.Context()
-    with rcl.discovery(domain):
+    with discovery(domain):
         context.init(args=[], domain_id=domain_id)
 
     def spin() -> None:
@@ -153,7 +153,7 @@ def test_a_node_that_does_not_answer_is_told(domain_id: int) -> None:
 
     domain = Domain(domain_id, "LOCALHOST")
     context = rclpy.Context()
-    with rcl.discovery(domain):
+    with discovery(domain):
         context.init(args=[], domain_id=domain_id)
     busy = Node("busy", context=context)  # which nobody spins
     client = RclTransport(domain, "client")

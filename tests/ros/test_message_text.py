@@ -14,7 +14,7 @@ from graphengine.format.errors import TransportError
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.message_text import Part, Style, to_csv, to_expression, to_plain_text, to_yaml
-from graphengine.ros.transports.rcl import rcl
+from graphengine.ros.transports import rcl
 
 MISSING = rcl.import_error()
 needs_ros = [pytest.mark.ros, pytest.mark.skipif(MISSING is not None, reason=str(MISSING))]

@@ -1,14 +1,15 @@
 from __future__ import annotations
 
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
 
 from graphengine.format.errors import TransportError
 from graphengine.ros.domain import Domain
-from graphengine.ros.transports.rcl import rcl
-from graphengine.ros.transports.select import open_transport
+from graphengine.ros.transports import rcl, select
+from graphengine.ros.transports.select import open_transport, transport_helps
 
 
 @pytest.fixture
@@ -46,6 +47,35 @@ def test_where_no_ros_is_sourced_nothing_sounds_like_a_fault(domain: Domain, mon
 def test_rclpy_that_is_asked_for_and_missing_is_an_error(domain: Domain) -> None:
     with pytest.raises(TransportError, match="rclpy cannot be used: ModuleNotFoundError"):
         open_transport("rclpy", domain)
+
+
+def test_a_name_that_no_transport_has_is_an_error_that_lists_them(domain: Domain) -> None:
+    with pytest.raises(TransportError, match=r"no transport 'udp'\n.*dds, memory, rclpy"):
+        open_transport("udp", domain)
+
+
+def test_the_transports_of_a_checkout_are_known_without_its_metadata(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(select, "entry_points", lambda group: ())
+    assert list(transport_helps()) == ["auto", "rclpy", "dds", "memory"]
+    assert list(transport_helps(reaching_others=True)) == ["auto", "rclpy", "dds"]
+
+
+def test_the_project_file_registers_the_transports_that_lie_in_the_package() -> None:
+    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())["project"]
+    registered = project["entry-points"][select.GROUP]
+    found = {name: entry.value for name, (entry, *_) in select._entries().items()}
+    assert registered == {name: found[name] for name in registered}
+    assert set(registered) == {"dds", "memory", "rclpy"}
+
+
+@pytest.mark.parametrize("name", ["dds", "auto"])
+@pytest.mark.usefixtures("without_rclpy")
+def test_without_cyclonedds_the_error_says_what_to_do(
+    domain: Domain, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    monkeypatch.setitem(sys.modules, "cyclonedds", None)
+    with pytest.raises(TransportError, match=r"dds needs cyclonedds, which cannot be imported[^$]*--transport memory"):
+        open_transport(name, domain)
 
 
 @pytest.mark.ros

@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib
 import subprocess
 import sys
-import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
@@ -18,6 +17,7 @@ from graphengine.node.node_class import NodeClassError
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.scene import build
+from tests.third_party.installed import lay_out
 
 ACME = Path(__file__).parent / "acme"
 GRAPH = """
@@ -37,16 +37,9 @@ connections:
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder of installed packages with Acme's in it, as pip would leave it; it needs no network."""
-    project = tomllib.loads((ACME / "pyproject.toml").read_text())["project"]
+    """A folder of installed packages with Acme's in it."""
     folder = tmp_path_factory.mktemp("site")
-    (folder / "acme_nodes").symlink_to(ACME / "acme_nodes")
-    about = folder / f"{project['name'].replace('-', '_')}-{project['version']}.dist-info"
-    about.mkdir()
-    (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n")
-    groups = project["entry-points"].items()
-    lines = [line for name, entries in groups for line in (f"[{name}]", *(f"{k} = {v}" for k, v in entries.items()))]
-    (about / "entry_points.txt").write_text("\n".join(lines) + "\n")
+    lay_out(ACME, "acme_nodes", folder)
     return folder
 
 

@@ -11,7 +11,6 @@ from graphengine.messages import names, qos
 from graphengine.messages.endpoints import (
     EndpointClaim,
     Publisher,
-    QoS,
     ServiceClient,
     ServiceServer,
     Subscription,
@@ -88,27 +87,27 @@ class OwnedEndpoints:
         self,
         direction: str,
         message_type: str,
-        topic: str,
+        name: str,
         start: str = "",
         *,
         namespace: str = "",
+        collects_namespace: bool | None = None,
         outermost_namespace: bool = False,
         qos_profile: str = "",
         queue_size: int = 10,
         latched: bool = False,
         **facts: Any,
     ) -> EndpointClaim:
-        quality = qos.parse_qos(qos_profile, queue_size, latched)
-        full = names.full_topic(namespace or self._collected(start or self.prim_path, outermost_namespace), topic)
-        return self._note(direction, message_type, full, qos=quality, latched=latched, **facts)
-
-    def _collected(self, start: str, outermost: bool = False) -> str:
-        """The namespace that prims give, from one up to the root."""
-        return names.join_namespaces(self._services.stage.namespaces(start), outermost)
-
-    def _note(self, direction: str, message_type: str, full: str, **facts: Any) -> EndpointClaim:
         """Add a claim of the node; it is withdrawn when the endpoints are closed."""
-        claim = EndpointClaim(self.prim_path, self._graph, full, message_type, direction, **facts)
+        is_service = direction in ("serve", "call")
+        quality = qos.parse_qos(qos_profile, queue_size, latched)
+        if not namespace and (not is_service if collects_namespace is None else collects_namespace):
+            above = self._services.stage.namespaces(start or self.prim_path)
+            namespace = names.join_namespaces(above, outermost_namespace)
+        full = names.full_topic(namespace, name, "service name" if is_service else "topic name")
+        claim = EndpointClaim(
+            self.prim_path, self._graph, full, message_type, direction, quality, latched=latched, **facts
+        )
         self._services.claims.append(claim)
         self._closing.append(partial(self._services.claims.remove, claim))
         return claim
@@ -159,23 +158,6 @@ class OwnedEndpoints:
         self._closing.append(subscription.close)
         return subscription
 
-    def _service(
-        self,
-        direction: str,
-        service_type: str,
-        service: str,
-        *,
-        namespace: str = "",
-        collects_namespace: bool = False,
-        qos_profile: str = "",
-        ros_context: int = 0,
-    ) -> EndpointClaim:
-        if not namespace and collects_namespace:
-            namespace = self._collected(self.prim_path)
-        full = names.full_topic(namespace, service, "service name")
-        quality = qos.parse_qos(qos_profile, QoS().depth, False)
-        return self._note(direction, service_type, full, qos=quality, ros_context=ros_context)
-
     def service_server(self, service_type: str, service: str, **options: Unpack[ServiceOptions]) -> ServiceServer:
         """A service to offer.
 
@@ -187,7 +169,7 @@ class OwnedEndpoints:
         Raises:
             TopicError: the name, the namespace or the QoS profile is not valid.
         """
-        claim = self._service("serve", service_type, service, **options)
+        claim = self._claim("serve", service_type, service, **options)
         handles = self._services.handles
         handle = handles.setdefault((self.prim_path, self._servers), len(handles) + 1)
         server = self._services.network.server(claim, handle)
@@ -198,7 +180,7 @@ class OwnedEndpoints:
 
     def service_client(self, service_type: str, service: str, **options: Unpack[ServiceOptions]) -> ServiceClient:
         """A service to call; arguments and errors as for `service_server`."""
-        client = self._services.network.client(self._service("call", service_type, service, **options))
+        client = self._services.network.client(self._claim("call", service_type, service, **options))
         self._closing.append(client.close)
         return client
 

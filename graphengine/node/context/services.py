@@ -12,7 +12,7 @@ from graphengine.devices.backend import World
 from graphengine.devices.seeds import key_of
 from graphengine.devices.stage import Stage, at_or_below
 from graphengine.format.permissions import Permissions
-from graphengine.messages.endpoints import EndpointClaim, Network, OwnedServer
+from graphengine.messages.endpoints import EndpointClaim, Network, ServiceServer
 from graphengine.node.context.render_product import RenderProduct
 from graphengine.node.dropped_values import DroppedValues
 from graphengine.node.keys import Keyboard
@@ -32,7 +32,7 @@ class Services:
     """ROS_DOMAIN_ID, where the caller found one."""
     log: Callable[[str, str, str], None] = lambda severity, node, message: None
     claims: list[EndpointClaim] = field(default_factory=list)
-    servers: dict[int, OwnedServer] = field(default_factory=dict)
+    servers: dict[int, ServiceServer] = field(default_factory=dict)
     """Servers that are open, by their handles."""
     handles: dict[tuple[str, int], int] = field(default_factory=dict)
     """Of the n-th server of each node, by its prim path; a node that is set up again has those that it had."""

@@ -1,8 +1,10 @@
-"""The calls of a client that wait for their answers, by number."""
+"""Calls of a service that wait for their answers, by number."""
 
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
+from typing import Any
 
 from graphengine.format.stateful import Stateful
 
@@ -11,25 +13,30 @@ MAX_OPEN = 10_000
 
 
 class Calls(Stateful):
-    """Numbers that each call is given, from 1 up, and of which each is answered once at most."""
+    """Numbers that each call is given, from 1 up, and of which each is answered once at most.
+
+    Args:
+        give_up: called with what was kept of a call that is given up.
+    """
 
     kept = ("_last", "_open")
 
-    def __init__(self) -> None:
+    def __init__(self, give_up: Callable[[Any], object] = lambda kept: None) -> None:
         self._lock = threading.Lock()
         self._last = 0
-        self._open: dict[int, None] = {}
+        self._open: dict[int, Any] = {}
+        self._give_up = give_up
 
-    def begin(self) -> int:
-        """Number of one more call."""
+    def begin(self, kept: Any = True) -> int:
+        """Number of one more call, of which something is kept that its answer needs."""
         with self._lock:
             self._last += 1
-            self._open[self._last] = None
+            self._open[self._last] = kept
             if len(self._open) > MAX_OPEN:
-                del self._open[next(iter(self._open))]
+                self._give_up(self._open.pop(next(iter(self._open))))
             return self._last
 
-    def end(self, number: int) -> bool:
-        """Whether a call still waited; from here on it does not."""
+    def end(self, number: int) -> Any:
+        """What was kept of a call, which no longer waits; None if it did not wait."""
         with self._lock:
-            return self._open.pop(number, self) is None
+            return self._open.pop(number, None)

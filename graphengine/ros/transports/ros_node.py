@@ -1,15 +1,19 @@
-"""Base of the transports that are a ROS 2 node: its name, log, lock and message counts."""
+"""Base of the transports that are a ROS 2 node: its name, log, lock, endpoints and message counts."""
 
 from __future__ import annotations
 
+import atexit
 import threading
 import time
 from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 from graphengine.format.errors import TransportError
 from graphengine.format.stateful import Stateful
 from graphengine.messages import messages, names, qos
-from graphengine.messages.definitions import Definitions
+from graphengine.messages.definitions import DEFINITIONS, Definitions
+from graphengine.ros.domain import Domain
 from graphengine.ros.graph import full_name
 from graphengine.ros.transport import Writer
 
@@ -20,30 +24,91 @@ _LEVELS = {"info": messages.Log.INFO, "warning": messages.Log.WARN, "error": mes
 
 
 class RosNode(Stateful):
-    """A ROS 2 node; a subclass joins the network and opens the writer of the log.
+    """A ROS 2 node. A subclass joins the network in `_join`, and adds each `RosEnd` that it opens to its writers or readers.
 
     Args:
-        name: what `ros2 node list` shows.
-        namespace: absolute; `/` for none.
+        domain: where to be.
+        node_name: as `ros2 node list` shows it.
+        node_namespace: absolute; `/` for none.
+        because: why this transport was chosen, for the description.
         definitions: message types.
+        patient: writers wait for reliable readers that do not keep up, up to 100 ms a message, in place of overwriting what
+            they did not get; for runs that have the time. Only dds heeds it.
 
     Raises:
         TopicError: ROS 2 would refuse the name or the namespace.
+        TransportError: the domain cannot be joined.
     """
 
     _rosout: Writer
 
-    def __init__(self, name: str, namespace: str, definitions: Definitions) -> None:
-        names.check_node_name(name)
-        names.check_namespace(namespace)
-        self.node = full_name(namespace, name)
-        self._name = name
-        self._namespace = namespace
+    def __init__(
+        self,
+        domain: Domain,
+        node_name: str,
+        node_namespace: str = "/",
+        because: str = "",
+        definitions: Definitions = DEFINITIONS,
+        *,
+        patient: bool = False,
+    ) -> None:
+        names.check_node_name(node_name)
+        names.check_namespace(node_namespace)
+        self.node = full_name(node_namespace, node_name)
+        self._domain = domain
+        self._name = node_name
+        self._namespace = node_namespace
         self._definitions = definitions
+        self._patient = patient
         self._lock = threading.RLock()
         self._closed = False
+        self._writers: list[Any] = []
+        self._readers: list[Any] = []
+        """Readers, and the servers and clients of services."""
         self._mistyped = Counter[str]()
         """Number of messages of another definition that closed readers dropped, by topic."""
+        self.description = f"{self._join()}, {domain}" + (f"; {because}" if because else "")
+        atexit.register(self.close)
+
+    def _join(self) -> str:
+        """Join the network, open the writer of the log, and return what carries the messages."""
+        raise NotImplementedError
+
+    def _leave(self) -> None:
+        """Leave the network and end the thread."""
+
+    def _delete(self, end: Any) -> None:
+        """Remove an endpoint from the network."""
+
+    def _count_servers(self, services: Iterable[str]) -> Mapping[str, int]:
+        """How many servers of each service are known, those of this node among them."""
+        raise NotImplementedError
+
+    @property
+    def foreign_services(self) -> Mapping[str, str]:
+        """Services with a peer that cannot be talked to, and what to tell people about each."""
+        told = {}
+        for end in tuple(self._readers):
+            with self._lock:  # not for all of them, as other threads wait for it
+                if not self._closed and (warning := end.warning()):
+                    told[end.name] = warning
+        return told
+
+    @property
+    def rival_services(self) -> Sequence[str]:
+        """Services of this transport that somebody else offers too, as far as it is known; a call reaches both."""
+        with self._lock:
+            own = Counter(end.name for end in self._readers if end.peer == "client")
+            known = {} if self._closed else self._count_servers(own)
+            return [service for service, number in own.items() if known.get(service, 0) > number]
+
+    @property
+    def malformed(self) -> Mapping[str, int]:
+        """By topic or service, how many messages were dropped that are none of its type."""
+        counts = Counter(self._mistyped)
+        for end in tuple(self._readers):
+            counts[end.name] += end.malformed
+        return +counts
 
     def log(self, severity: str, text: str) -> None:
         """Publish a message on /rosout; severities are info, warning and error."""
@@ -54,7 +119,29 @@ class RosNode(Stateful):
             if not self._closed:
                 self._rosout.write(messages.encode(messages.Log(stamp, level, logger, text, "", "", 0)))
 
+    def close(self) -> None:
+        """Withdraw the node, end the thread, and leave the network; safe to call twice."""
+        with self._lock:
+            if self._closed:
+                return
+            self._closed = True
+        self._leave()
+        for end in (*self._writers, *self._readers):
+            end.end()
+        atexit.unregister(self.close)
+
     def _admit(self, name: str = "") -> None:
         """Refuse what a closed transport cannot do, for a topic or a service where one is named."""
         if self._closed:
             raise TransportError(f"{name}: the transport is closed" if name else "the transport is closed")
+
+    def _remove(self, end: Any) -> None:
+        """Delete an endpoint that is closed."""
+        with self._lock:
+            ends = self._writers if end in self._writers else self._readers
+            if self._closed or end not in ends:
+                return
+            ends.remove(end)
+            self._mistyped[end.name] += 0 if end.peer else end.malformed
+            self._delete(end)
+            end.end()

@@ -1,22 +1,63 @@
-"""Which transport carries a session: an installed ROS 2 where there is one, else DDS, or none."""
+"""Transports by name: those of the folders beside this file, and those of installed packages by their entry points."""
 
 from __future__ import annotations
 
+import importlib
+import pkgutil
 from collections.abc import Mapping
+from importlib.metadata import EntryPoint, entry_points
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
+from graphengine.format.errors import TransportError
+from graphengine.format.wording import did_you_mean, listing
+from graphengine.ros import transports
 from graphengine.ros.domain import Domain
-from graphengine.ros.transport import Transport
+from graphengine.ros.transport import JoinOptions, Transport, TransportKind
 
 if TYPE_CHECKING:
     from graphengine.messages.definitions import Definitions
 
-TransportKind = Literal["auto", "dds", "rclpy", "memory"]
+GROUP = "graphengine.transports"
+AUTO = "auto"
+
+
+def transport_helps(*, reaching_others: bool = False) -> dict[str, str]:
+    """What `--transport` takes: `auto`, and the name of each transport or of those that reach others; a line of help each."""
+    kinds, broken = _load_all()
+    ranked = ", ".join(kind.name for kind in kinds if kind.auto is not None)
+    shown = {kind.name: kind.help for kind in kinds if kind.reaches_others or not reaching_others}
+    return {AUTO: f"the first that can be used of {ranked}", **shown, **broken}
+
+
+def find_transport(name: str) -> TransportKind:
+    """The transport with a name, which can be used here or not.
+
+    Raises:
+        TransportError: there is none, or its package cannot be imported, or two packages bring one.
+    """
+    known = _entries()
+    if name not in known:
+        hint = did_you_mean(name, known) or listing(known, "transports")
+        raise TransportError(f"no transport {name!r}\n{hint}")
+    entry, *others = known[name]
+    package = entry.dist.name if entry.dist else entry.value
+    if others:
+        values = ", ".join(sorted(entry.value for entry in known[name]))
+        raise TransportError(f"several packages bring a transport {name!r}: {values}\nuninstall all but one")
+    try:
+        kind = entry.load()
+    except (Exception, SystemExit) as error:  # a package may fail in any way
+        why = f"{type(error).__name__}: {error}".splitlines()[0]
+        remedy = f"install what {package} needs, or uninstall it, or take another --transport"
+        raise TransportError(f"transport {name!r} of {package} cannot be imported: {why}\n{remedy}") from error
+    if not isinstance(kind, TransportKind) or kind.name != name:
+        raise TransportError(f"{entry.value} of {package} is no TransportKind with the name {name!r}")
+    return kind
 
 
 def open_transport(
-    kind: TransportKind,
+    name: str,
     domain: Domain,
     node_name: str = "graphengine",
     node_namespace: str = "/",
@@ -28,38 +69,64 @@ def open_transport(
     """Join a domain as one ROS 2 node; the transport's description says what was chosen, and why.
 
     Args:
-        kind: `auto` takes rclpy when it can be imported, else dds.
+        name: of the transport; `auto` takes the first that can be used, which is rclpy where ROS 2 is sourced, else dds.
         domain: where to be.
-        node_name: what `ros2 node list` shows.
-        node_namespace: absolute; `/` for none.
-        environ: where RMW_IMPLEMENTATION may tell that peers cannot be reached.
-        definitions: message types, those that ship when None; rclpy knows those that are installed, and no others.
-        patient: let dds wait for readers that do not keep up, as `DdsTransport` says.
+        node_name: as `JoinOptions` has it, and so are the others.
+        node_namespace: absolute.
+        environ: variables of the environment.
+        definitions: those that ship when None; rclpy knows those that are installed, and no others.
+        patient: only dds heeds it.
 
     Raises:
         TopicError: ROS 2 would refuse the node's name or namespace.
-        TransportError: the domain cannot be joined.
+        TransportError: the domain cannot be joined, or `find_transport` says why.
     """
-    # Each is imported only when it is used: they cost from 0.1 to 0.3 s, and rclpy may not be there.
     from graphengine.messages.definitions import DEFINITIONS
 
-    if kind == "memory":
-        from graphengine.ros.transports.memory.memory import MemoryTransport
+    kind, because = _chosen() if name == AUTO else (find_transport(name), "")
+    if name != AUTO and (missing := kind.missing()) is not None:
+        raise TransportError(f"{name} cannot be used: {missing}")
+    chosen = JoinOptions(
+        domain, node_name, node_namespace, environ, definitions or DEFINITIONS, patient=patient, because=because
+    )
+    return kind.open(chosen)
 
-        return MemoryTransport(keeps=False, definitions=definitions or DEFINITIONS)
-    reasons = []
-    if kind in ("auto", "rclpy"):
-        from graphengine.ros.transports.rcl.rcl import RclTransport, import_error
 
-        missing = import_error() if kind == "auto" else None
-        if missing is None:
-            because = "chosen because rclpy is installed" if kind == "auto" else ""
-            return RclTransport(domain, node_name, node_namespace, because, definitions or DEFINITIONS)
-        reasons.append(f"chosen because rclpy cannot be imported ({missing})")
-    from graphengine.ros.transports.dds.dds import DdsTransport
+def _chosen() -> tuple[TransportKind, str]:
+    """The transport that `auto` stands for, and why."""
+    kinds, broken = _load_all()
+    reasons, remedies = list(broken.values()), list[str]()
+    for kind in kinds:
+        if kind.auto is not None:
+            missing = kind.missing()
+            if missing is None:
+                return kind, f"chosen because {' and '.join(reasons) or f'{kind.name} is installed'}"
+            why, *further = missing.splitlines()
+            reasons.append(f"{kind.name} cannot be imported ({why})")
+            remedies += further
+    raise TransportError("\n".join([f"no transport can be used: {'; '.join(reasons)}", *remedies]))
 
-    rmw = environ.get("RMW_IMPLEMENTATION", "")
-    if "zenoh" in rmw:
-        reasons.append(f"RMW_IMPLEMENTATION is {rmw}, whose peers do not speak DDS and cannot be reached")
-    because = "; ".join(reasons)
-    return DdsTransport(domain, node_name, node_namespace, because, definitions or DEFINITIONS, patient=patient)
+
+def _load_all() -> tuple[list[TransportKind], dict[str, str]]:
+    """All transports in the order in which `auto` tries them, and why others cannot be imported, by name."""
+    kinds, broken = [], {}
+    for name in _entries():
+        try:
+            kinds.append(find_transport(name))
+        except TransportError as error:
+            broken[name] = str(error).splitlines()[0]
+    return sorted(kinds, key=lambda kind: (kind.auto is None, kind.auto, kind.name)), broken
+
+
+def _entries() -> dict[str, list[EntryPoint]]:
+    """Entry points by the names of their transports; ours are found where no metadata of them is installed too."""
+    folders = [
+        module.name
+        for module in pkgutil.iter_modules(transports.__path__, "graphengine.ros.transports.")
+        if module.ispkg
+    ]
+    own = [EntryPoint(importlib.import_module(name).TRANSPORT.name, f"{name}:TRANSPORT", GROUP) for name in folders]
+    found: dict[str, list[EntryPoint]] = {}
+    for entry in dict.fromkeys((*entry_points(group=GROUP), *own)):
+        found.setdefault(entry.name, []).append(entry)
+    return dict(sorted(found.items()))

@@ -2,11 +2,27 @@
 
 import importlib
 
-from graphengine.format.errors import TransportError
+from graphengine.ros.transport import JoinOptions, Transport, TransportKind
 
-try:
-    importlib.import_module("cyclonedds")
-except ImportError as error:
-    where = "PyPI has it for Linux on x86_64, for macOS and for Windows, and for Python 3.11 to 3.13"
-    remedy = "source a ROS 2 and use --transport rclpy, or do without a network: --transport memory"
-    raise TransportError(f"dds needs cyclonedds, which cannot be imported: {error}\n{where}\n{remedy}") from None
+
+def _open(options: JoinOptions) -> Transport:
+    from graphengine.ros.transports.dds.dds import DdsTransport
+
+    rmw = options.environ.get("RMW_IMPLEMENTATION", "")
+    zenoh = f"RMW_IMPLEMENTATION is {rmw}, whose peers do not speak DDS and cannot be reached" if "zenoh" in rmw else ""
+    because = "; ".join(filter(None, (options.because, zenoh)))
+    node = options.node_name, options.node_namespace
+    return DdsTransport(options.domain, *node, because, options.definitions, patient=options.patient)
+
+
+def _missing() -> str | None:
+    try:
+        importlib.import_module("cyclonedds")
+    except ImportError as error:
+        where = "PyPI has it for Linux on x86_64, for macOS and for Windows, and for Python 3.11 to 3.13"
+        remedy = "source a ROS 2 and use --transport rclpy, or do without a network: --transport memory"
+        return f"dds needs cyclonedds, which cannot be imported: {error}\n{where}\n{remedy}"
+    return None
+
+
+TRANSPORT = TransportKind("dds", "ROS 2 programs on DDS, without an installed ROS 2", _open, auto=2, missing=_missing)

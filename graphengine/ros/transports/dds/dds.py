@@ -7,16 +7,15 @@ hold locks that a write needs, and a write holds the interpreter's lock.
 
 from __future__ import annotations
 
-import atexit
 import itertools
 import threading
 from collections import Counter
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, TypeVar
 
-from cyclonedds.core import DDSException, DDSStatus, GuardCondition, WaitSet
+from cyclonedds.core import DDSException, GuardCondition, WaitSet
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
@@ -24,14 +23,12 @@ from cyclonedds.util import duration
 
 from graphengine.format.errors import TransportError
 from graphengine.messages import names
-from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import PARAMETER_EVENTS, settled
-from graphengine.ros.domain import Domain
 from graphengine.ros.graph import Direction, Graph
 from graphengine.ros.transports.dds import cyclone, dds_services, discovery
 from graphengine.ros.transports.dds.cyclone_log import LOG
-from graphengine.ros.transports.dds.dds_endpoints import DdsReader, DdsWriter, gid_of
+from graphengine.ros.transports.dds.dds_endpoints import DdsEnd, DdsReader, DdsWriter, gid_of
 from graphengine.ros.transports.dds.dds_services import DdsClient, DdsServer, Pair
 from graphengine.ros.transports.dds.discovery import Discovery
 from graphengine.ros.transports.dds.idl import idl_type
@@ -42,7 +39,7 @@ _FOREVER = duration(infinite=True)
 _BACKLOG = 1000
 """Messages that Cyclone DDS keeps of a topic while this process is too busy to take them."""
 
-_Service = TypeVar("_Service", DdsServer, DdsClient)
+_End = TypeVar("_End", bound=DdsEnd)
 
 
 @dataclass(slots=True)
@@ -55,45 +52,16 @@ class _Topic:
 
 
 class DdsTransport(RosNode):
-    """A ROS 2 node on a DDS network.
+    """A ROS 2 node on a DDS network."""
 
-    Args:
-        domain: where to be.
-        node_name: what `ros2 node list` shows.
-        node_namespace: absolute; `/` for none.
-        because: why this transport was chosen, for the description.
-        definitions: message types.
-        patient: a writer waits for reliable readers that do not keep up, up to 100 ms a message, in place of overwriting what
-            they did not get; for runs that have the time.
-
-    Raises:
-        TopicError: ROS 2 would refuse the node's name or namespace.
-        TransportError: the domain cannot be joined.
-    """
-
-    def __init__(
-        self,
-        domain: Domain,
-        node_name: str,
-        node_namespace: str = "/",
-        because: str = "",
-        definitions: Definitions = DEFINITIONS,
-        *,
-        patient: bool = False,
-    ) -> None:
-        super().__init__(node_name, node_namespace, definitions)
-        self.description = f"dds (Eclipse Cyclone DDS), {domain}" + (f"; {because}" if because else "")
+    def _join(self) -> str:
+        domain = self._domain
         self.spin_time = 0.0 if domain.discovery_range == "OFF" else 0.5
-        self._domain = domain
-        self._patient = patient
         self._hearing = threading.Lock()
         """Held while the graph is searched, which may take long; it is taken before the other lock."""
         self._topics: dict[str, _Topic] = {}
-        self._writers: list[DdsWriter] = []
-        self._readers: list[DdsReader] = []
-        self._services: list[DdsServer | DdsClient] = []
         self._service_numbers = itertools.count(1)
-        self._delivering: DdsReader | DdsServer | DdsClient | None = None
+        self._delivering: DdsEnd | None = None
         self._discovery: Discovery | None = None
         self._thread = threading.Thread(target=self._receive, name=f"dds domain {domain.id}", daemon=True)
         # An enclave is what makes ROS 2 take a participant for one of its own.
@@ -110,7 +78,7 @@ class DdsTransport(RosNode):
             cyclone.leave(domain, self._participant)
             raise
         self._thread.start()
-        atexit.register(self.close)
+        return "dds (Eclipse Cyclone DDS)"
 
     def writer(self, topic: str, message_type: str, qos: QoS) -> DdsWriter:
         """A writer on a topic.
@@ -121,11 +89,8 @@ class DdsTransport(RosNode):
         """
         with self._lock:
             policies = _lossless(qos) if self._patient else qos
-            writer = DdsWriter(topic, self._endpoint(DataWriter, f"rt{topic}", message_type, policies), self._remove)
-            self._writers.append(writer)
-            self._watch(writer.entity, DDSStatus.PublicationMatched)
-        writer.refresh()
-        return writer
+            entity = self._endpoint(DataWriter, f"rt{topic}", message_type, policies)
+            return self._open(DdsWriter(topic, self._remove, entity))
 
     def reader(self, topic: str, message_type: str, qos: QoS, deliver: Callable[[bytes], None]) -> DdsReader:
         """A reader on a topic; `deliver` runs in the transport's thread, and should do little.
@@ -136,10 +101,7 @@ class DdsTransport(RosNode):
         with self._lock:
             entity = self._endpoint(DataReader, f"rt{topic}", message_type, _deep(qos))
             agrees = partial(self._definitions.agrees, message_type)
-            reader = DdsReader(topic, entity, agrees, deliver, self._remove)
-            self._readers.append(reader)
-            self._watch(reader.entity, DDSStatus.DataAvailable)
-        return reader
+            return self._open(DdsReader(topic, self._remove, entity, agrees, deliver))
 
     def server(self, service: str, service_type: str, qos: QoS, deliver: Callable[[bytes, bytes], None]) -> DdsServer:
         """A server of a service; `deliver` runs in the transport's thread, and should do little.
@@ -149,7 +111,7 @@ class DdsTransport(RosNode):
         """
         with self._lock:
             pair = self._pair("service", service, service_type, qos)
-            return self._watch_pair(DdsServer(service, pair, deliver, self._remove_pair))
+            return self._open(DdsServer(service, self._remove, pair, deliver))
 
     def client(self, service: str, service_type: str, qos: QoS, deliver: Callable[[int, bytes], None]) -> DdsClient:
         """A client of a service; `deliver` runs in the transport's thread, and should do little.
@@ -159,21 +121,7 @@ class DdsTransport(RosNode):
         """
         with self._lock:
             pair = self._pair("client", service, service_type, qos)
-            return self._watch_pair(DdsClient(service, pair, deliver, self._remove_pair))
-
-    @property
-    def foreign_services(self) -> Mapping[str, str]:
-        """Services with a peer on another DDS, and what to tell people about each."""
-        told = ((service.service, service.warning()) for service in tuple(self._services))
-        return {service: warning for service, warning in told if warning}
-
-    @property
-    def rival_services(self) -> Sequence[str]:
-        """Services of this transport that somebody else offers too, as far as `graph` has heard; a call reaches both."""
-        with self._lock:
-            own = Counter(end.service for end in self._services if isinstance(end, DdsServer))
-            known = self._discovery.servers if self._discovery is not None else Counter[str]()
-            return [service for service, number in own.items() if known[service] > number]
+            return self._open(DdsClient(service, self._remove, pair, deliver))
 
     @property
     def source(self) -> bytes:
@@ -183,12 +131,7 @@ class DdsTransport(RosNode):
     @property
     def malformed(self) -> Mapping[str, int]:
         """By topic or service, how many messages were dropped; participants of this process in one domain share the count."""
-        counts = Counter(LOG.malformed(self._domain.id)) + self._mistyped
-        for service in tuple(self._services):
-            counts[service.service] += service.malformed
-        for reader in tuple(self._readers):
-            counts[reader.topic] += reader.malformed
-        return +counts
+        return Counter(LOG.malformed(self._domain.id)) + Counter(super().malformed)
 
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> Graph:
         """Who writes and reads which topic, as far as it is known.
@@ -204,22 +147,15 @@ class DdsTransport(RosNode):
                     self._discovery = Discovery(self._participant, nodes)
             return self._discovery.graph()
 
-    def close(self) -> None:
-        """Withdraw the node, end the thread, and leave the network; safe to call twice."""
-        with self._lock:
-            if self._closed:
-                return
-            self._closed = True
-            self._announce()
+    def _leave(self) -> None:
+        self._announce()
         self._wake.set(True)
         self._thread.join()
         with self._hearing:
             cyclone.leave(self._domain, self._participant)
-        for writer in self._writers:
-            writer.matched = False
-        for service in self._services:
-            service.end()
-        atexit.unregister(self.close)
+
+    def _count_servers(self, services: Iterable[str]) -> Mapping[str, int]:
+        return self._discovery.servers if self._discovery is not None else {}
 
     def _endpoint(self, make: Callable[..., Any], topic: str, message_type: str, qos: QoS, identity: str = "") -> Any:
         """A writer or reader of a DDS topic; those of services have an identity."""
@@ -232,13 +168,12 @@ class DdsTransport(RosNode):
             )
         policies = cyclone.endpoint_qos(qos, f"{identity}typehash={self._definitions.type_hash(message_type)};")
         try:
-            if not known:
-                described = idl_type(message_type, self._definitions, is_call=bool(identity))
-                known = self._topics[topic] = _Topic(message_type, Topic(self._participant, topic, described))
-            made = make(self._participant, known.entity, qos=policies)
+            described = idl_type(message_type, self._definitions, is_call=bool(identity))
+            entity = known.entity if known else Topic(self._participant, topic, described)
+            made = make(self._participant, entity, qos=policies)
         except DDSException as error:
             raise TransportError(f"{shown} cannot be opened: {error}") from error
-        known.endpoints += 1
+        self._topics.setdefault(topic, _Topic(message_type, entity)).endpoints += 1
         return made
 
     def _pair(self, role: str, service: str, service_type: str, qos: QoS) -> Pair:
@@ -247,54 +182,41 @@ class DdsTransport(RosNode):
         heard, told = (asked, answered) if role == "service" else (answered, asked)
         identity = f"{role}id={dds_services.identity(self._gid, next(self._service_numbers))};"
         reader = self._endpoint(DataReader, *heard, qos, identity)
-        writer = self._endpoint(DataWriter, *told, qos, identity)
+        try:
+            writer = self._endpoint(DataWriter, *told, qos, identity)
+        except BaseException:
+            self._discard(reader)
+            raise
         agrees = [partial(self._definitions.agrees, message_type) for _, message_type in (heard, told)]
         return Pair(reader, writer, service_type, *agrees)
 
-    def _watch(self, entity: Any, status: int) -> None:
-        entity.set_status_mask(status)
-        self._waitset.attach(entity)
+    def _open(self, end: _End) -> _End:
+        """Let the thread wait for what comes to an endpoint, and peers know whose it is."""
+        (self._writers if isinstance(end, DdsWriter) else self._readers).append(end)
+        for entity, status in zip(end.entities, end.statuses, strict=True):
+            entity.set_status_mask(status)
+            self._waitset.attach(entity)
+        self._announce(self._node())
+        end.refresh()
+        return end
+
+    def _delete(self, end: DdsEnd) -> None:
+        for entity in end.entities:
+            self._waitset.detach(entity)
+            self._discard(entity)
         self._announce(self._node())
 
-    def _watch_pair(self, service: _Service) -> _Service:
-        self._services.append(service)
-        self._watch(service.reader, DDSStatus.DataAvailable | DDSStatus.SubscriptionMatched)
-        self._watch(service.writer, DDSStatus.PublicationMatched)
-        service.refresh()
-        return service
-
-    def _remove(self, endpoint: DdsWriter | DdsReader) -> None:
-        with self._lock:
-            endpoints: list[Any] = self._writers if isinstance(endpoint, DdsWriter) else self._readers
-            if self._closed or endpoint not in endpoints:
-                return
-            endpoints.remove(endpoint)
-            if isinstance(endpoint, DdsReader):
-                self._mistyped[endpoint.topic] += endpoint.malformed
-            self._leave(f"rt{endpoint.topic}", endpoint.entity)
-            self._announce(self._node())
-        if isinstance(endpoint, DdsWriter):
-            endpoint.refresh()
-
-    def _remove_pair(self, service: DdsServer | DdsClient) -> None:
-        with self._lock:
-            if self._closed or service not in self._services:
-                return
-            self._services.remove(service)
-            for entity in (service.reader, service.writer):
-                self._leave(entity.topic.name, entity)
-            self._announce(self._node())
-
-    def _leave(self, topic: str, entity: Any) -> None:
-        self._waitset.detach(entity)
+    def _discard(self, entity: Any) -> None:
+        """Delete an entity, and its topic with the last one there."""
+        topic = entity.topic.name
         cyclone.delete(entity)
         self._topics[topic].endpoints -= 1
         if not self._topics[topic].endpoints:
             cyclone.delete(self._topics.pop(topic).entity)
 
     def _node(self) -> discovery.Node:
-        readers = [reader.gid for reader in self._readers] + [service.gids[0] for service in self._services]
-        writers = [writer.gid for writer in self._writers] + [service.gids[1] for service in self._services]
+        readers = [end.gids[0] for end in self._readers]
+        writers = [end.gids[-1] for end in (*self._writers, *self._readers) if not isinstance(end, DdsReader)]
         return discovery.Node(self._namespace, self._name, readers, writers)
 
     def _announce(self, *nodes: discovery.Node) -> None:
@@ -303,18 +225,17 @@ class DdsTransport(RosNode):
     def _receive(self) -> None:
         while not self._closed:
             triggered = self._waitset.wait(_FOREVER)
-            readers = (*self._readers, *self._services)
-            arrived = busy = [reader for reader in readers if self._drain(reader)]
+            arrived = busy = [end for end in tuple(self._readers) if self._drain(end)]
             while busy and not self._closed:
-                busy = [reader for reader in busy if self._drain(reader)]
+                busy = [end for end in busy if self._drain(end)]
             # More entities triggered than readers had messages: of some, peers came or went.
             if triggered > len(arrived):
-                for endpoint in (*self._writers, *self._services):
-                    endpoint.refresh()
+                for end in (*self._writers, *self._readers):
+                    end.refresh()
 
-    def _drain(self, reader: DdsReader | DdsServer | DdsClient) -> bool:
-        self._delivering = reader
-        return reader.drain()
+    def _drain(self, end: DdsEnd) -> bool:
+        self._delivering = end
+        return end.drain()
 
 
 def _lossless(qos: QoS) -> QoS:

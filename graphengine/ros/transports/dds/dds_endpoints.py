@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
-from cyclonedds.core import DDSException
+from cyclonedds.core import DDSException, DDSStatus
 
-from graphengine.format.errors import TransportError
 from graphengine.ros.transports.dds import cyclone
-from graphengine.ros.transports.handing_over import HandingOver
+from graphengine.ros.transports.ends import RosEnd
 
 
 def gid_of(entity: Any) -> bytes:
@@ -19,24 +17,53 @@ def gid_of(entity: Any) -> bytes:
     return bytes(entity.guid.bytes)
 
 
-class DdsWriter:
-    """A DDS writer.
+class DdsEnd(RosEnd):
+    """An endpoint with the entities of Cyclone DDS that it consists of.
 
     Args:
-        topic: absolute.
-        entity: of Cyclone DDS.
+        name: of its topic or service.
         remove: called when it is closed.
+        entities: a writer, a reader, or the reader and writer of a service.
     """
 
-    def __init__(self, topic: str, entity: Any, remove: Callable[[DdsWriter], None]) -> None:
-        self.topic = topic
-        self.entity = entity
-        self.gid = gid_of(entity)
+    statuses: ClassVar[tuple[int, ...]]
+    """What wakes the transport's thread, for each entity."""
+
+    def __init__(self, name: str, remove: Callable[[Any], None], *entities: Any) -> None:
+        super().__init__(name, remove)
+        self.entities = entities
+        self.gids = tuple(map(gid_of, entities))
+
+    def refresh(self) -> None:
+        """Look which peers are there."""
+
+    def drain(self) -> bool:
+        """Deliver some of what has arrived; false when there was nothing."""
+        return False
+
+    def _send(self, send: Callable[[bytes], int], data: bytes) -> None:
+        """Send one message; one that a reader blocks for longer than 100 ms is dropped and counted.
+
+        Raises:
+            TransportError: it is no message of the type, or the endpoint is closed.
+        """
+        code = send(data)
+        if code == cyclone.TIMEOUT:
+            self.dropped += 1
+        elif code < 0:
+            raise self.not_sent(data, cyclone.reason(code))
+
+
+class DdsWriter(DdsEnd):
+    """A DDS writer."""
+
+    statuses = (DDSStatus.PublicationMatched,)
+
+    def __init__(self, name: str, remove: Callable[[Any], None], entity: Any) -> None:
+        super().__init__(name, remove, entity)
         self.matched = False
-        self.dropped = 0
-        """Messages given up because a reader did not keep up."""
-        self._remove = remove
-        self._send = cyclone.sender(entity)
+        self.entity = entity
+        self._sender = cyclone.sender(entity)
         self._lock = threading.Lock()
 
     def write(self, data: bytes) -> None:
@@ -45,13 +72,7 @@ class DdsWriter:
         Raises:
             TransportError: it is no message of the topic's type, or the writer is closed.
         """
-        if len(data) & 3:
-            data += bytes(-len(data) & 3)
-        code = self._send(data)
-        if code == cyclone.TIMEOUT:
-            self.dropped += 1
-        elif code < 0:
-            raise TransportError(f"{self.topic}: {len(data)} bytes were not sent: {cyclone.reason(code)}")
+        self._send(self._sender, data + bytes(-len(data) & 3) if len(data) & 3 else data)
 
     def refresh(self) -> None:
         """Look whether readers are there."""
@@ -62,40 +83,41 @@ class DdsWriter:
             except DDSException:
                 self.matched = False
 
-    def close(self) -> None:
-        """Leave the topic; a second time does nothing."""
-        self._remove(self)
+    def end(self) -> None:
+        """Have no readers."""
+        with self._lock:
+            self.matched = False
 
 
-@dataclass(eq=False, slots=True)
-class DdsReader:
+class DdsReader(DdsEnd):
     """A DDS reader.
 
     Args:
-        topic: absolute.
+        name: of its topic.
+        remove: called when it is closed.
         entity: of Cyclone DDS.
         agrees: whether the type hash of a writer is that of the type here.
         deliver: called with each message.
-        remove: called when the reader is closed.
-        malformed: messages dropped because their writers have another definition of the topic's type.
-        source: GID of the writer of the message that is being delivered; empty when it is gone already.
     """
 
-    topic: str
-    entity: Any
-    agrees: Callable[[str], bool]
-    deliver: Callable[[bytes], None]
-    remove: Callable[[DdsReader], None]
-    malformed: int = 0
-    source: bytes = b""
-    gid: bytes = field(init=False)
-    _hand_over: HandingOver = field(init=False)
-    _writers: dict[int, tuple[bytes, bool]] = field(default_factory=dict)
-    """GID of each writer by its handle, and whether its messages can be read."""
+    statuses = (DDSStatus.DataAvailable,)
 
-    def __post_init__(self) -> None:
-        self.gid = gid_of(self.entity)
-        self._hand_over = HandingOver(self.topic)
+    def __init__(
+        self,
+        name: str,
+        remove: Callable[[Any], None],
+        entity: Any,
+        agrees: Callable[[str], bool],
+        deliver: Callable[[bytes], None],
+    ) -> None:
+        super().__init__(name, remove, entity)
+        self.source = b""
+        """GID of the writer of the message that is being delivered; empty when it is gone already."""
+        self.entity = entity
+        self._agrees = agrees
+        self._deliver = deliver
+        self._writers: dict[int, tuple[bytes, bool]] = {}
+        """GID of each writer by its handle, and whether its messages can be read."""
 
     def drain(self) -> bool:
         """Deliver some of what has arrived; false when there was nothing."""
@@ -103,14 +125,10 @@ class DdsReader:
         for data, handle in arrived:
             if handle not in self._writers:
                 writer = cyclone.writer_of(self.entity, handle)
-                self._writers[handle] = writer.gid, self.agrees(writer.type_hash)
+                self._writers[handle] = writer.gid, self._agrees(writer.type_hash)
             self.source, readable = self._writers[handle]
             if readable:
-                self._hand_over(self.deliver, data)
+                self.hand_over(self._deliver, data)
             else:
                 self.malformed += 1
         return bool(arrived)
-
-    def close(self) -> None:
-        """Leave the topic; a second time does nothing."""
-        self.remove(self)

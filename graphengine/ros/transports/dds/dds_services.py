@@ -12,17 +12,16 @@ import struct
 import threading
 from collections import deque
 from collections.abc import Callable
-from typing import Any, NamedTuple, TypeAlias
+from functools import partial
+from typing import Any, NamedTuple
 
-from cyclonedds.core import DDSException
+from cyclonedds.core import DDSException, DDSStatus
 
-from graphengine.format.errors import TransportError
 from graphengine.messages.definitions import another_definition
 from graphengine.ros.transports import vendors
 from graphengine.ros.transports.calls import Calls
 from graphengine.ros.transports.dds import cyclone
-from graphengine.ros.transports.dds.dds_endpoints import gid_of
-from graphengine.ros.transports.handing_over import HandingOver
+from graphengine.ros.transports.dds.dds_endpoints import DdsEnd
 
 _ENCAPSULATION = 4
 """Bytes before every CDR message, of which the second tells the byte order."""
@@ -59,10 +58,6 @@ def without_header(data: bytes) -> tuple[int, int, bytes] | None:
     return client, number, data[:_ENCAPSULATION] + data[_ENCAPSULATION + order.size :]
 
 
-_Remove: TypeAlias = Callable[[Any], None]
-"""Called with a server or client that is closed."""
-
-
 class Pair(NamedTuple):
     """The endpoints of a server or client.
 
@@ -81,24 +76,15 @@ class Pair(NamedTuple):
     writes: Callable[[str], bool]
 
 
-class _End:
+class _DdsService(DdsEnd):
     """A server or client: a reader, a writer, and peers that come and go."""
 
-    peer: str
+    statuses = (DDSStatus.DataAvailable | DDSStatus.SubscriptionMatched, DDSStatus.PublicationMatched)
 
-    def __init__(self, service: str, pair: Pair, remove: _Remove) -> None:
-        self.service = service
-        self.reader = pair.reader
-        self.writer = pair.writer
-        self.gids = gid_of(pair.reader), gid_of(pair.writer)
-        self.malformed = 0
-        """Messages dropped as they came from another DDS, or are of another definition of the service."""
+    def __init__(self, name: str, remove: Callable[[Any], None], pair: Pair) -> None:
+        super().__init__(name, remove, pair.reader, pair.writer)
         self._pair = pair
-        self.dropped = 0
-        """Messages given up because a peer did not keep up."""
-        self._closed = False
-        self._remove = remove
-        self._hand_over = HandingOver(service)
+        self._ended = False
         self._lock = threading.RLock()
         self._writers: dict[int, cyclone.Peer] = {}
         self._readers: dict[int, cyclone.Peer] = {}
@@ -110,37 +96,38 @@ class _End:
     def close(self) -> None:
         """Leave the service; a second time does nothing."""
         self.end()
-        self._remove(self)
+        super().close()
 
     def end(self) -> None:
         """Send nothing from here on."""
         with self._lock:
-            self._closed = True
+            self._ended = True
             self._writers, self._readers = {}, {}
             self._follow()
 
     def drain(self) -> bool:
         """Deliver some of what has arrived; false when there was nothing."""
-        arrived = cyclone.take(self.reader)
+        arrived = cyclone.take(self._pair.reader)
         for data, handle in arrived:
             call = without_header(data)
             if call is None or self._is_foreign(handle):
                 self.malformed += 1
                 continue
-            self._hand_over(self._receive, handle, *call)
+            self.hand_over(self._receive, handle, *call)
         return bool(arrived)
 
     def refresh(self) -> None:
         """Look which peers are there."""
         # Two threads that look must not note down what they saw in the wrong order.
         with self._lock:
-            if self._closed:
+            if self._ended:
                 return
             try:
                 # First the statuses, which are reset thereby: who comes after that wakes the thread again.
-                statuses = self.reader.get_subscription_matched_status(), self.writer.get_publication_matched_status()
+                reader, writer = self._pair.reader, self._pair.writer
+                statuses = reader.get_subscription_matched_status(), writer.get_publication_matched_status()
                 if any(status.total_count_change or status.current_count_change for status in statuses):
-                    self._writers, self._readers = cyclone.writers_of(self.reader), cyclone.readers_of(self.writer)
+                    self._writers, self._readers = cyclone.writers_of(reader), cyclone.readers_of(writer)
             except DDSException:
                 self._writers, self._readers = {}, {}
             except IndexError:
@@ -155,8 +142,8 @@ class _End:
     def warning(self) -> str:
         """What to tell people about peers that cannot be talked to; empty where there were none."""
         with self._lock:
-            foreign = vendors.warning(self.service, self.peer, self._vendors, vendors.CYCLONE_RMW)
-            another = another_definition(self.service, f"a {self.peer}", self._pair.service_type, "this run")
+            foreign = vendors.warning(self.name, self.peer, self._vendors, vendors.CYCLONE_RMW)
+            another = another_definition(self.name, f"a {self.peer}", self._pair.service_type, "this run")
             return foreign or ("\n  ".join(another) if self._mistyped else "")
 
     def _is_foreign(self, handle: int) -> bool:
@@ -167,15 +154,11 @@ class _End:
         return peer is not None and not _talks(peer, self._pair.reads)
 
     def _admit(self) -> None:
-        if self._closed:
-            raise TransportError(f"{self.service} is closed")
+        if self._ended:
+            raise self.closed()
 
     def _write(self, data: bytes) -> None:
-        code = cyclone.write(self.writer, data)
-        if code == cyclone.TIMEOUT:
-            self.dropped += 1
-        elif code < 0:
-            raise TransportError(f"{self.service}: {len(data)} bytes were not sent: {cyclone.reason(code)}")
+        self._send(partial(cyclone.write, self._pair.writer), data)
 
     def _receive(self, handle: int, client: int, number: int, data: bytes) -> None:
         """Take a message from one of the writers."""
@@ -186,13 +169,15 @@ class _End:
         raise NotImplementedError
 
 
-class DdsServer(_End):
+class DdsServer(_DdsService):
     """A service that is offered over DDS."""
 
     peer = "client"
 
-    def __init__(self, service: str, pair: Pair, deliver: Callable[[bytes, bytes], None], remove: _Remove) -> None:
-        super().__init__(service, pair, remove)
+    def __init__(
+        self, name: str, remove: Callable[[Any], None], pair: Pair, deliver: Callable[[bytes, bytes], None]
+    ) -> None:
+        super().__init__(name, remove, pair)
         self._deliver = deliver
         self._held: deque[tuple[int, bytes]] = deque(maxlen=_MAX_HELD)
         """Answers that wait for the reader that they are for, each with the handle of the client's writer."""
@@ -230,18 +215,20 @@ class DdsServer(_End):
         for _ in range(len(self._held)):
             handle, data = self._held.popleft()
             if self._hears(handle):
-                self.dropped += cyclone.write(self.writer, data) < 0
+                self.dropped += cyclone.write(self._pair.writer, data) < 0
             elif handle in self._writers:
                 self._held.append((handle, data))
 
 
-class DdsClient(_End):
+class DdsClient(_DdsService):
     """A service that is called over DDS."""
 
     peer = "server"
 
-    def __init__(self, service: str, pair: Pair, deliver: Callable[[int, bytes], None], remove: _Remove) -> None:
-        super().__init__(service, pair, remove)
+    def __init__(
+        self, name: str, remove: Callable[[Any], None], pair: Pair, deliver: Callable[[int, bytes], None]
+    ) -> None:
+        super().__init__(name, remove, pair)
         self.ready = False
         self._handle = cyclone.unsigned(pair.writer.get_instance_handle())
         self._deliver = deliver

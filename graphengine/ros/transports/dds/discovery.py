@@ -37,12 +37,6 @@ _PREFIX = 12
 
 
 @dataclass(frozen=True, slots=True)
-class _Node:
-    name: str
-    namespace: str
-
-
-@dataclass(frozen=True, slots=True)
 class Node:
     """A node of a process, with the GIDs of its endpoints."""
 
@@ -86,8 +80,8 @@ class Discovery:
         self._told = nodes
         self._silent: set[bytes] = set()
         """ROS 2 participants, by the prefix of their GIDs, that have not told of nodes."""
-        self._nodes: dict[bytes, dict[bytes, _Node]] = {}
-        """By participant, then by endpoint."""
+        self._nodes: dict[bytes, dict[bytes, tuple[str, str]]] = {}
+        """Names and namespaces by participant, then by endpoint."""
         self._endpoints: dict[bytes, Endpoint | None] = {}
         """None for one that is no ROS 2 topic, such as a service's."""
         self._services: dict[bytes, tuple[str, str]] = {}
@@ -114,7 +108,8 @@ class Discovery:
 
     def _drawn(self) -> Graph:
         owners = {gid: node for nodes in self._nodes.values() for gid, node in nodes.items()}
-        found = [_owned(end, owners.get(end.gid)) for end in self._endpoints.values() if end is not None]
+        owned = [(end, *owners.get(end.gid, ("", ""))) for end in self._endpoints.values() if end is not None]
+        found = [replace(end, node=node, namespace=namespace) for end, node, namespace in owned]
         heard = {gid[:_PREFIX] for gid in self._endpoints}
         complete = self._silent <= heard and owners.keys() <= self._endpoints.keys()
         return Graph(found, complete, not self._silent, self._services.values())
@@ -154,7 +149,7 @@ class Discovery:
                 prefix = bytes(info.gid.data)[:_PREFIX]
                 self._silent.discard(prefix)
                 self._nodes[prefix] = {
-                    bytes(gid.data): _Node(node.node_name, node.node_namespace)
+                    bytes(gid.data): (node.node_name, node.node_namespace)
                     for node in info.node_entities_info_seq
                     for gid in (*node.reader_gid_seq, *node.writer_gid_seq)
                 }
@@ -191,10 +186,6 @@ def _service(sample: Any) -> tuple[str, str] | None:
     name = names.ros_name(sample.topic_name)
     asks = sample.topic_name == names.service_topics(name)[0]
     return (name, ros_type(sample.type_name).removesuffix("_Request")) if asks else None
-
-
-def _owned(end: Endpoint, owner: _Node | None) -> Endpoint:
-    return replace(end, node=owner.name, namespace=owner.namespace) if owner else end
 
 
 def ros_type(name: str) -> str:

@@ -13,23 +13,10 @@ from cyclonedds.idl.annotations import final
 from rosbags.interfaces import Nodetype
 
 from graphengine.messages.definitions import DEFINITIONS, PLACEHOLDER, Definitions
+from graphengine.messages.interfaces import SCALARS
 
-_SCALARS: dict[str, Any] = {
-    "bool": bool,
-    "byte": idl.uint8,
-    "char": idl.uint8,
-    "int8": idl.int8,
-    "uint8": idl.uint8,
-    "int16": idl.int16,
-    "uint16": idl.uint16,
-    "int32": idl.int32,
-    "uint32": idl.uint32,
-    "int64": idl.int64,
-    "uint64": idl.uint64,
-    "float32": idl.float32,
-    "float64": idl.float64,
-    "string": str,
-}
+_SCALARS: dict[str, Any] = {kind: getattr(idl, kind, None) for kind in SCALARS}
+_SCALARS |= {"bool": bool, "byte": idl.uint8, "char": idl.uint8, "string": str}
 
 
 def dds_name(message_type: str) -> str:

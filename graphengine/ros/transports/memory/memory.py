@@ -16,7 +16,7 @@ from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import mismatch, settled
 from graphengine.ros.graph import Direction, Endpoint, Graph
-from graphengine.ros.transports.memory.memory_services import MemoryClient, MemoryServer, MemoryServices
+from graphengine.ros.transports.memory.memory_services import MemoryClient, MemoryServer
 
 
 class MemoryWriter:
@@ -111,7 +111,8 @@ class MemoryTransport:
         self._closed = False
         self._numbers = itertools.count()
         self._topics: defaultdict[str, _Topic] = defaultdict(_Topic)
-        self._services = MemoryServices()
+        self._services: list[MemoryServer | MemoryClient] = []
+        """All servers and clients that are open."""
 
     def writer(self, topic: str, message_type: str, qos: QoS) -> MemoryWriter:
         """A writer on a topic.
@@ -154,7 +155,7 @@ class MemoryTransport:
         """
         self._admit(service, *self._definitions.service_parts(service_type))
         server = MemoryServer(self._services, service, service_type, settled(qos), deliver)
-        self._services.servers.append(server)
+        self._services.append(server)
         return server
 
     def client(self, service: str, service_type: str, qos: QoS, deliver: Callable[[int, bytes], None]) -> MemoryClient:
@@ -165,7 +166,7 @@ class MemoryTransport:
         """
         self._admit(service, *self._definitions.service_parts(service_type))
         client = MemoryClient(self._services, service, service_type, settled(qos), deliver, self.new_gid())
-        self._services.clients.append(client)
+        self._services.append(client)
         return client
 
     def raw(self, topic: str) -> list[bytes]:
@@ -196,10 +197,13 @@ class MemoryTransport:
         for reader in readers:
             reader.deliver(message)
 
+    def log(self, severity: str, text: str) -> None:
+        """Nothing: there is no node."""
+
     def save(self) -> Any:
         """A copy of what late readers are to get, and of open calls."""
         kept = {name: [list(writer.kept) for writer in topic.writers] for name, topic in self._topics.items()}
-        return kept, [client.calls.save() for client in self._services.clients]
+        return kept, [client.calls.save() for client in self._clients]
 
     def restore(self, saved: Any) -> None:
         """Go back to what `save` returned; what can be read back stays."""
@@ -208,7 +212,7 @@ class MemoryTransport:
             for writer, kept in zip(topic.writers, topics.get(name, ()), strict=False):
                 writer.kept.clear()
                 writer.kept.extend(kept)
-        for client, state in zip(self._services.clients, calls, strict=False):
+        for client, state in zip(self._clients, calls, strict=False):
             client.calls.restore(state)
 
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> Graph:
@@ -226,7 +230,7 @@ class MemoryTransport:
         for name, direction in wanted:
             if topic := self._topics.get(name):
                 ends += topic.writers if direction == "publish" else topic.readers
-        return Graph(map(self._described, ends), services=self._services.known())
+        return Graph(map(self._described, ends), services={(end.service, end.service_type) for end in self._services})
 
     def new_gid(self) -> bytes:
         """A GID that no other endpoint has."""
@@ -266,6 +270,10 @@ class MemoryTransport:
         for endpoints in known:
             if endpoint in endpoints:
                 endpoints.remove(endpoint)
+
+    @property
+    def _clients(self) -> list[MemoryClient]:
+        return [end for end in self._services if isinstance(end, MemoryClient)]
 
     def _described(self, endpoint: MemoryWriter | MemoryReader) -> Endpoint:
         type_hash = self._definitions.type_hash(endpoint.message_type)

@@ -1,1 +1,27 @@
 """The transport over an installed ROS 2."""
+
+import importlib
+
+from graphengine.ros.transport import JoinOptions, Transport, TransportKind
+
+
+def import_error() -> str | None:
+    """Why rclpy cannot be used, or None; an installation for another Python counts as none."""
+    try:
+        for module in ("rclpy.executors", "rclpy.node", "rosidl_runtime_py.utilities"):
+            importlib.import_module(module)
+    except Exception as error:
+        if isinstance(error, ModuleNotFoundError) and error.name == "rclpy":
+            return "no ROS 2 is sourced"
+        return f"{type(error).__name__}: {error}".splitlines()[0]
+    return None
+
+
+def _open(options: JoinOptions) -> Transport:
+    from graphengine.ros.transports.rcl.rcl import RclTransport
+
+    node = options.node_name, options.node_namespace
+    return RclTransport(options.domain, *node, options.because, options.definitions)
+
+
+TRANSPORT = TransportKind("rclpy", "ROS 2 programs by the ROS 2 that is sourced", _open, auto=1, missing=import_error)

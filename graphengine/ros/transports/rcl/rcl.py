@@ -2,89 +2,52 @@
 
 from __future__ import annotations
 
-import atexit
 import contextlib
-import importlib
 import logging
 import os
 import threading
 import warnings
-from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from functools import partial
-from typing import Any, get_args
+from typing import Any, TypeVar, get_args
 
 from graphengine.format.errors import TransportError
-from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.interfaces import MessageTypeError
 from graphengine.ros.domain import Domain
 from graphengine.ros.graph import Direction, Graph
-from graphengine.ros.transports.rcl.rcl_endpoints import RclReader, RclWriter
+from graphengine.ros.transports.rcl.rcl_endpoints import RclEnd, RclReader, RclWriter
 from graphengine.ros.transports.rcl.rcl_profiles import part_of_action, to_endpoint, to_profile
 from graphengine.ros.transports.rcl.rcl_services import RclClient, RclServer
 from graphengine.ros.transports.ros_node import ROSOUT, RosNode
 
+_End = TypeVar("_End", bound=RclEnd)
 _log = logging.getLogger(__name__)
 _environment_lock = threading.Lock()
 _PATIENCE = 0.1
 """Seconds that closing a reader may take."""
 
 
-def import_error() -> str | None:
-    """Why rclpy cannot be used, or None; an installation for another Python counts as none."""
-    try:
-        for module in ("rclpy.executors", "rclpy.node", "rosidl_runtime_py.utilities"):
-            importlib.import_module(module)
-    except Exception as error:
-        if isinstance(error, ModuleNotFoundError) and error.name == "rclpy":
-            return "no ROS 2 is sourced"
-        return f"{type(error).__name__}: {error}".splitlines()[0]
-    return None
-
-
 class RclTransport(RosNode):
-    """A node of rclpy in a context of its own.
-
-    Args:
-        domain: where to be.
-        node_name: what `ros2 node list` shows.
-        node_namespace: absolute; `/` for none.
-        because: why this transport was chosen, for the description.
-        definitions: message types.
-
-    Raises:
-        TopicError: ROS 2 would refuse the node's name or namespace.
-        TransportError: rclpy is not there, or cannot start.
-    """
+    """A node of rclpy in a context of its own."""
 
     source = b""
     """GID of a message's writer, which rclpy does not tell."""
+    spin_time = 2.0
+    """Fast DDS and Cyclone DDS find each other's endpoints after a second."""
 
-    def __init__(
-        self,
-        domain: Domain,
-        node_name: str,
-        node_namespace: str = "/",
-        because: str = "",
-        definitions: Definitions = DEFINITIONS,
-    ) -> None:
-        super().__init__(node_name, node_namespace, definitions)
-        missing = import_error()
-        if missing:
-            raise TransportError(f"rclpy cannot be used: {missing}")
+    def _join(self) -> str:
         import rclpy
         from rclpy.executors import SingleThreadedExecutor
         from rclpy.node import Node
 
-        self._endpoints: list[RclWriter | RclReader] = []
-        self._services: list[RclServer | RclClient] = []
+        domain = self._domain
         self._context = rclpy.Context()
         try:
             with discovery(domain):
                 self._context.init(args=[], domain_id=domain.id)
             self._node = Node(
-                node_name, namespace=node_namespace, context=self._context, start_parameter_services=False
+                self._name, namespace=self._namespace, context=self._context, start_parameter_services=False
             )
             self._executor = SingleThreadedExecutor(context=self._context)
             self._executor.add_node(self._node)
@@ -92,12 +55,9 @@ class RclTransport(RosNode):
         except Exception as error:
             self._context.try_shutdown()
             raise TransportError(f"rclpy cannot join {domain}: {error}") from error
-        self.spin_time = 2.0  # Fast DDS and Cyclone DDS find each other's endpoints after a second
-        used = rclpy.get_rmw_implementation_identifier()
-        self.description = f"rclpy ({used}), {domain}" + (f"; {because}" if because else "")
         self._thread = threading.Thread(target=self._spin, name=f"rclpy domain {domain.id}", daemon=True)
         self._thread.start()
-        atexit.register(self.close)
+        return f"rclpy ({rclpy.get_rmw_implementation_identifier()})"
 
     def writer(self, topic: str, message_type: str, qos: QoS) -> RclWriter:
         """A writer on a topic.
@@ -109,17 +69,8 @@ class RclTransport(RosNode):
         from rclpy.event_handler import PublisherEventCallbacks
 
         writer = RclWriter(topic, self._remove)
-        with self._opening(topic, message_type, "get_message") as message, warnings.catch_warnings():
-            # Jazzy's rclpy warns of a class of its own that it uses for this event.
-            warnings.simplefilter("ignore", DeprecationWarning)
-            writer.publisher = self._node.create_publisher(
-                message,
-                topic,
-                to_profile(qos),
-                event_callbacks=PublisherEventCallbacks(matched=writer.count, use_default_callbacks=False),
-            )
-            self._endpoints.append(writer)
-        return writer
+        events = PublisherEventCallbacks(matched=writer.count, use_default_callbacks=False)
+        return self._open(writer, message_type, qos, event_callbacks=events)
 
     def reader(self, topic: str, message_type: str, qos: QoS, deliver: Callable[[bytes], None]) -> RclReader:
         """A reader on a topic; `deliver` runs in the transport's thread.
@@ -129,18 +80,9 @@ class RclTransport(RosNode):
         """
         from rclpy.event_handler import SubscriptionEventCallbacks
 
-        reader = RclReader(topic, partial(self._fits, message_type), deliver, self._remove)
-        with self._opening(topic, message_type, "get_message") as message:
-            reader.subscription = self._node.create_subscription(
-                message,
-                topic,
-                reader.receive,
-                to_profile(qos),
-                event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
-                raw=True,
-            )
-            self._endpoints.append(reader)
-        return reader
+        reader = RclReader(topic, self._remove, partial(self._fits, message_type), deliver)
+        events = SubscriptionEventCallbacks(use_default_callbacks=False)
+        return self._open(reader, message_type, qos, callback=reader.receive, event_callbacks=events, raw=True)
 
     def server(self, service: str, service_type: str, qos: QoS, deliver: Callable[[bytes, bytes], None]) -> RclServer:
         """A server of a service; `deliver` runs in the transport's thread.
@@ -148,12 +90,10 @@ class RclTransport(RosNode):
         Raises:
             TransportError: as for `writer`.
         """
-        server = RclServer(service, deliver, self._remove_service)
-        with self._opening(service, service_type, "get_service") as kind:
-            server.open(
-                lambda callback: self._node.create_service(kind, service, callback, qos_profile=to_profile(qos))
-            )
-            self._services.append(server)
+        server = RclServer(service, self._remove, deliver, self._node)
+        with self._lock:
+            self._open(server, service_type, qos, callback=server.returned)
+            server.begin()
         return server
 
     def client(self, service: str, service_type: str, qos: QoS, deliver: Callable[[int, bytes], None]) -> RclClient:
@@ -162,36 +102,7 @@ class RclTransport(RosNode):
         Raises:
             TransportError: as for `writer`.
         """
-        client = RclClient(service, deliver, self._remove_service)
-        with self._opening(service, service_type, "get_service") as kind:
-            client.entity = self._node.create_client(kind, service, qos_profile=to_profile(qos))
-            self._services.append(client)
-        return client
-
-    @property
-    def foreign_services(self) -> Mapping[str, str]:
-        """Services with a peer on another RMW, and what to tell people about each."""
-        found = {}
-        for end in tuple(self._services):
-            with self._lock:
-                found[end.service] = "" if self._closed else end.warning(self._node)
-        return {service: warning for service, warning in found.items() if warning}
-
-    @property
-    def rival_services(self) -> Sequence[str]:
-        """Services of this transport that somebody else offers too, as far as it is known; a call reaches both."""
-        with self._lock:
-            own = Counter(end.service for end in self._services if isinstance(end, RclServer))
-            told = {} if self._closed else {service: self._node.count_services(service) for service in own}
-            return [service for service, number in told.items() if number > own[service]]
-
-    @property
-    def malformed(self) -> Mapping[str, int]:
-        """By topic, how many messages were dropped while a publisher had another definition of the topic's type."""
-        counts = Counter(self._mistyped)
-        for end in tuple(self._endpoints):
-            counts[end.topic] += end.malformed if isinstance(end, RclReader) else 0
-        return +counts
+        return self._open(RclClient(service, self._remove, deliver, self._node), service_type, qos)
 
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> Graph:
         """Who writes and reads which topic, as far as it is known; it is the faster the less is asked for.
@@ -218,74 +129,54 @@ class RclTransport(RosNode):
         known = [(name, kind) for name, kinds in services for kind in kinds]
         return Graph(found, named=all(end.node for end in found), services=known)
 
-    def close(self) -> None:
-        """Remove the node, end the thread, and shut the context down; safe to call twice."""
-        with self._lock:
-            if self._closed:
-                return
-            self._closed = True
+    def _leave(self) -> None:
         # Work is what ends a wait for work.
         self._executor.create_task(lambda: None)
         self._thread.join()
         self._executor.shutdown()
         self._node.destroy_node()
         self._context.try_shutdown()
-        for service in self._services:
-            service.entity = None
-        atexit.unregister(self.close)
-        for endpoint in self._endpoints:
-            if isinstance(endpoint, RclWriter):
-                endpoint.matched = False
+
+    def _count_servers(self, services: Iterable[str]) -> Mapping[str, int]:
+        return {service: self._node.count_services(service) for service in services}
 
     def _fits(self, message_type: str, reader: RclReader) -> bool:
         """Whether all publishers of a reader's topic have the definition here, as far as they announce theirs."""
-        number = self._node.count_publishers(reader.topic)
+        number = self._node.count_publishers(reader.name)
         if number != reader.publishers:
-            found = self._node.get_publishers_info_by_topic(reader.topic)
+            found = self._node.get_publishers_info_by_topic(reader.name)
             hashes = {str(info.topic_type_hash) for info in found if info.topic_type == message_type}
             reader.agrees = all(self._definitions.agrees(message_type, type_hash) for type_hash in hashes)
             reader.publishers = number
         return reader.agrees
 
-    @contextlib.contextmanager
-    def _opening(self, topic: str, message_type: str, find: str) -> Iterator[Any]:
-        """The class of a type, which a function of rosidl_runtime_py finds."""
+    def _open(self, end: _End, kind: str, qos: QoS, **more: Any) -> _End:
+        """Let rclpy make an endpoint of a type, whose class rosidl_runtime_py finds."""
         from rosidl_runtime_py import utilities
 
-        with self._lock:
-            self._admit(topic)
+        find = utilities.get_service if end.peer else utilities.get_message
+        what = f"{end.name} cannot be opened with {kind}"
+        with self._lock, warnings.catch_warnings():
+            # Jazzy's rclpy warns of a class of its own that it uses for the event of a publisher.
+            warnings.simplefilter("ignore", DeprecationWarning)
+            self._admit(end.name)
             try:
-                message = part_of_action(message_type) or getattr(utilities, find)(message_type)
+                found = part_of_action(kind) or find(kind)
             except (AttributeError, ImportError, RuntimeError, ValueError) as error:
                 remedy = "build its package and source the workspace, or use --transport dds"
-                what = f"{topic} cannot be opened with {message_type}: {error}"
-                raise MessageTypeError(what, message_type.rpartition("/")[2], remedy) from error
+                raise MessageTypeError(f"{what}: {error}", kind.rpartition("/")[2], remedy) from error
             try:
-                yield message
+                create = getattr(self._node, f"create_{end.kind}")
+                end.entity = create(found, end.name, qos_profile=to_profile(qos), **more)
             except Exception as error:
-                raise TransportError(f"{topic} cannot be opened with {message_type}: {error}") from error
+                raise TransportError(f"{what}: {error}") from error
+            (self._writers if isinstance(end, RclWriter) else self._readers).append(end)
+        return end
 
-    def _remove(self, endpoint: RclWriter | RclReader) -> None:
-        with self._lock:
-            if self._closed or endpoint not in self._endpoints:
-                return
-            self._endpoints.remove(endpoint)
-            if isinstance(endpoint, RclWriter):
-                endpoint.matched = False
-                self._node.destroy_publisher(endpoint.publisher)
-            else:
-                self._mistyped[endpoint.topic] += endpoint.malformed
-                self._node.destroy_subscription(endpoint.subscription)
-                self._wait_for_executor()
-
-    def _remove_service(self, service: RclServer | RclClient) -> None:
-        with self._lock:
-            if self._closed or service not in self._services:
-                return
-            self._services.remove(service)
-            entity, service.entity = service.entity, None
-            destroy = self._node.destroy_service if isinstance(service, RclServer) else self._node.destroy_client
-            destroy(entity)
+    def _delete(self, end: RclEnd) -> None:
+        entity, end.entity = end.entity, None
+        getattr(self._node, f"destroy_{end.kind}")(entity)
+        if not isinstance(end, RclWriter):
             self._wait_for_executor()
 
     def _wait_for_executor(self) -> None:

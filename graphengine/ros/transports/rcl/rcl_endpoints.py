@@ -3,23 +3,43 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Any
 
-from graphengine.format.errors import TransportError
-from graphengine.ros.transports.handing_over import HandingOver
+from graphengine.ros.transports.ends import RosEnd
 
 
-@dataclass(eq=False, slots=True)
-class RclWriter:
-    """A publisher of rclpy."""
+class RclEnd(RosEnd):
+    """An endpoint that rclpy made."""
 
-    topic: str
-    remove: Callable[[RclWriter], None]
-    matched: bool = False
-    publisher: Any = None
-    dropped: int = 0
-    """0: rclpy does not count them."""
+    kind: str
+    """What rclpy calls it, as in `create_publisher`."""
+
+    def __init__(self, name: str, remove: Callable[[Any], None]) -> None:
+        super().__init__(name, remove)
+        self.entity: Any = None
+        """rclpy's object; None once it is closed."""
+
+    def end(self) -> None:
+        """Refuse what rclpy's object cannot do any more."""
+        self.entity = None
+
+    def opened(self) -> Any:
+        """The object of rclpy.
+
+        Raises:
+            TransportError: it is closed.
+        """
+        entity = self.entity
+        if entity is None:
+            raise self.closed()
+        return entity
+
+
+class RclWriter(RclEnd):
+    """A publisher of rclpy; it does not count messages that readers lose."""
+
+    kind = "publisher"
+    matched = False
 
     def count(self, event: Any) -> None:
         """Take rclpy's event that readers came or went."""
@@ -33,45 +53,49 @@ class RclWriter:
         Raises:
             TransportError: rclpy refuses it, or the writer is closed.
         """
+        entity = self.opened()
         try:
-            self.publisher.publish(data)
+            entity.publish(data)
         except Exception as error:
-            raise TransportError(f"{self.topic}: {len(data)} bytes were not sent: {error}") from error
+            raise self.not_sent(data, error) from error
 
-    def close(self) -> None:
-        """Leave the topic; a second time does nothing."""
-        self.remove(self)
+    def end(self) -> None:
+        """Have no readers."""
+        super().end()
+        self.matched = False
 
 
-@dataclass(eq=False, slots=True)
-class RclReader:
+class RclReader(RclEnd):
     """A subscription of rclpy.
 
     rclpy does not say which publisher sent a message: all of a topic are dropped while one has another definition.
+
+    Args:
+        name: of its topic.
+        remove: called when it is closed.
+        fits: whether the publishers of the topic have the definition here.
+        deliver: called with each message.
     """
 
-    topic: str
-    fits: Callable[[RclReader], bool]
-    deliver: Callable[[bytes], None]
-    remove: Callable[[RclReader], None]
-    malformed: int = 0
-    """Messages that were dropped."""
-    publishers: int = -1
+    kind = "subscription"
+    publishers = -1
     """Number of publishers when their definitions were last compared."""
-    agrees: bool = True
-    subscription: Any = None
-    _hand_over: HandingOver = field(init=False)
+    agrees = True
 
-    def __post_init__(self) -> None:
-        self._hand_over = HandingOver(self.topic)
+    def __init__(
+        self,
+        name: str,
+        remove: Callable[[Any], None],
+        fits: Callable[[RclReader], bool],
+        deliver: Callable[[bytes], None],
+    ) -> None:
+        super().__init__(name, remove)
+        self._fits = fits
+        self._deliver = deliver
 
     def receive(self, data: bytes) -> None:
         """Deliver one message."""
-        if self.fits(self):
-            self._hand_over(self.deliver, data)
+        if self._fits(self):
+            self.hand_over(self._deliver, data)
         else:
             self.malformed += 1
-
-    def close(self) -> None:
-        """Leave the topic; a second time does nothing."""
-        self.remove(self)

@@ -20,17 +20,13 @@ def to_profile(qos: QoS) -> Any:
 
     qos = settled(qos)
     return QoSProfile(
-        history=HistoryPolicy.KEEP_ALL if qos.history == "keepAll" else HistoryPolicy.KEEP_LAST,
+        history=HistoryPolicy[_NAMES[qos.history]],
         depth=qos.depth,
-        reliability=ReliabilityPolicy.RELIABLE if qos.reliability == "reliable" else ReliabilityPolicy.BEST_EFFORT,
-        durability=DurabilityPolicy.TRANSIENT_LOCAL
-        if qos.durability == "transientLocal"
-        else DurabilityPolicy.VOLATILE,
+        reliability=ReliabilityPolicy[_NAMES[qos.reliability]],
+        durability=DurabilityPolicy[_NAMES[qos.durability]],
         deadline=Duration(seconds=qos.deadline),
         lifespan=Duration(seconds=qos.lifespan),
-        liveliness=LivelinessPolicy.MANUAL_BY_TOPIC
-        if qos.liveliness == "manualByTopic"
-        else LivelinessPolicy.AUTOMATIC,
+        liveliness=LivelinessPolicy[_NAMES[qos.liveliness]],
         liveliness_lease_duration=Duration(seconds=qos.lease_duration),
     )
 
@@ -65,17 +61,19 @@ def _qos(profile: Any) -> QoS:
     )
 
 
-_WORDS: Mapping[str, Any] = {
-    "KEEP_LAST": "keepLast",
-    "KEEP_ALL": "keepAll",
-    "RELIABLE": "reliable",
-    "BEST_EFFORT": "bestEffort",
-    "VOLATILE": "volatile",
-    "TRANSIENT_LOCAL": "transientLocal",
-    "AUTOMATIC": "automatic",
-    "MANUAL_BY_TOPIC": "manualByTopic",
+_NAMES: Mapping[str, str] = {
+    "keepLast": "KEEP_LAST",
+    "keepAll": "KEEP_ALL",
+    "reliable": "RELIABLE",
+    "bestEffort": "BEST_EFFORT",
+    "volatile": "VOLATILE",
+    "transientLocal": "TRANSIENT_LOCAL",
+    "automatic": "AUTOMATIC",
+    "manualByTopic": "MANUAL_BY_TOPIC",
 }
-"""Kinds that rclpy names, and how a profile is written; others, such as UNKNOWN, are `systemDefault`."""
+"""What rclpy calls the kinds of a profile."""
+_WORDS: Mapping[str, Any] = {name: word for word, name in _NAMES.items()}
+"""The reverse; kinds that are not there, such as UNKNOWN, are `systemDefault`."""
 
 
 def _seconds(time: Any) -> float:
