@@ -18,7 +18,7 @@ from graphengine.recording.reader import Recording, Tick
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport, MemoryWriter
 from graphengine.ros.transports.memory.memory_services import MemoryClient
-from graphengine.runtime.commands import RECORDED, parse
+from graphengine.runtime.commands import COMMANDS, parse
 from graphengine.runtime.session import Session
 
 MAX_FIELDS = 8
@@ -240,7 +240,7 @@ def _command(session: Session, name: str, arguments: Any) -> None:
     Raises:
         RecordingError: nobody could have asked for that.
     """
-    if name not in RECORDED:
+    if name not in COMMANDS or not COMMANDS[name].recorded:
         raise RecordingError(f"the recording has a command {name[:40]!r}, which is not known here")
     try:
         command = parse(name, arguments)

@@ -26,13 +26,13 @@ from graphengine.format.permissions import Permissions
 from graphengine.format.spec import SceneSpec
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages.endpoints import Network
-from graphengine.node.clock import Clock
 from graphengine.node.context.services import Services
 from graphengine.node.dropped_values import BadValues, DroppedValues
 from graphengine.node.node_class import UNKNOWN_PRIM
 from graphengine.runtime import check
-from graphengine.runtime.graph_run import make_graph_run
+from graphengine.runtime.roster import Roster
 from graphengine.runtime.session import Session
+from graphengine.runtime.ticker import Ticker
 from graphengine.scene.loaded_scene import LoadedScene, Options
 from graphengine.scene.roster import SceneRoster
 from graphengine.scene.uses import GraphFile, find_use, resolve_uses, robot_uses, use_place
@@ -237,17 +237,11 @@ def start(
     world.clamps_commands = bad_values == "drop"
     if log is not None:
         services.log = log
-    clock = Clock(world.tick_period)
-    numerator, denominator = world.tick_period
-    step_clock = Clock((numerator, denominator * world.substeps))
-    clocks = {"tick": clock, "physics_step": step_clock}
-    runs = [make_graph_run(graph, services, clocks[graph.runs], fault) for graph in scene.planned]
+    ticker = Ticker(services, fault)
     try:
-        for run in runs:
-            run.executor.setup()
+        ticker.add(scene.planned)
     except BaseException:
         network.close()
         world.close()
         raise
-    roster = SceneRoster(scene, loaded, files, services, clocks, fault) if loaded is not None else None
-    return Session(services, clock, step_clock, runs, roster)
+    return Session(ticker, SceneRoster(scene, loaded, files, ticker) if loaded is not None else Roster())
