@@ -34,7 +34,7 @@ from graphengine.runtime.roster import Roster
 from graphengine.runtime.session import Session
 from graphengine.runtime.ticker import Ticker
 from graphengine.scene.loaded_scene import LoadedScene, Options
-from graphengine.scene.roster import SceneRoster
+from graphengine.scene.scene_roster import SceneRoster
 from graphengine.scene.uses import GraphFile, find_use, resolve_uses, robot_uses, use_place
 
 if TYPE_CHECKING:

@@ -49,22 +49,19 @@ def reset(session: Session, request: Any, response: Any) -> None:
     Reset(scope=tuple(wanted) or ("all",)).apply(session)
 
 
-class StepWhilePaused(Step):
-    """Single ticks of a simulation that is paused, and is so again afterwards."""
-
-    def apply(self, session: Session) -> None:
-        """Begin with them."""
-        if session.state != "paused":
-            raise RefusedError(FAILED, f"the simulation is {session.state}; only one that is paused does single steps")
-        super().apply(session)
+def step(session: Session, request: Any, response: Any) -> None:
+    """Answer StepSimulation: single ticks of a simulation that is paused, and is so again afterwards."""
+    run_steps(session, request.steps)
 
 
-def steps(count: int) -> StepWhilePaused:
-    """So many single steps.
+def run_steps(session: Session, count: int) -> None:
+    """Let a paused session run single ticks.
 
     Raises:
-        RefusedError: too many, or none.
+        RefusedError: too many, none, or the session is not paused.
     """
     if not 0 < count <= MAX_TICKS:
         raise RefusedError(FAILED, f"{count} steps are not done at once; legal: 1 to {MAX_TICKS}")
-    return StepWhilePaused(ticks=count)
+    if session.state != "paused":
+        raise RefusedError(FAILED, f"the simulation is {session.state}; only one that is paused does single steps")
+    Step(ticks=count).apply(session)
