@@ -8,7 +8,7 @@ import importlib
 import os
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -209,6 +209,19 @@ def open_scene(arguments: argparse.Namespace) -> Scene | None:
         return None
     print_findings(opened.findings, notes=False)
     return opened
+
+
+def refuse_to_overwrite(paths: Iterable[Path], *, force: bool) -> None:
+    """Refuse to write over files.
+
+    Raises:
+        UsageError: one is there, and `--force` is not given.
+    """
+    from graphengine.format.errors import UsageError
+
+    there = [str(path) for path in paths if path.exists()]
+    if there and not force:
+        raise UsageError(f"{', '.join(there)}: already there; --force writes over it")
 
 
 def print_findings(findings: Findings | Sequence[Finding], *, stream: Any = None, notes: bool = True) -> None:

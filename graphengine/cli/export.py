@@ -25,15 +25,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """0 when the script is written, 1 when the graph has errors or nothing in Isaac Sim is like it, which is told."""
     from graphengine.api.scene import loaded_of
-    from graphengine.cli.common import clean, open_scene, print_findings
+    from graphengine.cli.common import clean, open_scene, print_findings, refuse_to_overwrite
     from graphengine.format.diagnostics import Findings
-    from graphengine.format.errors import UsageError
     from graphengine.format.output import write_together
     from graphengine.isaac.export import write_script
 
     output = arguments.output
-    if output is not None and output.exists() and not arguments.force:
-        raise UsageError(f"{output}: already there; --force writes over it")
+    refuse_to_overwrite([output] if output is not None else [], force=arguments.force)
     scene = open_scene(arguments)
     if scene is None:
         return 1

@@ -64,10 +64,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when the files are written, 1 when there is nothing to write, which is told."""
-    from graphengine.cli.common import clean, make_registry, print_findings
+    from graphengine.cli.common import clean, make_registry, print_findings, refuse_to_overwrite
     from graphengine.compiler.registry import default_registry
     from graphengine.format.diagnostics import Findings
-    from graphengine.format.errors import UsageError
     from graphengine.format.output import write_together
     from graphengine.isaac.graph_file import compose, file_names
 
@@ -88,9 +87,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if findings.errors:
         print(clean("\n".join(_notes(findings))), file=sys.stderr)
         return 1
-    there = [str(path) for path in files if path.exists()]
-    if there and not arguments.force:
-        raise UsageError(f"{', '.join(there)}: already there; --force writes over it")
+    refuse_to_overwrite(files, force=arguments.force)
     write_together({path: text.encode() for path, text in files.items()})
     more = ["in a scene:", found.scene_lines().rstrip()] if found.namespaces else []
     print(clean("\n".join([*_report(files, graphs, findings), *more])))

@@ -7,7 +7,7 @@ import math
 import os
 import re
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -66,7 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when the robot file is written, 1 when the description has errors, which are told."""
-    from graphengine.cli.common import print_findings
+    from graphengine.cli.common import print_findings, refuse_to_overwrite
     from graphengine.format.diagnostics import Findings
     from graphengine.format.output import write_together
     from graphengine.physics.model.importing import import_robot
@@ -79,7 +79,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if imported is None:
         print(f"{arguments.output} is not written", file=sys.stderr)
         return 1
-    _refuse_to_overwrite(imported.files, force=arguments.force)
+    refuse_to_overwrite(imported.files, force=arguments.force)
     write_together({path: text.encode() for path, text in imported.files.items()})
     _report(imported, findings)
     return 0
@@ -91,6 +91,7 @@ def _check_usage(arguments: argparse.Namespace) -> None:
     Raises:
         UsageError: it does not.
     """
+    from graphengine.cli.common import refuse_to_overwrite
     from graphengine.format.errors import UsageError
 
     remote = arguments.topic or arguments.node
@@ -110,15 +111,7 @@ def _check_usage(arguments: argparse.Namespace) -> None:
             raise UsageError(f"no folder {str(folder)!r}")
     if not 0 < arguments.timeout <= LONGEST_WAIT:
         raise UsageError(f"--timeout: write more than 0 s and at most {LONGEST_WAIT:g} s")
-    _refuse_to_overwrite((arguments.output,), force=arguments.force)
-
-
-def _refuse_to_overwrite(paths: Sequence[Path] | Mapping[Path, str], *, force: bool) -> None:
-    from graphengine.format.errors import UsageError
-
-    there = [str(path) for path in paths if path.exists()]
-    if there and not force:
-        raise UsageError(f"{', '.join(there)}: already there; --force writes over it")
+    refuse_to_overwrite((arguments.output,), force=arguments.force)
 
 
 def _origin(arguments: argparse.Namespace, findings: Findings) -> Origin | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import fnmatch
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -40,9 +40,20 @@ class Override:
 
     def matches(self, path: str) -> bool:
         """Whether it means the node at `robot/graph/Node`."""
-        wanted, parts = self.target.split("/"), path.split("/")
-        tail = parts[-len(wanted) :]
-        return len(tail) == len(wanted) and all(fnmatch.fnmatchcase(p, w) for p, w in zip(tail, wanted, strict=True))
+        return ends_with(path, self.target)
+
+
+def ends_with(path: str, pattern: str) -> bool:
+    """Whether the last parts of `robot/graph/Node` match the parts of a pattern, which may have globs."""
+    wanted = pattern.split("/")
+    tail = path.split("/")[-len(wanted) :]
+    return len(tail) == len(wanted) and all(map(fnmatch.fnmatchcase, tail, wanted))
+
+
+def no_node(pattern: str, paths: Iterable[str]) -> str:
+    """The message that a pattern matches none of the nodes at some paths."""
+    names = list(dict.fromkeys(path if "/" in pattern else path.rpartition("/")[2] for path in paths))
+    return f"no node {pattern!r}\n  {did_you_mean(pattern, names) or listing(names, 'nodes')}"
 
 
 def set_literals(graph: Graph, known: dict[str, Instance | None], findings: Findings) -> None:

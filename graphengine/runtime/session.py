@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from graphengine.format.errors import StateError, TransportError, UsageError
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.runtime.graph_run import GraphRun
-from graphengine.runtime.inbox import Inbox, LiveInbox
+from graphengine.runtime.inbox import Inbox
 from graphengine.runtime.pacer import Pacer
 from graphengine.runtime.roster import Roster
 from graphengine.runtime.ticker import SCOPES, ResetScope, Ticker
@@ -55,8 +55,8 @@ class Session:
         self.step_clock = ticker.step_clock
         self.roster = roster
         self.state: SessionState = "stopped"
-        self.inbox: Inbox = LiveInbox()
-        """Where what comes from outside is read, or was; to be exchanged before the first tick."""
+        self.inbox = Inbox()
+        """Reads the wall clock and takes commands; to be exchanged before the first tick."""
         self.desk: Desk | None = None
         """Where others ask for what can be done; with one, a run goes on while it is paused or stopped."""
         self._until = 0

@@ -13,7 +13,7 @@ from graphengine.messages.endpoints import Network
 from graphengine.node.clock import Clock
 from graphengine.node.context.services import Services
 from graphengine.node.node_class import Ending
-from graphengine.runtime.graph_run import GraphRun, make_graph_run
+from graphengine.runtime.graph_run import GraphRun, make_clock, make_graph_run
 from graphengine.runtime.inbox import Inbox
 
 ResetScope = Literal["time", "state", "spawned"]
@@ -29,12 +29,10 @@ class Ticker:
     """
 
     def __init__(self, services: Services, fault: Callable[[NodeError], None] | None = None) -> None:
-        world = services.world
-        numerator, denominator = world.tick_period
         self.services = services
-        self.clock = Clock(world.tick_period)
+        self.clock = make_clock(services.world)
         """Of the ticks."""
-        self.step_clock = Clock((numerator, denominator * world.substeps))
+        self.step_clock = make_clock(services.world, on_step=True)
         """Of the physics steps inside of a tick."""
         self.count = 0
         """Ticks that ran; those before a stop count too."""

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from graphengine.compiler.graph import Graph
-from graphengine.compiler.literals import Override
+from graphengine.compiler.literals import Override, no_node
 from graphengine.compiler.namespaces import write_namespaces
 from graphengine.compiler.planning import share_plans
 from graphengine.compiler.registry import default_registry
@@ -186,10 +186,7 @@ def _unmatched(override: Override, graphs: Sequence[Graph]) -> str:
         near = did_you_mean(override.port, names) or listing(names, "inputs")
         who = f"{meant[0].__name__} has no input" if len(meant) == 1 else "no node that it matches has an input"
         return f"--set {override.text}: {who} {override.port!r}\n  {near}"
-    wanted = override.target
-    names = [path if "/" in wanted else path.rpartition("/")[2] for path in nodes]
-    near = did_you_mean(wanted, names) or listing(dict.fromkeys(names), "nodes")
-    return f"--set {override.text}: no node {wanted!r}\n  {near}"
+    return f"--set {override.text}: {no_node(override.target, nodes)}"
 
 
 def start(

@@ -14,12 +14,12 @@ import pytest
 from graphengine.cli import held_keys
 from graphengine.cli.held_keys import RELEASE_AFTER, HeldTerminalKeys
 from graphengine.format.errors import UsageError
-from graphengine.runtime.inbox import LiveInbox
+from graphengine.runtime.inbox import Inbox
 from graphengine.runtime.session import Session
 from tests.compiler.harness import Play
 
 
-class Told(LiveInbox):
+class Told(Inbox):
     """Remembers the keys that a session was told of."""
 
     def __init__(self) -> None:

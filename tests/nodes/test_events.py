@@ -13,6 +13,7 @@ from graphengine.nodes.action.keyboard import OnKeyboardInput, ReadKeyboardState
 from graphengine.nodes.action.logging import LogMessage, PrintText
 from graphengine.nodes.action.stage_events import OnClosing, OnImpulseEvent, OnLoaded, OnStageEvent
 from graphengine.runtime import commands
+from graphengine.runtime.inbox import Inbox
 from graphengine.scene import build
 from graphengine.testing import RecordingContext
 from tests.nodes.harness import Player, ready
@@ -187,18 +188,13 @@ def test_keys_reach_a_graph_by_commands(play: Player) -> None:
         playing.command("press", keys="w")
 
 
-class Notes:
+class Notes(Inbox):
     """An inbox that remembers what a recorder would take down."""
 
     exact = False
 
     def __init__(self) -> None:
         self.commands: list[tuple[str, Any]] = []
-
-    def begin_tick(self) -> float:
-        return 0.0
-
-    def end_tick(self) -> None: ...
 
     def command(self, name: str, arguments: Any) -> None:
         self.commands.append((name, arguments))
