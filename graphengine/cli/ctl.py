@@ -11,7 +11,10 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli import Parser
+from graphengine.cli.common import clean, counted, parse_set, table
 from graphengine.cli.units import angle, duration, number, rate, vector, whole
+from graphengine.format.errors import ControlError
+from graphengine.format.wording import listing
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -174,15 +177,12 @@ def _move(given: argparse.Namespace) -> dict[str, Any]:
 
 
 def _set(given: argparse.Namespace) -> dict[str, Any]:
-    from graphengine.cli.common import parse_set
-
     address, value = parse_set(given.input, "")
     return {"address": address, "value": value}
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when it was done, 1 when it was refused or nothing runs."""
-    from graphengine.cli.common import clean
     from graphengine.control.client import Client, find
 
     given = {name: value for name, value in arguments.arguments(arguments).items() if value is not None}
@@ -200,8 +200,6 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _state(client: Client) -> dict[str, Any] | None:
     """How the session is; None if what was asked for was its last tick."""
-    from graphengine.format.errors import ControlError
-
     try:
         state: dict[str, Any] = client.ask("state")
     except ControlError:
@@ -210,9 +208,6 @@ def _state(client: Client) -> dict[str, Any] | None:
 
 
 def _show(entry: Entry, state: dict[str, Any], *, robots: bool) -> None:
-    from graphengine.cli.common import clean, counted, table
-    from graphengine.format.wording import listing
-
     speed = state["rate"] if state["rate"] == "max" else f"{state['rate']:g}"
     print(clean(f"{entry}: {state['state']}, t = {state['time']:.3f} s, rate {speed}"))
     if robots and state["robots"]:

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from graphengine.format.diagnostics import Findings
+from graphengine.cli.common import add_file_arguments, clean, open_scene, print_findings, refuse_to_overwrite
+from graphengine.format.diagnostics import Findings
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
-    from graphengine.cli.common import add_file_arguments
-
     add_file_arguments(parser)
     parser.add_argument("--to", choices=("isaac-script",), required=True, help="what is written")
     parser.add_argument(
@@ -25,8 +22,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """0 when the script is written, 1 when the graph has errors or nothing in Isaac Sim is like it, which is told."""
     from graphengine.api.scene import loaded_of
-    from graphengine.cli.common import clean, open_scene, print_findings, refuse_to_overwrite
-    from graphengine.format.diagnostics import Findings
     from graphengine.format.output import write_together
     from graphengine.isaac.export import write_script
 

@@ -11,11 +11,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from graphengine.cli.common import add_repeatable, clean, counted, print_findings, refuse_to_overwrite
 from graphengine.cli.units import duration
+from graphengine.format.diagnostics import Findings
+from graphengine.format.errors import UsageError
+from graphengine.format.files import Files, installed_packages, near, require_file
+from graphengine.format.wording import listing
 
 if TYPE_CHECKING:
-    from graphengine.format.diagnostics import Findings
-    from graphengine.format.files import Files
     from graphengine.physics.description.draft import Wheel
     from graphengine.physics.description.urdf import Urdf
     from graphengine.physics.model.importing import Imported, Origin
@@ -34,8 +37,6 @@ FORWARDS = 0.999
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
-    from graphengine.cli.common import add_repeatable
-
     parser.add_argument("file", metavar="URDF|XACRO", nargs="?", help="the description; else --topic or --node")
     parser.add_argument("arguments", metavar="NAME:=VALUE", nargs="*", help="arguments of a xacro file")
     parser.add_argument("-o", "--output", metavar="FILE", type=Path, required=True, help="robot file to write")
@@ -66,8 +67,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when the robot file is written, 1 when the description has errors, which are told."""
-    from graphengine.cli.common import print_findings, refuse_to_overwrite
-    from graphengine.format.diagnostics import Findings
     from graphengine.format.output import write_together
     from graphengine.physics.model.importing import import_robot
 
@@ -91,9 +90,6 @@ def _check_usage(arguments: argparse.Namespace) -> None:
     Raises:
         UsageError: it does not.
     """
-    from graphengine.cli.common import refuse_to_overwrite
-    from graphengine.format.errors import UsageError
-
     remote = arguments.topic or arguments.node
     if bool(arguments.file) == bool(remote):
         raise UsageError("give one of a file, --topic and --node")
@@ -132,8 +128,6 @@ def _origin(arguments: argparse.Namespace, findings: Findings) -> Origin | None:
 
 
 def _from_file(arguments: argparse.Namespace, findings: Findings) -> Origin | None:
-    from graphengine.format.errors import UsageError
-    from graphengine.format.files import near, require_file
     from graphengine.physics.description import xacro
     from graphengine.physics.files.packages import Packages
     from graphengine.physics.files.xml import read
@@ -161,8 +155,6 @@ def _from_file(arguments: argparse.Namespace, findings: Findings) -> Origin | No
 
 def _files(given: Path, arguments: argparse.Namespace) -> Files:
     """What may be read: the description's package whole, and what the command line allows."""
-    from graphengine.format.files import Files, installed_packages
-
     package = next((folder for folder in given.absolute().parents if (folder / "package.xml").is_file()), None)
     allowed = [*arguments.allow, *arguments.package_path, *([package] if package is not None else [])]
     return Files.of(given, allowed, Path.cwd(), installed_packages())
@@ -190,9 +182,6 @@ def _report(imported: Imported, findings: Findings) -> None:
     """What was found, for people."""
     from collections import Counter
 
-    from graphengine.cli.common import clean, counted
-    from graphengine.format.files import near
-    from graphengine.format.wording import listing
     from graphengine.physics.description.draft import left_behind, track, wheels
 
     robot, urdf = imported.robot, imported.robot.urdf

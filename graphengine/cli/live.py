@@ -12,8 +12,13 @@ from contextlib import suppress
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
+from graphengine.cli.common import add_message_path, clean, message_paths
+from graphengine.format.errors import TransportError
+from graphengine.format.files import installed_packages
+from graphengine.format.wording import did_you_mean, listing
+from graphengine.messages.names import check_topic
+
 if TYPE_CHECKING:
-    from graphengine.format.errors import TransportError
     from graphengine.messages.definitions import Definitions
     from graphengine.messages.endpoints import QoS
     from graphengine.ros.graph import Graph
@@ -26,8 +31,6 @@ POLL = 0.05
 
 def add_live_arguments(parser: argparse.ArgumentParser, *, clock: bool = False) -> None:
     """How to join the network; `clock` where the time of a simulation matters."""
-    from graphengine.cli.common import add_message_path
-
     transport = "how to reach ROS 2 (default auto: rclpy where it is sourced, else dds)"
     parser.add_argument("--transport", choices=("auto", "dds", "rclpy"), default="auto", help=transport)
     spin = "seconds to wait for peers to turn up (default 0.5 over dds, 2 over rclpy)"
@@ -74,8 +77,6 @@ class Live:
     """
 
     def __init__(self, arguments: argparse.Namespace, node: str | None = None) -> None:
-        from graphengine.cli.common import message_paths
-        from graphengine.format.files import installed_packages
         from graphengine.messages.definitions import DEFINITIONS
         from graphengine.ros.domain import Domain
         from graphengine.ros.transports.select import open_transport
@@ -134,8 +135,6 @@ class Live:
         Raises:
             TransportError: nobody writes or reads it, or with several types.
         """
-        from graphengine.format.errors import TransportError
-
         types = graph.types().get(topic, [])
         if not types:
             raise self.unknown(topic, graph)
@@ -145,9 +144,6 @@ class Live:
 
     def unknown(self, topic: str, graph: Graph) -> TransportError:
         """The error that nobody writes or reads a topic."""
-        from graphengine.format.errors import TransportError
-        from graphengine.format.wording import listing
-
         known = [name for name in graph.types() if not is_hidden(name)]
         hint = near_topic(topic, graph.types()) or listing(known, "topics")
         return TransportError(f"unknown topic {topic!r}\n{hint}\nseen over {self.transport.description}")
@@ -181,8 +177,6 @@ def absolute(topic: str) -> str:
     Raises:
         TopicError: ROS 2 would refuse it.
     """
-    from graphengine.messages.names import check_topic
-
     name = topic if topic.startswith("/") else f"/{topic}"
     check_topic(name, given=topic)
     return name
@@ -190,8 +184,6 @@ def absolute(topic: str) -> str:
 
 def near_topic(topic: str, known: Iterable[str]) -> str:
     """A suggestion: the same name in another namespace, or one like it; else the empty string."""
-    from graphengine.format.wording import did_you_mean
-
     shown = [name for name in known if not is_hidden(name)]
     same = [name for name in shown if name.rpartition("/")[2] == topic.rpartition("/")[2]]
     return f"did you mean {' or '.join(map(repr, same))}?" if same else did_you_mean(topic, shown)
@@ -204,6 +196,4 @@ def is_hidden(topic: str) -> bool:
 
 def show(text: str, end: str = "\n") -> None:
     """Print what peers sent, at once: as it is into a file or pipe, without what could steer a terminal on one."""
-    from graphengine.cli.common import clean
-
     print(clean(text) if sys.stdout.isatty() else text, end=end, flush=True)

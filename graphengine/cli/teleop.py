@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.keyboard import ENDS, Keyboard
 from graphengine.cli.live import Live, absolute, add_live_arguments, positive
+from graphengine.format.errors import UsageError
+from graphengine.format.wording import listing
 
 if TYPE_CHECKING:
     from graphengine.ros.graph import Endpoint, Graph
@@ -73,9 +75,6 @@ def only_topic(graph: Graph) -> str:
     Raises:
         UsageError: there are several.
     """
-    from graphengine.format.errors import UsageError
-    from graphengine.format.wording import listing
-
     topics = sorted({end.topic for end in _readers(graph)})
     if len(topics) > 1:
         raise UsageError(f"velocities are read from several topics\n  {listing(topics, 'write one of')}")

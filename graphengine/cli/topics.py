@@ -8,6 +8,8 @@ import json
 import sys
 from typing import TYPE_CHECKING
 
+from graphengine.cli.common import add_file_arguments, clean, load, print_findings, table
+
 if TYPE_CHECKING:
     from graphengine.messages.endpoints import EndpointClaim
 
@@ -18,16 +20,12 @@ FRAMES = 2
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
-    from graphengine.cli.common import add_file_arguments
-
     add_file_arguments(parser)
     parser.add_argument("--format", choices=("text", "json"), default="text")
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 without errors, 1 with."""
-    from graphengine.cli.common import clean, load, print_findings, table
-
     scene = load(arguments)
     if scene.findings.errors:
         print_findings(scene.findings, notes=False)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from graphengine.cli.live import POLL, Live, absolute, add_live_arguments, count, near_topic, positive, seconds, show
 from graphengine.cli.topic.quality import add_quality_arguments, quality
+from graphengine.format.errors import TransportError, UsageError
 
 if TYPE_CHECKING:
     from graphengine.ros.graph import Endpoint, Graph
@@ -49,7 +50,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when all was published, or when Ctrl-C ended it."""
-    from graphengine.format.errors import UsageError
     from graphengine.messages.message_input import full_type, parse
     from graphengine.messages.message_text import Part, to_expression
     from graphengine.messages.messages import encode
@@ -91,7 +91,6 @@ def _wait_for_readers(live: Live, offer: Endpoint, wanted: int, limit: float | N
     Raises:
         TransportError: they do not within so many seconds.
     """
-    from graphengine.format.errors import TransportError
 
     def found(graph: Graph) -> int:
         return sum(map(offer.serves, graph.subscribers(offer.topic)))
