@@ -13,14 +13,13 @@ from typing import TYPE_CHECKING, Any
 from graphengine.cli import Parser
 from graphengine.cli.common import clean, counted, parse_set, table
 from graphengine.cli.units import angle, duration, number, rate, vector, whole
+from graphengine.control.client import Client, find
+from graphengine.control.runs import Entry
 from graphengine.format.errors import ControlError
 from graphengine.format.wording import listing
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-    from graphengine.control.client import Client
-    from graphengine.control.runs import Entry
 
 EXAMPLES = """examples:
   graphrun run dd100_warehouse --paused        in one terminal; in another:
@@ -183,8 +182,6 @@ def _set(given: argparse.Namespace) -> dict[str, Any]:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when it was done, 1 when it was refused or nothing runs."""
-    from graphengine.control.client import Client, find
-
     given = {name: value for name, value in arguments.arguments(arguments).items() if value is not None}
     with Client(find(arguments.run)) as client:
         told = client.ask(arguments.command, given)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from graphengine.cli.common import add_file_arguments, clean, open_scene, print_findings, refuse_to_overwrite
 from graphengine.format.diagnostics import Findings
+from graphengine.format.output import write_together
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -22,7 +23,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """0 when the script is written, 1 when the graph has errors or nothing in Isaac Sim is like it, which is told."""
     from graphengine.api.scene import loaded_of
-    from graphengine.format.output import write_together
     from graphengine.isaac.export import write_script
 
     output = arguments.output

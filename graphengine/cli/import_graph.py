@@ -23,6 +23,7 @@ from graphengine.cli.units import whole
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import UsageError
 from graphengine.format.files import Files, near, require_file
+from graphengine.format.output import write_together
 
 if TYPE_CHECKING:
     from graphengine.compiler.registry import Registry
@@ -74,7 +75,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """0 when the files are written, 1 when there is nothing to write, which is told."""
     from graphengine.compiler.registry import default_registry
-    from graphengine.format.output import write_together
     from graphengine.isaac.graph_file import compose, file_names
 
     _check_usage(arguments)

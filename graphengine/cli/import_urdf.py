@@ -16,7 +16,9 @@ from graphengine.cli.units import duration
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import UsageError
 from graphengine.format.files import Files, installed_packages, near, require_file
+from graphengine.format.output import write_together
 from graphengine.format.wording import listing
+from graphengine.ros.domain import Domain
 
 if TYPE_CHECKING:
     from graphengine.physics.description.draft import Wheel
@@ -67,7 +69,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when the robot file is written, 1 when the description has errors, which are told."""
-    from graphengine.format.output import write_together
     from graphengine.physics.model.importing import import_robot
 
     _check_usage(arguments)
@@ -163,7 +164,6 @@ def _files(given: Path, arguments: argparse.Namespace) -> Files:
 def _remote(arguments: argparse.Namespace) -> tuple[str, str]:
     """The description from the network, and where it came from."""
     from graphengine.ros import description
-    from graphengine.ros.domain import Domain
     from graphengine.ros.transports.select import open_transport
 
     domain = Domain.from_environment(os.environ)

@@ -16,12 +16,13 @@ from graphengine.cli.common import add_message_path, clean, message_paths
 from graphengine.format.errors import TransportError
 from graphengine.format.files import installed_packages
 from graphengine.format.wording import did_you_mean, listing
+from graphengine.messages.endpoints import QoS
 from graphengine.messages.names import check_topic
+from graphengine.ros.domain import Domain
+from graphengine.ros.graph import Graph, discover
 
 if TYPE_CHECKING:
     from graphengine.messages.definitions import Definitions
-    from graphengine.messages.endpoints import QoS
-    from graphengine.ros.graph import Graph
     from graphengine.ros.listening import Clock, Inbox
     from graphengine.ros.transport import Transport
 
@@ -78,7 +79,6 @@ class Live:
 
     def __init__(self, arguments: argparse.Namespace, node: str | None = None) -> None:
         from graphengine.messages.definitions import DEFINITIONS
-        from graphengine.ros.domain import Domain
         from graphengine.ros.transports.select import open_transport
 
         name = node or f"_graphrun_{os.getpid()}"
@@ -109,8 +109,6 @@ class Live:
 
     def graph(self, enough: Callable[[Graph], object] = lambda graph: False, *, names: bool = False) -> Graph:
         """Who else is there, after the time for peers to turn up, or when it is enough; with the `names` of their nodes."""
-        from graphengine.ros.graph import discover
-
         found = discover(self.transport, self._spin_time, lambda graph: enough(graph.without(self._node)), names=names)
         return found.without(self._node)
 

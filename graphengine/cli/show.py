@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from graphengine.cli.common import add_file_arguments, clean, counted, load, print_findings
 from graphengine.format.errors import UsageError
 from graphengine.format.files import near
+from graphengine.format.output import write_together
 from graphengine.format.wording import printable
 
 if TYPE_CHECKING:
@@ -63,7 +64,6 @@ def draw(scene: LoadedScene, arguments: argparse.Namespace) -> int:
     """Write the drawing of all graphs, those with errors too; 1 if there are any."""
     from graphengine.drawing import page, svg
     from graphengine.drawing.scheme import make_scheme
-    from graphengine.format.output import write_together
 
     print_findings(scene.findings, notes=False)
     schemes = [make_scheme(graph, scene.findings) for graph in scene.graphs]

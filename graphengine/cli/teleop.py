@@ -12,9 +12,10 @@ from graphengine.cli.keyboard import ENDS, Keyboard
 from graphengine.cli.live import Live, absolute, add_live_arguments, positive
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import listing
+from graphengine.messages.endpoints import QoS
+from graphengine.ros.graph import Endpoint, Graph
 
 if TYPE_CHECKING:
-    from graphengine.ros.graph import Endpoint, Graph
     from graphengine.ros.listening import Clock
     from graphengine.ros.transport import Writer
 
@@ -48,8 +49,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when it was ended."""
-    from graphengine.messages.endpoints import QoS
-
     keyboard = Keyboard()
     given = absolute(arguments.topic) if arguments.topic else ""
     with Live(arguments) as live:

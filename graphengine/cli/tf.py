@@ -10,17 +10,16 @@ import sys
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from graphengine.cli.common import clean, table
 from graphengine.cli.live import Live, add_live_arguments, positive, show
 from graphengine.format.errors import TransportError, UsageError
+from graphengine.format.output import write_together
 from graphengine.format.wording import listing
+from graphengine.messages.endpoints import QoS
 from graphengine.messages.names import check_namespace, full_namespace
-
-if TYPE_CHECKING:
-    from graphengine.ros.graph import Graph
-    from graphengine.ros.tf_tree import FrameTree, Row
+from graphengine.ros.graph import Graph
+from graphengine.ros.tf_tree import FrameTree, Row, broadcasters, frequency, seconds, to_dot
 
 LISTENING = 5.0
 """Seconds, as long as view_frames listens."""
@@ -47,8 +46,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when there is a tree, 1 when there is none, or with `--strict` when something is wrong with it."""
-    from graphengine.ros.tf_tree import FrameTree
-
     _check_output(arguments.output)
     tree = FrameTree()
     with Live(arguments) as live:
@@ -84,7 +81,6 @@ def _check_output(path: Path | None) -> None:
 
 def _listen(live: Live, topics: list[str], tree: FrameTree) -> None:
     from graphengine.messages import messages
-    from graphengine.messages.endpoints import QoS
 
     def take(topic: str, static: bool) -> Callable[[bytes], None]:
         def deliver(data: bytes) -> None:
@@ -149,9 +145,6 @@ def _write(tree: FrameTree, names: Mapping[bytes, str], path: Path | None) -> No
     Raises:
         TransportError: Graphviz fails.
     """
-    from graphengine.format.output import write_together
-    from graphengine.ros.tf_tree import to_dot
-
     if path is None:
         show(_table(tree, names))
         return
@@ -172,8 +165,6 @@ def _table(tree: FrameTree, names: Mapping[bytes, str]) -> str:
 
 
 def _cells(row: Row, names: Mapping[bytes, str]) -> tuple[str, str, str, str]:
-    from graphengine.ros.tf_tree import broadcasters, frequency, seconds
-
     edge = row.edge
     if edge is None:
         return str(row), "", "", ""

@@ -6,13 +6,9 @@ import argparse
 import dataclasses
 import json
 import sys
-from typing import TYPE_CHECKING
 
 from graphengine.cli.common import add_file_arguments, clean, load, print_findings, table
-
-if TYPE_CHECKING:
-    from graphengine.messages.endpoints import EndpointClaim
-
+from graphengine.messages.endpoints import EndpointClaim
 
 FRAMES = 2
 """Edges of the TF tree that are told of one publisher; `--format json` has all."""

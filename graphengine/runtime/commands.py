@@ -53,7 +53,7 @@ class Command(Spec):
     """Something that a session does between two ticks; its fields are the arguments, its docstring is the help."""
 
     recorded: ClassVar[bool] = False
-    """Whether it changes the simulation's course: recordings hold it, and a replay repeats it before the same tick."""
+    """Whether it changes the simulation's course: recordings hold it, and replays, which take no other, repeat it."""
 
     def apply(self, session: Session) -> Any:
         """Carry it out between two ticks; return a result that JSON can hold."""

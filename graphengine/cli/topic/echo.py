@@ -12,10 +12,10 @@ from graphengine.cli.live import Live, absolute, add_live_arguments, count, posi
 from graphengine.cli.topic.expression import Filter, make_filter
 from graphengine.cli.topic.quality import add_quality_arguments, quality_for
 from graphengine.format.wording import printable
+from graphengine.ros.graph import Endpoint
 
 if TYPE_CHECKING:
     from graphengine.messages.definitions import Definitions
-    from graphengine.ros.graph import Endpoint
     from graphengine.ros.listening import Inbox
 
 TRUNCATED = 128

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import argparse
 import re
-from typing import TYPE_CHECKING
 
 from graphengine.cli.live import Live, absolute, add_live_arguments, show
-
-if TYPE_CHECKING:
-    from graphengine.ros.graph import Endpoint
+from graphengine.ros.graph import Endpoint
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from graphengine.cli.live import Live, add_live_arguments, is_hidden, show
-
-if TYPE_CHECKING:
-    from graphengine.ros.graph import Graph
+from graphengine.ros.graph import Graph
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
