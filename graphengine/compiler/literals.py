@@ -11,7 +11,7 @@ from typing import Any
 from graphengine.compiler.graph import Graph, Instance, declared_inputs, find_port, wired_ports, with_article
 from graphengine.compiler.parameters import UNKNOWN
 from graphengine.format.diagnostics import Findings, Span
-from graphengine.format.wording import did_you_mean, listing, shown
+from graphengine.format.wording import did_you_mean, listing, shown, unknown
 from graphengine.node import types
 from graphengine.node.port import Port
 from graphengine.node.types import PortType, UnionType, brief
@@ -52,8 +52,7 @@ def ends_with(path: str, pattern: str) -> bool:
 
 def no_node(pattern: str, paths: Iterable[str]) -> str:
     """The message that a pattern matches none of the nodes at some paths."""
-    names = list(dict.fromkeys(path if "/" in pattern else path.rpartition("/")[2] for path in paths))
-    return f"no node {pattern!r}\n  {did_you_mean(pattern, names) or listing(names, 'nodes')}"
+    return unknown("node", pattern, (path if "/" in pattern else path.rpartition("/")[2] for path in paths))
 
 
 def set_literals(graph: Graph, known: dict[str, Instance | None], findings: Findings) -> None:

@@ -24,7 +24,7 @@ from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import StateError, UsageError
 from graphengine.format.spec import Orientation, Positive, RobotUse, Spec, Vector
 from graphengine.format.spec_reader import validate
-from graphengine.format.wording import did_you_mean, listing, shown
+from graphengine.format.wording import shown, unknown
 from graphengine.messages.names import join_namespaces
 from graphengine.node.mailbox import find_impulses
 from graphengine.runtime.addresses import find_ports
@@ -373,8 +373,7 @@ def parse(name: str, arguments: Any = None) -> Command:
         UsageError: there is none of that name, or its arguments make no sense.
     """
     if name not in COMMANDS:
-        hint = did_you_mean(str(name)[:40], COMMANDS) or listing(COMMANDS, "commands")
-        raise UsageError(f"no command {str(name)[:40]!r}\n  {hint}")
+        raise UsageError(unknown("command", str(name)[:40], COMMANDS))
     given = {} if arguments is None else arguments
     if not isinstance(given, dict):
         raise UsageError(f"{name}: its arguments are a mapping, not {shown(given)}")

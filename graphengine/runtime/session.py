@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from graphengine.format.errors import StateError, TransportError, UsageError
-from graphengine.format.wording import did_you_mean, listing
+from graphengine.format.wording import unknown
 from graphengine.runtime.graph_run import GraphRun
 from graphengine.runtime.inbox import Inbox
 from graphengine.runtime.pacer import Pacer
@@ -41,7 +41,7 @@ class Session:
     """Decides when ticks run. `commands` says what else can be done with a session between two ticks.
 
     Not thread-safe: only `interrupt` may be called from another thread; use the desk for everything else. Within a tick a session
-    refuses to step, to stop, and every command.
+    refuses to step, to stop, and all changes.
 
     Args:
         ticker: the graphs, and what they run on.
@@ -117,8 +117,7 @@ class Session:
         self._refuse_within_tick()
         kept = self._known.get(name)
         if kept is None:
-            hint = did_you_mean(name, self._known) or listing(self._known, "checkpoints")
-            raise UsageError(f"no checkpoint {name!r}\n  {hint}")
+            raise UsageError(unknown("checkpoint", name, self._known))
         self.roster.restore(kept.robots)
         self._ticker.restore(kept.state)
         state, self._failure, self._ended = kept.play

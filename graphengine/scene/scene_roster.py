@@ -14,7 +14,7 @@ from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import UnknownEntityError, UsageError
 from graphengine.format.files import Files
 from graphengine.format.spec import RobotUse
-from graphengine.format.wording import did_you_mean, listing
+from graphengine.format.wording import unknown
 from graphengine.runtime import check
 from graphengine.runtime.graph_run import GraphRun
 from graphengine.runtime.roster import Roster
@@ -99,8 +99,7 @@ class SceneRoster(Roster):
             UsageError: a graph that is not its own reads something of it.
         """
         if name not in self._robots:
-            near = did_you_mean(name, self._robots) or listing(self._robots, "robots")
-            raise UnknownEntityError(f"no robot {name!r}\n  {near}")
+            raise UnknownEntityError(unknown("robot", name, self._robots))
         graphs = self._ticker.graphs
         own = [run for run in graphs if run.name.startswith(f"{name}/")]
         for run in graphs:
