@@ -11,7 +11,7 @@ from graphengine.api.topics import M, MessageType, Publication, Subscription, op
 from graphengine.devices.sensor import Quaternion, Vector3
 from graphengine.devices.stage import Prim
 from graphengine.format.errors import GraphError, UnknownEntityError
-from graphengine.format.wording import did_you_mean, listing
+from graphengine.format.wording import listing, unknown
 from graphengine.messages.names import full_topic, join_namespaces
 
 
@@ -129,7 +129,7 @@ class Robots(dict[str, Robot]):
 
     def __missing__(self, name: str) -> Robot:
         """Refuse a name that no robot has."""
-        raise UnknownEntityError(f"no robot {name!r}\n  {did_you_mean(name, self) or listing(self, 'robots')}")
+        raise UnknownEntityError(unknown("robot", name, self))
 
 
 def find_robot(runner: Runner, name: str) -> Prim:

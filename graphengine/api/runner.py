@@ -26,7 +26,7 @@ from graphengine.ros.transport import Transport, Writer
 from graphengine.ros.transports.select import AUTO, find_transport, open_transport
 from graphengine.runtime.commands import parse
 from graphengine.runtime.desk import Desk
-from graphengine.runtime.inbox import LiveInbox
+from graphengine.runtime.inbox import Inbox
 from graphengine.runtime.pacer import SLOWEST
 from graphengine.runtime.session import Session
 from graphengine.scene import build
@@ -199,7 +199,7 @@ class Runner:
                 recorder.__exit__(type(error) if error is not None else None, error, None)
             finally:
                 self.network.sinks.remove(recorder)
-                self.session.inbox = LiveInbox()
+                self.session.inbox = Inbox()
 
     def _offer_simulation_interfaces(self) -> None:
         """Offer the services by which ROS 2 programs control simulators, until the network is closed."""

@@ -174,8 +174,7 @@ class Scene:
         self._loaded = loaded
         self._modules = modules
         self._findings = tuple(loaded.findings.sorted())
-        claims = sorted(loaded.claims, key=lambda claim: (claim.topic, claim.direction, claim.node))
-        self._topics = tuple(claims)
+        self._topics = tuple(sorted(loaded.claims, key=lambda claim: (claim.topic, claim.direction, claim.node)))
         self._graphs = {
             graph.name: GraphInfo(
                 graph.prim_path,

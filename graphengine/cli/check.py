@@ -9,8 +9,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from graphengine.cli.common import add_file_arguments, counted, make_options, print_findings
+from graphengine.format.diagnostics import Findings, to_json
+from graphengine.format.errors import UsageError
+from graphengine.format.files import find_file, near
+
 if TYPE_CHECKING:
-    from graphengine.format.diagnostics import Findings
     from graphengine.scene.loaded_scene import Options
 
 ORDER = ("scene", "robot", "graph", "unreadable")
@@ -19,8 +23,6 @@ ORDER = ("scene", "robot", "graph", "unreadable")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
-    from graphengine.cli.common import add_file_arguments
-
     add_file_arguments(parser, many=True)
     parser.add_argument("--strict", action="store_true", help="warnings count as errors")
     parser.add_argument("--format", choices=("text", "json"), default="text", help="for people, or for programs")
@@ -29,10 +31,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 without errors, 1 with."""
-    from graphengine.cli.common import counted, make_options, print_findings
-    from graphengine.format.diagnostics import Findings, to_json
-    from graphengine.format.files import find_file
-
     options = make_options(arguments)
     findings = Findings()
     files = graphs = 0
@@ -72,9 +70,6 @@ def _in_folder(folder: Path) -> list[tuple[str, Path]]:
         UsageError: there are none.
     """
     from graphengine.format import document, spec_reader
-    from graphengine.format.diagnostics import Findings
-    from graphengine.format.errors import UsageError
-    from graphengine.format.files import near
 
     found: dict[str, list[Path]] = {kind: [] for kind in ORDER}
     for path in sorted(folder.rglob("*.y*ml")):

@@ -8,17 +8,17 @@ import importlib
 import os
 import sys
 import traceback
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.units import whole
+from graphengine.format.diagnostics import Finding, Findings
+from graphengine.format.errors import CheckError, GraphError, NodeError, UsageError
 from graphengine.format.files import find_file, installed_packages, near
 
 if TYPE_CHECKING:
     from graphengine.api.scene import Scene
-    from graphengine.format.diagnostics import Finding, Findings
-    from graphengine.format.errors import GraphError
     from graphengine.scene.loaded_scene import LoadedScene, Options
 
 
@@ -106,7 +106,6 @@ def clean(text: str) -> str:
 
 def explain(error: GraphError) -> str:
     """What went wrong; for a node that raised, also the lines of Python where it did."""
-    from graphengine.format.errors import NodeError
     from graphengine.runtime import executor
 
     cause = error.__cause__
@@ -146,7 +145,6 @@ def reading_options(arguments: argparse.Namespace) -> Options:
     Raises:
         UsageError: a file or folder that is not there.
     """
-    from graphengine.format.errors import UsageError
     from graphengine.scene.loaded_scene import Options
 
     for folder in arguments.allow:
@@ -162,8 +160,6 @@ def message_paths(arguments: argparse.Namespace) -> list[Path]:
     Raises:
         UsageError: nothing is there.
     """
-    from graphengine.format.errors import UsageError
-
     given: list[Path] = arguments.msg_path
     for path in given:
         if not (path.is_file() or path.is_dir()):
@@ -174,7 +170,6 @@ def message_paths(arguments: argparse.Namespace) -> list[Path]:
 def make_registry(modules: Sequence[str]) -> Any:
     """The installed node types and those of the user's modules."""
     from graphengine.compiler.registry import default_registry
-    from graphengine.format.errors import UsageError
 
     registry = default_registry().copy()  # others in this process share the original
     sys.path.append("")  # a module of the working directory; last, as that may be a stranger's
@@ -202,8 +197,6 @@ def _failure(error: BaseException, name: str) -> str:
 def parse_set(text: str, option: str = "--set ") -> tuple[str, Any]:
     """`Node.port=value` as target and YAML value; the option stands before the text in errors."""
     from graphengine.format import document
-    from graphengine.format.diagnostics import Findings
-    from graphengine.format.errors import UsageError
 
     target, equals, value = text.partition("=")
     if not equals or "." not in target:
@@ -225,7 +218,6 @@ def load(arguments: argparse.Namespace) -> LoadedScene:
 def open_scene(arguments: argparse.Namespace) -> Scene | None:
     """The scene of the given file, with its warnings printed; None if there are errors, which are printed too."""
     from graphengine.api import scene
-    from graphengine.format.errors import CheckError
 
     try:
         opened = scene.open_scene(find_file(arguments.file), make_options(arguments), arguments.modules)
@@ -234,6 +226,17 @@ def open_scene(arguments: argparse.Namespace) -> Scene | None:
         return None
     print_findings(opened.findings, notes=False)
     return opened
+
+
+def refuse_to_overwrite(paths: Iterable[Path], *, force: bool) -> None:
+    """Refuse to write over files.
+
+    Raises:
+        UsageError: one is there, and `--force` is not given.
+    """
+    there = [str(path) for path in paths if path.exists()]
+    if there and not force:
+        raise UsageError(f"{', '.join(there)}: already there; --force writes over it")
 
 
 def print_findings(findings: Findings | Sequence[Finding], *, stream: Any = None, notes: bool = True) -> None:

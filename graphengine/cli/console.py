@@ -9,8 +9,10 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
+from graphengine.cli.common import clean, counted, explain
+from graphengine.format.errors import NodeError
+
 if TYPE_CHECKING:
-    from graphengine.format.errors import NodeError
     from graphengine.ros.network import LiveNetwork
     from graphengine.runtime.session import Session
 
@@ -50,8 +52,6 @@ class Console:
 
     def say(self, severity: str, node: str, message: str) -> None:
         """A node's message, once; what its first line says counts."""
-        from graphengine.cli.common import clean
-
         key = (severity, node, message.partition("\n")[0])
         if key not in self.said:
             self.said.add(key)
@@ -61,8 +61,6 @@ class Console:
 
     def fault(self, error: NodeError) -> None:
         """A node raised, and the run goes on."""
-        from graphengine.cli.common import explain
-
         self.faults += 1
         self.say("error", "", explain(error))
 
@@ -113,8 +111,6 @@ class Console:
 
     def summarize(self, session: Session) -> None:
         """What was done, and how fast."""
-        from graphengine.cli.common import clean, counted
-
         self._clear_line()
         wall = time.perf_counter() - self.start
         ticks, simulated = session.ticks, session.ticks * session.clock.delta

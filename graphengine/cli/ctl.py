@@ -11,13 +11,15 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli import Parser
+from graphengine.cli.common import clean, counted, parse_set, table
 from graphengine.cli.units import angle, duration, number, rate, vector, whole
+from graphengine.control.client import Client, find
+from graphengine.control.runs import Entry
+from graphengine.format.errors import ControlError
+from graphengine.format.wording import listing
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-    from graphengine.control.client import Client
-    from graphengine.control.runs import Entry
 
 EXAMPLES = """examples:
   graphrun run dd100_warehouse --paused        in one terminal; in another:
@@ -58,40 +60,40 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     common.add_argument("--json", action="store_true", help="print how the session is then as JSON")
     verbs = parser.add_subparsers(dest="command", metavar="COMMAND", required=True, parser_class=_Parser)
 
-    def add(name: str, summary: str, arguments: Callable[[argparse.Namespace], dict[str, Any]]) -> Any:
+    def add(name: str, summary: str, *fields: str, make: Callable[..., dict[str, Any]] | None = None) -> Any:
         description = f"{summary[0].upper()}{summary[1:]}."
         sub = verbs.add_parser(name, help=summary, description=description, parents=[common])
-        sub.set_defaults(arguments=arguments)
+        sub.set_defaults(arguments=make or (lambda given: {field: getattr(given, field) for field in fields}))
         return sub
 
-    add("state", "whether it plays, its time and rate, its robots and what else can be moved", lambda given: {})
-    add("play", "let time pass", lambda given: {})
-    add("pause", "hold the time where it is", lambda given: {})
-    add("stop", "back to time 0, everything as at the start, until it plays again", lambda given: {})
-    add("quit", "end the run, as Ctrl-C does", lambda given: {})
-    step = add("step", "run single ticks of a session that is paused", lambda given: {"ticks": given.ticks})
+    add("state", "whether it plays, its time and rate, its robots and what else can be moved")
+    add("play", "let time pass")
+    add("pause", "hold the time where it is")
+    add("stop", "back to time 0, everything as at the start, until it plays again")
+    add("quit", "end the run, as Ctrl-C does")
+    step = add("step", "run single ticks of a session that is paused", "ticks")
     step.add_argument("ticks", metavar="TICKS", nargs="?", type=whole, default=1, help="how many (default 1)")
-    reset = add("reset", "begin anew, and go on", lambda given: {"scope": given.scope or "all"})
+    reset = add("reset", "begin anew, and go on", "scope")
     scope = (
         "time: clock, graphs and sensors; state: where things are; spawned: robots that came are removed (default all)"
     )
     reset.add_argument("--scope", choices=SCOPES, action="append", help=scope)
-    rate = add("rate", "how fast simulation time passes", lambda given: {"factor": given.factor})
+    rate = add("rate", "how fast simulation time passes", "factor")
     rate.add_argument("factor", metavar="FACTOR", type=_rate, help="realtime, max, or a factor of real time")
     _add_robots(add)
     _add_forces(add)
-    put = add("set", "give an input of a node another value", _set)
+    put = add("set", "give an input of a node another value", make=_set)
     values = "[ROBOT/][GRAPH/]NODE.PORT=VALUE of an input that no wire feeds; globs allowed"
     put.add_argument("input", metavar="NODE.PORT=VALUE", help=values)
-    impulse = add("impulse", "let an OnImpulseEvent node fire", lambda given: {"node": given.node})
+    impulse = add("impulse", "let an OnImpulseEvent node fire", "node")
     impulse.add_argument("node", metavar="NODE", help="its prim path, or as much of the end as no other has")
     for name, summary in (("press", "hold keys down"), ("release", "let go of keys")):
-        keys = add(name, summary, lambda given: {"keys": given.keys})
+        keys = add(name, summary, "keys")
         keys.add_argument("keys", metavar="KEY", nargs="+", help="as OnKeyboardInput calls them: W, Space, LeftShift")
 
 
 def _add_robots(add: Callable[..., Any]) -> None:
-    spawn = add("spawn", "put a robot into the scene", _spawn)
+    spawn = add("spawn", "put a robot into the scene", make=_spawn)
     spawn.add_argument("name", metavar="NAME", help="of the robot in the scene, which no other has")
     file = "robot file: of this folder, else as the scene would write it; the run has to be allowed to read it"
     spawn.add_argument("use", metavar="ROBOT", help=file)
@@ -101,10 +103,10 @@ def _add_robots(add: Callable[..., Any]) -> None:
     spawn.add_argument("--prim", metavar="PATH", help="path of its prim, as in /World/robot (default: /NAME)")
     state = "publish what robot_state_publisher would"
     spawn.add_argument("--robot-state", action="store_true", help=state)
-    delete = add("delete", "take a robot out of the scene", lambda given: {"name": given.name})
+    delete = add("delete", "take a robot out of the scene", "name")
     delete.add_argument("name", metavar="NAME", help="of the robot")
-    move = add("move", "put a robot, or an object of the world, somewhere else", _move)
-    move.add_argument("name", metavar="NAME", help="of the robot or the object")
+    move = add("move", "put a robot, or an object of the world, somewhere else", make=_move)
+    move.add_argument("entity", metavar="NAME", help="of the robot or the object")
     for axis in "xyz":
         of_it = "m, of a robot's base link or of the object" + (
             "; the height stays if not given" if axis == "z" else ""
@@ -116,8 +118,8 @@ def _add_robots(add: Callable[..., Any]) -> None:
 
 
 def _add_forces(add: Callable[..., Any]) -> None:
-    push = add("push", "let a force act on a robot or an object", _push)
-    push.add_argument("name", metavar="NAME", help="of the robot or the object")
+    push = add("push", "let a force act on a robot or an object", "entity", "force", "impulse", "duration", "at")
+    push.add_argument("entity", metavar="NAME", help="of the robot or the object")
     one = push.add_mutually_exclusive_group(required=True)
     one.add_argument("--force", metavar="X,Y,Z", type=vector(3), help="N, in the world")
     one.add_argument("--impulse", metavar="X,Y,Z", type=vector(3), help="N s, in the world")
@@ -165,7 +167,7 @@ def _spawn(given: argparse.Namespace) -> dict[str, Any]:
 def _move(given: argparse.Namespace) -> dict[str, Any]:
     position = [value for value in (given.x, given.y, given.z) if value is not None]
     return {
-        "entity": given.name,
+        "entity": given.entity,
         "position": position or None,
         "orientation": _rotation(given),
         "linear": given.linear,
@@ -174,24 +176,15 @@ def _move(given: argparse.Namespace) -> dict[str, Any]:
 
 
 def _set(given: argparse.Namespace) -> dict[str, Any]:
-    from graphengine.cli.common import parse_set
-
     address, value = parse_set(given.input, "")
     return {"address": address, "value": value}
 
 
-def _push(given: argparse.Namespace) -> dict[str, Any]:
-    values = {key: getattr(given, key) for key in ("force", "impulse", "duration", "at")}
-    return {"entity": given.name, **values}
-
-
 def execute(arguments: argparse.Namespace) -> int:
     """0 when it was done, 1 when it was refused or nothing runs."""
-    from graphengine.cli.common import clean
-    from graphengine.control.client import Client, find
-
+    given = {name: value for name, value in arguments.arguments(arguments).items() if value is not None}
     with Client(find(arguments.run)) as client:
-        told = client.ask(arguments.command, arguments.arguments(arguments))
+        told = client.ask(arguments.command, given)
         state = _state(client) if arguments.command != "quit" else None
     for warning in told.get("warnings", ()) if isinstance(told, dict) else ():
         print(clean(f"warning: {warning}"), file=sys.stderr)
@@ -204,8 +197,6 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _state(client: Client) -> dict[str, Any] | None:
     """How the session is; None if what was asked for was its last tick."""
-    from graphengine.format.errors import ControlError
-
     try:
         state: dict[str, Any] = client.ask("state")
     except ControlError:
@@ -214,9 +205,6 @@ def _state(client: Client) -> dict[str, Any] | None:
 
 
 def _show(entry: Entry, state: dict[str, Any], *, robots: bool) -> None:
-    from graphengine.cli.common import clean, counted, table
-    from graphengine.format.wording import listing
-
     speed = state["rate"] if state["rate"] == "max" else f"{state['rate']:g}"
     print(clean(f"{entry}: {state['state']}, t = {state['time']:.3f} s, rate {speed}"))
     if robots and state["robots"]:

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from graphengine.format.diagnostics import Findings
+from graphengine.cli.common import add_file_arguments, clean, open_scene, print_findings, refuse_to_overwrite
+from graphengine.format.diagnostics import Findings
+from graphengine.format.output import write_together
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
-    from graphengine.cli.common import add_file_arguments
-
     add_file_arguments(parser)
     parser.add_argument("--to", choices=("isaac-script",), required=True, help="what is written")
     parser.add_argument(
@@ -25,15 +23,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """0 when the script is written, 1 when the graph has errors or nothing in Isaac Sim is like it, which is told."""
     from graphengine.api.scene import loaded_of
-    from graphengine.cli.common import clean, open_scene, print_findings
-    from graphengine.format.diagnostics import Findings
-    from graphengine.format.errors import UsageError
-    from graphengine.format.output import write_together
     from graphengine.isaac.export import write_script
 
     output = arguments.output
-    if output is not None and output.exists() and not arguments.force:
-        raise UsageError(f"{output}: already there; --force writes over it")
+    refuse_to_overwrite([output] if output is not None else [], force=arguments.force)
     scene = open_scene(arguments)
     if scene is None:
         return 1

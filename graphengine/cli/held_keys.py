@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from graphengine.cli.keyboard import ENDS, Keyboard
 from graphengine.node.keys import keys_of
+from graphengine.runtime.commands import Press, Release
 
 if TYPE_CHECKING:
     from graphengine.runtime.session import Session
@@ -38,9 +39,11 @@ class HeldTerminalKeys(Keyboard):
             if not keys or character in ENDS:
                 continue
             if keys not in self._last:
-                session.press(*keys)
+                Press(keys=keys).apply(session)
             self._last[keys] = now
         for keys, last in list(self._last.items()):
             if now - last > RELEASE_AFTER:
                 del self._last[keys]
-                session.release(*(key for key in keys if not any(key in others for others in self._last)))
+                released = tuple(key for key in keys if not any(key in others for others in self._last))
+                if released:
+                    Release(keys=released).apply(session)

@@ -10,11 +10,23 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from graphengine.cli.common import (
+    add_import_argument,
+    add_repeatable,
+    clean,
+    counted,
+    make_registry,
+    print_findings,
+    refuse_to_overwrite,
+)
 from graphengine.cli.units import whole
+from graphengine.format.diagnostics import Findings
+from graphengine.format.errors import UsageError
+from graphengine.format.files import Files, near, require_file
+from graphengine.format.output import write_together
 
 if TYPE_CHECKING:
     from graphengine.compiler.registry import Registry
-    from graphengine.format.diagnostics import Findings
     from graphengine.isaac.recorded_graph import RecordedGraph
     from graphengine.isaac.stage.stage_reader import ImportedStage
 
@@ -26,8 +38,6 @@ BESIDE = " belongs to no graph and is left out"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
-    from graphengine.cli.common import add_import_argument, add_repeatable
-
     parser.add_argument("file", metavar="SCRIPT|STAGE", type=Path, help="a .py file, or a .usda, .usd or .usdc file")
     parser.add_argument(
         "-o", "--output", metavar="FOLDER", type=Path, default=Path(), help="where the files go (default here)"
@@ -64,11 +74,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when the files are written, 1 when there is nothing to write, which is told."""
-    from graphengine.cli.common import clean, make_registry, print_findings
     from graphengine.compiler.registry import default_registry
-    from graphengine.format.diagnostics import Findings
-    from graphengine.format.errors import UsageError
-    from graphengine.format.output import write_together
     from graphengine.isaac.graph_file import compose, file_names
 
     _check_usage(arguments)
@@ -88,9 +94,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if findings.errors:
         print(clean("\n".join(_notes(findings))), file=sys.stderr)
         return 1
-    there = [str(path) for path in files if path.exists()]
-    if there and not arguments.force:
-        raise UsageError(f"{', '.join(there)}: already there; --force writes over it")
+    refuse_to_overwrite(files, force=arguments.force)
     write_together({path: text.encode() for path, text in files.items()})
     more = ["in a scene:", found.scene_lines().rstrip()] if found.namespaces else []
     print(clean("\n".join([*_report(files, graphs, findings), *more])))
@@ -98,9 +102,6 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _check_usage(arguments: argparse.Namespace) -> None:
-    from graphengine.format.errors import UsageError
-    from graphengine.format.files import require_file
-
     require_file(arguments.file)
     if arguments.file.suffix not in (".py", ".usd", ".usda", ".usdc", ".usdz"):
         raise UsageError(f"{arguments.file}: what can be imported ends in .py, .usda, .usd or .usdc")
@@ -117,9 +118,6 @@ def _check_usage(arguments: argparse.Namespace) -> None:
 
 def _read(arguments: argparse.Namespace, registry: Registry, findings: Findings) -> ImportedStage:
     """The graphs of the file, and what is to be told of it beside."""
-    from graphengine.format.diagnostics import Findings
-    from graphengine.format.errors import UsageError
-    from graphengine.format.files import Files
     from graphengine.isaac.recorded_graph import RecordedGraph
     from graphengine.isaac.stage.stage_reader import ImportedStage, read_stage
 
@@ -185,9 +183,6 @@ def _origin(path: Path, graph: RecordedGraph) -> str:
 
 def _report(files: dict[Path, str], graphs: Sequence[RecordedGraph], findings: Findings) -> Iterator[str]:
     """What was written, for people."""
-    from graphengine.cli.common import counted
-    from graphengine.format.files import near
-
     for path, graph in zip(files, graphs, strict=True):
         parts = counted(len(graph.nodes), "node"), counted(len(graph.wires), "wire")
         yield f"wrote {near(str(path))}: {', '.join(parts)}, at {graph.path}"

@@ -7,15 +7,27 @@ import math
 import os
 import re
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from graphengine.cli.common import (
+    add_repeatable,
+    add_transport_argument,
+    clean,
+    counted,
+    print_findings,
+    refuse_to_overwrite,
+)
 from graphengine.cli.units import duration
+from graphengine.format.diagnostics import Findings
+from graphengine.format.errors import UsageError
+from graphengine.format.files import Files, installed_packages, near, require_file
+from graphengine.format.output import write_together
+from graphengine.format.wording import listing
+from graphengine.ros.domain import Domain
 
 if TYPE_CHECKING:
-    from graphengine.format.diagnostics import Findings
-    from graphengine.format.files import Files
     from graphengine.physics.description.robot_file_writer import Wheel
     from graphengine.physics.description.urdf import Urdf
     from graphengine.physics.model.importing import Imported, Origin
@@ -34,8 +46,6 @@ FORWARDS = 0.999
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
-    from graphengine.cli.common import add_repeatable, add_transport_argument
-
     parser.add_argument("file", metavar="URDF|XACRO", nargs="?", help="the description; else --topic or --node")
     parser.add_argument("arguments", metavar="NAME:=VALUE", nargs="*", help="arguments of a xacro file")
     parser.add_argument("-o", "--output", metavar="FILE", type=Path, required=True, help="robot file to write")
@@ -66,9 +76,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when the robot file is written, 1 when the description has errors, which are told."""
-    from graphengine.cli.common import print_findings
-    from graphengine.format.diagnostics import Findings
-    from graphengine.format.output import write_together
     from graphengine.physics.model.importing import import_robot
 
     _check_usage(arguments)
@@ -79,7 +86,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if imported is None:
         print(f"{arguments.output} is not written", file=sys.stderr)
         return 1
-    _refuse_to_overwrite(imported.files, force=arguments.force)
+    refuse_to_overwrite(imported.files, force=arguments.force)
     write_together({path: text.encode() for path, text in imported.files.items()})
     _report(imported, findings)
     return 0
@@ -91,8 +98,6 @@ def _check_usage(arguments: argparse.Namespace) -> None:
     Raises:
         UsageError: it does not.
     """
-    from graphengine.format.errors import UsageError
-
     remote = arguments.topic or arguments.node
     if bool(arguments.file) == bool(remote):
         raise UsageError("give one of a file, --topic and --node")
@@ -110,15 +115,7 @@ def _check_usage(arguments: argparse.Namespace) -> None:
             raise UsageError(f"no folder {str(folder)!r}")
     if not 0 < arguments.timeout <= LONGEST_WAIT:
         raise UsageError(f"--timeout: write more than 0 s and at most {LONGEST_WAIT:g} s")
-    _refuse_to_overwrite((arguments.output,), force=arguments.force)
-
-
-def _refuse_to_overwrite(paths: Sequence[Path] | Mapping[Path, str], *, force: bool) -> None:
-    from graphengine.format.errors import UsageError
-
-    there = [str(path) for path in paths if path.exists()]
-    if there and not force:
-        raise UsageError(f"{', '.join(there)}: already there; --force writes over it")
+    refuse_to_overwrite((arguments.output,), force=arguments.force)
 
 
 def _origin(arguments: argparse.Namespace, findings: Findings) -> Origin | None:
@@ -139,8 +136,6 @@ def _origin(arguments: argparse.Namespace, findings: Findings) -> Origin | None:
 
 
 def _from_file(arguments: argparse.Namespace, findings: Findings) -> Origin | None:
-    from graphengine.format.errors import UsageError
-    from graphengine.format.files import near, require_file
     from graphengine.physics.description import xacro
     from graphengine.physics.files.packages import Packages
     from graphengine.physics.files.xml import read
@@ -168,8 +163,6 @@ def _from_file(arguments: argparse.Namespace, findings: Findings) -> Origin | No
 
 def _files(given: Path, arguments: argparse.Namespace) -> Files:
     """What may be read: the description's package whole, and what the command line allows."""
-    from graphengine.format.files import Files, installed_packages
-
     package = next((folder for folder in given.absolute().parents if (folder / "package.xml").is_file()), None)
     allowed = [*arguments.allow, *arguments.package_path, *([package] if package is not None else [])]
     return Files.of(given, allowed, Path.cwd(), installed_packages())
@@ -178,7 +171,6 @@ def _files(given: Path, arguments: argparse.Namespace) -> Files:
 def _remote(arguments: argparse.Namespace) -> tuple[str, str]:
     """The description from the network, and where it came from."""
     from graphengine.ros import description
-    from graphengine.ros.domain import Domain
     from graphengine.ros.transports.select import open_transport
 
     domain = Domain.from_environment(os.environ)
@@ -197,9 +189,6 @@ def _report(imported: Imported, findings: Findings) -> None:
     """What was found, for people."""
     from collections import Counter
 
-    from graphengine.cli.common import clean, counted
-    from graphengine.format.files import near
-    from graphengine.format.wording import listing
     from graphengine.physics.description.robot_file_writer import left_behind, track, wheels
 
     robot, urdf = imported.robot, imported.robot.urdf

@@ -11,6 +11,8 @@ import termios
 from collections.abc import Iterator
 from typing import Any, Self
 
+from graphengine.format.errors import UsageError
+
 ENDS = ("\x03", "\x04")
 """Ctrl-C, and Ctrl-D or a terminal that is gone."""
 
@@ -30,8 +32,6 @@ class Keyboard:
     """
 
     def __init__(self, *, signals: bool = False) -> None:
-        from graphengine.format.errors import UsageError
-
         if sys.stdin is None or not sys.stdin.isatty():
             raise UsageError("keys are read from a terminal, and the standard input is none")
         self._file = sys.stdin.fileno()

@@ -12,11 +12,17 @@ from contextlib import suppress
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
+from graphengine.cli.common import add_message_path, add_transport_argument, clean, message_paths
+from graphengine.format.errors import TransportError
+from graphengine.format.files import installed_packages
+from graphengine.format.wording import did_you_mean, listing
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.names import check_topic
+from graphengine.ros.domain import Domain
+from graphengine.ros.graph import Graph, discover
+
 if TYPE_CHECKING:
-    from graphengine.format.errors import TransportError
     from graphengine.messages.definitions import Definitions
-    from graphengine.messages.endpoints import QoS
-    from graphengine.ros.graph import Graph
     from graphengine.ros.listening import Clock, Inbox
     from graphengine.ros.transport import Transport
 
@@ -26,8 +32,6 @@ POLL = 0.05
 
 def add_live_arguments(parser: argparse.ArgumentParser, *, clock: bool = False) -> None:
     """How to join the network; `clock` where the time of a simulation matters."""
-    from graphengine.cli.common import add_message_path, add_transport_argument
-
     add_transport_argument(parser)
     spin = "seconds to wait for peers to turn up (default 0.5 over dds, 2 over rclpy)"
     parser.add_argument("--spin-time", metavar="SECONDS", type=seconds, help=spin)
@@ -73,10 +77,7 @@ class Live:
     """
 
     def __init__(self, arguments: argparse.Namespace, node: str | None = None) -> None:
-        from graphengine.cli.common import message_paths
-        from graphengine.format.files import installed_packages
         from graphengine.messages.definitions import DEFINITIONS
-        from graphengine.ros.domain import Domain
         from graphengine.ros.transports.select import open_transport
 
         name = node or f"_graphrun_{os.getpid()}"
@@ -107,8 +108,6 @@ class Live:
 
     def graph(self, enough: Callable[[Graph], object] = lambda graph: False, *, names: bool = False) -> Graph:
         """Who else is there, after the time for peers to turn up, or when it is enough; with the `names` of their nodes."""
-        from graphengine.ros.graph import discover
-
         found = discover(self.transport, self._spin_time, lambda graph: enough(graph.without(self._node)), names=names)
         return found.without(self._node)
 
@@ -133,8 +132,6 @@ class Live:
         Raises:
             TransportError: nobody writes or reads it, or with several types.
         """
-        from graphengine.format.errors import TransportError
-
         types = graph.types().get(topic, [])
         if not types:
             raise self.unknown(topic, graph)
@@ -144,9 +141,6 @@ class Live:
 
     def unknown(self, topic: str, graph: Graph) -> TransportError:
         """The error that nobody writes or reads a topic."""
-        from graphengine.format.errors import TransportError
-        from graphengine.format.wording import listing
-
         known = [name for name in graph.types() if not is_hidden(name)]
         hint = near_topic(topic, graph.types()) or listing(known, "topics")
         return TransportError(f"unknown topic {topic!r}\n{hint}\nseen over {self.transport.description}")
@@ -180,8 +174,6 @@ def absolute(topic: str) -> str:
     Raises:
         TopicError: ROS 2 would refuse it.
     """
-    from graphengine.messages.names import check_topic
-
     name = topic if topic.startswith("/") else f"/{topic}"
     check_topic(name, given=topic)
     return name
@@ -189,8 +181,6 @@ def absolute(topic: str) -> str:
 
 def near_topic(topic: str, known: Iterable[str]) -> str:
     """A suggestion: the same name in another namespace, or one like it; else the empty string."""
-    from graphengine.format.wording import did_you_mean
-
     shown = [name for name in known if not is_hidden(name)]
     same = [name for name in shown if name.rpartition("/")[2] == topic.rpartition("/")[2]]
     return f"did you mean {' or '.join(map(repr, same))}?" if same else did_you_mean(topic, shown)
@@ -203,6 +193,4 @@ def is_hidden(topic: str) -> bool:
 
 def show(text: str, end: str = "\n") -> None:
     """Print what peers sent, at once: as it is into a file or pipe, without what could steer a terminal on one."""
-    from graphengine.cli.common import clean
-
     print(clean(text) if sys.stdout.isatty() else text, end=end, flush=True)

@@ -8,7 +8,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from graphengine.cli.common import add_allow_argument, add_repeatable, clean, print_findings, reading_options
 from graphengine.cli.units import number
+from graphengine.format.diagnostics import Findings
+from graphengine.format.errors import PrimError, UsageError
+from graphengine.format.files import find_file, near
 
 if TYPE_CHECKING:
     from graphengine.physics.loading import LoadedWorld
@@ -22,8 +26,6 @@ ENDINGS = (".png", ".pgm", ".yaml", ".yml")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
-    from graphengine.cli.common import add_allow_argument, add_repeatable
-
     what = "a scene file, or the name of one that ships, such as dd100_warehouse"
     parser.add_argument("scene", metavar="SCENE", help=what)
     parser.add_argument(
@@ -60,9 +62,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when both files were written, 1 when the scene has errors."""
-    from graphengine.cli.common import clean
-    from graphengine.format.errors import PrimError, UsageError
-    from graphengine.format.files import find_file, near
     from graphengine.physics.occupancy.map_files import write_map
     from graphengine.physics.occupancy.occupancy_map import make_map
 
@@ -86,8 +85,6 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _stem(output: str | None, scene: Path) -> Path:
     """Where the files go, without their endings."""
-    from graphengine.format.errors import UsageError
-
     if output is None:
         return Path(f"{scene.stem}_map")
     ending = next((ending for ending in ENDINGS if output.endswith(ending)), "")
@@ -119,10 +116,7 @@ def _request(arguments: argparse.Namespace) -> MapRequest:
 
 def _load(path: Path, arguments: argparse.Namespace) -> LoadedWorld | None:
     """The scene's physics, without its graphs; what is wrong with it is printed."""
-    from graphengine.cli.common import print_findings, reading_options
     from graphengine.format import document, spec_reader
-    from graphengine.format.diagnostics import Findings
-    from graphengine.format.errors import UsageError
     from graphengine.scene import build
 
     options, findings = reading_options(arguments), Findings()

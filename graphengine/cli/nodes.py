@@ -9,6 +9,10 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from graphengine.cli.common import add_import_argument, add_message_path, clean, make_registry, message_paths, table
+from graphengine.format.errors import ContextError, UsageError
+from graphengine.format.files import installed_packages
+
 if TYPE_CHECKING:
     from graphengine.compiler.registry import Registry
     from graphengine.node.node_class import Node
@@ -23,8 +27,6 @@ LONG = 4
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
-    from graphengine.cli.common import add_import_argument, add_message_path
-
     parser.add_argument("name", metavar="NAME", nargs="?", help="one type, in full; its registered or short name")
     add_import_argument(parser)
     message = "show the ports of this message or service too, as geometry_msgs/msg/Twist"
@@ -37,9 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0, or 2 for a name that is no type."""
-    from graphengine.cli.common import clean, make_registry, table
     from graphengine.compiler.registry import default_registry
-    from graphengine.format.errors import UsageError
 
     registry = make_registry(arguments.modules) if arguments.modules else default_registry()
     if arguments.name is not None:
@@ -85,9 +85,6 @@ def _with_message(cls: type[Node], registry: Registry, arguments: argparse.Names
     Raises:
         UsageError: there is no such message, or the type grows nothing from one.
     """
-    from graphengine.cli.common import message_paths
-    from graphengine.format.errors import ContextError, UsageError
-    from graphengine.format.files import installed_packages
     from graphengine.node.node_class import grown
 
     parts = arguments.message.split("/")
@@ -113,8 +110,6 @@ def summary(cls: type[Node]) -> str:
 
 def describe(cls: type[Node], constants: Constants = ()) -> str:
     """A node type with all its ports, and with names that its message has for values."""
-    from graphengine.cli.common import table
-
     parts = [f"{cls.type_name}  ({cls.kind()})", "", inspect.getdoc(cls) or ""]
     for side in ("inputs", "outputs"):
         ports = [port for port in cls.fields.values() if port.side == side]

@@ -8,6 +8,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from graphengine.cli.common import add_file_arguments, clean, counted, load, print_findings
+from graphengine.format.errors import UsageError
+from graphengine.format.files import near
+from graphengine.format.output import write_together
+from graphengine.format.wording import printable
+
 if TYPE_CHECKING:
     from graphengine.compiler.graph import Graph, Wire
     from graphengine.compiler.plan import Call, Region
@@ -16,8 +22,6 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
-    from graphengine.cli.common import add_file_arguments
-
     add_file_arguments(parser)
     form = parser.add_mutually_exclusive_group()
     form.add_argument(
@@ -33,7 +37,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 without errors, 1 with."""
-    from graphengine.cli.common import load, print_findings
     from graphengine.compiler.codegen import source_of
 
     scene = load(arguments)
@@ -59,12 +62,8 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def draw(scene: LoadedScene, arguments: argparse.Namespace) -> int:
     """Write the drawing of all graphs, those with errors too; 1 if there are any."""
-    from graphengine.cli.common import clean, counted, print_findings
     from graphengine.drawing import page, svg
     from graphengine.drawing.view_model import make_graph_view
-    from graphengine.format.errors import UsageError
-    from graphengine.format.files import near
-    from graphengine.format.output import write_together
 
     print_findings(scene.findings, notes=False)
     graph_views = [make_graph_view(graph, scene.findings) for graph in scene.graphs]
@@ -83,16 +82,12 @@ def draw(scene: LoadedScene, arguments: argparse.Namespace) -> int:
 
 def _at(graph: Graph) -> str:
     """Name, place and pace of a graph, on one line."""
-    from graphengine.format.wording import printable
-
     pushed = ", all nodes" if graph.flat.spec.evaluator == "push" else ""
     return printable(f"{graph.name}  at {graph.prim_path}, every {graph.runs.replace('_', ' ')}{pushed}")
 
 
 def _value(value: Any) -> str:
     """A value as YAML takes it, on one line."""
-    from graphengine.format.wording import printable
-
     plain = value.tolist() if hasattr(value, "tolist") else value
     return printable(json.dumps(plain, ensure_ascii=False))
 

@@ -11,6 +11,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from graphengine.cli.common import add_file_arguments, clean, open_scene, table
+from graphengine.format.errors import UsageError
+from graphengine.format.files import near
+
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
@@ -25,7 +29,6 @@ MILLIMETRES = 1000
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
-    from graphengine.cli.common import add_file_arguments
     from graphengine.cli.units import duration
 
     add_file_arguments(parser)
@@ -54,9 +57,6 @@ def size(text: str) -> tuple[int, int]:
 def execute(arguments: argparse.Namespace) -> int:
     """0 when the picture was written, 1 with errors."""
     from graphengine.api.pictures import write_png
-    from graphengine.cli.common import clean, open_scene
-    from graphengine.format.errors import UsageError
-    from graphengine.format.files import near
 
     output: Path = arguments.output
     if output.suffix.lower() != ".png" or output.is_dir():
@@ -85,7 +85,6 @@ def _take(scene: Scene, arguments: argparse.Namespace) -> tuple[Picture | Image,
     from graphengine.api.pictures import find_camera, look, simulated
     from graphengine.api.runner import RunOptions
     from graphengine.api.scene import loaded_of, start_runner
-    from graphengine.format.errors import UsageError
 
     loaded = loaded_of(scene)
     if loaded.world is None:
@@ -104,8 +103,6 @@ def _take(scene: Scene, arguments: argparse.Namespace) -> tuple[Picture | Image,
 
 
 def _log(severity: str, node: str, message: str) -> None:
-    from graphengine.cli.common import clean
-
     if severity != "info":
         print(clean(f"{severity}: {node + ': ' if node else ''}{message}"), file=sys.stderr)
 
@@ -136,8 +133,6 @@ def _colour(number: int) -> tuple[int, int, int]:
 def _table(numbers: NDArray[np.int32], labels: Mapping[int, str]) -> str:
     """Colour, pixels and path of each prim in the picture."""
     import numpy as np
-
-    from graphengine.cli.common import table
 
     found, counts = np.unique(numbers, return_counts=True)
     return table(

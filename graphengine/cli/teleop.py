@@ -10,9 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.keyboard import ENDS, Keyboard
 from graphengine.cli.live import Live, absolute, add_live_arguments, positive
+from graphengine.format.errors import UsageError
+from graphengine.format.wording import listing
+from graphengine.messages.endpoints import QoS
+from graphengine.ros.graph import Endpoint, Graph
 
 if TYPE_CHECKING:
-    from graphengine.ros.graph import Endpoint, Graph
     from graphengine.ros.listening import Clock
     from graphengine.ros.transport import Writer
 
@@ -46,8 +49,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when it was ended."""
-    from graphengine.messages.endpoints import QoS
-
     keyboard = Keyboard()
     given = absolute(arguments.topic) if arguments.topic else ""
     with Live(arguments) as live:
@@ -73,9 +74,6 @@ def only_topic(graph: Graph) -> str:
     Raises:
         UsageError: there are several.
     """
-    from graphengine.format.errors import UsageError
-    from graphengine.format.wording import listing
-
     topics = sorted({end.topic for end in _readers(graph)})
     if len(topics) > 1:
         raise UsageError(f"velocities are read from several topics\n  {listing(topics, 'write one of')}")

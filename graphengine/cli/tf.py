@@ -10,13 +10,16 @@ import sys
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from graphengine.cli.common import clean, table
 from graphengine.cli.live import Live, add_live_arguments, positive, show
-
-if TYPE_CHECKING:
-    from graphengine.ros.graph import Graph
-    from graphengine.ros.tf_tree import FrameTree, Row
+from graphengine.format.errors import TransportError, UsageError
+from graphengine.format.output import write_together
+from graphengine.format.wording import listing
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.names import check_namespace, full_namespace
+from graphengine.ros.graph import Graph
+from graphengine.ros.tf_tree import FrameTree, Row, broadcasters, frequency, seconds, to_dot
 
 LISTENING = 5.0
 """Seconds, as long as view_frames listens."""
@@ -43,10 +46,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when there is a tree, 1 when there is none, or with `--strict` when something is wrong with it."""
-    from graphengine.cli.common import clean
-    from graphengine.format.errors import TransportError
-    from graphengine.ros.tf_tree import FrameTree
-
     _check_output(arguments.output)
     tree = FrameTree()
     with Live(arguments) as live:
@@ -71,8 +70,6 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _check_output(path: Path | None) -> None:
-    from graphengine.format.errors import UsageError
-
     if path is None:
         return
     if path.suffix not in (*DOT, *PICTURES, *TEXT):
@@ -84,7 +81,6 @@ def _check_output(path: Path | None) -> None:
 
 def _listen(live: Live, topics: list[str], tree: FrameTree) -> None:
     from graphengine.messages import messages
-    from graphengine.messages.endpoints import QoS
 
     def take(topic: str, static: bool) -> Callable[[bytes], None]:
         def deliver(data: bytes) -> None:
@@ -108,8 +104,6 @@ def _namespaces(graph: Graph) -> list[str]:
 
 def _namespace(given: str) -> str:
     """Its full name; empty for none."""
-    from graphengine.messages.names import check_namespace, full_namespace
-
     namespace = full_namespace(given)
     check_namespace(namespace or "/", given)
     return namespace
@@ -121,9 +115,6 @@ def _only_namespace(graph: Graph) -> str:
     Raises:
         TransportError: it could be one of several.
     """
-    from graphengine.format.errors import TransportError
-    from graphengine.format.wording import listing
-
     there = _namespaces(graph)
     if len(there) < 2 or "" in there:
         return "" if "" in there else "".join(there)
@@ -132,8 +123,6 @@ def _only_namespace(graph: Graph) -> str:
 
 def _elsewhere(graph: Graph) -> str:
     """Where there are transforms."""
-    from graphengine.format.wording import listing
-
     return listing((namespace or "/" for namespace in _namespaces(graph)), "namespaces in which there are publishers")
 
 
@@ -156,10 +145,6 @@ def _write(tree: FrameTree, names: Mapping[bytes, str], path: Path | None) -> No
     Raises:
         TransportError: Graphviz fails.
     """
-    from graphengine.format.errors import TransportError
-    from graphengine.format.output import write_together
-    from graphengine.ros.tf_tree import to_dot
-
     if path is None:
         show(_table(tree, names))
         return
@@ -174,16 +159,12 @@ def _write(tree: FrameTree, names: Mapping[bytes, str], path: Path | None) -> No
 
 
 def _table(tree: FrameTree, names: Mapping[bytes, str]) -> str:
-    from graphengine.cli.common import table
-
     rows: list[tuple[str, ...]] = [("FRAME", "BROADCASTER", "RATE", "NEWEST")]
     rows += [_cells(row, names) for row in tree.rows()]
     return table([tuple(cell.replace("\n", " ") for cell in row) for row in rows])
 
 
 def _cells(row: Row, names: Mapping[bytes, str]) -> tuple[str, str, str, str]:
-    from graphengine.ros.tf_tree import broadcasters, frequency, seconds
-
     edge = row.edge
     if edge is None:
         return str(row), "", "", ""

@@ -6,11 +6,9 @@ import argparse
 import dataclasses
 import json
 import sys
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from graphengine.messages.endpoints import EndpointClaim
-
+from graphengine.cli.common import add_file_arguments, clean, load, print_findings, table
+from graphengine.messages.endpoints import EndpointClaim
 
 FRAMES = 2
 """Edges of the TF tree that are told of one publisher; `--format json` has all."""
@@ -18,16 +16,12 @@ FRAMES = 2
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
-    from graphengine.cli.common import add_file_arguments
-
     add_file_arguments(parser)
     parser.add_argument("--format", choices=("text", "json"), default="text")
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 without errors, 1 with."""
-    from graphengine.cli.common import clean, load, print_findings, table
-
     scene = load(arguments)
     if scene.findings.errors:
         print_findings(scene.findings, notes=False)

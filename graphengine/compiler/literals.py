@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import fnmatch
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -11,7 +11,7 @@ from typing import Any
 from graphengine.compiler.graph import Graph, Instance, declared_inputs, find_port, wired_ports, with_article
 from graphengine.compiler.parameters import UNKNOWN
 from graphengine.format.diagnostics import Findings, Span
-from graphengine.format.wording import did_you_mean, listing, shown
+from graphengine.format.wording import did_you_mean, listing, shown, unknown
 from graphengine.node import types
 from graphengine.node.port import Port
 from graphengine.node.types import PortType, UnionType, brief
@@ -40,9 +40,19 @@ class Override:
 
     def matches(self, path: str) -> bool:
         """Whether it means the node at `robot/graph/Node`."""
-        wanted, parts = self.target.split("/"), path.split("/")
-        tail = parts[-len(wanted) :]
-        return len(tail) == len(wanted) and all(fnmatch.fnmatchcase(p, w) for p, w in zip(tail, wanted, strict=True))
+        return ends_with(path, self.target)
+
+
+def ends_with(path: str, pattern: str) -> bool:
+    """Whether the last parts of `robot/graph/Node` match the parts of a pattern, which may have globs."""
+    wanted = pattern.split("/")
+    tail = path.split("/")[-len(wanted) :]
+    return len(tail) == len(wanted) and all(map(fnmatch.fnmatchcase, tail, wanted))
+
+
+def no_node(pattern: str, paths: Iterable[str]) -> str:
+    """The message that a pattern matches none of the nodes at some paths."""
+    return unknown("node", pattern, (path if "/" in pattern else path.rpartition("/")[2] for path in paths))
 
 
 def set_literals(graph: Graph, known: dict[str, Instance | None], findings: Findings) -> None:

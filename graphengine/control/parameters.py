@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -23,18 +22,6 @@ FASTEST = 1e6
 
 # Of rcl_interfaces/msg/ParameterType.
 _NOT_SET, _INTEGER, _DOUBLE = 0, 2, 3
-
-
-@dataclass(frozen=True, slots=True)
-class _Read:
-    """A look at the parameter, for an answer."""
-
-    names: Sequence[str]
-    response: Any
-
-    def apply(self, session: Session) -> None:
-        """Write it into the answer."""
-        self.response.values = [_value(session.pace or 0.0 if name == NAME else None) for name in self.names]
 
 
 class Parameters:
@@ -55,7 +42,7 @@ class Parameters:
         handles: Mapping[str, Handle] = {
             "DescribeParameters": _describe,
             "GetParameterTypes": _types,
-            "GetParameters": lambda request, response: desk.ask(_Read(request.names, response)),
+            "GetParameters": lambda request, response: desk.ask(lambda session: _get(session, request, response)),
             "ListParameters": _list,
             "SetParameters": self._set,
             "SetParametersAtomically": self._set_atomically,
@@ -101,6 +88,10 @@ def _types(request: Any, response: Any) -> None:
 
 def _list(request: Any, response: Any) -> None:
     response.result.names = [NAME] if not request.prefixes or NAME in request.prefixes else []
+
+
+def _get(session: Session, request: Any, response: Any) -> None:
+    response.values = [_value(session.pace or 0.0 if name == NAME else None) for name in request.names]
 
 
 def _value(factor: float | None) -> Any:

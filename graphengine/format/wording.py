@@ -49,6 +49,12 @@ def _did_you_mean(name: str, names: Sequence[str], wording: str) -> str:
     return wording.format(" or ".join(repr(n) for n in near)) if near else ""
 
 
+def unknown(what: str, name: str, legal: Iterable[str]) -> str:
+    """`no robot 'doog'` and a suggestion, or the legal names where none is near."""
+    names = list(dict.fromkeys(legal))
+    return f"no {what} {name!r}\n  {did_you_mean(name, names) or listing(names, f'{what}s')}"
+
+
 def listing(names: Iterable[str], what: str = "legal") -> str:
     """`legal: a, b, c`, cut after 20 names."""
     all_names = list(names)

@@ -6,7 +6,7 @@ from collections.abc import Collection
 
 from graphengine.format.errors import UsageError
 from graphengine.format.stateful import Stateful
-from graphengine.format.wording import did_you_mean, listing
+from graphengine.format.wording import unknown
 
 LETTERS = tuple("ABCDEFGHIJKLMNOPQRSTUVWXYZ")
 _PUNCTUATION = {
@@ -105,7 +105,7 @@ class Keyboard(Stateful):
 def _expect(keys: Collection[str]) -> None:
     for key in keys:
         if key not in KEYS:
-            raise UsageError(f"no key {key!r}\n  {did_you_mean(key, KEYS) or listing(KEYS, 'keys')}")
+            raise UsageError(unknown("key", key, KEYS))
 
 
 def keys_of(character: str) -> tuple[str, ...]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import time
 from collections import defaultdict, deque
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -22,6 +21,7 @@ from graphengine.recording.seen_messages import SeenMessages
 from graphengine.recording.sources import SourceNames, media_type, sources
 from graphengine.recording.writer import RecordingWriter, TimedMessage
 from graphengine.ros.network import LiveNetwork
+from graphengine.runtime.inbox import Inbox
 from graphengine.runtime.session import Session
 from graphengine.scene.loaded_scene import LoadedScene
 
@@ -30,7 +30,7 @@ CHUNK_SECONDS = 1.0
 """Simulation time after which a chunk is written, at the latest: what a crash may cost."""
 
 
-class Recorder:
+class Recorder(Inbox):
     """The inbox of a session and a sink of its network; made before the first tick, closed before the session.
 
     Args:
@@ -95,7 +95,7 @@ class Recorder:
     def begin_tick(self) -> float:
         """The wall clock."""
         self._tick += 1
-        self._wall_time = time.time()
+        self._wall_time = super().begin_tick()
         return self._wall_time
 
     def deliver(self, claim: EndpointClaim, arrived: Sequence[bytes]) -> None:

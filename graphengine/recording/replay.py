@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -18,7 +18,8 @@ from graphengine.recording.reader import Recording, Tick
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport, MemoryWriter
 from graphengine.ros.transports.memory.memory_services import MemoryClient
-from graphengine.runtime.commands import RECORDED, parse
+from graphengine.runtime.commands import COMMANDS, parse
+from graphengine.runtime.inbox import Inbox
 from graphengine.runtime.session import Session
 
 MAX_FIELDS = 8
@@ -74,7 +75,7 @@ class SilentClient(MemoryClient):
 
 
 @dataclass(eq=False)
-class Replay:
+class Replay(Inbox):
     """The inbox of a session and a sink of its network; made before the first tick.
 
     Args:
@@ -110,12 +111,6 @@ class Replay:
     def begin_tick(self) -> float:
         """The wall clock, as it was read in the recorded run."""
         return self._wall_time
-
-    def end_tick(self) -> None:
-        """`run` sees to it."""
-
-    def command(self, name: str, arguments: Mapping[str, Any]) -> None:
-        """It is what was recorded."""
 
     def deliver(self, claim: EndpointClaim, arrived: Sequence[bytes]) -> None:
         """It is what was recorded."""
@@ -240,7 +235,7 @@ def _command(session: Session, name: str, arguments: Any) -> None:
     Raises:
         RecordingError: nobody could have asked for that.
     """
-    if name not in RECORDED:
+    if name not in COMMANDS or not COMMANDS[name].recorded:
         raise RecordingError(f"the recording has a command {name[:40]!r}, which is not known here")
     try:
         command = parse(name, arguments)

@@ -8,6 +8,7 @@ from fnmatch import fnmatchcase
 from typing import Any
 
 from graphengine.compiler.graph import Instance, known_type, with_article
+from graphengine.compiler.literals import ends_with, no_node
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import did_you_mean, listing, shown
 from graphengine.node import types
@@ -70,14 +71,13 @@ def find_ports(runs: Iterable[GraphRun], pattern: str, sides: Sequence[Side] = S
     """
     path, _, name = pattern.rpartition(".")
     nodes = list(_nodes(runs))
-    matching = [node for node in nodes if _matches(node[0], path)]
+    matching = [node for node in nodes if ends_with(node[0], path)]
     found = [port for node in matching for port in _ports(*node, name, sides)]
     if found:
         return found
     if not matching:
-        names = [known if "/" in path else known.rpartition("/")[2] for known, _, _ in nodes]
-        near = did_you_mean(path, names) or listing(dict.fromkeys(names), "nodes")
-        raise UsageError(f"{pattern}: no node {path!r}\n  {near}" if path else f"{pattern!r}: write NODE.PORT")
+        paths = [known for known, _, _ in nodes]
+        raise UsageError(f"{pattern}: {no_node(path, paths)}" if path else f"{pattern!r}: write NODE.PORT")
     classes = list(dict.fromkeys(type(executor.nodes[index]) for _, executor, index in matching))
     ports = [port.name for cls in classes for port in cls.fields.values() if port.side in sides and not port.is_exec]
     who = f"{classes[0].__name__} has" if len(classes) == 1 else "the nodes that it matches have"
@@ -108,12 +108,6 @@ def _nodes(runs: Iterable[GraphRun]) -> Iterator[tuple[str, Executor, int]]:
         for instance in instances:
             if not instance.part_of:
                 yield f"{run.name}/{instance.id}", run.executor, instance.index
-
-
-def _matches(path: str, pattern: str) -> bool:
-    wanted = pattern.split("/")
-    parts = path.split("/")[-len(wanted) :]
-    return len(parts) == len(wanted) and all(map(fnmatchcase, parts, wanted))
 
 
 def _ports(path: str, executor: Executor, index: int, pattern: str, sides: Sequence[Side]) -> Iterator[NodePort]:

@@ -17,7 +17,7 @@ from graphengine.format.permissions import Permissions
 from graphengine.messages.endpoints import EndpointClaim, Network
 from graphengine.node.clock import Clock
 from graphengine.node.context.services import Services
-from graphengine.runtime.graph_run import make_graph_run
+from graphengine.runtime.graph_run import make_clock, make_graph_run
 
 
 def check_graphs(
@@ -182,9 +182,7 @@ def lint_rates(graphs: Sequence[Graph], world: World, findings: Findings) -> Non
 
 
 def _clock(graph: Graph, world: World) -> Clock:
-    """Counts the passes of a graph."""
-    numerator, denominator = world.tick_period
-    return Clock((numerator, denominator * (world.substeps if graph.runs == "physics_step" else 1)))
+    return make_clock(world, on_step=graph.runs == "physics_step")
 
 
 def lint_claims(context: LintContext) -> None:

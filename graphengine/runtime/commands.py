@@ -1,28 +1,33 @@
-"""What a session can be asked for between two ticks, by name and with arguments that JSON can say.
+"""The commands of a session, one class each: arguments with their units, what it does, and whether recordings hold it.
 
-Those that change the simulation's course are what recordings hold, under the same names; the others only decide when ticks run.
+`graphrun ctl`, the Python API, simulation_interfaces and replays all use these; by name and JSON arguments through `parse`.
 """
 
 from __future__ import annotations
 
+import contextlib
 import json
 from abc import abstractmethod
 from collections.abc import Mapping
+from functools import partial
 from types import MappingProxyType
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
+from graphengine.devices import entity as entities
 from graphengine.devices.poses import from_orientation
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.sensor import Vector3
 from graphengine.devices.stage import Prim
 from graphengine.format import document as documents
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import StateError, UsageError
 from graphengine.format.spec import Orientation, Positive, RobotUse, Spec, Vector
 from graphengine.format.spec_reader import validate
-from graphengine.format.wording import did_you_mean, listing, shown
+from graphengine.format.wording import shown, unknown
 from graphengine.messages.names import join_namespaces
+from graphengine.node.mailbox import find_impulses
+from graphengine.runtime.addresses import find_ports
 from graphengine.runtime.pacer import SLOWEST
 from graphengine.runtime.session import Session
 from graphengine.runtime.ticker import SCOPES, ResetScope
@@ -45,14 +50,32 @@ Scope = Literal["time", "state", "spawned", "all"]
 
 
 class Command(Spec):
-    """One thing to do; its fields are its arguments."""
+    """Something that a session does between two ticks; its fields are the arguments, its docstring is the help."""
+
+    recorded: ClassVar[bool] = False
+    """Whether it changes the simulation's course: recordings hold it, and replays, which take no other, repeat it."""
 
     def apply(self, session: Session) -> Any:
-        """Do it, between two ticks; what JSON can say about what came of it."""
+        """Carry it out between two ticks; return a result that JSON can hold."""
         return self._apply(session)
 
     @abstractmethod
     def _apply(self, session: Session) -> Any: ...
+
+
+class _Change(Command):
+    """Something that a session refuses within a tick and after it failed."""
+
+    recorded = True
+
+    def apply(self, session: Session) -> Any:
+        """Carry it out between two ticks; return a result that JSON can hold."""
+        session.admit()
+        return self._apply(session)
+
+    def _record(self, session: Session, **arguments: Any) -> None:
+        """Record it as it was done, with arguments that do not depend on the state of the session."""
+        session.inbox.command(type(self).__name__.lower(), arguments)
 
 
 class Play(Command):
@@ -74,6 +97,8 @@ class Pause(Command):
 class Stop(Command):
     """Everything as before the first tick, and no ticks until it plays again."""
 
+    recorded = True
+
     def _apply(self, session: Session) -> None:
         session.stop()
 
@@ -89,6 +114,8 @@ class Step(Command):
 
 class Reset(Command):
     """Begin anew and go on as before: the time, the state of the world, without the robots that came, or all of it."""
+
+    recorded = True
 
     scope: Annotated[tuple[Scope, ...], Field(strict=False, min_length=1), BeforeValidator(_several)] = ("all",)
 
@@ -108,34 +135,39 @@ class Rate(Command):
         session.pace = self.factor
 
 
-class Spawn(Command):
+class Spawn(_Change):
     """Put a robot into the scene; `use` is what a scene file would say about it."""
 
     name: EntityName
     use: RobotUse
 
     def _apply(self, session: Session) -> dict[str, Any]:
-        return _warned(session.spawn(self.name, self.use))
+        session.roster.add(self.name, self.use)
+        self._record(session, name=self.name, use=self.use.model_dump(mode="json"))
+        return _overlaps(session, self.name)
 
 
-class Delete(Command):
-    """Take a robot out of the scene, with its graphs and its topics."""
+class Delete(_Change):
+    """Remove a robot, its graphs and its topics."""
 
     name: EntityName
 
     def _apply(self, session: Session) -> None:
-        session.remove(self.name)
+        session.roster.remove(self.name)
+        self._record(session, name=self.name)
 
 
-class Move(Command):
-    """Put a robot or an object of the world somewhere else; without a velocity it rests there."""
+class Move(_Change):
+    """Put a robot or an object of the world somewhere else; its joints go on as they are, without a velocity it rests there."""
 
     entity: EntityName
     position: Annotated[tuple[float, ...], Field(strict=False)] | None = None
-    """In the world, m; of two numbers, the height stays as it is."""
+    """Of a robot's base link, or of the object, in the world, m; of two numbers, the height stays as it is."""
     orientation: Orientation | None = None
     linear: Vector | None = None
+    """Velocity in the world, m/s."""
     angular: Vector | None = None
+    """Velocity about the axes of the world, rad/s."""
 
     @model_validator(mode="after")
     def _something(self) -> Move:
@@ -147,8 +179,15 @@ class Move(Command):
         return self
 
     def _apply(self, session: Session) -> dict[str, Any]:
-        orientation = _quaternion(self.orientation) if self.orientation is not None else None
-        return _warned(session.place(self.entity, self._place(session), orientation, self.linear, self.angular))
+        position, turned = self._place(session), self.orientation
+        # A quaternion as it was given, to the last bit, so that a replay does the same.
+        orientation = (turned.quaternion_xyzw or from_orientation(turned)) if turned is not None else None
+        to = entities.Move(position, orientation, self.linear, self.angular)
+        session.services.world.entities.place(self.entity, to)
+        turn = {"quaternion_xyzw": orientation} if orientation is not None else None
+        where = {"position": position, "orientation": turn, "linear": self.linear, "angular": self.angular}
+        self._record(session, entity=self.entity, **where)
+        return _overlaps(session, self.entity)
 
     def _place(self, session: Session) -> Vector3 | None:
         if self.position is None:
@@ -157,22 +196,22 @@ class Move(Command):
         return x, y, height[0] if height else session.services.world.entities.state(self.entity).position[2]
 
 
-def _warned(warning: str) -> dict[str, Any]:
-    """What came of putting something somewhere, with what is to be known of it."""
-    return {"warnings": [warning] if warning else []}
+def _overlaps(session: Session, name: str) -> dict[str, Any]:
+    """The result of putting an entity somewhere: warnings, which are logged too, where it overlaps others."""
+    text = entities.warning(name, session.services.world.entities.overlaps(name))
+    if text:
+        session.services.log("warning", "", text)
+    return {"warnings": [text] if text else []}
 
 
-def _quaternion(orientation: Orientation) -> Quaternion:
-    """A quaternion as it was given, to the last bit, so that what is recorded is what was done."""
-    return orientation.quaternion_xyzw or from_orientation(orientation)
-
-
-class Push(Command):
-    """Let a force act on a robot or an object for a while: a force, N, or an impulse, N s, that is spread over the time."""
+class Push(_Change):
+    """Let a force, or an impulse spread over a time, act on a robot or an object from the next physics step on."""
 
     entity: EntityName
     force: Vector | None = None
+    """In the world, N."""
     impulse: Vector | None = None
+    """In the world, N s."""
     duration: Positive | None = None
     """In simulation time, s; one tick for an impulse without it."""
     at: Vector | None = None
@@ -190,31 +229,44 @@ class Push(Command):
         duration = self.duration or session.clock.delta
         x, y, z = self.force or self.impulse or (0.0, 0.0, 0.0)
         force = (x, y, z) if self.force is not None else (x / duration, y / duration, z / duration)
-        session.push(self.entity, force, duration, self.at)
+        session.services.world.entities.push(self.entity, force, duration, self.at)
+        self._record(session, entity=self.entity, force=force, duration=duration, at=self.at)
 
 
-class Set(Command):
-    """Give inputs that no wire feeds another value."""
+class Set(_Change):
+    """Give inputs that no wire feeds another value, which they keep through `stop` and `reset`."""
 
     address: EntityName
     """`[robot/][graph/]Node.port`, globs allowed."""
     value: Any
+    """As a graph file would have it."""
 
     def _apply(self, session: Session) -> None:
-        session.set_inputs(self.address, self.value)
+        ports = find_ports(session.graphs, self.address, ("inputs",))
+        changes = [(port, port.convert(self.value)) for port in ports]
+        with contextlib.ExitStack() as undoing:
+            for port, converted in changes:
+                undo = partial(port.put, port.value)
+                port.put(converted)
+                undoing.callback(undo)
+            undoing.pop_all()
+        self._record(session, address=self.address, value=self.value)
 
 
-class Impulse(Command):
-    """Let an OnImpulseEvent fire in the next tick."""
+class Impulse(_Change):
+    """Let an OnImpulseEvent fire in the next tick; several before one tick are one."""
 
     node: EntityName
     """Its prim path, or as much of the end as no other has."""
 
     def _apply(self, session: Session) -> None:
-        session.impulse(self.node)
+        path, queue = find_impulses(session.services.queues, self.node)
+        if not queue.waiting:
+            queue.post()
+        self._record(session, node=path)
 
 
-class _Keys(Command):
+class _Keys(_Change):
     keys: Annotated[
         tuple[EntityName, ...], Field(strict=False, min_length=1, max_length=100), BeforeValidator(_several)
     ]
@@ -225,18 +277,22 @@ class Press(_Keys):
     """Hold keys down from the next tick on."""
 
     def _apply(self, session: Session) -> None:
-        session.press(*self.keys)
+        session.services.keys.press(self.keys)
+        self._record(session, keys=list(self.keys))
 
 
 class Release(_Keys):
     """Let go of keys; one that was pressed since the last tick is down for one tick."""
 
     def _apply(self, session: Session) -> None:
-        session.release(*self.keys)
+        session.services.keys.release(self.keys)
+        self._record(session, keys=list(self.keys))
 
 
 class Checkpoint(Command):
     """Keep a copy of the whole state of the session, to which `restore` goes back."""
+
+    recorded = True
 
     name: Annotated[str, Field(max_length=1000)] = ""
     """By which it is known; numbered if not given."""
@@ -250,13 +306,14 @@ class Checkpoint(Command):
 class Restore(Command):
     """Go back to a checkpoint; messages that have left the process are not taken back."""
 
+    recorded = True
+
     name: EntityName
 
     def _apply(self, session: Session) -> None:
         kept = session.held.get(self.name)
         if kept is None:
-            hint = did_you_mean(self.name, session.held) or listing(session.held, "checkpoints")
-            raise UsageError(f"no checkpoint {self.name!r}\n  {hint}")
+            raise UsageError(unknown("checkpoint", self.name, session.held))
         session.restore(kept)
 
 
@@ -295,7 +352,7 @@ def _robot(session: Session, prim: Prim) -> dict[str, Any]:
         "namespace": join_namespaces(session.services.stage.namespaces(prim.facts["base_link"])),
         "position": state.position,
         "orientation": state.orientation,
-        "spawned": prim.entity_name in session.spawned,
+        "spawned": prim.entity_name in session.roster.spawned,
     }
 
 
@@ -311,10 +368,6 @@ _KINDS += (Press, Release, Checkpoint, Restore, State, Quit)
 
 COMMANDS: Mapping[str, type[Command]] = MappingProxyType({kind.__name__.lower(): kind for kind in _KINDS})
 
-RECORDED = frozenset({"stop", "reset", "spawn", "delete", "move", "push", "set", "impulse", "press", "release"})
-RECORDED |= {"checkpoint", "restore"}
-"""Those that change the simulation's course: another run that is asked for them before the same ticks is the same."""
-
 
 def parse(name: str, arguments: Any = None) -> Command:
     """A command of its name and its arguments.
@@ -323,8 +376,7 @@ def parse(name: str, arguments: Any = None) -> Command:
         UsageError: there is none of that name, or its arguments make no sense.
     """
     if name not in COMMANDS:
-        hint = did_you_mean(str(name)[:40], COMMANDS) or listing(COMMANDS, "commands")
-        raise UsageError(f"no command {str(name)[:40]!r}\n  {hint}")
+        raise UsageError(unknown("command", str(name)[:40], COMMANDS))
     given = {} if arguments is None else arguments
     if not isinstance(given, dict):
         raise UsageError(f"{name}: its arguments are a mapping, not {shown(given)}")

@@ -10,11 +10,10 @@ import traceback
 from collections import deque
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
-from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 from graphengine.format.errors import GraphError, RecordingError, StateError, UsageError
-from graphengine.runtime.commands import Step, parse
+from graphengine.runtime.commands import parse
 from graphengine.runtime.session import Session
 
 MAX_WAITING = 1000
@@ -23,17 +22,8 @@ SHARE = 0.01
 """CPU time for commands between two ticks, s; the other commands wait for the next tick."""
 
 
-class Doable(Protocol):
-    """Something to do with a session: one of `commands`, or a query."""
-
-    def apply(self, session: Session) -> Any:
-        """Do it, and return the result."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Request:
-    command: Doable
-    answer: Future[Any]
+Action = Callable[[Session], Any]
+"""Something to do with a session: a command's `apply`, or a query; returns the result."""
 
 
 class Desk:
@@ -48,8 +38,8 @@ class Desk:
 
     def __init__(self, clock: Callable[[], float] = time.thread_time) -> None:
         self._clock = clock
-        self._arrived: queue.SimpleQueue[_Request | None] = queue.SimpleQueue()
-        self._taken: deque[_Request | None] = deque()
+        self._arrived: queue.SimpleQueue[tuple[Action, Future[Any]] | None] = queue.SimpleQueue()
+        self._taken: deque[tuple[Action, Future[Any]] | None] = deque()
         self._stepping: tuple[int, Future[Any]] | None = None
         self._lock = threading.Lock()
         self._closed = ""
@@ -57,14 +47,14 @@ class Desk:
     def submit(self, name: str, arguments: Mapping[str, Any] | None = None) -> Future[Any]:
         """Queue one of `commands.COMMANDS`; thread-safe."""
         try:
-            return self.ask(parse(name, arguments))
+            return self.ask(parse(name, arguments).apply)
         except UsageError as error:
             answer: Future[Any] = Future()
             answer.set_exception(error)
             return answer
 
-    def ask(self, command: Doable) -> Future[Any]:
-        """Queue a command; thread-safe."""
+    def ask(self, action: Action) -> Future[Any]:
+        """Queue an action; thread-safe."""
         answer: Future[Any] = Future()
         try:
             with self._lock:
@@ -72,7 +62,7 @@ class Desk:
                     raise StateError(self._closed)
                 if self._arrived.qsize() >= MAX_WAITING:
                     raise StateError(f"{MAX_WAITING} commands wait to be done; no more are taken")
-                self._arrived.put(_Request(command, answer))
+                self._arrived.put((action, answer))
         except UsageError as error:
             answer.set_exception(error)
         return answer
@@ -86,20 +76,20 @@ class Desk:
             if done and self._clock() >= end:
                 break
             request = self._taken.popleft() if self._taken else self._arrived.get()
-            if request is not None and request.answer.set_running_or_notify_cancel():
-                self._do(request, session)
+            if request is not None and request[1].set_running_or_notify_cancel():
+                self._do(*request, session)
                 self._end_steps(session)
 
-    def _do(self, request: _Request, session: Session) -> None:
-        command, answer = request.command, request.answer
+    def _do(self, action: Action, answer: Future[Any], session: Session) -> None:
+        advancing = session.advancing
         try:
-            result = command.apply(session)
+            result = action(session)
         except RecordingError as error:  # it was done, and the run cannot be recorded any more
             answer.set_exception(error)
             raise
         except (GraphError, OSError) as error:
             answer.set_exception(error)
-        except Exception as error:  # a fault of ours, which whoever asked is not to end the run with
+        except Exception as error:  # an internal error; it must not end the run of the client that asked
             place = traceback.extract_tb(error.__traceback__)[-1]
             text = f"what was asked for went wrong: {type(error).__name__}: {error}"
             session.services.log("error", "", f"{text}\n  {place.filename}:{place.lineno}, in {place.name}")
@@ -108,8 +98,8 @@ class Desk:
             answer.set_exception(error)
             raise
         else:
-            if isinstance(command, Step):
-                self._stepping = (session.ticks + command.ticks, answer)
+            if session.advancing and not advancing:  # it is done when its ticks ran
+                self._stepping = (session.ticks + session.advancing, answer)
             else:
                 answer.set_result(result)
 
@@ -143,7 +133,7 @@ class Desk:
         self._stepping = None
         while self._taken or not self._arrived.empty():
             request = self._taken.popleft() if self._taken else self._arrived.get()
-            if request is not None and request.answer.set_running_or_notify_cancel():
-                left.append(request.answer)
+            if request is not None and request[1].set_running_or_notify_cancel():
+                left.append(request[1])
         for answer in left:
             answer.set_exception(StateError(reason))

@@ -9,6 +9,7 @@ from typing import Any
 
 from graphengine.compiler.gates import rate
 from graphengine.compiler.graph import Graph, visible
+from graphengine.devices.backend import World
 from graphengine.devices.stage import Prim, at_or_below
 from graphengine.format.errors import BadValueError, NodeError
 from graphengine.node.clock import Clock
@@ -129,6 +130,12 @@ class GraphRun:
     def close(self) -> None:
         """Close what its nodes hold; safe to call twice."""
         self.contexts.close()
+
+
+def make_clock(world: World, *, on_step: bool = False) -> Clock:
+    """A clock of the ticks of a world, or of its physics steps."""
+    numerator, denominator = world.tick_period
+    return Clock((numerator, denominator * (world.substeps if on_step else 1)))
 
 
 def make_graph_run(

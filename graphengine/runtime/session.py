@@ -1,4 +1,4 @@
-"""A running simulation: the tick, its pace, and what can be done between two ticks."""
+"""A running simulation: when its ticks run, and how it stops, resets and goes back to checkpoints."""
 
 from __future__ import annotations
 
@@ -7,20 +7,13 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
-from graphengine.devices.entity import Move, warning
-from graphengine.devices.sensor import Quaternion, Vector3
-from graphengine.format.errors import StateError, TransportError, UnknownEntityError, UsageError
-from graphengine.format.spec import RobotUse
-from graphengine.node.clock import Clock
-from graphengine.node.context.services import Services
-from graphengine.node.mailbox import find_impulses
-from graphengine.runtime.addresses import find_ports
+from graphengine.format.errors import StateError, TransportError, UsageError
 from graphengine.runtime.graph_run import GraphRun
-from graphengine.runtime.inbox import Inbox, LiveInbox
+from graphengine.runtime.inbox import Inbox
 from graphengine.runtime.pacer import Pacer
+from graphengine.runtime.roster import Roster
 from graphengine.runtime.ticker import SCOPES, ResetScope, Ticker
 
 if TYPE_CHECKING:
@@ -30,48 +23,6 @@ SessionState = Literal["stopped", "playing", "paused", "failed"]
 
 IDLE = 0.25
 """Seconds between two looks at whether a run that is paused is to end, where no desk wakes it."""
-
-
-class Roster:
-    """The robots of a session, which a scene adds and removes; without a scene there are none."""
-
-    @property
-    def spawned(self) -> Sequence[str]:
-        """Names of the robots that came and are still there, oldest first."""
-        return ()
-
-    def add(self, name: str, use: RobotUse, running: Sequence[GraphRun]) -> Sequence[GraphRun]:
-        """Put a robot into the scene; its graphs, set up.
-
-        Raises:
-            CheckError: with all that is wrong with it.
-            GraphError: physics, rays or one of its nodes cannot begin. After an error of any kind all is as it was.
-        """
-        raise UsageError("a session without a scene has no place for robots")
-
-    def own(self, name: str, graphs: Sequence[GraphRun]) -> Sequence[GraphRun]:
-        """Which of the session's graphs are a robot's, which can be removed.
-
-        Raises:
-            UnknownEntityError: there is no such robot.
-            UsageError: a graph that is not its own reads something of it.
-        """
-        raise UnknownEntityError("a session without a scene has no robots")
-
-    def remove(self, name: str, own: Sequence[GraphRun]) -> None:
-        """Take a robot away, with its graphs and topics."""
-        raise NotImplementedError
-
-    def save(self) -> Any:
-        """Which robots are there."""
-
-    def restore(self, saved: Any, running: Sequence[GraphRun]) -> Sequence[GraphRun]:
-        """Put back the robots that were there, and take away the others; the graphs that run then, in their order.
-
-        Raises:
-            GraphError: a robot cannot be put back.
-        """
-        return running
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,36 +38,27 @@ class Checkpoint:
 
 
 class Session:
-    """Owns world, network and graphs.
+    """Decides when ticks run. `commands` says what else can be done with a session between two ticks.
 
-    One thread runs all of it, and no method is for any other but `interrupt`: who is in another leaves word at a desk. Within
-    a tick a session refuses to step, to stop, and whatever else changes what there is.
+    Not thread-safe: only `interrupt` may be called from another thread; use the desk for everything else. Within a tick a session
+    refuses to step, to stop, and all changes.
 
     Args:
-        services: what the nodes' contexts share.
-        clock: of the ticks.
-        step_clock: of the physics steps inside of a tick.
-        graphs: in the order they run: the scene's, then each robot's.
-        roster: who adds and removes robots; None where there is no scene.
+        ticker: the graphs, and what they run on.
+        roster: adds and removes robots.
     """
 
-    def __init__(
-        self,
-        services: Services,
-        clock: Clock,
-        step_clock: Clock,
-        graphs: Sequence[GraphRun],
-        roster: Roster | None = None,
-    ) -> None:
-        self.services = services
-        self.clock = clock
-        self.step_clock = step_clock
+    def __init__(self, ticker: Ticker, roster: Roster) -> None:
+        self._ticker = ticker
+        self.services = ticker.services
+        self.clock = ticker.clock
+        self.step_clock = ticker.step_clock
+        self.roster = roster
         self.state: SessionState = "stopped"
-        self.inbox: Inbox = LiveInbox()
-        """Where what comes from outside is read, or was; to be exchanged before the first tick."""
+        self.inbox = Inbox()
+        """Reads the wall clock and takes commands; to be exchanged before the first tick."""
         self.desk: Desk | None = None
         """Where others ask for what can be done; with one, a run goes on while it is paused or stopped."""
-        self._roster = roster or Roster()
         self._until = 0
         self._pace: float | None = None
         self._pacer: Pacer | None = None
@@ -125,7 +67,6 @@ class Session:
         self._checkpoints = 0
         self.held: dict[str, Checkpoint] = {}
         """Checkpoints that commands asked for, by name."""
-        self._ticker = Ticker(services, clock, step_clock, graphs)
 
     @property
     def graphs(self) -> Sequence[GraphRun]:
@@ -142,159 +83,6 @@ class Session:
         """Seconds of simulation since play."""
         return self.clock.time
 
-    @property
-    def spawned(self) -> Sequence[str]:
-        """Names of the robots that came while the session ran and are still there, oldest first."""
-        return self._roster.spawned
-
-    def spawn(self, name: str, use: RobotUse) -> str:
-        """Put a robot into the scene, between two ticks: time goes on, what others do and publish stays as it is.
-
-        Its graphs run after those that are there. On `stop` it goes back to where it was put.
-
-        Args:
-            name: in the scene, as a scene file's key would be.
-            use: as in a scene file; one robot.
-
-        Returns:
-            A warning, where it is in what stands there; else nothing.
-
-        Raises:
-            CheckError: with all that is wrong with it.
-            GraphError: physics, rays or one of its nodes cannot begin. After an error of any kind all is as it was.
-            UsageError: the session has no scene, or is within a tick.
-        """
-        self.admit()
-        self._ticker.take([*self.graphs, *self._roster.add(name, use, self.graphs)])
-        self.inbox.command("spawn", {"name": name, "use": use.model_dump(mode="json")})
-        return self._warn_of_overlaps(name)
-
-    def remove(self, name: str) -> None:
-        """Take a robot, its graphs and its topics away, between two ticks; time and the others' state stay.
-
-        Raises:
-            UnknownEntityError: there is no such robot.
-            UsageError: a graph that is not its own reads something of it, or within a tick.
-        """
-        self.admit()
-        own = self._roster.own(name, self.graphs)
-        self._ticker.tell("at_close", own)
-        self._roster.remove(name, own)
-        gone = {id(run) for run in own}
-        self._ticker.take([run for run in self.graphs if id(run) not in gone])
-        self.inbox.command("delete", {"name": name})
-
-    def place(
-        self,
-        name: str,
-        position: Vector3 | None = None,
-        orientation: Quaternion | None = None,
-        linear: Vector3 | None = None,
-        angular: Vector3 | None = None,
-    ) -> str:
-        """Put an entity somewhere else, between two ticks; its joints go on as they are.
-
-        Args:
-            name: of a robot, or of an object of the world.
-            position: of a robot's base link, or of the object, in the world, m; the present one if not given.
-            orientation: likewise, (x, y, z, w).
-            linear: velocity in the world, m/s; at rest if not given.
-            angular: velocity about the axes of the world, rad/s; likewise.
-
-        Returns:
-            A warning, where it is in what stands there; else nothing.
-
-        Raises:
-            UnknownEntityError: there is none of that name.
-            UsageError: it cannot be moved, or within a tick.
-        """
-        self.admit()
-        self.services.world.entities.place(name, Move(position, orientation, linear, angular))
-        turned = {"quaternion_xyzw": orientation} if orientation is not None else None
-        told = {"entity": name, "position": position, "orientation": turned, "linear": linear, "angular": angular}
-        self.inbox.command("move", told)
-        return self._warn_of_overlaps(name)
-
-    def _warn_of_overlaps(self, name: str) -> str:
-        text = warning(name, self.services.world.entities.overlaps(name))
-        if text:
-            self.services.log("warning", "", text)
-        return text
-
-    def push(self, name: str, force: Vector3, duration: float, point: Vector3 | None = None) -> None:
-        """Let a force act on an entity from the next physics step on, beside others that do.
-
-        Args:
-            name: of a robot, or of an object of the world.
-            force: in the world, N.
-            duration: in simulation time, s.
-            point: where it acts, in the world, m; at the centre of mass if not given.
-
-        Raises:
-            UnknownEntityError: there is none of that name.
-            UsageError: it cannot be moved, or within a tick.
-        """
-        self.admit()
-        self.services.world.entities.push(name, force, duration, point)
-        self.inbox.command("push", {"entity": name, "force": force, "duration": duration, "at": point})
-
-    def set_inputs(self, address: str, value: Any) -> None:
-        """Give inputs that no wire feeds another value, between two ticks; they keep it through `stop` and `reset`.
-
-        Args:
-            address: `[robot/][graph/]Node.port`, globs allowed.
-            value: as a file would have it.
-
-        Raises:
-            UsageError: no such input, a wired one, a value that a port does not take, or within a tick. Nothing has changed.
-            GraphError: a node cannot be set up with the value. The old values are back.
-        """
-        self.admit()
-        ports = find_ports(self.graphs, address, ("inputs",))
-        changes = [(port, port.convert(value)) for port in ports]
-        with contextlib.ExitStack() as undoing:
-            for port, converted in changes:
-                undo = partial(port.put, port.value)
-                port.put(converted)
-                undoing.callback(undo)
-            undoing.pop_all()
-        self.inbox.command("set", {"address": address, "value": value})
-
-    def impulse(self, node: str) -> None:
-        """Let an OnImpulseEvent fire in the next tick; several before one tick are one.
-
-        Args:
-            node: its prim path, or as much of the end as no other has: `graph/Node`, `Node`.
-
-        Raises:
-            UsageError: there is no such node, there are several, or within a tick.
-        """
-        self.admit()
-        path, queue = find_impulses(self.services.queues, node)
-        if not queue.waiting:
-            queue.post()
-        self.inbox.command("impulse", {"node": path})
-
-    def press(self, *keys: str) -> None:
-        """Hold keys down from the next tick on, by OmniGraph's names.
-
-        Raises:
-            UsageError: there is no such key, or within a tick.
-        """
-        self.admit()
-        self.services.keys.press(keys)
-        self.inbox.command("press", {"keys": list(keys)})
-
-    def release(self, *keys: str) -> None:
-        """Let go of keys; one that was pressed since the last tick is down for one tick.
-
-        Raises:
-            UsageError: there is no such key, or within a tick.
-        """
-        self.admit()
-        self.services.keys.release(keys)
-        self.inbox.command("release", {"keys": list(keys)})
-
     def checkpoint(self, name: str = "") -> Checkpoint:
         """Keep a copy of the whole state, between two ticks; a picture that is being drawn is waited for.
 
@@ -309,7 +97,7 @@ class Session:
         self._checkpoints += 1
         name = name or f"checkpoint_{self._checkpoints}"
         play = self.state, self._failure, self._ended
-        made = Checkpoint(name, self._ticker, self._roster.save(), self._ticker.save(), play)
+        made = Checkpoint(name, self._ticker, self.roster.save(), self._ticker.save(), play)
         self.inbox.command("checkpoint", {"name": name})
         return made
 
@@ -328,7 +116,7 @@ class Session:
         self._refuse_within_tick()
         if kept.of is not self._ticker:
             raise UsageError(f"{kept.name} is a checkpoint of another session")
-        self._ticker.take(self._roster.restore(kept.robots, self.graphs))
+        self.roster.restore(kept.robots)
         self._ticker.restore(kept.state)
         state, self._failure, self._ended = kept.play
         self._set(state)
@@ -510,8 +298,9 @@ class Session:
                 raise StateError("the session failed; only a reset of its time lets it go on")
             self._set("paused")
         if "spawned" in wanted:
-            for name in reversed(list(self.spawned)):
-                self.remove(name)
+            for name in reversed(list(self.roster.spawned)):
+                self.roster.remove(name)
+                self.inbox.command("delete", {"name": name})
             wanted.remove("spawned")
         if wanted:
             self._begin_anew(*wanted)

@@ -1,18 +1,19 @@
-"""A tick: physics, then graphs, then what they send; and what takes all of it back to its beginning."""
+"""One tick: step physics, execute graphs, flush messages. Also starts, resets, saves and restores what a tick runs."""
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Literal
 
+from graphengine.compiler.graph import Graph
 from graphengine.devices.backend import World
-from graphengine.format.errors import GraphError, TransportError
+from graphengine.format.errors import GraphError, NodeError, TransportError
 from graphengine.messages.endpoints import Network
 from graphengine.node.clock import Clock
 from graphengine.node.context.services import Services
 from graphengine.node.node_class import Ending
-from graphengine.runtime.graph_run import GraphRun
+from graphengine.runtime.graph_run import GraphRun, make_clock, make_graph_run
 from graphengine.runtime.inbox import Inbox
 
 ResetScope = Literal["time", "state", "spawned"]
@@ -20,31 +21,58 @@ SCOPES: tuple[ResetScope, ...] = ("time", "state", "spawned")
 
 
 class Ticker:
-    """Runs graphs over a world and a network, tick by tick.
+    """Graphs over a world and a network, and the clocks that they run on.
 
     Args:
         services: what the nodes' contexts share.
-        clock: of the ticks.
-        step_clock: of the physics steps inside of a tick.
-        graphs: in the order they run.
+        fault: receives each NodeError where a node that raises ends its branch only; None ends the tick.
     """
 
-    def __init__(self, services: Services, clock: Clock, step_clock: Clock, graphs: Sequence[GraphRun]) -> None:
+    def __init__(self, services: Services, fault: Callable[[NodeError], None] | None = None) -> None:
+        self.services = services
+        self.clock = make_clock(services.world)
+        """Of the ticks."""
+        self.step_clock = make_clock(services.world, on_step=True)
+        """Of the physics steps inside of a tick."""
         self.count = 0
         """Ticks that ran; those before a stop count too."""
         self.running = False
         """Whether nodes are being run."""
         self._clamped: set[str] = set()
-        self._services = services
-        self._clock = clock
-        self._step_clock = step_clock
-        self.take(graphs)
+        self._fault = fault
+        self._run_only(())
 
-    def take(self, graphs: Sequence[GraphRun]) -> None:
-        """Run other graphs, between two ticks."""
-        self.graphs: Sequence[GraphRun] = list(graphs)
-        self._on_tick = [run.executor for run in graphs if not run.on_physics_step]
-        self._on_step = [run.executor for run in graphs if run.on_physics_step]
+    def add(self, graphs: Iterable[Graph]) -> None:
+        """Set graphs up, to run after the others.
+
+        Raises:
+            GraphError: a node could not be set up; none of the graphs is added.
+        """
+        runs: list[GraphRun] = []
+        try:
+            for graph in graphs:
+                clock = self.step_clock if graph.runs == "physics_step" else self.clock
+                runs.append(make_graph_run(graph, self.services, clock, self._fault))
+                runs[-1].executor.setup()
+        except BaseException:
+            for run in runs:
+                run.close()
+            raise
+        self._run_only([*self.graphs, *runs])
+
+    def remove(self, runs: Iterable[GraphRun]) -> None:
+        """Close graphs and run them no more."""
+        gone = set(map(id, runs))
+        for run in self.graphs:
+            if id(run) in gone:
+                run.close()
+        self._run_only([run for run in self.graphs if id(run) not in gone])
+
+    def _run_only(self, runs: Sequence[GraphRun]) -> None:
+        self.graphs = runs
+        """In the order they run: the scene's, then each robot's."""
+        self._on_tick = [run.executor for run in runs if not run.on_physics_step]
+        self._on_step = [run.executor for run in runs if run.on_physics_step]
 
     def run(self, inbox: Inbox) -> None:
         """One tick.
@@ -53,19 +81,19 @@ class Ticker:
             NodeError: a node raised; commands were set to zero.
             PhysicsError: the simulation diverged.
         """
-        services, world = self._services, self._services.world
+        services, world = self.services, self.services.world
         self.running = True
         try:
             self._freeze(inbox)
-            frame = self._clock.frame + 1
+            frame = self.clock.frame + 1
             for substep in range(world.substeps):
                 world.step()
                 if self._on_step:
-                    self._step_clock.set_frame((frame - 1) * world.substeps + substep + 1)
+                    self.step_clock.set_frame((frame - 1) * world.substeps + substep + 1)
                     for executor in self._on_step:
                         executor.run_pass()
                         executor.run_latent()
-            self._clock.set_frame(frame)
+            self.clock.set_frame(frame)
             self.count += 1
             world.begin_tick(frame)
             for executor in self._on_tick:
@@ -86,19 +114,19 @@ class Ticker:
 
     def _warn_of_clamped(self) -> None:
         """Warn once of each joint that was commanded beyond its limits."""
-        clamped = self._services.world.clamped_commands
+        clamped = self.services.world.clamped_commands
         if len(clamped) != len(self._clamped):
             for command in [command for command in clamped if command not in self._clamped]:
                 self._clamped.add(command)
                 advice = "a joint that can do more needs a wider <limit> in its description"
-                self._services.warn("", f"commands are clamped: {command}\n  {advice}")
+                self.services.warn("", f"commands are clamped: {command}\n  {advice}")
 
     def _freeze(self, inbox: Inbox) -> None:
         """What has arrived before a tick is what the tick sees."""
-        self._clock.wall_time = self._step_clock.wall_time = inbox.begin_tick()
-        self._services.network.freeze()
-        self._services.keys.freeze()
-        for queue in self._services.queues.values():
+        self.clock.wall_time = self.step_clock.wall_time = inbox.begin_tick()
+        self.services.network.freeze()
+        self.services.keys.freeze()
+        for queue in self.services.queues.values():
             queue.freeze()
         for run in self.graphs:
             for variable in run.variables.values():
@@ -121,12 +149,12 @@ class Ticker:
             part.restore(state)
 
     def _parts(self) -> Sequence[Clock | World | Services | Network]:
-        services = self._services
-        return self._clock, self._step_clock, services.world, services.network, services
+        services = self.services
+        return self.clock, self.step_clock, services.world, services.network, services
 
     def tell(self, ending: Ending, graphs: Sequence[GraphRun]) -> None:
         """Let graphs do what they have for an ending, and send what comes of it; one that fails ends for itself alone."""
-        services = self._services
+        services = self.services
         self.running = True
         try:
             for run in graphs:
@@ -141,7 +169,7 @@ class Ticker:
 
     def begin_anew(self, *scopes: ResetScope) -> None:
         """The world as at the start; with `time` also clocks and graphs as before the first tick."""
-        services, world = self._services, self._services.world
+        services, world = self.services, self.services.world
         if "time" in scopes:
             world.zero_commands()
         if "state" in scopes:
@@ -161,5 +189,5 @@ class Ticker:
             services.reseed(path)
         for product in services.render_products.values():
             product.reset()
-        self._clock.stop()
-        self._step_clock.stop()
+        self.clock.stop()
+        self.step_clock.stop()

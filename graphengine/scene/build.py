@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from graphengine.compiler.graph import Graph
-from graphengine.compiler.literals import Override
+from graphengine.compiler.literals import Override, no_node
 from graphengine.compiler.namespaces import write_namespaces
 from graphengine.compiler.planning import share_plans
 from graphengine.compiler.registry import default_registry
@@ -26,15 +26,15 @@ from graphengine.format.permissions import Permissions
 from graphengine.format.spec import SceneSpec
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages.endpoints import Network
-from graphengine.node.clock import Clock
 from graphengine.node.context.services import Services
 from graphengine.node.dropped_values import BadValues, DroppedValues
 from graphengine.node.node_class import UNKNOWN_PRIM
 from graphengine.runtime import check
-from graphengine.runtime.graph_run import make_graph_run
+from graphengine.runtime.roster import Roster
 from graphengine.runtime.session import Session
+from graphengine.runtime.ticker import Ticker
 from graphengine.scene.loaded_scene import LoadedScene, Options
-from graphengine.scene.roster import SceneRoster
+from graphengine.scene.scene_roster import SceneRoster
 from graphengine.scene.uses import GraphFile, find_use, resolve_uses, robot_uses, use_place
 
 if TYPE_CHECKING:
@@ -186,10 +186,7 @@ def _unmatched(override: Override, graphs: Sequence[Graph]) -> str:
         near = did_you_mean(override.port, names) or listing(names, "inputs")
         who = f"{meant[0].__name__} has no input" if len(meant) == 1 else "no node that it matches has an input"
         return f"--set {override.text}: {who} {override.port!r}\n  {near}"
-    wanted = override.target
-    names = [path if "/" in wanted else path.rpartition("/")[2] for path in nodes]
-    near = did_you_mean(wanted, names) or listing(dict.fromkeys(names), "nodes")
-    return f"--set {override.text}: no node {wanted!r}\n  {near}"
+    return f"--set {override.text}: {no_node(override.target, nodes)}"
 
 
 def start(
@@ -237,17 +234,11 @@ def start(
     world.clamps_commands = bad_values == "drop"
     if log is not None:
         services.log = log
-    clock = Clock(world.tick_period)
-    numerator, denominator = world.tick_period
-    step_clock = Clock((numerator, denominator * world.substeps))
-    clocks = {"tick": clock, "physics_step": step_clock}
-    runs = [make_graph_run(graph, services, clocks[graph.runs], fault) for graph in scene.planned]
+    ticker = Ticker(services, fault)
     try:
-        for run in runs:
-            run.executor.setup()
+        ticker.add(scene.planned)
     except BaseException:
         network.close()
         world.close()
         raise
-    roster = SceneRoster(scene, loaded, files, services, clocks, fault) if loaded is not None else None
-    return Session(services, clock, step_clock, runs, roster)
+    return Session(ticker, SceneRoster(scene, loaded, files, ticker) if loaded is not None else Roster())

@@ -270,7 +270,7 @@ def test_a_command_line_that_makes_no_sense_is_told(graphrun: Graphrun, words: l
     ("words", "arguments"),
     [
         (["step"], {"ticks": 1}),
-        (["reset"], {"scope": "all"}),
+        (["reset"], {}),
         (["reset", "--scope", "time", "--scope", "state"], {"scope": ["time", "state"]}),
         (["rate", "realtime"], {"factor": 1.0}),
         (["rate", "max"], {"factor": "max"}),

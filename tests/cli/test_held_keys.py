@@ -6,7 +6,7 @@ import os
 import pty
 import sys
 import termios
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import pytest
@@ -14,19 +14,26 @@ import pytest
 from graphengine.cli import held_keys
 from graphengine.cli.held_keys import RELEASE_AFTER, HeldTerminalKeys
 from graphengine.format.errors import UsageError
+from graphengine.runtime.inbox import Inbox
+from graphengine.runtime.session import Session
+from tests.compiler.harness import Play
 
 
-class Told:
-    """A session that remembers what keys it was told of."""
+class Told(Inbox):
+    """Remembers the keys that a session was told of."""
 
     def __init__(self) -> None:
         self.told: list[tuple[str, ...]] = []
 
-    def press(self, *keys: str) -> None:
-        self.told.append(("press", *keys))
+    def command(self, name: str, arguments: Mapping[str, Any]) -> None:
+        self.told.append((name, *arguments["keys"]))
 
-    def release(self, *keys: str) -> None:
-        self.told.append(("release", *keys))
+
+def listened() -> tuple[Session, list[tuple[str, ...]]]:
+    """A session, and the keys that it is told of."""
+    session = Play().session
+    session.inbox = inbox = Told()
+    return session, inbox.told
 
 
 class Terminal:
@@ -56,20 +63,20 @@ def terminal(monkeypatch: pytest.MonkeyPatch) -> Iterator[Terminal]:
 
 
 def test_a_key_is_held_as_long_as_it_is_repeated(terminal: Terminal) -> None:
-    session: Any = Told()
+    session, told = listened()
     with HeldTerminalKeys() as keys:
         for _ in range(4):
             terminal.type("w")
             keys.on_tick(session)
             terminal.now += 0.9 * RELEASE_AFTER
-        assert session.told == [("press", "W")]
+        assert told == [("press", "W")]
         terminal.now += 0.2 * RELEASE_AFTER
         keys.on_tick(session)
-    assert session.told == [("press", "W"), ("release", "W")]
+    assert told == [("press", "W"), ("release", "W")]
 
 
 def test_a_key_that_two_share_is_held_until_both_are_let_go(terminal: Terminal) -> None:
-    session: Any = Told()
+    session, told = listened()
     with HeldTerminalKeys() as keys:
         terminal.type("W")
         keys.on_tick(session)
@@ -78,18 +85,18 @@ def test_a_key_that_two_share_is_held_until_both_are_let_go(terminal: Terminal) 
         keys.on_tick(session)
         terminal.now += 0.2 * RELEASE_AFTER
         keys.on_tick(session)
-        assert session.told[2:] == [("release", "W")]
+        assert told[2:] == [("release", "W")]
         terminal.now += RELEASE_AFTER
         keys.on_tick(session)
-    assert session.told[3:] == [("release", "LeftShift", "A")]
+    assert told[3:] == [("release", "LeftShift", "A")]
 
 
 def test_what_no_key_has_a_name_for_is_left_alone(terminal: Terminal) -> None:
-    session: Any = Told()
+    session, told = listened()
     with HeldTerminalKeys() as keys:
         terminal.type("ß€\x00")
         keys.on_tick(session)
-    assert session.told == []
+    assert told == []
 
 
 def test_the_terminal_is_given_back_as_it_was_and_ctrl_c_stays_what_it_is(terminal: Terminal) -> None:

@@ -14,6 +14,7 @@ from graphengine.format.files import shipped
 from graphengine.format.spec import RobotUse
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
+from graphengine.runtime.commands import Delete, Spawn
 from graphengine.runtime.desk import Desk
 from graphengine.scene.loaded_scene import Options
 from tests.cli.harness import Graphrun
@@ -145,9 +146,9 @@ def test_commands_between_ticks_are_given_again(graphrun: Graphrun, tmp_path: Pa
 
     def command(tick: int, run: Run) -> None:
         if tick == 10:
-            run.session.spawn("late", use)
+            Spawn(name="late", use=use).apply(run.session)
         if tick == 20:
-            run.session.remove("late")
+            Delete(name="late").apply(run.session)
         if tick == 25:
             run.session.stop()
 

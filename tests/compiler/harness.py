@@ -24,8 +24,10 @@ from graphengine.messages.endpoints import EndpointClaim, Network, Publisher
 from graphengine.node.clock import Clock
 from graphengine.node.context.services import Services
 from graphengine.node.dropped_values import BadValues, DroppedValues
-from graphengine.runtime.graph_run import GraphRun, make_graph_run
+from graphengine.runtime.graph_run import make_graph_run
+from graphengine.runtime.roster import Roster
 from graphengine.runtime.session import Session
+from graphengine.runtime.ticker import Ticker
 from tests.compiler import nodes_for_tests
 
 REGISTRY = Registry()
@@ -206,19 +208,13 @@ class Play:
         self.journal = Journal()
         self.world = Physics(self.journal, tick_period, substeps)
         self.services = Services(self.world, self.journal)
-        numerator, denominator = tick_period
-        self.clock = Clock(tick_period)
-        self.step_clock = Clock((numerator, denominator * substeps))
-        runs: list[GraphRun] = []
+        ticker = Ticker(self.services)
         for path in paths:
             findings = Findings()
             graph = planned(path, findings)
             assert graph is not None, "\n".join(finding.render() for finding in findings.items)
-            on_step = graph.runs == "physics_step"
-            run = make_graph_run(graph, self.services, self.step_clock if on_step else self.clock)
-            run.executor.setup()
-            runs.append(run)
-        self.session = Session(self.services, self.clock, self.step_clock, runs)
+            ticker.add([graph])
+        self.session, self.clock = Session(ticker, Roster()), ticker.clock
         self.journal.lines.clear()
 
     def node(self, node_id: str, graph: int = 0) -> Any:

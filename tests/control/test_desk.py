@@ -54,18 +54,14 @@ def test_what_is_asked_for_meanwhile_waits_for_the_next_tick(ticking: MakeTickin
     assert asked[0].result(0)["state"] == "playing"
 
 
-class Long:
-    def __init__(self, clock: list[float]) -> None:
-        self.clock = clock
-
-    def apply(self, session: Session) -> None:
-        self.clock[0] += SHARE
-
-
 def test_a_flood_of_commands_leaves_ticks_their_turn(ticking: MakeTicking) -> None:
     now = [0.0]
     desk, session = Desk(lambda: now[0]), ticking().session
-    asked = [desk.ask(Long(now)) for _ in range(3)]
+
+    def take_long(_: Session) -> None:
+        now[0] += SHARE
+
+    asked = [desk.ask(take_long) for _ in range(3)]
     for done in (1, 2, 3):
         desk.serve(session)
         assert [answer.done() for answer in asked].count(True) == done
@@ -81,9 +77,8 @@ def test_a_command_that_is_refused_leaves_the_run_going(ticking: MakeTicking) ->
         assert run.ask("state")["tick"] == 1
 
 
-class Broken:
-    def apply(self, session: Session) -> None:
-        raise KeyError("left out")
+def fail(_: Session) -> None:
+    raise KeyError("left out")
 
 
 def test_a_mistake_in_what_answers_leaves_the_run_going_and_is_told(ticking: MakeTicking) -> None:
@@ -91,7 +86,7 @@ def test_a_mistake_in_what_answers_leaves_the_run_going_and_is_told(ticking: Mak
     session.services.log = lambda *entry: told.append(entry)
     with controlled(session, paused=True) as run:
         with pytest.raises(KeyError):
-            run.desk.ask(Broken()).result(PATIENCE)
+            run.desk.ask(fail).result(PATIENCE)
         run.ask("step")
     assert run.error is None
     (entry,) = told

@@ -198,7 +198,7 @@ def test_how_often_a_node_runs_becomes_the_gates_of_isaac_sim(tmp_path: Path) ->
     gate, once = "isaacsim.core.nodes.IsaacSimulationGate", "isaacsim.core.nodes.OgnIsaacRunOneSimulationFrame"
     types = {instance.id: instance.cls.type_name for instance in back.instances}
     assert [types[name] for name in ("Tick_every_2", "Clock_every", "Text_every")] == [gate, gate, once]
-    assert [back.by_id(name).node.step for name in ("Tick_every_2", "Clock_every")] == [2, 3]  # type: ignore[attr-defined]
+    assert [back.by_id(name).make_node().step for name in ("Tick_every_2", "Clock_every")] == [2, 3]  # type: ignore[attr-defined]
     assert [str(wire) for wire in back.exec_wires] == [
         "Tick.tick -> Tick_every_2.execIn",
         "Tick_every_2.execOut -> Clock_every.execIn",

@@ -11,12 +11,14 @@ from typing import Any
 from graphengine.compiler.registry import Registry
 from graphengine.format.errors import NodeError
 from graphengine.format.files import find_given
+from graphengine.format.spec import RobotUse
 from graphengine.messages import messages
 from graphengine.messages.endpoints import EndpointClaim
 from graphengine.node.dropped_values import BadValues
 from graphengine.physics.sensors.rays import RaysChoice
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
+from graphengine.runtime.commands import Delete, Spawn
 from graphengine.scene import build
 from graphengine.scene.loaded_scene import LoadedScene, Options
 
@@ -93,6 +95,14 @@ class Job:
     def rate(self) -> float:
         """Ticks a second."""
         return 1.0 / self.session.clock.delta
+
+    def spawn(self, name: str, use: RobotUse) -> None:
+        """Put a robot into the scene."""
+        Spawn(name=name, use=use).apply(self.session)
+
+    def remove(self, name: str) -> None:
+        """Remove a robot."""
+        Delete(name=name).apply(self.session)
 
     def run(self, seconds: float) -> None:
         """Let simulation time pass."""

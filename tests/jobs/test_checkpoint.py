@@ -74,13 +74,13 @@ def test_what_follows_a_checkpoint_is_the_same_again(seed: int) -> None:
     chance = random.Random(seed)
     with Job("dd100_flat", seed=seed, rays="mujoco" if seed % 2 else "auto") as job:
         play(job, script(chance, chance.randrange(20, 60), spawned=False))
-        there = "late" in job.session.spawned
+        there = "late" in job.session.roster.spawned
         kept = job.session.checkpoint()
         steps = script(chance, TICKS, spawned=there)
         first = play(job, steps)
-        play(job, script(chance, 30, spawned="late" in job.session.spawned))
+        play(job, script(chance, 30, spawned="late" in job.session.roster.spawned))
         job.session.restore(kept)
-        assert ("late" in job.session.spawned) == there
+        assert ("late" in job.session.roster.spawned) == there
         assert play(job, steps) == first
         job.session.restore(kept)
         assert play(job, steps) == first

@@ -129,7 +129,7 @@ def test_a_reset_of_the_time_begins_anew_where_robots_are(job: Job) -> None:
     spawned_and_driven(job)
     there = true_place(job)
     ask(job, "reset", scope="time")
-    assert (job.session.time, job.session.spawned) == (0.0, ["late"])
+    assert (job.session.time, job.session.roster.spawned) == (0.0, ["late"])
     assert true_place(job) == there
     job.run(1.0)
     stamps = [nanoseconds(message.clock) for message in job.heard("/clock")]

@@ -113,8 +113,8 @@ def test_a_robot_that_comes_back_has_the_namespaces_that_the_scene_gives_it(tmp_
     path.write_text(path.read_text(encoding="utf-8").replace("  say: {use: say.yaml}\n", ""), encoding="utf-8")
     with Job(path) as job:
         before = topics(job.scene, "bot/scan")
-        job.session.remove("bot")
-        job.session.spawn("bot", RobotUse(use="bot.yaml", position=(0.0, 0.0, 0.025)))
+        job.remove("bot")
+        job.spawn("bot", RobotUse(use="bot.yaml", position=(0.0, 0.0, 0.025)))
         assert topics(job.scene, "bot/scan") == before == ["/a/scan"]
         assert "/bot" in physics(job).stage
 
@@ -152,4 +152,4 @@ def test_a_robot_that_comes_may_not_have_such_a_one_either(tmp_path: Path) -> No
         Job(files(tmp_path, CHASSIS)) as job,
         pytest.raises(CheckError, match=r"namespace '/a b' \(from 'a b'\) has ' '"),
     ):
-        job.session.spawn("late", RobotUse(use="bot.yaml").model_copy(update={"namespace": "a b"}))
+        job.spawn("late", RobotUse(use="bot.yaml").model_copy(update={"namespace": "a b"}))

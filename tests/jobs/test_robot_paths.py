@@ -55,10 +55,10 @@ def test_one_that_comes_and_goes_leaves_its_path_free(tmp_path: Path) -> None:
     late = LATE.model_copy(update={"at": "/World/robots/late"})
     with Job(scene(tmp_path, PLACED)) as job:
         for name in ("late", "later"):
-            job.session.spawn(name, late)
+            job.spawn(name, late)
             job.run(0.1)
-            assert job.session.spawned == [name]
-            job.session.remove(name)
+            assert job.session.roster.spawned == [name]
+            job.remove(name)
             assert "/World/robots/late" not in physics(job).stage
         assert len(job.heard("/late/odom")) == 12
 
@@ -76,7 +76,7 @@ def test_a_path_that_is_taken_is_refused(tmp_path: Path, name: str, at: str, wor
     with Job(scene(tmp_path, PLACED)) as job:
         prims = [prim.path for prim in physics(job).stage.prims()]
         with pytest.raises(CheckError, match=words):
-            job.session.spawn(name, LATE.model_copy(update={"at": at}))
+            job.spawn(name, LATE.model_copy(update={"at": at}))
         assert [prim.path for prim in physics(job).stage.prims()] == prims
 
 

@@ -21,6 +21,7 @@ from graphengine.node import Context, ExecIn, Node
 from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.dds.dds import DdsTransport
+from graphengine.runtime.commands import Delete, Spawn
 from graphengine.runtime.session import Session
 from graphengine.scene import build
 from tests.jobs.crowd import FIRST, LATE, ROBOT, physics, scene
@@ -42,7 +43,7 @@ def test_a_robot_that_comes_leaves_time_and_others_as_they_are(tmp_path: Path) -
         job.drive("/one/cmd_vel", 0.5, 0.2, 1.0)
         world, time = physics(job), job.session.time
         state = world.articulation(world.stage.find("/one")).positions(), world.data.qpos[:7].copy()
-        job.session.spawn("late", LATE)
+        job.spawn("late", LATE)
         assert job.session.time == time
         assert np.array_equal(world.articulation(world.stage.find("/one")).positions(), state[0])
         assert np.array_equal(world.data.qpos[:7], state[1])
@@ -62,10 +63,10 @@ def test_others_move_and_sense_as_if_nobody_had_come_or_gone(tmp_path: Path, rob
         with Job(path) as job:
             job.drive("/one/cmd_vel", 0.5, 0.2, 0.5)
             if visited:
-                job.session.spawn("late", ELSEWHERE)
+                job.spawn("late", ELSEWHERE)
             job.drive("/one/cmd_vel", 0.5, 0.2, 0.5)
             if visited:
-                job.session.remove("late")
+                job.remove("late")
             job.drive("/one/cmd_vel", 0.5, 0.2, 0.5)
             heard.append([(topic, data) for topic, _, data in job.recorder.stream if topic.startswith("/one/")])
     assert {"/one/sim_camera/imu", "/one/sim_camera/rgb"} & {topic for topic, _ in heard[0]}
@@ -82,9 +83,9 @@ def test_what_a_robot_pushes_goes_on_as_if_nobody_had_come_or_gone(tmp_path: Pat
             for tick in range(120):
                 job.say("/one/cmd_vel", 0.6, 0.0)
                 if visited and tick in (80, 100):
-                    job.session.spawn(f"late_{tick}", ELSEWHERE.model_copy(update={"namespace": f"late_{tick}"}))
+                    job.spawn(f"late_{tick}", ELSEWHERE.model_copy(update={"namespace": f"late_{tick}"}))
                 if visited and tick == 90:
-                    job.session.remove("late_80")
+                    job.remove("late_80")
                 job.session.step()
                 poses.append((box.pose(), box.velocity()))
             seen.append(poses)
@@ -96,7 +97,7 @@ def test_a_robot_that_came_is_driven_and_senses_like_any_other(tmp_path: Path) -
     turned = LATE.model_copy(update={"orientation": Orientation(rpy_deg=(0.0, 0.0, 90.0))})
     with Job(scene(tmp_path, FIRST)) as job:
         job.run(0.5)
-        job.session.spawn("late", turned)
+        job.spawn("late", turned)
         job.run(0.5)  # it drops a centimetre
         job.drive("/late/cmd_vel", 0.5, 0.0, 2.0)
         assert job.velocity("/late/odom")[0] == pytest.approx(0.5, rel=0.005)
@@ -120,11 +121,11 @@ def test_a_kind_of_robot_that_the_scene_never_had_may_come(tmp_path: Path) -> No
     with Job(scene(tmp_path, FIRST)) as job:
         job.run(0.1)
         for name, x in (("late", 2.0), ("later", 4.0)):
-            job.session.spawn(name, RobotUse(use="cart.yaml", position=(x, 0.0, 0.05)))
+            job.spawn(name, RobotUse(use="cart.yaml", position=(x, 0.0, 0.05)))
         job.run(0.5)
         scan = job.newest("/one/sim_lidar/scan")
         assert scan.ranges[len(scan.ranges) // 2] == pytest.approx(1.8, abs=0.05)  # straight ahead; its noise is 1 cm
-        job.session.remove("late")
+        job.remove("late")
         job.run(0.5)
         scan = job.newest("/one/sim_lidar/scan")
         assert scan.ranges[len(scan.ranges) // 2] == pytest.approx(3.8, abs=0.05)
@@ -132,16 +133,16 @@ def test_a_kind_of_robot_that_the_scene_never_had_may_come(tmp_path: Path) -> No
 
 def test_a_robot_that_goes_takes_its_topics_along(tmp_path: Path) -> None:
     with Job(scene(tmp_path, FIRST)) as job:
-        job.session.spawn("late", LATE)
+        job.spawn("late", LATE)
         job.run(0.2)
-        job.session.remove("late")
+        job.remove("late")
         sent = len(job.heard("/late/odom"))
         job.run(0.2)
         assert sent == 12
         assert len(job.heard("/late/odom")) == sent
         assert not [claim.topic for claim in job.session.services.claims if claim.topic.startswith("/late")]
         assert "/late" not in physics(job).stage
-        job.session.spawn("late", LATE)  # the name is free
+        job.spawn("late", LATE)  # the name is free
         job.run(0.2)
         assert len(job.heard("/late/odom")) == 2 * sent
 
@@ -155,20 +156,20 @@ def test_a_robot_that_goes_says_goodbye_and_one_that_cannot_go_does_not(tmp_path
     )
     (tmp_path / "noisy.yaml").write_text(f"{ROBOT}graphs:\n  goodbye: {{use: goodbye.yaml}}\n", encoding="utf-8")
     with Job(path) as job:
-        job.session.spawn("late", LATE)
+        job.spawn("late", LATE)
         job.run(0.1)
         assert job.heard("/bye") == []
-        job.session.remove("late")
+        job.remove("late")
         assert len(job.heard("/bye")) == 1
         with pytest.raises(UsageError):
-            job.session.remove("late")
+            job.remove("late")
     assert len(job.heard("/bye")) == 2  # the other one's, when the session ended
 
 
 def test_stop_takes_a_robot_that_came_back_to_where_it_was_put(tmp_path: Path) -> None:
     with Job(scene(tmp_path, FIRST)) as job:
         job.run(0.5)
-        job.session.spawn("late", LATE)
+        job.spawn("late", LATE)
         world = physics(job)
         start = world.body(world.stage.find("/late/base_link")).pose()
         first = world.body(world.stage.find("/one/base_link")).pose()
@@ -183,7 +184,7 @@ def test_commands_outlive_a_newcomer(tmp_path: Path) -> None:
     with Job(scene(tmp_path, FIRST), {"SubscribeTwist.timeout": 0.0}) as job:
         job.say("/one/cmd_vel", 0.5, 0.0)
         job.run(2.0)
-        job.session.spawn("late", LATE)
+        job.spawn("late", LATE)
         job.run(1.0)
         assert job.velocity("/one/odom")[0] == pytest.approx(0.5, rel=0.005)
 
@@ -213,7 +214,7 @@ def test_a_robot_that_cannot_be_changes_nothing(tmp_path: Path, name: str, use: 
         job.run(0.2)
         prims = [prim.path for prim in physics(job).stage.prims()]
         with pytest.raises(CheckError) as error:
-            job.session.spawn(name, use)
+            job.spawn(name, use)
         assert words in str(error.value)
         assert [prim.path for prim in physics(job).stage.prims()] == prims
         job.run(0.2)
@@ -222,7 +223,7 @@ def test_a_robot_that_cannot_be_changes_nothing(tmp_path: Path, name: str, use: 
 
 def test_a_robot_that_is_not_there_cannot_go(tmp_path: Path) -> None:
     with Job(scene(tmp_path, FIRST)) as job, pytest.raises(UsageError, match="no robot 'on'"):
-        job.session.remove("on")
+        job.remove("on")
 
 
 def test_a_robot_that_others_read_cannot_go(tmp_path: Path) -> None:
@@ -234,7 +235,7 @@ def test_a_robot_that_others_read_cannot_go(tmp_path: Path) -> None:
     with Job(path) as job:
         job.run(0.1)
         with pytest.raises(UsageError, match="/World/watch/Odometry of graph watch reads something of it"):
-            job.session.remove("one")
+            job.remove("one")
         job.run(0.1)
         assert len(job.heard("/one/odom")) == 12
 
@@ -248,7 +249,7 @@ def test_what_is_missing_is_told_to_who_asks_and_nothing_comes(tmp_path: Path) -
     (tmp_path / "cart.yaml").write_text("robot: cart\nurdf: cart.urdf\n", encoding="utf-8")
     with Job(scene(tmp_path, FIRST)) as job:
         with pytest.raises(CheckError, match=r"no file 'nowhere\.stl'"):
-            job.session.spawn("late", RobotUse(use="cart.yaml"))
+            job.spawn("late", RobotUse(use="cart.yaml"))
         assert "/late" not in physics(job).stage
         assert job.scene.findings.errors == []
 
@@ -260,9 +261,9 @@ def test_a_file_with_a_mistake_is_told_each_time_until_it_is_right(tmp_path: Pat
     with Job(scene(tmp_path, FIRST)) as job:
         for _ in range(2):
             with pytest.raises(CheckError, match="no joint 'wheel'"):
-                job.session.spawn("late", use)
+                job.spawn("late", use)
         late.write_text("robot: late\nextends: noisy.yaml\n", encoding="utf-8")
-        job.session.spawn("late", use)
+        job.spawn("late", use)
         job.run(0.1)
         assert len(job.heard("/late/odom")) == 6
 
@@ -270,11 +271,11 @@ def test_a_file_with_a_mistake_is_told_each_time_until_it_is_right(tmp_path: Pat
 def test_a_robot_that_would_say_what_another_says_is_refused(tmp_path: Path) -> None:
     with Job(scene(tmp_path, FIRST)) as job:
         with pytest.raises(CheckError, match=r"frame 'base_link' below 'odom' comes from both /one/.* and /late/"):
-            job.session.spawn("late", LATE.model_copy(update={"namespace": "one"}))
+            job.spawn("late", LATE.model_copy(update={"namespace": "one"}))
         assert "/late" not in physics(job).stage
-        job.session.spawn("late", LATE)
-        job.session.remove("late")
-        job.session.spawn("again", LATE)  # whose topics are free
+        job.spawn("late", LATE)
+        job.remove("late")
+        job.spawn("again", LATE)  # whose topics are free
 
 
 def test_a_place_that_physics_cannot_count_is_refused_and_the_others_go_on(tmp_path: Path) -> None:
@@ -282,10 +283,10 @@ def test_a_place_that_physics_cannot_count_is_refused_and_the_others_go_on(tmp_p
         job.run(0.1)
         prims, model = [prim.path for prim in physics(job).stage.prims()], physics(job).model
         with pytest.raises(PhysicsError, match=r"'late/base_link' is farther from the world's origin than 1e\+10 m"):
-            job.session.spawn("late", LATE.model_copy(update={"position": (1e12, 0.0, 0.0)}))
+            job.spawn("late", LATE.model_copy(update={"position": (1e12, 0.0, 0.0)}))
         assert physics(job).model is model
         assert [prim.path for prim in physics(job).stage.prims()] == prims
-        job.session.spawn("late", LATE)
+        job.spawn("late", LATE)
         job.run(0.1)
         assert (len(job.heard("/one/odom")), len(job.heard("/late/odom"))) == (12, 6)
 
@@ -299,7 +300,7 @@ def test_a_robot_that_the_rays_asked_for_cannot_meet_is_refused_and_the_others_g
         with monkeypatch.context() as patch:
             patch.setattr(fast, "MAX_TRIANGLES", -1)
             with pytest.raises(UsageError, match="rays 'fast' do not meet more than"):
-                job.session.spawn("late", LATE)
+                job.spawn("late", LATE)
         assert "/late" not in physics(job).stage
         job.run(0.1)
         assert len(job.heard("/one/odom")) == 12
@@ -349,27 +350,27 @@ def test_a_node_that_cannot_begin_leaves_nothing_of_its_robot(tmp_path: Path) ->
         job.run(0.1)
         before = known(job), left_of(job)
         with pytest.raises(NodeError, match="raised RuntimeError: not now"):
-            job.session.spawn("late", with_last_node(tmp_path, Reluctant))
+            job.spawn("late", with_last_node(tmp_path, Reluctant))
         assert (known(job), left_of(job)) == before
         assert Reluctant.asked == 2
-        job.session.spawn("late", LATE)
+        job.spawn("late", LATE)
         job.run(0.1)
         assert (len(job.heard("/one/odom")), len(job.heard("/late/odom"))) == (12, 6)
-        job.session.remove("late")
+        job.remove("late")
         assert (known(job), left_of(job)) == before
 
 
 def test_after_a_reset_a_robot_whose_node_raised_can_go_and_the_others_go_on(tmp_path: Path) -> None:
     with Job(scene(tmp_path, FIRST), registry=registry_with(Faulty)) as job:
         job.run(0.1)
-        job.session.spawn("late", with_last_node(tmp_path, Faulty))
+        job.spawn("late", with_last_node(tmp_path, Faulty))
         with pytest.raises(NodeError, match="raised RuntimeError: never"):
             job.session.step()
         assert len(job.heard("/late/odom")) == 1  # it came before the fault
         with pytest.raises(StateError, match="the session failed"):
-            job.session.remove("late")
+            job.remove("late")
         job.session.reset("time")
-        job.session.remove("late")
+        job.remove("late")
         job.run(0.1)
         assert len(job.heard("/one/odom")) == 13
 
@@ -392,8 +393,8 @@ def test_within_a_tick_nothing_comes_or_goes_or_stops(tmp_path: Path) -> None:
     with Job(scene(tmp_path, FIRST)) as job:
         session = job.session
         comings_and_goings: list[Callable[[], object]] = [
-            lambda: session.spawn("late", LATE),
-            lambda: session.remove("one"),
+            lambda: job.spawn("late", LATE),
+            lambda: job.remove("one"),
         ]
 
         def ask(_: bytes) -> None:
@@ -408,7 +409,7 @@ def test_within_a_tick_nothing_comes_or_goes_or_stops(tmp_path: Path) -> None:
         assert "/late" not in physics(job).stage
 
         def come(running: Session) -> bool:
-            running.spawn("late", LATE)
+            Spawn(name="late", use=LATE).apply(running)
             return False
 
         asked.clear()
@@ -427,18 +428,18 @@ def test_a_robot_that_has_the_name_of_one_that_went_sees_with_its_own_camera(tmp
     with Job(path) as job:
         for _ in range(2):
             before, sent = round(job.session.time * 1e9), len(job.heard("/late/sim_camera/rgb"))
-            job.session.spawn("late", LATE)
+            job.spawn("late", LATE)
             job.run(0.4)
             pictures.append(job.heard("/late/sim_camera/rgb")[sent:])
             assert nanoseconds(pictures[-1][0].header.stamp) > before
-            job.session.remove("late")
+            job.remove("late")
         assert not [path for path in job.session.services.render_products if "late" in path]
     assert np.array_equal(pictures[0][-1].data, pictures[1][-1].data)
 
 
 def test_values_of_the_command_line_are_for_those_who_come_too(tmp_path: Path) -> None:
     with Job(scene(tmp_path, FIRST), {"SubscribeTwist.timeout": 0.0}) as job:
-        job.session.spawn("late", LATE)
+        job.spawn("late", LATE)
         job.say("/late/cmd_vel", 0.5, 0.0)
         job.run(2.0)
         assert job.velocity("/late/odom")[0] == pytest.approx(0.5, rel=0.005)
@@ -449,10 +450,10 @@ def test_the_session_knows_who_is_there(tmp_path: Path, keep_going: bool) -> Non
     faults: list[NodeError] = []
     with Job(scene(tmp_path, FIRST), fault=faults.append if keep_going else None) as job:
         graphs, topics = known(job)
-        job.session.spawn("late", LATE)
+        job.spawn("late", LATE)
         assert known(job)[0] == [*graphs, "late/joint_states", "late/scan", "late/cmd_vel"]
         assert len(known(job)[1]) == 2 * len(topics) - 1  # there is one clock
-        job.session.remove("late")
+        job.remove("late")
         assert known(job) == (graphs, topics)
 
 
@@ -478,9 +479,9 @@ def test_another_process_sees_its_topics_come_and_go(tmp_path: Path, domain_id: 
             return eventually(lambda: set(words) <= set(told), session.step)
 
         assert tells("one listens", "one talks"), told
-        session.spawn("late", LATE)
+        Spawn(name="late", use=LATE).apply(session)
         assert tells("late listens", "late talks"), told
-        session.remove("late")
+        Delete(name="late").apply(session)
         assert tells("late is deaf"), told
         assert "one is deaf" not in told
         onlooker.kill()

@@ -21,6 +21,7 @@ from graphengine.messages import messages
 from graphengine.node import Node
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
+from graphengine.runtime.commands import parse
 from graphengine.scene import build
 from graphengine.scene.loaded_scene import LoadedScene, Options
 from graphengine.testing import RecordingContext, RecordingWorld
@@ -96,6 +97,10 @@ class Playing:
         nodes = [node for run in self.session.graphs for node in run.executor.nodes]
         values = [getattr(node, p.field) for node in nodes for p in type(node).fields.values() if not p.bound_in_setup]
         return [re.sub(r"(Generator\(\w+\)) at 0x\w+", r"\1", repr(value)) for value in values]
+
+    def command(self, name: str, /, **arguments: Any) -> None:
+        """Ask the session for something, between two ticks."""
+        parse(name, arguments).apply(self.session)
 
     def published(self, topic: str) -> list[Any]:
         """Messages on a topic, oldest first."""

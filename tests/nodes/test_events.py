@@ -13,6 +13,7 @@ from graphengine.nodes.action.keyboard import OnKeyboardInput, ReadKeyboardState
 from graphengine.nodes.action.logging import LogMessage, PrintText
 from graphengine.nodes.action.stage_events import OnClosing, OnImpulseEvent, OnLoaded, OnStageEvent
 from graphengine.runtime import commands
+from graphengine.runtime.inbox import Inbox
 from graphengine.scene import build
 from graphengine.testing import RecordingContext
 from tests.nodes.harness import Player, ready
@@ -45,7 +46,7 @@ def test_an_impulse_fires_in_the_next_tick_and_once() -> None:
 def test_impulses_before_one_tick_are_one(play: Player, name: str) -> None:
     playing = play.graph(IMPULSE)
     for _ in range(3):
-        playing.session.impulse(name)
+        playing.command("impulse", node=name)
     playing.tick(3)
     assert playing.node("Count").count == 1
     commands.parse("impulse", {"node": name}).apply(playing.session)
@@ -56,7 +57,7 @@ def test_impulses_before_one_tick_are_one(play: Player, name: str) -> None:
 def test_more_impulses_than_a_queue_holds_are_one_too(play: Player) -> None:
     playing = play.graph(IMPULSE)
     for _ in range(1001):
-        playing.session.impulse("Impulse")
+        playing.command("impulse", node="Impulse")
     playing.tick()
     assert playing.node("Count").count == 1
 
@@ -64,17 +65,17 @@ def test_more_impulses_than_a_queue_holds_are_one_too(play: Player) -> None:
 def test_an_impulse_is_forgotten_at_a_stop(play: Player) -> None:
     playing = play.graph(IMPULSE)
     playing.tick()
-    playing.session.impulse("Impulse")
+    playing.command("impulse", node="Impulse")
     playing.session.stop()
     playing.tick(2)
     assert playing.node("Count").count == 0
 
 
-@pytest.mark.parametrize("name", ["Impuls", "", "/", "pulse", "World/graph"])
+@pytest.mark.parametrize("name", ["Impuls", "/", "pulse", "World/graph"])
 def test_an_impulse_for_nobody_is_told_with_who_waits(play: Player, name: str) -> None:
     playing = play.graph(IMPULSE)
     with pytest.raises(UsageError, match="/World/graph/Impulse"):
-        playing.session.impulse(name)
+        playing.command("impulse", node=name)
 
 
 def test_an_impulse_for_two_names_both(play: Player) -> None:
@@ -82,8 +83,8 @@ def test_an_impulse_for_two_names_both(play: Player) -> None:
         IMPULSE.replace("  Count: Counter", "  In/Impulse: OnImpulseEvent\n  Count: Counter").replace("In/", "Other")
     )
     with pytest.raises(UsageError, match="no OnImpulseEvent 'mpulse'"):
-        playing.session.impulse("mpulse")
-    playing.session.impulse("OtherImpulse")
+        playing.command("impulse", node="mpulse")
+    playing.command("impulse", node="OtherImpulse")
 
 
 # OnKeyboardInput, ReadKeyboardState
@@ -184,21 +185,16 @@ def test_keys_reach_a_graph_by_commands(play: Player) -> None:
     playing.tick(2)
     assert (playing.node("Down").count, playing.node("Up").count) == (1, 1)
     with pytest.raises(UsageError, match="no key 'w'"):
-        playing.session.press("w")
+        playing.command("press", keys="w")
 
 
-class Notes:
+class Notes(Inbox):
     """An inbox that remembers what a recorder would take down."""
 
     exact = False
 
     def __init__(self) -> None:
         self.commands: list[tuple[str, Any]] = []
-
-    def begin_tick(self) -> float:
-        return 0.0
-
-    def end_tick(self) -> None: ...
 
     def command(self, name: str, arguments: Any) -> None:
         self.commands.append((name, arguments))
@@ -207,11 +203,11 @@ class Notes:
 def test_keys_and_impulses_are_recorded_as_commands_that_can_be_given_again(play: Player) -> None:
     playing = play.graph(KEYBOARD.replace("  Down:", "  Impulse: OnImpulseEvent\n  Down:"))
     playing.session.inbox = notes = Notes()
-    playing.session.press("W")
-    playing.session.impulse("Impulse")
-    playing.session.release("W")
+    playing.command("press", keys="W")
+    playing.command("impulse", node="Impulse")
+    playing.command("release", keys="W")
     assert [name for name, _ in notes.commands] == ["press", "impulse", "release"]
-    assert {name for name, _ in notes.commands} <= commands.RECORDED
+    assert all(commands.COMMANDS[name].recorded for name, _ in notes.commands)
     again = play.graph((play.folder / "graph.yaml").read_text("utf-8").partition("graph: graph\n")[2])
     for name, arguments in notes.commands:
         commands.parse(name, arguments).apply(again.session)
@@ -351,12 +347,12 @@ def test_in_a_graph_the_state_of_a_key_is_read_and_a_stop_lets_it_go(play: Playe
         connections: [Tick.tick -> Held.execIn, Key.isPressed -> Held.condition, Held.execTrue -> Count.execIn]
         """
     )
-    playing.session.press("W")
+    playing.command("press", keys="W")
     playing.tick(3)
-    playing.session.release("W")
+    playing.command("release", keys="W")
     playing.tick(2)
     assert playing.node("Count").count == 3
-    playing.session.press("W")
+    playing.command("press", keys="W")
     playing.tick()
     playing.session.stop()
     assert not playing.node("Key").is_pressed

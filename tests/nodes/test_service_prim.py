@@ -9,7 +9,6 @@ from typing import Any
 import pytest
 
 from graphengine.devices.camera import CameraStub
-from graphengine.format.spec import RobotUse
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
 from graphengine.nodes.ros2.service_prim import ROS2ServicePrim
@@ -279,7 +278,7 @@ def test_a_robot_that_comes_is_listed(play: Player) -> None:
         return "/second" in asking.answer().paths
 
     assert not second()
-    playing.session.spawn("second", RobotUse(use="arm.yaml", position=(3.0, 3.0, 0.5)))
+    playing.command("spawn", name="second", use={"use": "arm.yaml", "position": [3.0, 3.0, 0.5]})
     assert second()
-    playing.session.remove("second")
+    playing.command("delete", name="second")
     assert not second()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import pytest
 
@@ -35,16 +34,6 @@ class Time:
         self.now += seconds
 
 
-@dataclass
-class Happening:
-    """Something that happens to a session when it looks at its desk."""
-
-    what: Callable[[Session], object]
-
-    def apply(self, session: Session) -> object:
-        return self.what(session)
-
-
 class ScriptedDesk(Desk):
     """A desk at which, each time that the session would sleep, the next thing happens."""
 
@@ -57,7 +46,7 @@ class ScriptedDesk(Desk):
     def wait(self, seconds: float) -> None:
         self.waits.append(seconds)
         if self.script:
-            self.ask(Happening(self.script.pop(0)))
+            self.ask(self.script.pop(0))
         else:
             self.time.now += seconds
 
@@ -198,7 +187,7 @@ def test_an_interrupted_run_ends_wherever_it_is_and_may_begin_again(play: MakePl
 def test_after_an_interruption_no_tick_begins(play: MakePlay, time: Time) -> None:
     run = play(SHOWS_TIME, tick_period=(1, 4))
     run.session.desk = desk = ScriptedDesk(time)
-    desk.ask(Happening(Session.interrupt))
+    desk.ask(Session.interrupt)
     run.session.run()
     assert run.session.ticks == 0
 

@@ -16,6 +16,7 @@ from graphengine.compiler.codegen import source_of
 from graphengine.node.node_class import Node
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
+from graphengine.runtime.commands import Delete
 from graphengine.runtime.session import Session
 from graphengine.scene import build
 from graphengine.scene.loaded_scene import LoadedScene
@@ -77,7 +78,7 @@ def test_a_session_sends_the_same_bytes_whatever_others_did_before(flat: LoadedS
 
 def test_a_robot_that_one_session_removes_stays_in_the_others(flat: LoadedScene, begin: Sessions) -> None:
     (one, _), (other, _) = begin(flat), begin(flat)
-    one.remove("dd100")
+    Delete(name="dd100").apply(one)
     one.step(2)
     other.step(2)
     assert [entity.name for entity in other.services.world.entities.all() if entity.kind == "robot"] == ["dd100"]

@@ -7,6 +7,9 @@ import time
 
 from graphengine.cli.live import Live, absolute, add_live_arguments, show, size
 from graphengine.cli.topic.hz import WINDOW
+from graphengine.format.errors import TransportError
+from graphengine.messages.qos import PRESETS
+from graphengine.ros.rates import SECOND, Window
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -18,10 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when Ctrl-C ended it."""
-    from graphengine.format.errors import TransportError
     from graphengine.messages import messages
-    from graphengine.messages.qos import PRESETS
-    from graphengine.ros.rates import SECOND, Window
 
     topic = absolute(arguments.topic)
     with Live(arguments) as live:

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING
 from graphengine.cli.live import Live, absolute, add_live_arguments, count, positive, show
 from graphengine.cli.topic.expression import Filter, make_filter
 from graphengine.cli.topic.quality import add_quality_arguments, quality_for
+from graphengine.format.wording import printable
+from graphengine.ros.graph import Endpoint
 
 if TYPE_CHECKING:
     from graphengine.messages.definitions import Definitions
-    from graphengine.ros.graph import Endpoint
     from graphengine.ros.listening import Inbox
 
 TRUNCATED = 128
@@ -88,7 +89,6 @@ def _text(
     data: bytes, message_type: str, definitions: Definitions, wanted: Filter, arguments: argparse.Namespace
 ) -> str | None:
     """How a message is shown; None for one that is not wanted, or that its type does not describe."""
-    from graphengine.format.wording import printable
     from graphengine.messages import messages
     from graphengine.messages.message_text import Part, Style, to_csv, to_plain_text, to_yaml
 

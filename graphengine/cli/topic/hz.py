@@ -7,6 +7,8 @@ import time
 
 from graphengine.cli.live import Live, absolute, add_live_arguments, show, size
 from graphengine.cli.topic.expression import make_filter
+from graphengine.messages.qos import PRESETS
+from graphengine.ros.rates import Intervals
 
 WINDOW = 10_000
 """Intervals that count by default."""
@@ -24,8 +26,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """0 when Ctrl-C ended it."""
     from graphengine.messages import messages
-    from graphengine.messages.qos import PRESETS
-    from graphengine.ros.rates import Intervals
 
     topic, wanted = absolute(arguments.topic), make_filter(arguments.filter)
     intervals = Intervals(arguments.window)

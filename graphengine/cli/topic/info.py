@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import argparse
 import re
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from graphengine.ros.graph import Endpoint
+from graphengine.cli.live import Live, absolute, add_live_arguments, show
+from graphengine.ros.graph import Endpoint
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
-    from graphengine.cli.live import add_live_arguments
-
     parser.add_argument("topic", metavar="TOPIC", help="such as /chatter")
     what = "node, type, hash of the type, GID and quality of service of everyone who writes or reads it"
     parser.add_argument("-v", "--verbose", action="store_true", help=what)
@@ -22,8 +19,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when somebody writes or reads the topic."""
-    from graphengine.cli.live import Live, absolute, show
-
     topic = absolute(arguments.topic)
     with Live(arguments) as live:
         graph = live.graph(names=arguments.verbose)

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
-if TYPE_CHECKING:
-    from graphengine.ros.graph import Graph
+from graphengine.cli.live import Live, add_live_arguments, is_hidden, show
+from graphengine.ros.graph import Graph
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
-    from graphengine.cli.live import add_live_arguments
-
     parser.add_argument("-t", "--show-types", action="store_true", help="the type of each topic too")
     parser.add_argument("-c", "--count-topics", action="store_true", help="only how many there are")
     parser.add_argument(
@@ -25,8 +23,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0, also when nobody is there."""
-    from graphengine.cli.live import Live, is_hidden, show
-
     with Live(arguments) as live:
         graph = live.graph()
         topics = [t for t in graph.types() if arguments.include_hidden_topics or not is_hidden(t)]

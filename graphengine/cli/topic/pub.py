@@ -6,13 +6,12 @@ import argparse
 import itertools
 import sys
 import time
-from typing import TYPE_CHECKING
 
 from graphengine.cli.live import POLL, Live, absolute, add_live_arguments, count, near_topic, positive, seconds, show
 from graphengine.cli.topic.quality import add_quality_arguments, quality
-
-if TYPE_CHECKING:
-    from graphengine.ros.graph import Endpoint, Graph
+from graphengine.format.errors import TransportError, UsageError
+from graphengine.messages.qos import mismatch
+from graphengine.ros.graph import Endpoint, Graph
 
 PATIENCE = 1.0
 """Seconds between two lines that tell what is waited for."""
@@ -49,11 +48,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when all was published, or when Ctrl-C ended it."""
-    from graphengine.format.errors import UsageError
     from graphengine.messages.message_input import full_type, parse
     from graphengine.messages.message_text import Part, to_expression
     from graphengine.messages.messages import encode
-    from graphengine.ros.graph import Endpoint
 
     topic, message_type, qos = absolute(arguments.topic), full_type(arguments.type), quality(arguments)
     times = 1 if arguments.once else arguments.times
@@ -91,7 +88,6 @@ def _wait_for_readers(live: Live, offer: Endpoint, wanted: int, limit: float | N
     Raises:
         TransportError: they do not within so many seconds.
     """
-    from graphengine.format.errors import TransportError
 
     def found(graph: Graph) -> int:
         return sum(map(offer.serves, graph.subscribers(offer.topic)))
@@ -117,8 +113,6 @@ def _wait_for_readers(live: Live, offer: Endpoint, wanted: int, limit: float | N
 
 def _mismatches(graph: Graph, offer: Endpoint) -> str:
     """Why readers of the topic do not match, a line for each; or which topic may be meant."""
-    from graphengine.messages.qos import mismatch
-
     lines = []
     for end in graph.subscribers(offer.topic):
         if end.message_type != offer.message_type:

@@ -8,12 +8,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.live import count, seconds
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.qos import mismatch
+from graphengine.ros.graph import Endpoint
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    from graphengine.messages.endpoints import QoS
-    from graphengine.ros.graph import Endpoint
 
 _PROFILES: dict[str, dict[str, Any]] = {
     "default": {},
@@ -49,8 +49,6 @@ def add_quality_arguments(parser: argparse.ArgumentParser, default: str) -> None
 
 def quality(arguments: argparse.Namespace) -> QoS:
     """The quality of service that the command line asks for."""
-    from graphengine.messages.endpoints import QoS
-
     changes: dict[str, Any] = {
         policy: kinds.get(getattr(arguments, f"qos_{policy}")) for policy, kinds in _KINDS.items()
     }
@@ -79,8 +77,6 @@ def quality_for(arguments: argparse.Namespace, publishers: Sequence[Endpoint]) -
 
 
 def _warn_of_mismatches(publishers: Sequence[Endpoint], asked: QoS) -> None:
-    from graphengine.messages.qos import mismatch
-
     for end in publishers:
         if why := mismatch(end.qos, asked, end.full_node or "a publisher", "this subscription"):
             print(f"WARNING: {why}: nothing arrives from there", file=sys.stderr)

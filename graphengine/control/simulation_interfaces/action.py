@@ -102,7 +102,8 @@ class SimulateSteps:
 
     def _next(self, goal: _Goal) -> None:
         """Ask for one step more."""
-        self._desk.ask(states.steps(1)).add_done_callback(lambda future: self._stepped(goal, future))
+        stepping = self._desk.ask(lambda session: states.run_steps(session, 1))
+        stepping.add_done_callback(lambda future: self._stepped(goal, future))
 
     def _stepped(self, goal: _Goal, future: Future[Any]) -> None:
         """A step ran, or did not; in the session's thread."""

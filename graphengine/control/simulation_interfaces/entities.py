@@ -12,8 +12,10 @@ from graphengine.devices.entity import Entity, EntityKind, EntityState
 from graphengine.devices.rotation import Pose, compose
 from graphengine.devices.sensor import Quaternion, Vector3
 from graphengine.format.errors import UnknownEntityError
+from graphengine.format.spec import Orientation
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
+from graphengine.runtime.commands import Delete, Move
 from graphengine.runtime.session import Session
 
 WORLD = "world"
@@ -55,7 +57,12 @@ def set_entity_state(session: Session, request: Any, response: Any) -> None:
     asked = (*linear, *angular, *_vector(state.acceleration.linear), *_vector(state.acceleration.angular))
     if entity.kind == "static" and any(asked):
         raise RefusedError(FAILED, f"{entity.name} is bolted to the world: it has no velocity and no acceleration")
-    response.result.error_message = session.place(entity.name, position, orientation, linear, angular)
+    turned = Orientation(quaternion_xyzw=orientation)
+    # Not checked here: physics says which entity has a velocity that is not finite.
+    move = Move.model_construct(
+        entity=entity.name, position=position, orientation=turned, linear=linear, angular=angular
+    )
+    response.result.error_message = "".join(move.apply(session)["warnings"])
 
 
 def delete_entity(session: Session, request: Any, response: Any) -> None:
@@ -65,7 +72,7 @@ def delete_entity(session: Session, request: Any, response: Any) -> None:
         raise RefusedError(
             FAILED, f"{entity.name} belongs to the world's file: only what the scene has as robots can go"
         )
-    session.remove(entity.name)
+    Delete(name=entity.name).apply(session)
 
 
 def get_entity_info(session: Session, request: Any, response: Any) -> None:

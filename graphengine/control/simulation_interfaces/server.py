@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
-from dataclasses import dataclass
 from typing import Any
 
 from graphengine.control.offers import Offers
@@ -13,10 +12,9 @@ from graphengine.control.simulation_interfaces import entities, features, states
 from graphengine.control.simulation_interfaces.action import SimulateSteps
 from graphengine.control.simulation_interfaces.results import OK, code_of, text_of
 from graphengine.control.simulation_interfaces.spawning import Spawning
-from graphengine.format.errors import GraphError
 from graphengine.messages.interfaces import MessageTypeError
 from graphengine.ros.transport import Transport
-from graphengine.runtime.desk import Desk, Doable
+from graphengine.runtime.desk import Desk
 from graphengine.runtime.session import Session
 from graphengine.scene.loaded_scene import LoadedScene
 
@@ -27,19 +25,6 @@ _LEFT_OUT = ("get_available_worlds", "load_world", "unload_world", "get_named_po
 
 Answer = Callable[[Session, Any, Any], None]
 """Fills in an answer, in the session's thread; what it raises becomes the answer's result."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Answering:
-    """One request, to be answered between two ticks."""
-
-    answer: Answer
-    request: Any
-    response: Any
-
-    def apply(self, session: Session) -> None:
-        """Answer it."""
-        self.answer(session, self.request, self.response)
 
 
 class SimulationInterfaces:
@@ -83,17 +68,17 @@ class SimulationInterfaces:
         if missing:
             complain(f"not offered, as {PACKAGE} is not installed, or older than 1.5: {', '.join(missing)}")
 
-    def _answers(self, scene: LoadedScene, offered: list[str]) -> Mapping[str, Answer | None]:
-        """What answers each service of the package; None for single steps, which take their time."""
-        answers: dict[str, Answer | None] = {
+    def _answers(self, scene: LoadedScene, offered: list[str]) -> Mapping[str, Answer]:
+        """What answers each service of the package."""
+        answers: dict[str, Answer] = {
             "get_simulator_features": features.get_features(scene, offered),
             "get_simulation_state": states.get_state,
             "set_simulation_state": states.set_state,
             "reset_simulation": states.reset,
-            "step_simulation": None,
+            "step_simulation": states.step,
         }
         spawning = Spawning(scene)
-        of_scenes: dict[str, Answer | None] = {
+        of_scenes: dict[str, Answer] = {
             "get_entities": entities.get_entities,
             "get_entities_states": entities.get_entities_states,
             "get_entity_state": entities.get_entity_state,
@@ -111,23 +96,13 @@ class SimulationInterfaces:
             of_scenes = dict.fromkeys(of_scenes, features.unsupported)
         return {**answers, **of_scenes, **dict.fromkeys(_LEFT_OUT, features.unsupported)}
 
-    def _offer(self, name: str, answer: Answer | None) -> None:
+    def _offer(self, name: str, answer: Answer) -> None:
         kind = f"{PACKAGE}/srv/{''.join(part.capitalize() for part in name.split('_'))}"
 
         def handle(request: Any, response: Any) -> Future[Any]:
-            return self._ask(answer, request, response)
+            return self._desk.ask(lambda session: answer(session, request, response))
 
         self._offers.add(f"{self._above}/{name}", kind, handle, _finish)
-
-    def _ask(self, answer: Answer | None, request: Any, response: Any) -> Future[Any]:
-        """Leave word at the desk; single steps are a command of their own, as they are done when they ran."""
-        try:
-            doable: Doable = states.steps(request.steps) if answer is None else _Answering(answer, request, response)
-        except GraphError as error:
-            refused: Future[Any] = Future()
-            refused.set_exception(error)
-            return refused
-        return self._desk.ask(doable)
 
     def close(self) -> None:
         """Withdraw the services; safe to call twice."""

@@ -14,6 +14,7 @@ from graphengine.control.simulation_interfaces.results import OK, RefusedError, 
 from graphengine.format.errors import CheckError, GraphError, PhysicsError, RecordingError
 from graphengine.format.spec import Orientation, RobotUse
 from graphengine.messages.definitions import DEFINITIONS
+from graphengine.runtime.commands import Spawn
 from graphengine.runtime.session import Session
 from graphengine.scene.loaded_scene import LoadedScene
 
@@ -82,7 +83,7 @@ class Spawning:
         except ValidationError as error:
             raise RefusedError(_NAMESPACE_INVALID, error.errors()[0]["msg"].removeprefix("Value error, ")) from None
         try:
-            return name, session.spawn(name, robot)
+            return name, "".join(Spawn(name=name, use=robot).apply(session)["warnings"])
         except CheckError as error:
             missing = any(finding.code == "S101" for finding in error.findings)
             raise RefusedError(_MISSING_ASSETS if missing else _PARSE_ERROR, str(error)) from error

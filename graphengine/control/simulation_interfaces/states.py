@@ -6,15 +6,15 @@ from typing import Any
 
 from graphengine.control.simulation_interfaces.results import FAILED, RefusedError
 from graphengine.format.errors import GraphError, RecordingError
-from graphengine.runtime.commands import MAX_TICKS, Step
+from graphengine.runtime.commands import MAX_TICKS, Command, Pause, Play, Quit, Reset, Scope, Step, Stop
 from graphengine.runtime.session import Session
-from graphengine.runtime.ticker import ResetScope
 
 STOPPED, PLAYING, PAUSED, QUITTING = range(4)
 _STATES = {"stopped": STOPPED, "playing": PLAYING, "paused": PAUSED, "failed": PAUSED}
 """The service has no state for a session that failed; such a one refuses to play."""
+_COMMANDS: dict[int, type[Command]] = {STOPPED: Stop, PLAYING: Play, PAUSED: Pause, QUITTING: Stop}
 _ALREADY, _TRANSITION_FAILED, _INCORRECT_TRANSITION = 101, 102, 103
-_SCOPES: dict[int, ResetScope] = {1: "time", 2: "state", 4: "spawned"}
+_SCOPES: dict[int, Scope] = {1: "time", 2: "state", 4: "spawned"}
 
 
 def get_state(session: Session, request: Any, response: Any) -> None:
@@ -27,23 +27,18 @@ def set_state(session: Session, request: Any, response: Any) -> None:
     target = request.state.state
     if target == _STATES[session.state]:
         raise RefusedError(_ALREADY, f"the simulation is {session.state} already")
-    if target not in (STOPPED, PLAYING, PAUSED, QUITTING):
+    if target not in _COMMANDS:
         raise RefusedError(_INCORRECT_TRANSITION, f"nobody can bring a simulation to state {target}; legal: 0 to 3")
     if (session.state, target) == ("stopped", PAUSED):
         raise RefusedError(_INCORRECT_TRANSITION, "the simulation is stopped; it can play, or quit")
     try:
-        if target == PLAYING:
-            session.play()
-        elif target == PAUSED:
-            session.pause()
-        else:
-            session.stop()
+        _COMMANDS[target]().apply(session)
     except RecordingError:
         raise
     except GraphError as error:
         raise RefusedError(_TRANSITION_FAILED, str(error)) from error
     if target == QUITTING:
-        session.interrupt()
+        Quit().apply(session)
 
 
 def reset(session: Session, request: Any, response: Any) -> None:
@@ -51,25 +46,22 @@ def reset(session: Session, request: Any, response: Any) -> None:
     wanted = [scope for bit, scope in _SCOPES.items() if request.scope & bit]
     if request.scope and not wanted:
         raise RefusedError(FAILED, f"no scope is {request.scope}; legal: 1 time, 2 state, 4 spawned, and their sums")
-    session.reset(*wanted)
+    Reset(scope=tuple(wanted) or ("all",)).apply(session)
 
 
-class StepWhilePaused(Step):
-    """Single ticks of a simulation that is paused, and is so again afterwards."""
-
-    def apply(self, session: Session) -> None:
-        """Begin with them."""
-        if session.state != "paused":
-            raise RefusedError(FAILED, f"the simulation is {session.state}; only one that is paused does single steps")
-        super().apply(session)
+def step(session: Session, request: Any, response: Any) -> None:
+    """Answer StepSimulation: single ticks of a simulation that is paused, and is so again afterwards."""
+    run_steps(session, request.steps)
 
 
-def steps(count: int) -> StepWhilePaused:
-    """So many single steps.
+def run_steps(session: Session, count: int) -> None:
+    """Let a paused session run single ticks.
 
     Raises:
-        RefusedError: too many, or none.
+        RefusedError: too many, none, or the session is not paused.
     """
     if not 0 < count <= MAX_TICKS:
         raise RefusedError(FAILED, f"{count} steps are not done at once; legal: 1 to {MAX_TICKS}")
-    return StepWhilePaused(ticks=count)
+    if session.state != "paused":
+        raise RefusedError(FAILED, f"the simulation is {session.state}; only one that is paused does single steps")
+    Step(ticks=count).apply(session)

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from graphengine.format.errors import BadValueError, CheckError
-from graphengine.format.spec import RobotUse
 from graphengine.nodes.prims import WritePrimAttribute
 from graphengine.testing import RecordingContext
 from tests.nodes.harness import Player, Playing, ready
@@ -105,7 +104,7 @@ def test_a_stop_and_a_robot_more_leave_friction_as_it_should_be(play: Player) ->
     playing.set("Write", "value", 0.0)
     playing.tick(2)
     assert world.friction(material) == (0.7, 0.0)
-    playing.session.spawn("other", RobotUse(use="block.yaml", position=(0.0, 5.0, 0.0535)))
+    playing.command("spawn", name="other", use={"use": "block.yaml", "position": [0.0, 5.0, 0.0535]})
     assert world.friction(world.stage.find("/other/Materials/Rubber")) == (0.7, 0.6)
     start = speed_on_slope(playing)
     playing.tick(30)

@@ -1,9 +1,9 @@
-"""Robots that come and go while a session runs."""
+"""Robots that are added and removed while a session runs."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from graphengine.compiler.graph import Graph
@@ -11,15 +11,14 @@ from graphengine.compiler.literals import Override
 from graphengine.compiler.namespaces import write_namespaces
 from graphengine.compiler.planning import share_plans
 from graphengine.format.diagnostics import Findings
-from graphengine.format.errors import NodeError, UnknownEntityError, UsageError
+from graphengine.format.errors import UnknownEntityError, UsageError
 from graphengine.format.files import Files
 from graphengine.format.spec import RobotUse
-from graphengine.format.wording import did_you_mean, listing
-from graphengine.node.clock import Clock
-from graphengine.node.context.services import Services
+from graphengine.format.wording import unknown
 from graphengine.runtime import check
-from graphengine.runtime.graph_run import GraphRun, make_graph_run
-from graphengine.runtime.session import Roster
+from graphengine.runtime.graph_run import GraphRun
+from graphengine.runtime.roster import Roster
+from graphengine.runtime.ticker import Ticker
 from graphengine.scene.loaded_scene import LoadedScene
 from graphengine.scene.uses import resolve_uses, robot_uses
 
@@ -34,60 +33,38 @@ class SceneRoster(Roster):
     Args:
         scene: that the session was made from.
         world: the session's own; robots are added to it and removed from it.
-        files: where the references of robots that come may lead.
-        services: of the session.
-        clocks: of its ticks and of its physics steps, by what graphs run on.
-        fault: who hears of nodes that raise.
+        files: which files the robots' references may name.
+        ticker: runs the robots' graphs.
     """
 
-    def __init__(
-        self,
-        scene: LoadedScene,
-        world: LoadedWorld,
-        files: Files,
-        services: Services,
-        clocks: Mapping[str, Clock],
-        fault: Callable[[NodeError], None] | None,
-    ) -> None:
+    def __init__(self, scene: LoadedScene, world: LoadedWorld, files: Files, ticker: Ticker) -> None:
         from graphengine.physics.population import Population  # not before a scene has brought MuJoCo in
 
         self._scene, self._files = scene, files
         self._robots, self._specified = world.robots, world.scenery.scene
         self._population = Population(world)
-        self._services = services
-        self._clocks = clocks
-        self._fault = fault
+        self._ticker, self._services = ticker, ticker.services
 
     @property
     def spawned(self) -> Sequence[str]:
-        """Names of the robots that came and are still there, oldest first."""
+        """Names of the robots that were spawned and are still there, oldest first."""
         stage = self._services.stage
         return [name for name, robot in self._robots.items() if stage.find(robot.prim_path).facts.get("spawned")]
 
-    def add(self, name: str, use: RobotUse, running: Sequence[GraphRun]) -> Sequence[GraphRun]:
-        """Put a robot into the scene; its graphs, set up.
-
-        Raises:
-            CheckError: with all that is wrong with it.
-            GraphError: physics, rays or one of its nodes cannot begin. After an error of any kind all is as it was.
-        """
+    def add(self, name: str, use: RobotUse) -> None:
+        """Put a robot into the scene, and run its graphs after the others."""
         self._population.add(name, use, Findings())
-        return self._begin(name, running)
+        self._begin(name)
 
-    def _begin(self, name: str, running: Sequence[GraphRun]) -> list[GraphRun]:
-        """The graphs of a robot that was put into the world, set up; after an error the robot is gone again."""
-        runs: list[GraphRun] = []
+    def _begin(self, name: str) -> None:
+        """Set up the graphs of a robot that was put into the world; after an error the robot is removed again."""
         try:
-            graphs = self._plan(name, running)
-            for graph in graphs:
-                runs.append(make_graph_run(graph, self._services, self._clocks[graph.runs], self._fault))
-                runs[-1].executor.setup()
+            self._ticker.add(self._plan(name))
         except BaseException:
-            self._dismiss(name, runs)
+            self._dismiss(name, ())
             raise
-        return runs
 
-    def _plan(self, name: str, running: Sequence[GraphRun]) -> list[Graph]:
+    def _plan(self, name: str) -> list[Graph]:
         """A robot's graphs, planned and checked beside those that run."""
         scene, services, findings = self._scene, self._services, Findings()
         robot, files = self._robots[name], self._files
@@ -101,60 +78,53 @@ class SceneRoster(Roster):
             services.world,
             findings,
             prims_known=True,
-            beside=[run.executor.graph for run in running],
+            beside=[run.executor.graph for run in self._ticker.graphs],
             claimed=services.claims,
             permissions=services.permissions,
         )
         findings.raise_errors()
         return graphs
 
-    def own(self, name: str, graphs: Sequence[GraphRun]) -> Sequence[GraphRun]:
-        """Which of the session's graphs are a robot's, which can be removed.
+    def remove(self, name: str) -> None:
+        """Remove a robot, its graphs and its topics; its graphs send what they have for their end."""
+        own = self._own(name)
+        self._ticker.tell("at_close", own)
+        self._dismiss(name, own)
+
+    def _own(self, name: str) -> Sequence[GraphRun]:
+        """The graphs of a robot that can be removed.
 
         Raises:
             UnknownEntityError: there is no such robot.
             UsageError: a graph that is not its own reads something of it.
         """
         if name not in self._robots:
-            near = did_you_mean(name, self._robots) or listing(self._robots, "robots")
-            raise UnknownEntityError(f"no robot {name!r}\n  {near}")
-        own = [run for run in graphs if _belongs(run.name, name)]
+            raise UnknownEntityError(unknown("robot", name, self._robots))
+        graphs = self._ticker.graphs
+        own = [run for run in graphs if run.name.startswith(f"{name}/")]
         for run in graphs:
             reader = None if run in own else run.contexts.bound(self._robots[name].prim_path)
             if reader is not None:
                 raise UsageError(f"{name} cannot be removed: {reader} of graph {run.name} reads something of it")
         return own
 
-    def remove(self, name: str, own: Sequence[GraphRun]) -> None:
-        """Take a robot away, with its graphs and topics."""
-        self._dismiss(name, own)
-
     def save(self) -> Sequence[tuple[Robot, bool]]:
-        """The robots in their order, and which of them came while the session ran."""
+        """The robots in their order, and which of them were spawned."""
         return [(robot, name in self.spawned) for name, robot in self._robots.items()]
 
-    def restore(self, saved: Sequence[tuple[Robot, bool]], running: Sequence[GraphRun]) -> Sequence[GraphRun]:
-        """Put back the robots that were there, and take away the others; the graphs that run then, in their order."""
+    def restore(self, saved: Sequence[tuple[Robot, bool]]) -> None:
+        """Put back the robots that were there when `save` was called, and remove the others."""
         pairs = zip(self._robots.values(), saved, strict=False)
         same = sum(1 for _ in itertools.takewhile(lambda pair: pair[0] is pair[1][0], pairs))
         for name in reversed(list(self._robots)[same:]):
-            own = self.own(name, running)
-            running = [run for run in running if run not in own]
-            self.remove(name, own)
+            self._dismiss(name, self._own(name))
         for robot, spawned in saved[same:]:
             self._population.put(robot.placement, Findings())
             self._services.stage.find(robot.prim_path).facts["spawned"] = spawned
-            running = [*running, *self._begin(robot.name, running)]
-        return running
+            self._begin(robot.name)
 
     def _dismiss(self, name: str, own: Sequence[GraphRun]) -> None:
-        """Take a robot away, with its graphs and with what the session keeps for it."""
-        for run in own:
-            run.close()
+        """Remove a robot, with its graphs and with what the session keeps for it."""
+        self._ticker.remove(own)
         self._services.forget(self._robots[name].prim_path)
         self._population.remove(name)
-
-
-def _belongs(graph: str, robot: str) -> bool:
-    """Whether a graph is a robot's, by its name."""
-    return graph.startswith(f"{robot}/")
