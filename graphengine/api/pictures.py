@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from graphengine.devices.backend import World
 from graphengine.devices.stage import Prim
+from graphengine.format.atomic_write import write_together
 from graphengine.format.errors import PrimError, UsageError
-from graphengine.format.output import write_together
 from graphengine.format.wording import did_you_mean, listing
 
 if TYPE_CHECKING:

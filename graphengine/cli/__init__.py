@@ -128,7 +128,7 @@ def _execute(parsed: argparse.Namespace) -> int:
     """The verb's own exit code, or that of what it raised, which is told."""
     from graphengine.cli.common import clean, explain
     from graphengine.format.errors import CheckError, GraphError, UsageError
-    from graphengine.format.resources import SMALLEST, has_address_space
+    from graphengine.format.process_limits import SMALLEST, has_address_space
 
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # as stderr has it: not every terminal knows every character

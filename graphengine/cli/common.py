@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from graphengine.cli.units import whole
+from graphengine.cli.quantities import whole
 from graphengine.format.diagnostics import Finding, Findings
 from graphengine.format.errors import CheckError, GraphError, NodeError, UsageError
 from graphengine.format.files import find_file, installed_packages, near

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from graphengine.cli import Parser
 from graphengine.cli.common import clean, counted, parse_set, table
-from graphengine.cli.units import angle, duration, number, rate, vector, whole
+from graphengine.cli.quantities import angle, duration, number, rate, vector, whole
 from graphengine.control.client import Client, find
 from graphengine.control.runs import Entry
 from graphengine.format.errors import ControlError

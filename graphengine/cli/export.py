@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 
 from graphengine.cli.common import add_file_arguments, clean, open_scene, print_findings, refuse_to_overwrite
+from graphengine.format.atomic_write import write_together
 from graphengine.format.diagnostics import Findings
-from graphengine.format.output import write_together
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from time import monotonic
 from typing import TYPE_CHECKING
 
-from graphengine.cli.keyboard import ENDS, Keyboard
+from graphengine.cli.terminal_keyboard import ENDS, TerminalKeyboard
 from graphengine.node.keys import keys_of
 from graphengine.runtime.commands import Press, Release
 
@@ -20,7 +20,7 @@ RELEASE_AFTER = 0.6
 """Seconds of wall time; a common wait before the first repetition is 0.5 s (X11 0.66 s, Linux console 0.25 s)."""
 
 
-class HeldTerminalKeys(Keyboard):
+class HeldTerminalKeys(TerminalKeyboard):
     """The terminal's keys, as long as a run goes on.
 
     Raises:

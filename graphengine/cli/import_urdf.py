@@ -19,11 +19,11 @@ from graphengine.cli.common import (
     print_findings,
     refuse_to_overwrite,
 )
-from graphengine.cli.units import duration
+from graphengine.cli.quantities import duration
+from graphengine.format.atomic_write import write_together
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import UsageError
 from graphengine.format.files import Files, installed_packages, near, require_file
-from graphengine.format.output import write_together
 from graphengine.format.wording import listing
 from graphengine.ros.domain import Domain
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.common import add_allow_argument, add_repeatable, clean, print_findings, reading_options
-from graphengine.cli.units import number
+from graphengine.cli.quantities import number
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import PrimError, UsageError
 from graphengine.format.files import find_file, near

@@ -11,7 +11,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from graphengine.cli.units import whole
+from graphengine.cli.quantities import whole
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -67,7 +67,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _replay(arguments: argparse.Namespace, recording: Recording, plain: Callable[[str], str]) -> int:
     from graphengine.format.errors import RecordingError
-    from graphengine.recording import environment_info
+    from graphengine.recording import platform_info
     from graphengine.recording.replay import Replay, SilentTransport
     from graphengine.ros.network import LiveNetwork
     from graphengine.scene import build
@@ -91,9 +91,7 @@ def _replay(arguments: argparse.Namespace, recording: Recording, plain: Callable
         fault=(lambda error: None) if manifest.keep_going else None,
         bad_values=manifest.bad_values,
     ) as session:
-        for line in environment_info.differences(
-            manifest.machine, environment_info.describe(scene, session.services.world)
-        ):
+        for line in platform_info.differences(manifest.machine, platform_info.describe(scene, session.services.world)):
             warn(f"{line}; results may differ in their last bits")
         run = Replay(session, network, recording, arguments.ignore, warn)
         try:

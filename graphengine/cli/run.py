@@ -14,7 +14,7 @@ from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.console import Console
-from graphengine.cli.units import duration, rate
+from graphengine.cli.quantities import duration, rate
 
 if TYPE_CHECKING:
     from graphengine.runtime.desk import Desk

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.common import add_file_arguments, clean, counted, load, print_findings
+from graphengine.format.atomic_write import write_together
 from graphengine.format.errors import UsageError
 from graphengine.format.files import near
-from graphengine.format.output import write_together
 from graphengine.format.wording import printable
 
 if TYPE_CHECKING:

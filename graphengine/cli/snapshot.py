@@ -29,7 +29,7 @@ MILLIMETRES = 1000
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
-    from graphengine.cli.units import duration
+    from graphengine.cli.quantities import duration
 
     add_file_arguments(parser)
     where = "top, perspective, a camera of the world's MJCF, or the prim of a camera (default perspective)"

@@ -8,8 +8,8 @@ import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from graphengine.cli.keyboard import ENDS, Keyboard
 from graphengine.cli.live import Live, absolute, add_live_arguments, positive
+from graphengine.cli.terminal_keyboard import ENDS, TerminalKeyboard
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import listing
 from graphengine.messages.endpoints import QoS
@@ -49,14 +49,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """0 when it was ended."""
-    keyboard = Keyboard()
+    keyboard = TerminalKeyboard()
     given = absolute(arguments.topic) if arguments.topic else ""
     with Live(arguments) as live:
         graph = live.graph(lambda graph: graph.subscribers(given))
         topic = given or only_topic(graph)
         message_type = f"geometry_msgs/msg/{arguments.type}" if arguments.type else type_of(topic, graph)
         clock = live.clock(arguments)
-        base = Base(live.transport.writer(topic, message_type, QoS()), message_type, clock, arguments.frame_id)
+        base = VelocityPublisher(
+            live.transport.writer(topic, message_type, QoS()), message_type, clock, arguments.frame_id
+        )
         stick = Stick(arguments.hold, arguments.speed, arguments.turn)
         print(f"{topic} [{message_type}]; {live.transport.description}\n{HELP}", file=sys.stderr)
         with keyboard:
@@ -128,7 +130,7 @@ class Stick:
 
 
 @dataclass(slots=True)
-class Base:
+class VelocityPublisher:
     """The robot: a topic that takes velocities."""
 
     writer: Writer
@@ -147,7 +149,7 @@ class Base:
         self.writer.write(messages.encode(message))
 
 
-def _follow(keyboard: Keyboard, stick: Stick, base: Base) -> None:
+def _follow(keyboard: TerminalKeyboard, stick: Stick, base: VelocityPublisher) -> None:
     """Do what the keys say until one ends it."""
     due, still, told = time.monotonic(), STOPPING, ""
     while True:

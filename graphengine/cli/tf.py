@@ -13,8 +13,8 @@ from pathlib import Path
 
 from graphengine.cli.common import clean, table
 from graphengine.cli.live import Live, add_live_arguments, positive, show
+from graphengine.format.atomic_write import write_together
 from graphengine.format.errors import TransportError, UsageError
-from graphengine.format.output import write_together
 from graphengine.format.wording import listing
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.names import check_namespace, full_namespace

@@ -17,18 +17,18 @@ from functools import cached_property
 from types import CodeType
 from typing import Any
 
-from graphengine.compiler.plan import Branch, Call, Copy, Fire, Plan, Refresh, Region
+from graphengine.compiler.plan import Call, Copy, ExecBranch, Fire, Plan, Refresh, Region
 from graphengine.node import types
 from graphengine.node.node_class import Node
 
 _serial = itertools.count()
 _FUNCTIONS = re.compile(r"\b(pass_|constants|at_stop|at_close|r\d+)\(")
 """Names of generated functions, where they are defined and called."""
-_programs: weakref.WeakKeyDictionary[Plan, Source] = weakref.WeakKeyDictionary()
+_programs: weakref.WeakKeyDictionary[Plan, GeneratedSource] = weakref.WeakKeyDictionary()
 
 
 @dataclass(eq=False)
-class Source:
+class GeneratedSource:
     """Generated text, and for each of its lines the node that it runs."""
 
     name: str
@@ -58,16 +58,16 @@ class Source:
         return self.nodes[line - 1] if 1 <= line <= len(self.nodes) else None
 
 
-def source_of(plan: Plan) -> Source:
+def source_of(plan: Plan) -> GeneratedSource:
     """The text of a plan's functions, which all sessions share."""
     if plan not in _programs:
         _programs[plan] = _write_source(plan)
     return _programs[plan]
 
 
-def _write_source(plan: Plan) -> Source:
+def _write_source(plan: Plan) -> GeneratedSource:
     """Functions: `constants`, `pass_` for ticks, `ENDINGS` for between, and one a pusher's region."""
-    source = Source(f"<graph: {plan.path} #{next(_serial)}>")
+    source = GeneratedSource(f"<graph: {plan.path} #{next(_serial)}>")
     source.add([f"s{data} = 1" for data in plan.flagged])
     source.add([f"l{index} = 0" for index, _ in plan.root.pending])
     _write_constants(plan, source)
@@ -76,7 +76,7 @@ def _write_source(plan: Plan) -> Source:
     return source
 
 
-def _write_constants(plan: Plan, source: Source) -> None:
+def _write_constants(plan: Plan, source: GeneratedSource) -> None:
     source.add(["", "def constants():"])
     body = 0
     for refresh in plan.constants:
@@ -89,7 +89,7 @@ def _write_constants(plan: Plan, source: Source) -> None:
         source.add(["pass"], None, 1)
 
 
-def _write_region(plan: Plan, region: Region, source: Source) -> None:
+def _write_region(plan: Plan, region: Region, source: GeneratedSource) -> None:
     name = "pass_" if region.index == 0 else region.ending or f"r{region.index}"
     used = sorted({index for call in region.calls for index in _nodes_of(call)})
     ended = {call.node for call in region.calls if region.ending and call.kind == "event"}  # who have such a method
@@ -117,7 +117,7 @@ def _write_region(plan: Plan, region: Region, source: Source) -> None:
         source.add(["pass"], None, 1)
 
 
-def _write_call(call: Call, source: Source, indent: int) -> None:
+def _write_call(call: Call, source: GeneratedSource, indent: int) -> None:
     """Bring up to date what the node reads, then compute it: once, or for each of its activations."""
     for refresh in call.refreshes:
         if not refresh.repeated:
@@ -184,7 +184,7 @@ def _fire(fire: Fire) -> list[str]:
     return [*lines, f"{fire.counter} += 1"] if fire.counter else lines
 
 
-def _branch(branch: Branch, *, many: bool) -> list[str]:
+def _branch(branch: ExecBranch, *, many: bool) -> list[str]:
     """What follows an execution output of a node that says in `p` what to fire."""
     lines = [line for fire in branch.fires for line in _fire(fire)]
     if branch.region >= 0:

@@ -9,7 +9,7 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 
 from graphengine.compiler.plan import Plan
-from graphengine.compiler.template import FlatGraph, NodeEntry, WireEntry
+from graphengine.compiler.subgraph_expansion import FlatGraph, NodeEntry, WireEntry
 from graphengine.format.diagnostics import Finding, Span
 from graphengine.format.errors import ContextError
 from graphengine.node.node_class import Node

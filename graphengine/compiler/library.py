@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from graphengine.compiler.budget import Budget
-from graphengine.compiler.parameters import Use, fill
+from graphengine.compiler.substitution import Use, fill
 from graphengine.format import document as documents
 from graphengine.format.diagnostics import Findings
 from graphengine.format.document import Document

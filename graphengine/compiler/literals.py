@@ -9,7 +9,7 @@ from functools import partial
 from typing import Any
 
 from graphengine.compiler.graph import Graph, Instance, declared_inputs, find_port, wired_ports, with_article
-from graphengine.compiler.parameters import UNKNOWN
+from graphengine.compiler.substitution import UNKNOWN
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import did_you_mean, listing, shown, unknown
 from graphengine.node import types

@@ -50,7 +50,7 @@ class Fire:
 
 
 @dataclass(frozen=True, slots=True)
-class Branch:
+class ExecBranch:
     """One execution output: its bit in what `compute` returns, and what it leads to."""
 
     mask: int
@@ -89,7 +89,7 @@ class Call:
     refreshes: tuple[Refresh, ...]
     copies: tuple[Copy, ...]
     gated: bool
-    branches: tuple[Branch, ...]
+    branches: tuple[ExecBranch, ...]
     marks: tuple[int, ...]
     """Data nodes that become stale when this node has computed."""
     pins: tuple[Pin, ...]
@@ -111,7 +111,7 @@ class Region:
     calls: tuple[Call, ...]
     stale: tuple[int, ...] = ()
     """Of a root region: data nodes that each pass makes stale."""
-    pending: tuple[tuple[int, tuple[Branch, ...]], ...] = ()
+    pending: tuple[tuple[int, tuple[ExecBranch, ...]], ...] = ()
     """Of a root region: latent nodes that may have fired since the last pass."""
     ending: Ending | None = None
     """Of a region that starts outside of ticks: the method of its events."""

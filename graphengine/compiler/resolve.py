@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from graphengine.compiler.gates import add_gates
+from graphengine.compiler.every_gates import add_gates
 from graphengine.compiler.graph import Graph, Instance, Wire, find_port, literal_key, port_names
 from graphengine.compiler.literals import Override, check_required, set_literals, set_overrides, set_variables
-from graphengine.compiler.parameters import UNKNOWN
 from graphengine.compiler.port_types import settle_types
 from graphengine.compiler.registry import Registry
-from graphengine.compiler.template import FlatGraph, WireEnd, WireEntry
+from graphengine.compiler.subgraph_expansion import FlatGraph, WireEnd, WireEntry
+from graphengine.compiler.substitution import UNKNOWN
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import ContextError
 from graphengine.format.wording import listing

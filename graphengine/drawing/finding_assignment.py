@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Protocol, TypeVar
 
 from graphengine.compiler.graph import Graph
-from graphengine.compiler.template import NodeEntry, WireEntry
+from graphengine.compiler.subgraph_expansion import NodeEntry, WireEntry
 from graphengine.format.diagnostics import Finding, Findings, Span
 from graphengine.format.document import Value
 

@@ -14,7 +14,7 @@ from typing import Any, Literal
 import numpy as np
 
 from graphengine.compiler.graph import Graph, Instance, find_port, settled_type
-from graphengine.compiler.template import NodeEntry, WireEnd, WireEntry
+from graphengine.compiler.subgraph_expansion import NodeEntry, WireEnd, WireEntry
 from graphengine.drawing.finding_assignment import assign_findings
 from graphengine.drawing.geometry import Point
 from graphengine.format.diagnostics import Finding, Findings

@@ -18,7 +18,7 @@ from typing import Any
 import yaml
 
 from graphengine.format.diagnostics import Findings, Source, Span
-from graphengine.format.reading import open_regular
+from graphengine.format.regular_files import open_regular
 from graphengine.format.wording import did_you_mean
 
 MAX_BYTES = 8_000_000
@@ -180,7 +180,7 @@ def parse(text: str, shown_as: str, findings: Findings) -> Document | None:
     if tags is not None:  # refused here because the parser takes minutes for very many of them
         findings.add("G104", "tags are not allowed, nor the directive %TAG", Span(source, tags, 1, 4), "remove it")
         return None
-    builder = _Builder(source, findings)
+    builder = _ValueBuilder(source, findings)
     try:
         for event in _events(text):
             if not builder.add(event):
@@ -236,7 +236,7 @@ class _Open:
     """Levels of nesting in it."""
 
 
-class _Builder:
+class _ValueBuilder:
     """Turns events into values; keeps a stack in place of recursion."""
 
     def __init__(self, source: Source, findings: Findings) -> None:

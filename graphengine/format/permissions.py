@@ -11,7 +11,7 @@ from pathlib import Path
 
 from graphengine.format.errors import ContextError
 from graphengine.format.files import Files, NotFoundError
-from graphengine.format.reading import open_regular
+from graphengine.format.regular_files import open_regular
 from graphengine.format.wording import did_you_mean
 
 LARGEST_FILE = 10_000_000

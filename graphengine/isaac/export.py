@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.compiler.gates import EveryOnce, EveryTicks
+from graphengine.compiler.every_gates import EveryOnce, EveryTicks
 from graphengine.compiler.graph import Graph, Instance
 from graphengine.format.diagnostics import Findings
 from graphengine.isaac.graph_file import SCRIPT_NODE, unique

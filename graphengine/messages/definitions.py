@@ -26,7 +26,6 @@ from rosbags.typesys.store import TIDMAP, Typestore
 
 from graphengine.format.wording import did_you_mean, listing, shown
 from graphengine.messages import wide_strings
-from graphengine.messages.faults import find_fault
 from graphengine.messages.folders import Folders
 from graphengine.messages.interfaces import (
     TEXTS,
@@ -38,6 +37,7 @@ from graphengine.messages.interfaces import (
     read,
     signed_byte,
 )
+from graphengine.messages.message_validation import find_fault
 
 SHARE = Path(__file__).parent / "share"
 MAX_NESTING = 32

@@ -19,7 +19,7 @@ from rosbags.typesys.base import make_typesdict
 from rosbags.typesys.msg import MSGParser
 
 from graphengine.format.errors import ContextError
-from graphengine.format.reading import open_regular
+from graphengine.format.regular_files import open_regular
 from graphengine.format.wording import did_you_mean
 
 KINDS = {"msg": 1, "srv": 2, "action": 3}

@@ -32,7 +32,7 @@ _MAP = "tag:yaml.org,2002:map"
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class TypedValue:
     """A message, or what a field of one holds.
 
     Args:
@@ -46,9 +46,9 @@ class Part:
     definitions: Definitions = field(default=DEFINITIONS, repr=False)
 
     @staticmethod
-    def of(message: Any, definitions: Definitions = DEFINITIONS) -> Part:
+    def of(message: Any, definitions: Definitions = DEFINITIONS) -> TypedValue:
         """A whole message."""
-        return Part(message, named(message.__msgtype__), definitions)
+        return TypedValue(message, named(message.__msgtype__), definitions)
 
     @property
     def is_message(self) -> bool:
@@ -66,19 +66,19 @@ class Part:
         kind, detail = element_of(self.kind)
         return str(detail[0]) if kind == Nodetype.BASE else ""
 
-    def fields(self) -> Iterator[tuple[str, Part]]:
+    def fields(self) -> Iterator[tuple[str, TypedValue]]:
         """Fields of a message by their ROS names."""
         message_type = self.kind[1]
         attributes = (attribute for attribute, _ in self.definitions.fields(message_type))
         for attribute, (name, kind) in zip(attributes, self.definitions.definition(message_type).fields, strict=True):
-            yield name, Part(getattr(self.value, attribute), kind, self.definitions)
+            yield name, TypedValue(getattr(self.value, attribute), kind, self.definitions)
 
-    def elements(self) -> Iterator[Part]:
+    def elements(self) -> Iterator[TypedValue]:
         """Elements of an array."""
         values = self.value.tolist() if isinstance(self.value, np.ndarray) else self.value
-        return (Part(value, self.kind[1][0], self.definitions) for value in values)
+        return (TypedValue(value, self.kind[1][0], self.definitions) for value in values)
 
-    def find(self, path: str) -> Part:
+    def find(self, path: str) -> TypedValue:
         """What lies at a path of field names, such as `pose.pose.position`.
 
         Raises:
@@ -115,22 +115,22 @@ class Style:
 
 def to_plain(message: Any, definitions: Definitions = DEFINITIONS) -> dict[str, Any]:
     """What a message holds, in the order of its definition; bytes are numbers from 0."""
-    plain: dict[str, Any] = _plain(Part.of(message, definitions), Style(octets=False))
+    plain: dict[str, Any] = _plain(TypedValue.of(message, definitions), Style(octets=False))
     return plain
 
 
-def to_yaml(part: Part, style: Style = Style()) -> str:
+def to_yaml(part: TypedValue, style: Style = Style()) -> str:
     """A message as `ros2 topic echo` prints it; the line of dashes that follows there is not part of it."""
     plain = _plain(part, style)
     return str(yaml.dump(plain, Dumper=_Dumper, allow_unicode=True, width=_WIDTH, default_flow_style=style.flow))
 
 
-def to_csv(part: Part, style: Style = Style()) -> str:
+def to_csv(part: TypedValue, style: Style = Style()) -> str:
     """All values of a message in one line; a cut array ends with `...`."""
     return ",".join(_cells(_plain(part, style)))
 
 
-def to_expression(part: Part) -> str:
+def to_expression(part: TypedValue) -> str:
     """A message as `ros2 topic pub` prints it: `std_msgs.msg.Bool(data=True)`."""
     if part.is_message:
         inside = ", ".join(f"{name}={to_expression(value)}" for name, value in part.fields())
@@ -142,7 +142,7 @@ def to_expression(part: Part) -> str:
     return f"[{', '.join(map(to_expression, part.elements()))}]"
 
 
-def to_plain_text(part: Part) -> str:
+def to_plain_text(part: TypedValue) -> str:
     """What a field holds as `ros2 topic echo --field` prints it, which shows Python's own forms of all but messages."""
     sequence = part.kind[0] == Nodetype.SEQUENCE
     if part.scalar in ("", "byte") or (sequence and part.scalar in ("bool", *TEXTS)):
@@ -152,7 +152,7 @@ def to_plain_text(part: Part) -> str:
     return str(part.value)
 
 
-def _plain(part: Part, style: Style) -> Any:
+def _plain(part: TypedValue, style: Style) -> Any:
     """Mappings, lists and scalars."""
     if part.is_message:
         return {name: _plain(value, style) for name, value in part.fields()}
@@ -175,7 +175,7 @@ def _cells(plain: Any) -> Iterator[str]:
         yield str(plain)
 
 
-def _scalar(part: Part, style: Style) -> Any:
+def _scalar(part: TypedValue, style: Style) -> Any:
     """A value that is no array, as rclpy has it."""
     if part.scalar == "byte":
         return _octet(part.value) if style.octets else part.value & 0xFF
@@ -188,15 +188,15 @@ def _text(text: str, style: Style) -> str:
     return text if style.longest is None or len(text) <= style.longest else text[: style.longest] + _CUT
 
 
-def _is_long(part: Part, style: Style) -> bool:
+def _is_long(part: TypedValue, style: Style) -> bool:
     return style.longest is not None and len(part.value) > style.longest
 
 
-def _shown(part: Part, style: Style) -> Iterator[Part]:
-    return Part(part.value[: style.longest], part.kind, part.definitions).elements()
+def _shown(part: TypedValue, style: Style) -> Iterator[TypedValue]:
+    return TypedValue(part.value[: style.longest], part.kind, part.definitions).elements()
 
 
-def _summary(part: Part) -> str:
+def _summary(part: TypedValue) -> str:
     """Type and length of an array."""
     kind, ((element, detail), count) = part.kind
     name = detail if element == Nodetype.NAME else _IDL_NAMES.get(detail[0], detail[0])

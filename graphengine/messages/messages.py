@@ -15,7 +15,7 @@ from rosbags.interfaces import Nodetype
 
 from graphengine.format.errors import TransportError
 from graphengine.messages.definitions import DEFINITIONS, Definitions
-from graphengine.messages.faults import find_fault
+from graphengine.messages.message_validation import find_fault
 
 if TYPE_CHECKING:
     from rosbags.typesys.stores import ros2_jazzy

@@ -10,8 +10,8 @@ from rosbags.interfaces import Nodetype
 
 from graphengine.format.wording import did_you_mean, listing, shown
 from graphengine.messages.definitions import DEFINITIONS, Definitions, dtype_of
-from graphengine.messages.faults import find_fault
 from graphengine.messages.interfaces import TEXTS, Description, signed_byte
+from graphengine.messages.message_validation import find_fault
 from graphengine.messages.messages import MessageError
 
 _PYTHON_TYPES: Mapping[str, type] = {**dict.fromkeys(TEXTS, str), "bool": bool, "float32": float, "float64": float}

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from graphengine.format.errors import RecordingError
 from graphengine.node.context.services import Services
 from graphengine.node.dropped_values import BadValues
-from graphengine.recording import environment_info
+from graphengine.recording import platform_info
 from graphengine.recording.sources import SourceNames
 from graphengine.scene.loaded_scene import LoadedScene
 
@@ -94,5 +94,5 @@ def describe_run(
         domain_id=services.domain_id,
         domain_from_environment=services.domain_from_environment,
         period=services.world.tick_period,
-        machine=environment_info.describe(scene, services.world),
+        machine=platform_info.describe(scene, services.world),
     )

@@ -17,7 +17,7 @@ from mcap.records import Channel, Chunk, DataEnd, McapRecord, Message, Schema
 from mcap.stream_reader import CRCValidationError, StreamReader, get_chunk_data_stream
 
 from graphengine.format.errors import RecordingError
-from graphengine.format.reading import open_regular
+from graphengine.format.regular_files import open_regular
 
 MAX_CHUNK_BYTES = 500_000_000
 """Unpacked; a chunk of a recording holds four megabytes, and at most a tick more."""

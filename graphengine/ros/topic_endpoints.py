@@ -11,7 +11,7 @@ from graphengine.format.errors import TransportError
 from graphengine.format.stateful import Shared, Stateful
 from graphengine.messages import messages
 from graphengine.messages.endpoints import EndpointClaim, Publisher, Subscription
-from graphengine.messages.template import Encoder
+from graphengine.messages.message_template import Encoder
 from graphengine.ros.transport import Reader, Writer
 
 if TYPE_CHECKING:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from graphengine.compiler.gates import EveryHz, rate
+from graphengine.compiler.every_gates import EveryHz, rate
 from graphengine.compiler.graph import Graph, Instance, asking, refusal
 from graphengine.compiler.lint_registry import LINTS, LintContext
-from graphengine.compiler.template import WireEntry
+from graphengine.compiler.subgraph_expansion import WireEntry
 from graphengine.devices.backend import World
 from graphengine.devices.dry_world import DryWorld
 from graphengine.devices.stage import at_or_below

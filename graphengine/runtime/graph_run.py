@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from graphengine.compiler.gates import rate
+from graphengine.compiler.every_gates import rate
 from graphengine.compiler.graph import Graph, visible
 from graphengine.devices.backend import World
 from graphengine.devices.stage import Prim, at_or_below

@@ -46,7 +46,7 @@ class ProcessError(Exception):
         self.answer = answer
 
 
-class RefusedError(Exception):
+class AccessDeniedError(Exception):
     """What a file asked for and does not get; says what to do."""
 
 
@@ -166,9 +166,9 @@ def confine(
         if event in _HARMLESS or event in also:
             return
         if event not in _READING or not isinstance(arguments[0], str | os.PathLike):
-            raise RefusedError(f"{event} is not allowed here")
+            raise AccessDeniedError(f"{event} is not allowed here")
         if event == "open" and arguments[2] & _WRITING:
-            raise RefusedError(f"{str(arguments[0])!r} cannot be written from here")
+            raise AccessDeniedError(f"{str(arguments[0])!r} cannot be written from here")
         check_readable(Path(arguments[0]), files)
         if event == "open":
             files.note(Path(arguments[0]))
@@ -180,10 +180,10 @@ def check_readable(path: Path, files: Files) -> None:
     """Refuse a file outside of what may be read.
 
     Raises:
-        RefusedError: it is.
+        AccessDeniedError: it is.
     """
     if not files.may_read(path):
         beside = [root for root in files.roots if not path.is_absolute() and (root / path).exists()]
         allow = f"allow it with --allow {path.resolve().parent}"
         remedy = f"relative paths begin at the folder where graphrun runs: cd {beside[0]}" if beside else allow
-        raise RefusedError(f"{str(path)!r} lies outside the folder of the file you gave\n{remedy}")
+        raise AccessDeniedError(f"{str(path)!r} lies outside the folder of the file you gave\n{remedy}")

@@ -17,7 +17,7 @@ from typing import IO, Any, Literal, NoReturn, TypeVar, get_args, get_origin, ge
 
 from graphengine.format.diagnostics import Finding, Findings, Source, Span
 from graphengine.format.files import Files
-from graphengine.format.reading import open_regular
+from graphengine.format.regular_files import open_regular
 from graphengine.format.wording import printable
 from graphengine.sandbox.confinement import ProcessError
 

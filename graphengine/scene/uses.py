@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 from graphengine.compiler.graph import Graph
 from graphengine.compiler.library import GraphLibrary
 from graphengine.compiler.literals import Override
-from graphengine.compiler.parameters import Use
 from graphengine.compiler.registry import Registry
 from graphengine.compiler.resolve import resolve
-from graphengine.compiler.template import load_graph
+from graphengine.compiler.subgraph_expansion import load_graph
+from graphengine.compiler.substitution import Use
 from graphengine.devices.stage import Stage, normalize
 from graphengine.format import document
 from graphengine.format.diagnostics import Findings

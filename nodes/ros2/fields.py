@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.messages.definitions import Definitions, dtype_of
-from graphengine.messages.faults import find_fault
 from graphengine.messages.interfaces import (
     TEXTS,
     Description,
@@ -30,6 +29,7 @@ from graphengine.messages.interfaces import (
     written,
 )
 from graphengine.messages.message_text import to_plain
+from graphengine.messages.message_validation import find_fault
 from graphengine.messages.messages import MessageError
 from graphengine.messages.plain import from_plain
 from graphengine.node import BadValueError, ContextError, Node, types

@@ -17,7 +17,7 @@ from graphengine.compiler.library import GraphLibrary
 from graphengine.compiler.planning import share_plans
 from graphengine.compiler.registry import Registry, default_registry
 from graphengine.compiler.resolve import resolve
-from graphengine.compiler.template import load_graph
+from graphengine.compiler.subgraph_expansion import load_graph
 from graphengine.devices.dry_world import DryWorld
 from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings

@@ -14,7 +14,7 @@ from graphengine.compiler.literals import Override
 from graphengine.compiler.planning import share_plans
 from graphengine.compiler.registry import Registry
 from graphengine.compiler.resolve import resolve
-from graphengine.compiler.template import load_graph
+from graphengine.compiler.subgraph_expansion import load_graph
 from graphengine.devices.dry_world import DryWorld
 from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings

@@ -10,7 +10,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.compiler.gates import EveryHz, EveryTicks, rate
+from graphengine.compiler.every_gates import EveryHz, EveryTicks, rate
 from graphengine.devices.dry_world import DryWorld
 from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings

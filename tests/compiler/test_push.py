@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from graphengine.compiler.gates import rate
+from graphengine.compiler.every_gates import rate
 from graphengine.format.diagnostics import Findings
 from tests.compiler.conftest import MakeBench, MakeFile
 from tests.compiler.harness import planned

@@ -12,7 +12,7 @@ from graphengine.compiler.graph import Graph
 from graphengine.compiler.library import GraphLibrary
 from graphengine.compiler.registry import default_registry
 from graphengine.compiler.resolve import resolve
-from graphengine.compiler.template import load_graph
+from graphengine.compiler.subgraph_expansion import load_graph
 from graphengine.format.diagnostics import Finding, Findings
 from graphengine.format.files import Files
 from graphengine.isaac.graph_file import compose, file_names

@@ -14,7 +14,7 @@ from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.interfaces import MessageTypeError
 from graphengine.messages.message_input import full_type, parse
-from graphengine.messages.message_text import Part, to_yaml
+from graphengine.messages.message_text import TypedValue, to_yaml
 
 TWIST = "geometry_msgs/msg/Twist"
 
@@ -137,6 +137,6 @@ def test_what_is_shown_of_a_message_makes_the_same_message(
     value = DEFINITIONS.initial(message_type)
     value.bool_value, value.integer_value, value.string_array_value = flag, number, [text]
     value.double_array_value = np.array(floats)
-    again = made(to_yaml(Part.of(value)), message_type)
+    again = made(to_yaml(TypedValue.of(value)), message_type)
     np.testing.assert_array_equal(again.double_array_value, value.double_array_value)
     assert (again.bool_value, again.integer_value, again.string_array_value) == (flag, number, [text])

@@ -13,7 +13,7 @@ from rosbags.interfaces import Nodetype
 from graphengine.format.errors import TransportError
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
-from graphengine.messages.message_text import Part, Style, to_csv, to_expression, to_plain_text, to_yaml
+from graphengine.messages.message_text import Style, TypedValue, to_csv, to_expression, to_plain_text, to_yaml
 from graphengine.ros.transports import rcl
 
 MISSING = rcl.import_error()
@@ -63,9 +63,9 @@ def of_ros(message_type: str) -> Any:
     return deserialize_message(data, get_message(message_type))
 
 
-def ours(message_type: str) -> Part:
+def ours(message_type: str) -> TypedValue:
     """The same message as it comes from the wire."""
-    return Part.of(messages.decode(messages.encode(full(message_type)), message_type))
+    return TypedValue.of(messages.decode(messages.encode(full(message_type)), message_type))
 
 
 @pytest.mark.parametrize("message_type", [pytest.param(name, marks=needs_ros) for name in TYPES])
@@ -88,14 +88,14 @@ def test_a_field_alone_reads_as_ros2cli_shows_it(message_type: str) -> None:
 
 
 def test_yaml_is_one_field_a_line_in_the_order_of_the_definition() -> None:
-    assert to_yaml(Part.of(joint_state())) == (
+    assert to_yaml(TypedValue.of(joint_state())) == (
         "header:\n  stamp:\n    sec: 1\n    nanosec: 500000000\n  frame_id: base\n"
         "name:\n- left\n- right\nposition:\n- 0.1\n- 1.0e+17\n- .nan\nvelocity: []\neffort:\n- -.inf\n"
     )
 
 
 def test_yaml_can_be_read_back() -> None:
-    read = yaml.safe_load(to_yaml(Part.of(full("sensor_msgs/msg/CameraInfo"))))
+    read = yaml.safe_load(to_yaml(TypedValue.of(full("sensor_msgs/msg/CameraInfo"))))
     assert read["distortion_model"].startswith("text ")
     assert len(read["k"]) == 9
 
@@ -103,48 +103,50 @@ def test_yaml_can_be_read_back() -> None:
 def test_what_is_long_is_cut_and_told_so() -> None:
     scan = DEFINITIONS.initial("sensor_msgs/msg/LaserScan")
     scan.header.frame_id, scan.ranges = "laser", np.arange(3, dtype=np.float32)
-    shown = to_yaml(Part.of(scan), Style(longest=2))
+    shown = to_yaml(TypedValue.of(scan), Style(longest=2))
     assert "frame_id: la...\n" in shown
     assert shown.endswith("ranges:\n- 0.0\n- 1.0\n- '...'\nintensities: []\n")
-    assert "..." not in to_yaml(Part.of(scan), Style())
+    assert "..." not in to_yaml(TypedValue.of(scan), Style())
 
 
 def test_arrays_and_texts_can_be_left_out() -> None:
-    shown = to_yaml(Part.of(joint_state()), Style(arrays=False, texts=False))
+    shown = to_yaml(TypedValue.of(joint_state()), Style(arrays=False, texts=False))
     assert "frame_id: '<string length: <4>>'\nname: '<sequence type: string, length: 2>'\n" in shown
     assert "position: '<sequence type: double, length: 3>'\n" in shown
     odometry = DEFINITIONS.initial("nav_msgs/msg/Odometry")
-    assert "covariance: '<array type: double[36]>'" in to_yaml(Part.of(odometry), Style(arrays=False))
+    assert "covariance: '<array type: double[36]>'" in to_yaml(TypedValue.of(odometry), Style(arrays=False))
 
 
 def test_flow_style_puts_lists_in_brackets_and_fields_on_lines() -> None:
-    shown = to_yaml(Part.of(joint_state()), Style(flow=True))
+    shown = to_yaml(TypedValue.of(joint_state()), Style(flow=True))
     assert "\nname: [left, right]\nposition: [0.1, 1.0e+17, .nan]\nvelocity: []\n" in shown
 
 
 def test_csv_is_one_line_with_a_column_for_each_value() -> None:
-    assert to_csv(Part.of(joint_state())) == "1,500000000,base,left,right,0.1,1e+17,nan,,-inf"
+    assert to_csv(TypedValue.of(joint_state())) == "1,500000000,base,left,right,0.1,1e+17,nan,,-inf"
 
 
 def test_csv_keeps_the_column_of_an_empty_first_value() -> None:
     key_value = DEFINITIONS.initial("diagnostic_msgs/msg/KeyValue")
-    assert to_csv(Part.of(key_value)) == ","
+    assert to_csv(TypedValue.of(key_value)) == ","
 
 
 def test_bytes_show_as_the_characters_that_they_are() -> None:
     status = DEFINITIONS.initial("diagnostic_msgs/msg/DiagnosticStatus")
     status.level = -1  # as rosbags has 255
-    assert to_yaml(Part.of(status)).startswith("level: ÿ\n")
-    assert to_expression(Part.of(status)).startswith("diagnostic_msgs.msg.DiagnosticStatus(level=b'\\xff', name='', ")
+    assert to_yaml(TypedValue.of(status)).startswith("level: ÿ\n")
+    assert to_expression(TypedValue.of(status)).startswith(
+        "diagnostic_msgs.msg.DiagnosticStatus(level=b'\\xff', name='', "
+    )
 
 
 def test_a_message_without_fields_has_text_too() -> None:
-    empty = Part.of(DEFINITIONS.initial("std_msgs/msg/Empty"))
+    empty = TypedValue.of(DEFINITIONS.initial("std_msgs/msg/Empty"))
     assert (to_yaml(empty), to_csv(empty), to_expression(empty)) == ("{}\n", "", "std_msgs.msg.Empty()")
 
 
 def test_a_field_is_found_by_its_path() -> None:
-    part = Part.of(joint_state())
+    part = TypedValue.of(joint_state())
     assert part.find("header.stamp.nanosec").value == 500_000_000
     assert part.find("header").is_message
     assert part.find("").value is part.value
@@ -162,5 +164,5 @@ def test_a_field_is_found_by_its_path() -> None:
 )
 def test_a_field_that_is_not_there_is_told_with_those_that_are(path: str, complaint: str) -> None:
     with pytest.raises(TransportError) as told:
-        Part.of(joint_state()).find(path)
+        TypedValue.of(joint_state()).find(path)
     assert str(told.value) == complaint

@@ -90,7 +90,7 @@ def _text(
 ) -> str | None:
     """How a message is shown; None for one that is not wanted, or that its type does not describe."""
     from graphengine.messages import messages
-    from graphengine.messages.message_text import Part, Style, to_csv, to_plain_text, to_yaml
+    from graphengine.messages.message_text import Style, TypedValue, to_csv, to_plain_text, to_yaml
 
     if arguments.raw:
         return f"{data!r}\n---"
@@ -99,7 +99,7 @@ def _text(
     except messages.MessageError as error:
         print(f"WARNING: dropped: {printable(str(error))}", file=sys.stderr)
         return None
-    part = Part.of(message, definitions).find(arguments.field or "")
+    part = TypedValue.of(message, definitions).find(arguments.field or "")
     if not wanted(part.value):
         return None
     if not part.is_message:

@@ -49,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """0 when all was published, or when Ctrl-C ended it."""
     from graphengine.messages.message_input import full_type, parse
-    from graphengine.messages.message_text import Part, to_expression
+    from graphengine.messages.message_text import TypedValue, to_expression
     from graphengine.messages.messages import encode
 
     topic, message_type, qos = absolute(arguments.topic), full_type(arguments.type), quality(arguments)
@@ -72,7 +72,7 @@ def execute(arguments: argparse.Namespace) -> int:
         for number in itertools.count(1):
             message = draft.stamp(clock())
             if arguments.print and number % arguments.print == 0:
-                show(f"publishing #{number}: {to_expression(Part.of(message, live.definitions))}\n")
+                show(f"publishing #{number}: {to_expression(TypedValue.of(message, live.definitions))}\n")
             writer.write(encode(message, live.definitions))
             if number == times:
                 break

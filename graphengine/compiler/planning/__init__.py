@@ -8,10 +8,10 @@ from pathlib import Path
 
 from graphengine.compiler.graph import Graph
 from graphengine.compiler.plan import Plan, Refresh, Region
-from graphengine.compiler.planning.calls import RegionWriter
 from graphengine.compiler.planning.dependencies import DependencyGraph
 from graphengine.compiler.planning.lints import lint_reads_and_writes
 from graphengine.compiler.planning.push import PushGraph
+from graphengine.compiler.planning.region_calls import RegionWriter
 from graphengine.compiler.planning.regions import RegionGraph
 from graphengine.format.diagnostics import Findings
 from graphengine.node.node_class import UNKNOWN_PRIM

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from graphengine.compiler.digraph import Digraph
-from graphengine.compiler.gates import Gate
+from graphengine.compiler.every_gates import EveryGate
 from graphengine.compiler.graph import Graph, Wire
 from graphengine.compiler.planning.dependencies import DependencyGraph
 from graphengine.format.diagnostics import Findings
@@ -21,7 +21,7 @@ MAX_PUSHERS = 500
 
 
 @dataclass(frozen=True, slots=True)
-class Reading:
+class DataRead:
     """A node reads from one that is executed: through a wire, and perhaps data nodes."""
 
     reader: int
@@ -130,16 +130,16 @@ class RegionGraph(DependencyGraph):
                 pending += [w.target for w in reversed(self.exec_out.get(index, [])) if self.forward(w)]
         return list(found)
 
-    def readings(self, reader: int) -> Iterator[Reading]:
+    def readings(self, reader: int) -> Iterator[DataRead]:
         """What a node reads from executed nodes."""
         for wire in self.data_in.get(reader, []):
             if self.reads_input(wire):
                 continue
             if self.kinds[wire.source] != "data":
-                yield Reading(reader, wire.source, wire, shown=True)
+                yield DataRead(reader, wire.source, wire, shown=True)
                 continue
             for source in sorted(self.depends[wire.source]):
-                yield Reading(reader, source, wire, shown=source in self.shows[wire.source])
+                yield DataRead(reader, source, wire, shown=source in self.shows[wire.source])
 
     def _order_regions(self) -> None:
         first_wire = {i: min((w.order for w in wires), default=-1) for i, wires in self.exec_in.items()}
@@ -184,7 +184,7 @@ class RegionGraph(DependencyGraph):
 
     def _add_data_edges(self, order: Digraph, owners: dict[int, list[int]]) -> None:
         """Order readers after what they read; a wire that would close a cycle reads the previous value."""
-        edges: list[tuple[int, int, Reading]] = []
+        edges: list[tuple[int, int, DataRead]] = []
         for reader, units in owners.items():
             for reading in self.readings(reader):
                 if self.kinds[reading.source] != "latent":
@@ -201,7 +201,7 @@ class RegionGraph(DependencyGraph):
             else:
                 order.add_edge(before, unit)
 
-    def _report_previous(self, reading: Reading) -> None:
+    def _report_previous(self, reading: DataRead) -> None:
         if not reading.shown:
             return  # that a variable is read before it is written needs no remark
         why = f"execution orders {self.node(reading.reader).id} before it"
@@ -219,7 +219,7 @@ class RegionGraph(DependencyGraph):
     def _fired_behind(self, wire: Wire) -> tuple[int, ...] | None:
         """The gates through which a wire fires in every pass; None where something else decides as well."""
         behind = self.gates.get(wire.source)
-        if behind is not None and issubclass(self.node(wire.source).cls, Gate):
+        if behind is not None and issubclass(self.node(wire.source).cls, EveryGate):
             return None if self.fired_often(wire.source) else (*behind, wire.source)
         plain = self.kinds[wire.source] in ("event", "action") and not self.node(wire.source).cls.gated
         return behind if plain else None

@@ -18,7 +18,7 @@ from graphengine.isaac.script.builders import BUILDING, builders, called, entrie
 from graphengine.isaac.script.coverage import Failure, Unreached, Why, asking, holds
 from graphengine.isaac.script.script_source import Script
 from graphengine.isaac.script.stack import Scripts
-from graphengine.sandbox.confinement import MAX_MEMORY_BYTES, RefusedError
+from graphengine.sandbox.confinement import MAX_MEMORY_BYTES, AccessDeniedError
 
 MOST_ASKED = 5
 """Remedies and functions that are listed."""
@@ -36,7 +36,7 @@ class TimeIsUpError(BaseException):
     """The script runs too long."""
 
 
-UNFORGIVEN = (OmniGraphError, RefusedError, RecursionError, MemoryError, StopIteration, StopAsyncIteration)
+UNFORGIVEN = (OmniGraphError, AccessDeniedError, RecursionError, MemoryError, StopIteration, StopAsyncIteration)
 """Errors that a script would make with Omniverse too, or by which its loops end."""
 _LATER = "what it would have built later is not in the graphs"
 _ARGUMENTS = "give it arguments behind `--`: graphrun import FILE.py -- ARGUMENT …"
@@ -104,7 +104,7 @@ class Losses:
                 what, self.may_differ = f"the script takes more than {MAX_MEMORY_BYTES >> 20} MiB", False
             case RecursionError():
                 what = "the script calls itself without end"
-            case RefusedError():
+            case AccessDeniedError():
                 what, *advice = f"the script may not do this: {error}".splitlines()
             case OmniGraphError():
                 self.may_differ = self.recorder.parts <= MAX_PARTS  # it makes as many on every stage
@@ -201,7 +201,7 @@ class Losses:
 def _text(error: BaseException) -> str:
     """Kind and text of an error."""
     try:
-        text = str(error).partition("\n")[0] if isinstance(error, RefusedError) else str(error)
+        text = str(error).partition("\n")[0] if isinstance(error, AccessDeniedError) else str(error)
     except BaseException:  # it is the script's
         text = ""
     return f"{type(error).__name__}: {text[:1000] or 'no more is told'}"
@@ -209,7 +209,7 @@ def _text(error: BaseException) -> str:
 
 def _advice(error: BaseException) -> tuple[str, ...]:
     """What the user may do about an error."""
-    if isinstance(error, RefusedError):
+    if isinstance(error, AccessDeniedError):
         return tuple(str(error).splitlines()[1:])
     if isinstance(error, SystemExit):
         return (_ARGUMENTS,) * (error.code == 2)

@@ -29,7 +29,7 @@ from graphengine.physics.description.dom import UnwritableError, elements, node_
 from graphengine.physics.description.xacro import Expanded
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.xml import MAX_ELEMENTS, Element, read
-from graphengine.sandbox.confinement import MAX_MEMORY_BYTES, RefusedError, check_readable, confine
+from graphengine.sandbox.confinement import MAX_MEMORY_BYTES, AccessDeniedError, check_readable, confine
 from graphengine.sandbox.seccomp import TIERS
 from graphengine.sandbox.untrusted import answer, reply
 
@@ -80,7 +80,7 @@ class Expansion:
                 xacro.process_doc(document, mappings=self.arguments, verbosity=0)
             root = document.documentElement
             if root is None or len(document.getElementsByTagName("*")) > MAX_ELEMENTS:
-                raise RefusedError(f"it expands to more than {MAX_ELEMENTS} elements")
+                raise AccessDeniedError(f"it expands to more than {MAX_ELEMENTS} elements")
             return list(elements(root, Span(Source(str(self.path), ()), 1, 1)))
         except Exception as error:  # xacro raises what expressions raise
             self.node = error.node if isinstance(error, UnwritableError) else self.node
@@ -129,7 +129,7 @@ class Expansion:
             raise XacroException(f"no file {filename!r}", exc=missing)
         root = read(path, self.findings, "S103")
         if root is None:
-            raise RefusedError(f"{filename!r} cannot be read")
+            raise AccessDeniedError(f"{filename!r} cannot be read")
         self.known |= {element.get("name") for element in root.walk() if element.tag == "xacro:arg"}
         document = minidom.Document()
         document.appendChild(node_of(root, document))

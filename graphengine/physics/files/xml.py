@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from graphengine.format.diagnostics import Findings, Source, Span
-from graphengine.format.reading import open_regular
+from graphengine.format.regular_files import open_regular
 
 MAX_BYTES = 16_000_000
 MAX_DEPTH = 200

@@ -20,8 +20,8 @@ import numpy as np
 import yaml
 from PIL import Image
 
+from graphengine.format.atomic_write import write_together
 from graphengine.format.errors import UsageError
-from graphengine.format.output import write_together
 from graphengine.physics.occupancy.grid import Window
 from graphengine.physics.occupancy.occupancy_map import FREE, OCCUPIED, UNKNOWN, OccupancyMap
 

@@ -12,7 +12,7 @@ import threading
 import numba
 import numpy as np
 
-from graphengine.format.resources import has_address_space
+from graphengine.format.process_limits import has_address_space
 from graphengine.physics.engine import mujoco
 from graphengine.physics.sensors.fast.compiled import kept_in
 from graphengine.physics.sensors.fast.kernel import cast

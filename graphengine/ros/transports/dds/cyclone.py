@@ -23,7 +23,7 @@ from cyclonedds.qos import Policy, Qos
 from cyclonedds.util import duration
 
 from graphengine.format.errors import TransportError
-from graphengine.format.resources import has_address_space, has_descriptors
+from graphengine.format.process_limits import has_address_space, has_descriptors
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import settled
 from graphengine.ros.domain import Domain

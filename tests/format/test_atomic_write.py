@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from graphengine.format.atomic_write import write_together
 from graphengine.format.files import shipped
-from graphengine.format.output import write_together
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from graphengine.compiler.graph import Wire
-from graphengine.compiler.plan import Activation, Branch, Call, Fire, Pin, Refresh, Region
+from graphengine.compiler.plan import Activation, Call, ExecBranch, Fire, Pin, Refresh, Region
 from graphengine.compiler.planning.regions import RegionGraph
 
 
@@ -96,7 +96,7 @@ class RegionWriter:
             if guard or counter:
                 yield Fire(target, guard, counter)
 
-    def _branches(self, index: int) -> tuple[Branch, ...]:
+    def _branches(self, index: int) -> tuple[ExecBranch, ...]:
         """One for each execution output; a pusher's ports fire by themselves only pins that wait."""
         graph = self.graph
         branches = []
@@ -107,10 +107,10 @@ class RegionWriter:
             region = graph.pin_region.get((index, port.field), -1)
             if graph.kinds[index] == "pusher":
                 wires = [w for w in wires if w.order in graph.pending_control]
-            branches.append(Branch(port.mask, tuple(self._fires(wires)), region))
+            branches.append(ExecBranch(port.mask, tuple(self._fires(wires)), region))
         return tuple(branches)
 
-    def _pending(self) -> tuple[tuple[int, tuple[Branch, ...]], ...]:
+    def _pending(self) -> tuple[tuple[int, tuple[ExecBranch, ...]], ...]:
         latent = [index for index in sorted(self.graph.latents) if self.graph.exec_out.get(index)]
         return tuple((index, self._branches(index)) for index in latent)
 

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from graphengine.messages import messages
-from graphengine.messages.template import Encoder, Template
+from graphengine.messages.message_template import Encoder, Template
 
 doubles = st.floats(width=64)
 triples = st.tuples(doubles, doubles, doubles)

@@ -21,7 +21,7 @@ _KEY = re.compile(r"\x1b[\[O][0-9;]*([A-Za-z~])|(.)", re.DOTALL)
 """What a terminal sends for a key: an escape sequence, or a character."""
 
 
-class Keyboard:
+class TerminalKeyboard:
     """A terminal that neither shows nor gathers what is typed, where Ctrl-C is a key as others are.
 
     Args:

@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 from graphengine.compiler.budget import Budget, OverBudgetError, Via
 from graphengine.compiler.library import GraphLibrary
-from graphengine.compiler.parameters import Use
+from graphengine.compiler.substitution import Use
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.document import Document, Location
 from graphengine.format.files import NotFoundError

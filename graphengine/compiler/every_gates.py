@@ -11,7 +11,7 @@ from fractions import Fraction
 from typing import Any
 
 from graphengine.compiler.graph import Graph, Instance, Wire
-from graphengine.compiler.template import WireEnd, WireEntry
+from graphengine.compiler.subgraph_expansion import WireEnd, WireEntry
 from graphengine.format.diagnostics import Findings
 from graphengine.format.spec import MAX_HZ, NodeSpec
 from graphengine.node.clock import Clock
@@ -21,7 +21,7 @@ from graphengine.node.port import Bound, ExecIn, ExecOut, In, State
 from graphengine.node.types import UInt
 
 
-class Gate(Node):
+class EveryGate(Node):
     """Lets some of the executions through."""
 
     exec_in = ExecIn()
@@ -35,7 +35,7 @@ class Gate(Node):
         return "once"
 
 
-class EveryTicks(Gate, type="graphengine.EveryTicks", gated=True, counts=True):
+class EveryTicks(EveryGate, type="graphengine.EveryTicks", gated=True, counts=True):
     """Fires at every n-th execution since play, as IsaacSimulationGate does."""
 
     ticks: UInt = In(default=1, ge=1)
@@ -55,7 +55,7 @@ class EveryTicks(Gate, type="graphengine.EveryTicks", gated=True, counts=True):
         return f"every {self.ticks} ticks"
 
 
-class EveryHz(Gate, type="graphengine.EveryHz", gated=True, counts=True):
+class EveryHz(EveryGate, type="graphengine.EveryHz", gated=True, counts=True):
     """Fires at the first execution at or after k / hz seconds of simulation time, for k = 0, 1, 2 and so on.
 
     Found in integers, as the samples of sensors are: 10 Hz at 60 ticks a second is ticks 1, 6, 12, 18.
@@ -95,7 +95,7 @@ class EveryHz(Gate, type="graphengine.EveryHz", gated=True, counts=True):
         return f"every {self.hz:g} Hz"
 
 
-class EveryOnce(Gate, type="graphengine.EveryOnce", gated=True, counts=True):
+class EveryOnce(EveryGate, type="graphengine.EveryOnce", gated=True, counts=True):
     """Fires at its first execution since play, as OgnIsaacRunOneSimulationFrame does."""
 
     done: bool = State(default=False)
@@ -143,7 +143,7 @@ def rate(graph: Graph, index: int, passes: float) -> float | None:
     often: float | None = passes if gates is not None else None
     for gate in gates or ():
         node = graph.instances[gate].make_node()
-        often = node.rate(often) if often is not None and isinstance(node, Gate) else None
+        often = node.rate(often) if often is not None and isinstance(node, EveryGate) else None
     return often
 
 
@@ -175,7 +175,7 @@ def _make_gate(graph: Graph, pin: tuple[int, str], name: str) -> Instance:
     owner = graph.instances[pin[0]]
     every = owner.entry.spec.every
     assert every is not None
-    cls: type[Gate] = EveryOnce
+    cls: type[EveryGate] = EveryOnce
     literals: dict[str, Any] = {}
     if every.ticks is not None:
         cls, literals = EveryTicks, {"ticks": every.ticks}

@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from graphengine.cli.units import angle
+from graphengine.cli.quantities import angle
 
 
 @pytest.mark.parametrize("text", ["1.5", "1.5rad", f"{math.degrees(1.5)!r}deg", " 1.5 "])
