@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import array
+import functools
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import yaml
 from rosbags.interfaces import Nodetype
 
 from graphengine.format.errors import TransportError
@@ -22,12 +22,6 @@ _WIDTH = 2**31 - 1
 _CUT = "..."
 
 
-class _Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[misc]
-    """Mappings keep their order, and stand below each other."""
-
-
-_Dumper.add_representer(dict, lambda dumper, data: dumper.represent_mapping(_MAP, list(data.items()), flow_style=False))
-_Dumper.add_representer(bytes, lambda dumper, data: dumper.represent_str(data.decode("latin-1")))
 _MAP = "tag:yaml.org,2002:map"
 
 
@@ -121,8 +115,23 @@ def to_plain(message: Any, definitions: Definitions = DEFINITIONS) -> dict[str, 
 
 def to_yaml(part: TypedValue, style: Style = Style()) -> str:
     """A message as `ros2 topic echo` prints it; the line of dashes that follows there is not part of it."""
+    import yaml  # not for the nodes that need `to_plain`
+
     plain = _plain(part, style)
-    return str(yaml.dump(plain, Dumper=_Dumper, allow_unicode=True, width=_WIDTH, default_flow_style=style.flow))
+    return str(yaml.dump(plain, Dumper=_dumper(), allow_unicode=True, width=_WIDTH, default_flow_style=style.flow))
+
+
+@functools.cache
+def _dumper() -> Any:
+    """Of YAML in which mappings keep their order, and stand below each other."""
+    import yaml
+
+    class Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[misc]
+        pass
+
+    Dumper.add_representer(dict, lambda dump, data: dump.represent_mapping(_MAP, list(data.items()), flow_style=False))
+    Dumper.add_representer(bytes, lambda dump, data: dump.represent_str(data.decode("latin-1")))
+    return Dumper
 
 
 def to_csv(part: TypedValue, style: Style = Style()) -> str:
