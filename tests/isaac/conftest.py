@@ -16,8 +16,8 @@ from graphengine.sandbox.confinement import ProcessError
 
 READY = """
 import contextlib, gc, importlib, os, socket, sys
-from graphengine.isaac.script import process
-for name in process.OFFERED.split():
+from graphengine.isaac.script import script_process
+for name in script_process.OFFERED.split():
     with contextlib.suppress(ImportError):
         importlib.import_module(name)
 gc.freeze()
@@ -30,7 +30,7 @@ while (received := socket.recv_fds(asked, 1, 2))[0]:
         for number, end in enumerate(received[1]):
             os.dup2(end, number)
             os.close(end)
-        process.main()
+        script_process.main()
     for end in received[1]:
         os.close(end)
     asked.send(bytes([os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) & 255]))
