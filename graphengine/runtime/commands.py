@@ -50,7 +50,7 @@ Scope = Literal["time", "state", "spawned", "all"]
 
 
 class Command(Spec):
-    """Something that a session does between two ticks; its fields are the arguments, its docstring is the help."""
+    """Something that a session does between two ticks; its fields are the arguments, named as in JSON."""
 
     recorded: ClassVar[bool] = False
     """Whether it changes the simulation's course: recordings hold it, and replays, which take no other, repeat it."""
