@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import Any, Literal
 
 from graphengine.compiler.graph import Graph
@@ -60,12 +60,11 @@ class Ticker:
             raise
         self._set_graphs([*self.graphs, *runs])
 
-    def remove(self, runs: Iterable[GraphRun]) -> None:
+    def remove(self, runs: Collection[GraphRun]) -> None:
         """Close graphs and run them no more."""
+        for run in runs:
+            run.close()
         gone = set(map(id, runs))
-        for run in self.graphs:
-            if id(run) in gone:
-                run.close()
         self._set_graphs([run for run in self.graphs if id(run) not in gone])
 
     def _set_graphs(self, runs: Sequence[GraphRun]) -> None:
