@@ -176,7 +176,7 @@ def test_a_publisher_whose_topic_changes_leaves_the_old_one(tmp_path: Path) -> N
     with clock_session(tmp_path, transport) as session:
         session.step(2)
         executor = session.graphs[0].executor
-        executor.graph.by_id("Publish").node.topic_name = "time"  # type: ignore[attr-defined]
+        executor.node("Publish").topic_name = "time"  # type: ignore[attr-defined]
         executor.setup()
         session.step(3)
         assert [claim.topic for claim in session.services.claims] == ["/time"]
