@@ -1,6 +1,7 @@
-"""The commands of a session, one class each: arguments with their units, what it does, and whether recordings hold it.
+"""The commands of a session, one class each: its arguments with their units, its code, and whether recordings hold it.
 
-`graphrun ctl`, the Python API, simulation_interfaces and replays all use these; by name and JSON arguments through `parse`.
+`graphrun ctl`, the Python API and replays give a name and arguments as JSON has them, which `parse` reads; simulation_interfaces
+and the keys of a run's terminal make the classes. Any caller may use any command, but for replays, which take recorded ones only.
 """
 
 from __future__ import annotations
@@ -50,7 +51,7 @@ Scope = Literal["time", "state", "spawned", "all"]
 
 
 class Command(Spec):
-    """Something that a session does between two ticks; its fields are the arguments, its docstring is the help."""
+    """Something that a session does between two ticks; its fields are the arguments, named as in JSON."""
 
     recorded: ClassVar[bool] = False
     """Whether it changes the simulation's course: recordings hold it, and replays, which take no other, repeat it."""
@@ -234,7 +235,7 @@ class Push(_Change):
 
 
 class Set(_Change):
-    """Give inputs that no wire feeds another value, which they keep through `stop` and `reset`."""
+    """Give inputs that no wire feeds another value, which they keep through `stop` and `reset`; all of them, or none."""
 
     address: EntityName
     """`[robot/][graph/]Node.port`, globs allowed."""

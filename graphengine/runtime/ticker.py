@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import Any, Literal
 
 from graphengine.compiler.graph import Graph
@@ -40,7 +40,7 @@ class Ticker:
         """Whether nodes are being run."""
         self._clamped: set[str] = set()
         self._fault = fault
-        self._run_only(())
+        self._set_graphs(())
 
     def add(self, graphs: Iterable[Graph]) -> None:
         """Set graphs up, to run after the others.
@@ -58,17 +58,16 @@ class Ticker:
             for run in runs:
                 run.close()
             raise
-        self._run_only([*self.graphs, *runs])
+        self._set_graphs([*self.graphs, *runs])
 
-    def remove(self, runs: Iterable[GraphRun]) -> None:
+    def remove(self, runs: Collection[GraphRun]) -> None:
         """Close graphs and run them no more."""
+        for run in runs:
+            run.close()
         gone = set(map(id, runs))
-        for run in self.graphs:
-            if id(run) in gone:
-                run.close()
-        self._run_only([run for run in self.graphs if id(run) not in gone])
+        self._set_graphs([run for run in self.graphs if id(run) not in gone])
 
-    def _run_only(self, runs: Sequence[GraphRun]) -> None:
+    def _set_graphs(self, runs: Sequence[GraphRun]) -> None:
         self.graphs = runs
         """In the order they run: the scene's, then each robot's."""
         self._on_tick = [run.executor for run in runs if not run.on_physics_step]

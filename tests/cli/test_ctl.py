@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 from graphengine.cli import make_parser
+from graphengine.runtime.commands import parse
 from tests.cli.harness import Graphrun, Live, Result, live
 
 MEMORY = ("--transport", "memory")
@@ -287,6 +288,7 @@ def test_what_is_written_is_what_is_asked_for(words: list[str], arguments: dict[
     given = make_parser("ctl").parse_args(["ctl", *words])
     asked = given.arguments(given)
     assert {key: value for key, value in asked.items() if value is not None} == arguments
+    parse(words[0], arguments)
 
 
 def test_every_command_has_help(graphrun: Graphrun) -> None:

@@ -91,6 +91,19 @@ def test_a_key_that_two_share_is_held_until_both_are_let_go(terminal: Terminal) 
     assert told[3:] == [("release", "LeftShift", "A")]
 
 
+def test_a_key_that_another_character_still_holds_is_not_let_go(terminal: Terminal) -> None:
+    session, told = listened()
+    with HeldTerminalKeys() as keys:
+        terminal.type("w")
+        keys.on_tick(session)
+        terminal.now += 0.9 * RELEASE_AFTER
+        terminal.type("W")
+        keys.on_tick(session)
+        terminal.now += 0.2 * RELEASE_AFTER
+        keys.on_tick(session)
+    assert told == [("press", "W"), ("press", "LeftShift", "W")]
+
+
 def test_what_no_key_has_a_name_for_is_left_alone(terminal: Terminal) -> None:
     session, told = listened()
     with HeldTerminalKeys() as keys:

@@ -18,7 +18,7 @@ from graphengine.node.dropped_values import BadValues
 from graphengine.physics.sensors.rays import RaysChoice
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
-from graphengine.runtime.commands import Delete, Spawn
+from graphengine.runtime.commands import Spawn, parse
 from graphengine.scene import build
 from graphengine.scene.loaded_scene import LoadedScene, Options
 
@@ -102,7 +102,11 @@ class Job:
 
     def remove(self, name: str) -> None:
         """Remove a robot."""
-        Delete(name=name).apply(self.session)
+        self.ask("delete", name=name)
+
+    def ask(self, name: str, /, **arguments: Any) -> None:
+        """Carry out a command, with its arguments as JSON has them."""
+        parse(name, arguments).apply(self.session)
 
     def run(self, seconds: float) -> None:
         """Let simulation time pass."""

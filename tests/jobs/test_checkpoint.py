@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 
 from graphengine.format.errors import PhysicsError, UsageError
-from graphengine.runtime.commands import parse
 from tests.jobs.harness import Job
 
 TICKS = 200
@@ -19,7 +18,7 @@ Step = Callable[[Job], object]
 
 
 def command(kind: str, /, **arguments: Any) -> Step:
-    return lambda job: parse(kind, arguments).apply(job.session)
+    return lambda job: job.ask(kind, **arguments)
 
 
 def say(v: float, w: float, job: Job) -> None:

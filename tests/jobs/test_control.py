@@ -9,13 +9,8 @@ from typing import Any
 import pytest
 
 from graphengine.format.errors import UnknownEntityError, UsageError
-from graphengine.runtime.commands import parse
 from tests.jobs.crowd import FIRST, LATE, physics, scene
 from tests.jobs.harness import Job, nanoseconds, yaw
-
-
-def ask(job: Job, name: str, /, **arguments: Any) -> None:
-    parse(name, arguments).apply(job.session)
 
 
 def place(job: Job) -> tuple[float, float, float]:
@@ -40,7 +35,7 @@ def job(tmp_path: Path) -> Any:
 
 
 def test_a_robot_that_is_moved_is_elsewhere_in_odometry_and_tf_in_the_next_tick(job: Job) -> None:
-    ask(job, "move", entity="one", position=[2.0, -1.0], orientation={"rpy_deg": [0.0, 0.0, 90.0]})
+    job.ask("move", entity="one", position=[2.0, -1.0], orientation={"rpy_deg": [0.0, 0.0, 90.0]})
     job.session.step()
     assert place(job) == pytest.approx((2.0, -1.0, math.pi / 2), abs=2e-3)
     (odom,) = [t for t in job.newest("/one/tf").transforms if t.child_frame_id == "base_link"]
@@ -50,7 +45,7 @@ def test_a_robot_that_is_moved_is_elsewhere_in_odometry_and_tf_in_the_next_tick(
 
 def test_a_robot_that_is_moved_drives_on_from_there(job: Job) -> None:
     job.drive("/one/cmd_vel", 0.5, 0.0, 1.0)
-    ask(job, "move", entity="one", position=[0.0, 3.0], orientation={"rpy_deg": [0.0, 0.0, 180.0]})
+    job.ask("move", entity="one", position=[0.0, 3.0], orientation={"rpy_deg": [0.0, 0.0, 180.0]})
     job.drive("/one/cmd_vel", 0.5, 0.0, 2.0)
     x, y, _ = place(job)
     assert x < -0.7
@@ -59,7 +54,7 @@ def test_a_robot_that_is_moved_drives_on_from_there(job: Job) -> None:
 
 def test_a_push_is_seen_in_odometry_and_the_robot_comes_to_rest_after_it(job: Job) -> None:
     before, begun = place(job), job.session.ticks
-    ask(job, "push", entity="one", force=[0.0, 150.0, 0.0], duration=0.5)
+    job.ask("push", entity="one", force=[0.0, 150.0, 0.0], duration=0.5)
     moving = []
     for _ in range(60):
         job.session.step()
@@ -73,9 +68,9 @@ def test_a_push_is_seen_in_odometry_and_the_robot_comes_to_rest_after_it(job: Jo
 
 def test_an_impulse_is_spread_over_a_tick(job: Job) -> None:
     world = physics(job)
-    ask(job, "move", entity="one", position=[0.0, 0.0, 5.0])
+    job.ask("move", entity="one", position=[0.0, 0.0, 5.0])
     before = world.entities.state("one").linear_velocity
-    ask(job, "push", entity="one", impulse=[0.0, 3.0, 0.0])
+    job.ask("push", entity="one", impulse=[0.0, 3.0, 0.0])
     job.session.step()
     after = world.entities.state("one").linear_velocity
     mass = world.model.body_subtreemass[world.model.body(world.stage.find("/one/base_link").body).id]
@@ -86,17 +81,17 @@ def test_an_impulse_is_spread_over_a_tick(job: Job) -> None:
 
 def test_what_is_not_there_is_told(job: Job) -> None:
     with pytest.raises(UnknownEntityError, match="no entity 'onee'\n  did you mean 'one'"):
-        ask(job, "move", entity="onee", position=[0.0, 0.0])
+        job.ask("move", entity="onee", position=[0.0, 0.0])
     with pytest.raises(UnknownEntityError, match="no robot 'tow'"):
-        ask(job, "delete", name="tow")
+        job.ask("delete", name="tow")
 
 
 def test_what_is_beyond_all_bounds_changes_nothing(job: Job) -> None:
     before = physics(job).entities.state("one")
     with pytest.raises(UsageError, match="legal is up to"):
-        ask(job, "move", entity="one", position=[1e9, 0.0, 0.0])
+        job.ask("move", entity="one", position=[1e9, 0.0, 0.0])
     with pytest.raises(UsageError, match="legal is up to"):
-        ask(job, "push", entity="one", force=[0.0, 0.0, 1e30], duration=1.0)
+        job.ask("push", entity="one", force=[0.0, 0.0, 1e30], duration=1.0)
     assert physics(job).entities.state("one") == before
 
 
@@ -104,7 +99,7 @@ def test_what_is_beyond_all_bounds_changes_nothing(job: Job) -> None:
 
 
 def spawned_and_driven(job: Job) -> None:
-    ask(job, "spawn", name="late", use=LATE.model_dump())
+    job.ask("spawn", name="late", use=LATE.model_dump())
     for _ in range(10):
         job.say("/late/cmd_vel", 0.5, 0.0)
         job.drive("/one/cmd_vel", 0.5, 0.0, 0.1)
@@ -115,7 +110,7 @@ def test_a_reset_of_the_state_puts_robots_back_and_time_goes_on(job: Job) -> Non
     spawned_and_driven(job)
     driven, time = place(job), job.session.time
     assert driven[0] > 0.2
-    ask(job, "reset", scope="state")
+    job.ask("reset", scope="state")
     assert true_place(job) == pytest.approx(start, abs=1e-3)
     assert true_place(job, "late") == pytest.approx((0.0, 5.0), abs=1e-3)
     job.session.step()
@@ -128,7 +123,7 @@ def test_a_reset_of_the_state_puts_robots_back_and_time_goes_on(job: Job) -> Non
 def test_a_reset_of_the_time_begins_anew_where_robots_are(job: Job) -> None:
     spawned_and_driven(job)
     there = true_place(job)
-    ask(job, "reset", scope="time")
+    job.ask("reset", scope="time")
     assert (job.session.time, job.session.roster.spawned) == (0.0, ["late"])
     assert true_place(job) == there
     job.run(1.0)
@@ -141,14 +136,13 @@ def test_a_reset_of_the_time_begins_anew_where_robots_are(job: Job) -> None:
 
 def test_a_reset_of_what_came_takes_it_away_and_nothing_else(job: Job) -> None:
     spawned_and_driven(job)
-    ask(
-        job,
+    job.ask(
         "spawn",
         name="later",
         use=LATE.model_copy(update={"namespace": "later"}).model_dump() | {"position": [0, 9, 0]},
     )
     there, time = true_place(job), job.session.time
-    ask(job, "reset", scope="spawned")
+    job.ask("reset", scope="spawned")
     assert [prim.name for prim in physics(job).stage.prims("robot")] == ["one"]
     assert (true_place(job), job.session.time) == (there, time)
 
@@ -159,10 +153,10 @@ def test_a_reset_of_everything_is_the_beginning(tmp_path: Path) -> None:
         job.drive("/one/cmd_vel", 0.5, 0.3, 1.0)
         heard.append(job.recorder.stream[:])
         spawned_and_driven(job)
-        ask(job, "move", entity="one", position=[5.0, 5.0, 1.0])
-        ask(job, "push", entity="one", force=[100.0, 0.0, 0.0], duration=100.0)
+        job.ask("move", entity="one", position=[5.0, 5.0, 1.0])
+        job.ask("push", entity="one", force=[100.0, 0.0, 0.0], duration=100.0)
         job.run(0.1)
-        ask(job, "reset")
+        job.ask("reset")
         job.recorder.stream.clear()
         job.drive("/one/cmd_vel", 0.5, 0.3, 1.0)
         heard.append(job.recorder.stream)
