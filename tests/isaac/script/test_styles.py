@@ -125,7 +125,7 @@ def test_typed_values_settle_ports_of_several_types(tmp_path: Path) -> None:
     (path,), _ = imported(SCRIPTS / "typed_values.py", tmp_path)
     graph, _ = resolved(path)
     assert str(graph.by_id("Add").settled["sum"]) == "double[3]"
-    assert graph.by_id("Add").node.a == (2.0, 4.0, 6.0)  # type: ignore[attr-defined]
+    assert graph.by_id("Add").value("a") == (2.0, 4.0, 6.0)
 
 
 def test_values_that_are_set_in_any_way_arrive(tmp_path: Path) -> None:
@@ -214,7 +214,7 @@ def test_names_that_a_file_cannot_hold_are_changed_and_told(tmp_path: Path) -> N
     (path,), findings = imported(SCRIPTS / "isaac_namespace.py", tmp_path)
     graph, _ = resolved(path)
     assert [instance.id for instance in graph.instances] == ["On_Tick", "_1st"]
-    assert graph.by_id("_1st").node.topic_name == "$(cmd)/vel"  # type: ignore[attr-defined]
+    assert graph.by_id("_1st").value("topic_name") == "$(cmd)/vel"
     assert path.name == "cmd_vel_graph.yaml"
     told = "\n".join(texts(findings))
     assert "node 'On Tick' is called 'On_Tick' in the file" in told
