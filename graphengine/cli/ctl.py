@@ -31,6 +31,7 @@ EXAMPLES = """examples:
   graphrun ctl spawn second robots/dd100.yaml --at 0,6,0.03 --namespace second
   graphrun ctl set DiffController.maxLinearSpeed=0.5
   graphrun ctl reset --scope state
+  graphrun ctl checkpoint before; graphrun ctl push dd100 --impulse 0,9,0; graphrun ctl restore before
 
 A run answers to the user who started it, on the same machine, whatever its transport. What is asked for is done between two
 ticks. Lengths are in m, times in s of simulation, forces in N; angles are in rad, or in degrees when written as 90deg."""
@@ -90,6 +91,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     for name, summary in (("press", "hold keys down"), ("release", "let go of keys")):
         keys = add(name, summary, "keys")
         keys.add_argument("keys", metavar="KEY", nargs="+", help="as OnKeyboardInput calls them: W, Space, LeftShift")
+    checkpoint = add("checkpoint", "keep a copy of the whole state, to go back to it", "name")
+    checkpoint.add_argument("name", metavar="NAME", help="for `restore`")
+    restore = add("restore", "go back to a checkpoint", "name")
+    restore.add_argument("name", metavar="NAME", help="of the checkpoint")
 
 
 def _add_robots(add: Callable[..., Any]) -> None:

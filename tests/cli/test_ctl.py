@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from graphengine.cli import make_parser
-from graphengine.runtime.commands import parse
+from graphengine.runtime.commands import COMMANDS, parse
 from tests.cli.harness import Graphrun, Live, Result, live
 
 MEMORY = ("--transport", "memory")
@@ -76,6 +76,19 @@ def test_a_run_is_held_stepped_and_let_go(ctl: Graphrun) -> None:
         assert ctl("quit").out == ""
         assert run.stop(signal.SIGCONT) == 0
         assert " s of simulation in " in run.said.splitlines()[-1]
+
+
+def test_a_run_goes_back_to_a_checkpoint(ctl: Graphrun) -> None:
+    with paused("dd100_flat", "--rate", "realtime", *MEMORY):
+        ctl("step", "30")
+        ctl("checkpoint", "before")
+        here = state(ctl)["robots"]
+        ctl("move", "dd100", "3", "1")
+        ctl("step", "30")
+        assert state(ctl)["robots"] != here
+        ctl("restore", "before")
+        assert (state(ctl)["time"], state(ctl)["robots"]) == (0.5, here)
+        ctl("restore", "after", refused="no checkpoint 'after'")
 
 
 def test_robots_come_and_go_and_are_moved(ctl: Graphrun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -291,8 +304,8 @@ def test_what_is_written_is_what_is_asked_for(words: list[str], arguments: dict[
     parse(words[0], arguments)
 
 
-def test_every_command_has_help(graphrun: Graphrun) -> None:
+def test_every_command_of_the_table_has_help(graphrun: Graphrun) -> None:
     told = graphrun("ctl", "--help").out
-    for name in ("state", "play", "pause", "stop", "quit", "step", "reset", "rate", "spawn", "delete", "move", "push"):
+    for name in COMMANDS:
         assert f"\n    {name} " in told
         assert graphrun("ctl", name, "--help").out.startswith(f"usage: graphrun ctl {name} ")
