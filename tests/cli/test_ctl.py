@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import re
 import signal
 import tempfile
 from collections.abc import Iterator
@@ -307,5 +308,5 @@ def test_what_is_written_is_what_is_asked_for(words: list[str], arguments: dict[
 def test_every_command_of_the_table_has_help(graphrun: Graphrun) -> None:
     told = graphrun("ctl", "--help").out
     for name in COMMANDS:
-        assert f"\n    {name} " in told
+        assert re.search(rf"\n    {name}\s", told)
         assert graphrun("ctl", name, "--help").out.startswith(f"usage: graphrun ctl {name} ")
