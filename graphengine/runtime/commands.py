@@ -300,7 +300,7 @@ class Checkpoint(Command):
 
     def _apply(self, session: Session) -> dict[str, Any]:
         made = session.checkpoint(self.name)
-        session.held[made.name] = made
+        session.hold(made)
         return {"name": made.name}
 
 
@@ -315,6 +315,7 @@ class Restore(Command):
         kept = session.held.get(self.name)
         if kept is None:
             raise UsageError(unknown("checkpoint", self.name, session.held))
+        session.hold(kept)
         session.restore(kept)
 
 

@@ -25,6 +25,10 @@ IDLE = 0.25
 """Seconds between two looks at whether a run that is paused is to end, where no desk wakes it."""
 
 
+MAX_HELD = 1000
+"""Checkpoints that a session keeps for commands."""
+
+
 @dataclass(frozen=True, eq=False)
 class Checkpoint:
     """The whole state of a session."""
@@ -100,6 +104,13 @@ class Session:
         made = Checkpoint(name, self._ticker, self.roster.save(), self._ticker.save(), play)
         self.inbox.command("checkpoint", {"name": name})
         return made
+
+    def hold(self, checkpoint: Checkpoint) -> None:
+        """Keep a checkpoint for commands, which name it; of more than `MAX_HELD` the one that was not used for longest goes."""
+        self.held.pop(checkpoint.name, None)
+        self.held[checkpoint.name] = checkpoint
+        if len(self.held) > MAX_HELD:
+            del self.held[next(iter(self.held))]
 
     def restore(self, kept: Checkpoint) -> None:
         """Go back to a checkpoint, between two ticks; what follows is the same, byte by byte, over memory.

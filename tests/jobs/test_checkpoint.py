@@ -121,3 +121,13 @@ def test_a_session_that_failed_goes_on_from_a_checkpoint() -> None:
             job.run(2.0)
         job.session.restore(kept)
         assert play(job, [[]] * 20) == first
+
+
+def test_of_many_checkpoints_the_one_that_was_not_used_for_longest_goes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("graphengine.runtime.session.MAX_HELD", 2)
+    with Job("dd100_flat") as job:
+        for name in ("a", "b"):
+            command("checkpoint", name=name)(job)
+        command("restore", name="a")(job)
+        command("checkpoint", name="c")(job)
+        assert list(job.session.held) == ["a", "c"]
