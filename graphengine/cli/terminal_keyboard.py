@@ -1,4 +1,4 @@
-"""Keys as they are pressed, one by one, from a terminal that is given back as it was."""
+"""Key presses from a terminal in raw mode, which is restored on exit."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _KEY = re.compile(r"\x1b[\[O][0-9;]*([A-Za-z~])|(.)", re.DOTALL)
 
 
 class TerminalKeyboard:
-    """A terminal that neither shows nor gathers what is typed, where Ctrl-C is a key as others are.
+    """A terminal without echo and line buffering, in which Ctrl-C is an ordinary key.
 
     Args:
         signals: leave Ctrl-C what it is elsewhere.

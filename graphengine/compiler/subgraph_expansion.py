@@ -1,4 +1,4 @@
-"""Graph files with their subgraphs put in place: one flat list of nodes and wires."""
+"""Expands the subgraphs of a graph file to one flat list of nodes and wires."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Node types that are not available, and what does their work here; nodes of older versions of Isaac Sim brought up to date."""
+"""Replaces node types that are not available, and upgrades nodes of older versions of Isaac Sim."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A graph as an importer found it, in OmniGraph's own names: what scripts and stages have in common.
+"""A graph as an importer found it, in OmniGraph's names; shared by scripts and stages.
 
 Compounds are flat: a node inside of one is called `Compound/Node`, and wires lead to the inner nodes.
 """

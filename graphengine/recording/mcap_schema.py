@@ -1,4 +1,4 @@
-"""How what happened lies in a recording: streams of messages, and ticks as times."""
+"""Channels, metadata and time stamps of a recording's MCAP file."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ SESSION = Stream(f"{HIDDEN}/session", "std_msgs/msg/String")
 
 @dataclass(frozen=True, slots=True)
 class TickTimes:
-    """Ticks as whole nanoseconds and back.
+    """Converts ticks to nanoseconds and back.
 
     Attributes:
         period: seconds between two ticks as numerator and denominator.
@@ -102,17 +102,17 @@ class TickTimes:
 
 
 def failure_of(error: BaseException) -> str:
-    """What ended a run, without the file and line that it happened in: those are other ones where it is run again."""
+    """The error that ended a run, without file and line, which differ between machines."""
     return _PLACE.sub("", str(error).partition("\n")[0])
 
 
 def node_of(failure: str) -> str:
-    """The node that a failure names, without what it raised; a failure of no node as it is."""
+    """The node that a failure names; a failure without a node is returned unchanged."""
     return failure.partition(" raised ")[0]
 
 
 def offered_qos(qos: QoS) -> str:
-    """A profile as rosbag2 notes it: YAML, a list of one."""
+    """A profile in rosbag2's format: YAML, a list of one."""
     known = settled(qos)
     return "\n".join(
         (
@@ -130,6 +130,6 @@ def offered_qos(qos: QoS) -> str:
 
 
 def _duration(name: str, seconds: float) -> tuple[str, str, str]:
-    """A time of a profile, 0 for unlimited."""
+    """A duration of a profile, 0 for unlimited."""
     whole, rest = divmod(math.floor(seconds * 1e9) if 0 < seconds * 1e9 < _FOREVER_NS else _FOREVER_NS, 10**9)
     return f"  {name}:", f"    sec: {whole}", f"    nsec: {rest}"

@@ -1,4 +1,4 @@
-"""Which messages that nodes saw lie in the recording already: the run published them itself, or another node saw them before.
+"""Finds messages that a recording already holds: published by the run, or seen by another node.
 
 A bag has each message of a topic once. So what a node saw is held against the last messages of the topic by its bytes, and
 counted: who sees three messages of the same bytes where two are known sees one that came from outside.

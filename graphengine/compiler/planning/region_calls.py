@@ -1,4 +1,4 @@
-"""The calls of a region: what guards each node, what it fires, and which data nodes are brought up to date before it."""
+"""Calls of a region: each node's guard, the nodes that it fires, and the data nodes to refresh before it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from graphengine.compiler.planning.regions import RegionGraph
 
 
 class RegionWriter:
-    """Writes one region's calls, keeping book of which data nodes are up to date where."""
+    """Writes the calls of a region, and tracks which data nodes are up to date."""
 
     def __init__(self, graph: RegionGraph, region: int) -> None:
         self.graph = graph

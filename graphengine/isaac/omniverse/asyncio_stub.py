@@ -1,4 +1,4 @@
-"""An `asyncio` in which everything that is waited for has happened: coroutines run to their end when they are started."""
+"""A stub of `asyncio` that never waits: coroutines run to completion when they are started."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from graphengine.isaac.omniverse.stubs import Stub, StubModule, draw, idle, memb
 
 
 class Task:
-    """A coroutine that came to its end."""
+    """A finished coroutine."""
 
     def __init__(self, value: Any, recorder: GraphRecorder) -> None:
         self._value, self._recorder = value, recorder
@@ -32,7 +32,7 @@ class Task:
 
 
 def finish(awaitable: Any, recorder: GraphRecorder) -> Any:
-    """Run what can be waited for to its end; what it returns."""
+    """Run an awaitable to completion and return its result."""
     if isinstance(awaitable, Task):
         return awaitable.result()
     steps: Coroutine[Any, Any, Any] = awaitable if hasattr(awaitable, "send") else _waiting(awaitable)
@@ -45,7 +45,7 @@ def finish(awaitable: Any, recorder: GraphRecorder) -> Any:
 
 
 def make_asyncio(recorder: GraphRecorder) -> StubModule:
-    """An `asyncio` in which everything that is waited for has happened."""
+    """Return an `asyncio` module that never waits."""
 
     def run(awaitable: Any, *_: Any, **__: Any) -> Any:
         return finish(awaitable, recorder)

@@ -143,5 +143,5 @@ def make_modules(recorder: GraphRecorder) -> dict[str, ModuleType]:
     packages = {name[:end] for name in known for end, mark in enumerate(name) if mark == "."} - known.keys()
     modules = recorder.modules
     for name in (*packages, *known):
-        modules[name] = StubModule(name, recorder, modules, known.get(name))
+        modules[name] = StubModule(name, recorder, modules, known.get(name, {}))
     return modules

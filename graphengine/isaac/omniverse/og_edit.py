@@ -8,7 +8,7 @@ from typing import Any
 
 from graphengine.format.wording import did_you_mean, listing, shown
 from graphengine.isaac.omniverse.graph_recorder import GraphRecorder, Place
-from graphengine.isaac.omniverse.og_handles import Graph, Node
+from graphengine.isaac.omniverse.og_handles import OgGraph, OgNode
 from graphengine.isaac.omniverse.og_lookup import place_at
 from graphengine.isaac.omniverse.og_names import MAX_NAME, NotThereError, OmniGraphError, items, split_attribute
 from graphengine.isaac.omniverse.usd import UsdPrim
@@ -93,17 +93,17 @@ class Edit:
             node, name = split_attribute(spec)
             found, full = self.names.get(node), self._node_name(node, compound)
             in_graph = full in self.graph.nodes or full in self.recorder.compounds[self.graph.path]
-            if isinstance(found, Node) and not in_graph:
+            if isinstance(found, OgNode) and not in_graph:
                 return found.get_attribute(name).place
             if compound:
                 return self.recorder.attribute(self.graph, f"{compound}/{spec}")
-        return place_at(self.recorder, spec, None, Graph(self.recorder, self.graph), {})
+        return place_at(self.recorder, spec, None, OgGraph(self.recorder, self.graph), {})
 
     def _node_name(self, name: Any, compound: str) -> str:
         return f"{compound}/{name}" if compound and not str(name).startswith("/") else str(name)
 
     def _delete_nodes(self, item: Any, compound: str) -> None:
-        if isinstance(item, Node):
+        if isinstance(item, OgNode):
             self.recorder.delete_node(item.graph, item.name)
         else:
             self.recorder.delete_node(*self.recorder.find_node(self.graph, self._node_name(item, compound)))
@@ -126,7 +126,7 @@ class Edit:
         self._keep(name, self.recorder.create_node(self.graph, full, str(kind), allow_exists=self.allow_exists))
 
     def _keep(self, given: str, name: str) -> None:
-        node = Node(self.recorder, self.graph, name)
+        node = OgNode(self.recorder, self.graph, name)
         self.made.append(node)
         self.names[given] = self.names[node.get_prim_path()] = node
 

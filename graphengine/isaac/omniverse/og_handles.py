@@ -1,4 +1,4 @@
-"""What stands for graphs, nodes, attributes and variables in `omni.graph.core`."""
+"""Handles to graphs, nodes, attributes and variables, as `omni.graph.core` has them."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ExecutionAttributeState = enum.IntEnum(
 
 
 class OgHandle:
-    """What stands for something in a graph."""
+    """Base of the handles."""
 
     recorder: GraphRecorder
 
@@ -42,11 +42,11 @@ class OgHandle:
         return self.is_valid()
 
     def __getattr__(self, name: str) -> Any:
-        return member(f"og.{type(self).__name__}", name, self.recorder)
+        return member(f"og.{type(self).__name__.removeprefix('Og')}", name, self.recorder)
 
 
-class Graph(OgHandle):
-    """A graph."""
+class OgGraph(OgHandle):
+    """`og.Graph`: a recorded graph."""
 
     def __init__(self, recorder: GraphRecorder, graph: RecordedGraph) -> None:
         self.recorder, self.graph = recorder, graph
@@ -59,38 +59,38 @@ class Graph(OgHandle):
         """Its prim."""
         return self.graph.path
 
-    def get_nodes(self) -> list[Node]:
+    def get_nodes(self) -> list[OgNode]:
         """Its nodes."""
-        return [Node(self.recorder, self.graph, name) for name in self.graph.nodes]
+        return [OgNode(self.recorder, self.graph, name) for name in self.graph.nodes]
 
-    def get_node(self, path: str) -> Node | None:
+    def get_node(self, path: str) -> OgNode | None:
         """A node by its path; None where there is none."""
         try:
-            return Node(self.recorder, *self.recorder.find_node(self.graph, path))
+            return OgNode(self.recorder, *self.recorder.find_node(self.graph, path))
         except OmniGraphError:
             return None
 
-    def create_node(self, path: str, type: str, *_: Any) -> Node:
+    def create_node(self, path: str, type: str, *_: Any) -> OgNode:
         """Make a node."""
-        return Node(self.recorder, self.graph, self.recorder.create_node(self.graph, str(path), type))
+        return OgNode(self.recorder, self.graph, self.recorder.create_node(self.graph, str(path), type))
 
     def destroy_node(self, path: str, *_: Any) -> bool:
         """Remove a node."""
         self.recorder.delete_node(*self.recorder.find_node(self.graph, path))
         return True
 
-    def create_variable(self, name: str, type: Any) -> Variable:
+    def create_variable(self, name: str, type: Any) -> OgVariable:
         """Add a variable."""
         self.recorder.create_variable(self.graph, name, type)
-        return Variable(self.recorder, self.graph, name)
+        return OgVariable(self.recorder, self.graph, name)
 
-    def find_variable(self, name: str) -> Variable | None:
+    def find_variable(self, name: str) -> OgVariable | None:
         """A variable by its name."""
-        return Variable(self.recorder, self.graph, name) if name in self.graph.variables else None
+        return OgVariable(self.recorder, self.graph, name) if name in self.graph.variables else None
 
-    def get_variables(self) -> list[Variable]:
+    def get_variables(self) -> list[OgVariable]:
         """Its variables."""
-        return [Variable(self.recorder, self.graph, name) for name in self.graph.variables]
+        return [OgVariable(self.recorder, self.graph, name) for name in self.graph.variables]
 
     def change_pipeline_stage(self, stage: Any) -> None:
         """Have it evaluated at another time."""
@@ -112,14 +112,14 @@ class Graph(OgHandle):
     plain_data = get_path_to_graph
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Graph) and other.graph is self.graph
+        return isinstance(other, OgGraph) and other.graph is self.graph
 
     def __hash__(self) -> int:
         return hash(self.graph.path)
 
 
-class Node(OgHandle):
-    """A node, or a compound."""
+class OgNode(OgHandle):
+    """`og.Node`: a node, or a compound."""
 
     def __init__(self, recorder: GraphRecorder, graph: RecordedGraph, name: str) -> None:
         self.recorder, self.graph, self.name = recorder, graph, name
@@ -137,13 +137,13 @@ class Node(OgHandle):
         known = self.graph.nodes.get(self.name)
         return known.type if known else "omni.graph.nodes.CompoundSubgraph"
 
-    def get_graph(self) -> Graph:
+    def get_graph(self) -> OgGraph:
         """The graph that it is in."""
-        return Graph(self.recorder, self.graph)
+        return OgGraph(self.recorder, self.graph)
 
-    def get_attribute(self, name: str) -> Attribute:
+    def get_attribute(self, name: str) -> OgAttribute:
         """One of its attributes by full name."""
-        return Attribute(self.recorder, self.recorder.inner(Place(self.graph, self.name, str(name))))
+        return OgAttribute(self.recorder, self.recorder.inner(Place(self.graph, self.name, str(name))))
 
     def get_attribute_exists(self, name: str) -> bool:
         """Whether it may have such an attribute: types are not known here."""
@@ -157,14 +157,14 @@ class Node(OgHandle):
     plain_data = get_prim_path
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Node) and (other.graph, other.name) == (self.graph, self.name)
+        return isinstance(other, OgNode) and (other.graph, other.name) == (self.graph, self.name)
 
     def __hash__(self) -> int:
         return hash(self.get_prim_path())
 
 
-class Attribute(OgHandle):
-    """An attribute of a node."""
+class OgAttribute(OgHandle):
+    """`og.Attribute`: an attribute of a node."""
 
     def __init__(self, recorder: GraphRecorder, place: Place) -> None:
         self.recorder, self.place = recorder, place
@@ -187,23 +187,23 @@ class Attribute(OgHandle):
         """As USD writes it."""
         return self.place.path
 
-    def get_node(self) -> Node:
+    def get_node(self) -> OgNode:
         """The node that has it."""
-        return Node(self.recorder, self.place.graph, self.place.node)
+        return OgNode(self.recorder, self.place.graph, self.place.node)
 
-    def connect(self, other: Attribute, *_: Any) -> bool:
+    def connect(self, other: OgAttribute, *_: Any) -> bool:
         """Wire it to another one."""
         self.recorder.connect(self.place, other.place)
         return True
 
-    def disconnect(self, other: Attribute, *_: Any) -> bool:
+    def disconnect(self, other: OgAttribute, *_: Any) -> bool:
         """Remove that wire."""
         self.recorder.disconnect(self.place, other.place)
         return True
 
-    def get_upstream_connections(self) -> list[Attribute]:
+    def get_upstream_connections(self) -> list[OgAttribute]:
         """What is wired to it."""
-        return [Attribute(self.recorder, place) for place in self.recorder.upstream(self.place)]
+        return [OgAttribute(self.recorder, place) for place in self.recorder.upstream(self.place)]
 
     def get_upstream_connection_count(self) -> int:
         """To how many it is wired that way."""
@@ -213,13 +213,13 @@ class Attribute(OgHandle):
         """To how many it is wired that way."""
         return len(self.get_downstream_connections())
 
-    def is_connected(self, other: Attribute) -> bool:
+    def is_connected(self, other: OgAttribute) -> bool:
         """Whether a wire leads from it to another one."""
         return other.place in self.recorder.downstream(self.place)
 
-    def get_downstream_connections(self) -> list[Attribute]:
+    def get_downstream_connections(self) -> list[OgAttribute]:
         """What it is wired to."""
-        return [Attribute(self.recorder, place) for place in self.recorder.downstream(self.place)]
+        return [OgAttribute(self.recorder, place) for place in self.recorder.downstream(self.place)]
 
     def set_resolved_type(self, *_: Any) -> None:
         """Nothing: wires and values tell the type."""
@@ -227,7 +227,7 @@ class Attribute(OgHandle):
     plain_data = get_path
 
 
-class Variable(OgHandle):
+class OgVariable(OgHandle):
     """A variable of a graph."""
 
     def __init__(self, recorder: GraphRecorder, graph: RecordedGraph, name: str) -> None:

@@ -1,4 +1,4 @@
-"""What takes the place of everything of Omniverse that builds no graphs: it can be called, read and set, and does nothing.
+"""Stubs for everything in Omniverse that builds no graphs: they can be called, read and set, and do nothing.
 
 A stub is false and empty, so that loops over it and loops that wait for it end; taken apart it gives as many as are wanted.
 It is no number: what is computed of it, `max(0.0, …)` too, is a stub, so that no value is invented.
@@ -57,11 +57,11 @@ _UNPACK = dis.opmap["UNPACK_SEQUENCE"]
 
 
 class EndlessError(BaseException):
-    """The script goes on without end; no exception that a script means to catch."""
+    """Ends a script that loops without end; scripts are not meant to catch it."""
 
 
 class Stub:
-    """Something of Omniverse, by the name that a script reached it with."""
+    """An object of Omniverse, under the name by which a script reached it."""
 
     is_unknown = True
 
@@ -206,13 +206,13 @@ def _named(cls: type[Stub], name: str) -> type[Stub]:
 
 
 def _unpacked(frame: FrameType) -> int:
-    """How many values a frame is about to take apart, as in `a, b = …`; 0 where it does something else."""
+    """Number of targets if a frame is about to unpack, as in `a, b = …`; else 0."""
     code, at = frame.f_code.co_code, frame.f_lasti
     return code[at + 1] if code[at] == _UNPACK else 0
 
 
 def _comparable(value: Any) -> Any:
-    """The key by which stubs of calls with different arguments get different names; None for any other argument."""
+    """A key that distinguishes stubs of calls with different arguments; None for other types."""
     return value if isinstance(value, str | int | float) else str(value) if isinstance(value, Stub) else None
 
 
@@ -264,7 +264,7 @@ def draw(recorder: GraphRecorder) -> None:
 
 
 def told(recorder: GraphRecorder, name: str) -> None:
-    """Note a call."""
+    """Record a call."""
     idle(recorder)
     name = _CALLS.sub("", name)
     last = name.rpartition(".")[2]
@@ -279,7 +279,7 @@ def told(recorder: GraphRecorder, name: str) -> None:
 
 
 class Builtins(dict[str, Any]):
-    """Names that a script finds without defining them: what it imports by `*` of a module that is not there is a stub."""
+    """Names that a script uses without defining them: after `from m import *` of a missing module they are stubs."""
 
     recorder: GraphRecorder
 
@@ -290,17 +290,13 @@ class Builtins(dict[str, Any]):
 
 
 class StubModule(ModuleType):
-    """A module of stubs, but for what was put into it and for the modules below it that are known."""
+    """A module of stubs, apart from its given members and known submodules."""
 
     def __init__(
-        self,
-        name: str,
-        recorder: GraphRecorder,
-        known: Mapping[str, ModuleType],
-        members: Mapping[str, Any] | None = None,
+        self, name: str, recorder: GraphRecorder, known: Mapping[str, ModuleType], members: Mapping[str, Any] = {}
     ) -> None:
         super().__init__(name)
-        self.__dict__.update(members or {})
+        self.__dict__.update(members)
         self.__dict__["_recorder"] = recorder
         self.__dict__["_known"] = known
 

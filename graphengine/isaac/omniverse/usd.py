@@ -14,7 +14,7 @@ from graphengine.isaac.recorded_graph import GRAPH, NAMESPACE, NODE, POSITION
 
 
 class Property:
-    """An attribute or relationship of a prim that is a graph or a node."""
+    """An attribute or relationship of a graph's or node's prim."""
 
     def __init__(self, prim: UsdPrim, name: str) -> None:
         self.prim, self.name = prim, name
@@ -65,7 +65,7 @@ class Property:
 
 
 class UsdPrim:
-    """A prim of the stage: a graph or a node that was built, or one that nothing is known of but its path.
+    """A prim of the stage: a recorded graph or node, or any other, known by its path only.
 
     Args:
         path: where it is.
@@ -149,7 +149,7 @@ class UsdPrim:
 
 
 class UsdStage:
-    """The stage, of which only graphs and nodes are known."""
+    """The stage, which knows graphs and nodes only."""
 
     def __init__(self, recorder: GraphRecorder) -> None:
         self.recorder = recorder
@@ -206,15 +206,15 @@ class UsdStage:
 
 
 class Schema(Stub):
-    """A class of `pxr.UsdGeom` such as `Xform`: what it makes or is given is a prim."""
+    """A class of `pxr.UsdGeom` such as `Xform`; instances are prims."""
 
     def __init__(self, name: str, stage: UsdStage) -> None:
         self.__dict__.update(_recorder=stage.recorder, _stage=stage)
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:  # noqa: D102
-        return (
-            arguments[0] if arguments and isinstance(arguments[0], UsdPrim) else super().__call__(*arguments, **named)
-        )
+        if arguments and isinstance(arguments[0], UsdPrim):
+            return arguments[0]
+        return super().__call__(*arguments, **named)
 
     def Define(self, _: Any, path: Any) -> UsdPrim:
         """Make a prim."""

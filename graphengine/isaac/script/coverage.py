@@ -1,4 +1,4 @@
-"""Which statements of a script ran, and which calls that build graphs did not, because of a condition or an error."""
+"""Statement coverage of a script: finds graph-building calls that a condition or an error skipped."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def _with_mark(owner: ast.AST, statement: ast.stmt, path: str, forgiving: bool) 
 
 
 class Why(NamedTuple):
-    """Why a call is not made: a text, the line of the condition if that is the reason, and what to do about an error."""
+    """The reason why a call is skipped: a text, the line of its condition if any, and a remedy for an error."""
 
     text: str = ""
     condition: int = 0
@@ -112,7 +112,7 @@ class Failure(NamedTuple):
 
 
 class Unreached:
-    """Calls of a script that build graphs and that a condition or an error kept from being made.
+    """Graph-building calls of a script that a condition or an error skipped.
 
     Args:
         script: that was run.
@@ -196,12 +196,12 @@ class Unreached:
 
 
 def holds(statement: ast.stmt, line: int) -> bool:
-    """Whether a line is one of a statement's."""
+    """Whether a line lies in a statement."""
     return statement.lineno <= line <= (statement.end_lineno or 0)
 
 
 def asking(tree: ast.Module, line: int) -> list[int]:
-    """Lines that decide whether a condition at a line holds: its own, and those that make what it names."""
+    """Lines that decide the condition at a line: its own, and the assignments of its names."""
     nodes = [node for node in ast.walk(tree) if isinstance(node, ast.stmt)]
     asked = [node for node in nodes if node.lineno == line and _asks(node)][:1]
     parts: list[ast.AST] = [
@@ -218,7 +218,7 @@ def asking(tree: ast.Module, line: int) -> list[int]:
 
 
 def _makes(statement: ast.stmt) -> set[str]:
-    """Names that a statement gives a value."""
+    """Names that a statement assigns."""
     if isinstance(statement, Function):
         return {statement.name}
     targets = getattr(statement, "targets", [getattr(statement, "target", None)])

@@ -1,4 +1,4 @@
-"""What a script finds when it imports: modules of Python, modules beside it, and stubs for everything else."""
+"""Import hook of scripts: Python's modules, modules in the script's folder, and stubs for the others."""
 
 from __future__ import annotations
 

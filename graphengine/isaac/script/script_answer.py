@@ -1,4 +1,4 @@
-"""What the process of a script answers: the graphs that the script builds, and what is known of its run."""
+"""The answer of the script process: the graphs that the script builds, and its findings."""
 
 from __future__ import annotations
 

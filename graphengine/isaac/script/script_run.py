@@ -1,4 +1,4 @@
-"""One run of a script: what it builds goes to a recorder, where it fails goes to the findings."""
+"""Runs a script once. Its graphs go to a recorder, its failures to the findings."""
 
 from __future__ import annotations
 
@@ -204,5 +204,5 @@ class ScriptRun:
 
 
 def _foreign(path: str, *numbers: int) -> Span:
-    """A place in a file that this process does not read."""
+    """A span in a file that this process does not read."""
     return Span(Source(path, ()), *numbers)

@@ -1,4 +1,4 @@
-"""Places in scripts: of the call that is made, and of a text in it such as the name of a node."""
+"""Parsed scripts, with the spans of calls and of texts such as node names."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _COUNTING = frozenset(("range", "count", "repeat"))
 
 
 class Script:
-    """A script that was parsed.
+    """A parsed script.
 
     Raises:
         SyntaxError: it is no Python.
@@ -45,5 +45,5 @@ class Script:
 
 
 def _counts(node: ast.expr) -> bool:
-    """Whether a loop over an expression counts its turns, as one over `range(100)` does."""
+    """Whether a loop's expression is a counter such as `range(100)`."""
     return any(getattr(part, "id", getattr(part, "attr", "")) in _COUNTING for part in ast.walk(node))

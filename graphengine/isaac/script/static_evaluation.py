@@ -1,4 +1,4 @@
-"""Scripts of literals, names and calls of `og`, evaluated without being run: most that a person wrote for one graph are.
+"""Evaluates scripts of literals, names and calls of `og`, without running them.
 
 What is called are the stubs only, never anything of Python's; whatever else a script does makes it one to be run.
 """

@@ -1,4 +1,4 @@
-"""Places of prims in the text of a stage; a stage that is no text has none."""
+"""Spans of prims in a USDA file; binary stages have none."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ What is begun and never ended reaches as far as it may, so that no text takes mo
 
 
 class PrimLocations:
-    """Where prims stand in a file.
+    """Spans of prims in a file.
 
     Args:
         path: the stage.

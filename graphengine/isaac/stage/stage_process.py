@@ -35,7 +35,7 @@ _EXTENDED = ("Union", "Any")
 
 
 class StageReading:
-    """A stage that is read.
+    """Reads one stage.
 
     Args:
         files: judges what may be read.
@@ -119,7 +119,7 @@ class StageReading:
 
 
 def _matters(kind: str, name: str) -> bool:
-    """Whether a property has to do with graphs. An instance of a graph may have values for the graph's variables."""
+    """Whether a property concerns graphs. Instances of a graph may set the graph's variables."""
     if name in (NAMESPACE, INSTANCES) or name.startswith(VARIABLE):
         return True
     if kind == GRAPH:

@@ -1,4 +1,4 @@
-"""Graphs of a USD stage, and the namespaces that the stage has on its prims.
+"""Reads the graphs of a USD stage and the namespaces of its prims.
 
 `stage_process` reads the file with USD's own library (`usd-core`), confined; `stage_graphs` makes graphs of what it tells.
 """

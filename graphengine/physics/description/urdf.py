@@ -41,7 +41,7 @@ class UrdfLink:
 
 @dataclass(frozen=True, slots=True)
 class Mimic:
-    """What ties a joint to another: its position is `multiplier * leader + offset`, in rad or m."""
+    """A mimic joint's law: its position is `multiplier * leader + offset`, in rad or m."""
 
     leader: str
     multiplier: float
@@ -51,7 +51,7 @@ class Mimic:
 
 @dataclass(slots=True, eq=False)
 class UrdfJoint:
-    """A joint. Its pose is that of the child link in the parent link while the joint is at zero."""
+    """A joint. Its pose is that of the child link in the parent link at joint position zero."""
 
     name: str
     type: str

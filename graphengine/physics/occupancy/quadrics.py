@@ -1,4 +1,4 @@
-"""Round bodies, in closed form: ellipsoids, spheres among them, and cylinders.
+"""Ellipsoids (spheres included) and cylinders, rasterized in closed form.
 
 The greatest x of a convex body, cut by planes of constant y and z, lies where its surfaces and those planes meet, and there are
 few such places: the farthest points of ellipses, and of their sections by the planes. All of them are found, those that are
@@ -152,14 +152,14 @@ def _among(values: Floats, low: Floats, high: Floats) -> Bools:
 
 
 def _sections(ellipse: Ellipses, ys: Sequence[Floats], zs: Sequence[Floats]) -> Iterator[Ellipses]:
-    """An ellipsoid, its sections by planes of y, by planes of z, and by one of each."""
+    """An ellipsoid, and its sections by planes of y, of z, and of both."""
     for cut in (ellipse, *(_section(ellipse, _Y, y) for y in ys)):
         yield cut
         yield from (_section(cut, _Z, z) for z in zs)
 
 
 def _section(ellipse: Ellipses, axis: int, values: Floats) -> Ellipses:
-    """The part of ellipsoids in which a coordinate has given values; nonsense where there is none."""
+    """Sections of ellipsoids at given values of a coordinate; undefined where a plane misses."""
     centres, matrices = ellipse
     column = matrices[:, :, axis]
     offset = values - centres[:, axis]

@@ -1,4 +1,4 @@
-"""What cameras see of a model, captured as scenes that can be drawn while the simulation steps on.
+"""Captures the visible state of a model, for rendering while the simulation steps on.
 
 A scene (MjvScene) holds all that drawing needs of the state, so only the thread that steps reads the state.
 """
@@ -87,7 +87,7 @@ class Lens:
 
 @dataclass(frozen=True, slots=True)
 class Shot:
-    """What a camera saw at one instant, not yet drawn."""
+    """A captured frame that is not rendered yet."""
 
     model: mujoco.MjModel
     scene: mujoco.MjvScene

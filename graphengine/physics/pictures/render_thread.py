@@ -148,7 +148,7 @@ def _finish(jobs: _Jobs, thread: threading.Thread) -> None:
 
 
 def _draw_all(jobs: _Jobs) -> None:
-    """The thread: draw until there is an end."""
+    """The thread's loop: render jobs until None arrives."""
     with suppress(OSError):  # a matter of the thread, and of those that the driver starts from it
         os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)
     with closing(_RendererCache()) as renderers:
