@@ -110,7 +110,7 @@ class Stick:
     _left_until: float = 0.0
 
     def press(self, key: str, now: float) -> None:
-        """Take a key; those that mean nothing are passed over."""
+        """Handle a key; unknown keys are ignored."""
         if key == " ":
             self._forward = self._left = 0.0
         elif key in FACTORS:
@@ -122,7 +122,7 @@ class Stick:
             self._left, self._left_until = left, now + self.hold
 
     def command(self, now: float) -> tuple[float, float]:
-        """Velocities, m/s and rad/s, of what is held."""
+        """Velocities of the held keys, m/s and rad/s."""
         forward = self._forward if now < self._forward_until else 0.0
         left = self._left if now < self._left_until else 0.0
         return forward * self.speed, left * self.turn
@@ -138,7 +138,7 @@ class VelocityPublisher:
     frame_id: str
 
     def drive(self, speed: float, turn: float) -> None:
-        """Command velocities, m/s and rad/s."""
+        """Publish velocities, m/s and rad/s."""
         from graphengine.messages import messages
 
         message: Any = messages.Twist(messages.Vector3(speed, 0.0, 0.0), messages.Vector3(0.0, 0.0, turn))

@@ -50,7 +50,7 @@ class TerminalKeyboard:
             termios.tcsetattr(self._file, termios.TCSAFLUSH, self._before)
 
     def pressed(self, timeout: float) -> list[str]:
-        """Keys that were pressed, waiting so many seconds for the first; arrows by name, others as their character."""
+        """Wait up to so many seconds for key presses; arrows by name, others as their character."""
         ready, _, _ = select.select([self._file], [], [], timeout)
         if not ready:
             return []

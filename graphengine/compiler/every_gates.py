@@ -28,7 +28,7 @@ class EveryGate(Node):
     exec_out = ExecOut()
 
     def rate(self, executions: float) -> float | None:
-        """How often it fires in a second when it is executed so often; None for an event now and then."""
+        """Firings per second, given the executions per second; None for sporadic events."""
         return None
 
     def __str__(self) -> str:
@@ -48,7 +48,7 @@ class EveryTicks(EveryGate, type="graphengine.EveryTicks", gated=True, counts=Tr
         return self.exec_out if self.executions % self.ticks == 0 else None
 
     def rate(self, executions: float) -> float | None:
-        """A part of them."""
+        """One in `ticks` executions."""
         return executions / self.ticks
 
     def __str__(self) -> str:
@@ -69,18 +69,18 @@ class EveryHz(EveryGate, type="graphengine.EveryHz", gated=True, counts=True):
     due: int = State(default=0)
 
     def setup(self, context: Context) -> None:
-        """Bind the clock; where the rate has changed, wait for no more than the next of its periods."""
+        """Bind the clock. After a change of the rate, wait no longer than one of the new periods."""
         self.clock = context.clock
         periods = Fraction(*context.clock.period) * Fraction(repr(self.hz))
         self.numerator, self.denominator = periods.numerator, periods.denominator
         self.due = min(self.due, self._begun() + 1)
 
     def _begun(self) -> int:
-        """The number of the last period that has begun."""
+        """Number of the last period that has begun."""
         return self.clock.frame * self.numerator // self.denominator
 
     def compute(self) -> Fire:
-        """Compare the periods that have begun with those that were fired for."""
+        """Fire if a period has begun since the last firing."""
         begun = self._begun()
         if begun < self.due:
             return None
@@ -88,7 +88,7 @@ class EveryHz(EveryGate, type="graphengine.EveryHz", gated=True, counts=True):
         return self.exec_out
 
     def rate(self, executions: float) -> float | None:
-        """Its own, where it is executed that often."""
+        """At most its own rate."""
         return min(self.hz, executions)
 
     def __str__(self) -> str:

@@ -95,7 +95,7 @@ class _Filler:
         self.unknown = 0
 
     def fill(self, value: Value, location: Location = ()) -> Any:
-        """Plain data with `$(name)` replaced; keys, types and the parameters themselves are left alone.
+        """Plain data with `$(name)` replaced, except in keys, types and the parameters themselves.
 
         What cannot be known is UNKNOWN as an input of a node or a parameter of a subgraph; elsewhere its key is left out.
         """

@@ -84,7 +84,7 @@ class _EndNode:
 
 
 def _ends(graph: Graph) -> dict[tuple[str, int], list[_EndNode]]:
-    """The node at each span of a wire: of a whole wire its target, else its source."""
+    """The node at each span of a wire, for a whole wire its target; the other end if that node is unknown."""
     names = {entry.id for entry in graph.flat.nodes}
     places: dict[tuple[str, int], list[_EndNode]] = {}
     for wire in graph.flat.wires:

@@ -68,12 +68,12 @@ class NodeView:
 
     @property
     def name(self) -> str:
-        """Its name within its own file."""
+        """The name within its own file."""
         return self.id.rpartition("/")[2]
 
     @property
     def group(self) -> str:
-        """The subgraph that it is in; empty for none."""
+        """The subgraph that contains the node; empty for none."""
         return self.id.rpartition("/")[0]
 
 

@@ -58,16 +58,16 @@ class Stream:
 
     @property
     def channel(self) -> str:
-        """Name of its channel: the topic, where a player of bags is to send the messages."""
+        """Name of the channel. For topics it is the topic, on which players of bags publish."""
         return f"{HIDDEN}/delivered{self.topic}" if self.known else self.topic
 
     def metadata(self) -> dict[str, str]:
-        """Of its channel, beside the hash of the type."""
+        """The channel's metadata, without the type hash."""
         return {"offered_qos_profiles": offered_qos(self.qos), "topic": self.topic}
 
     @classmethod
     def of_channel(cls, channel: str, message_type: str, metadata: Mapping[str, str]) -> Stream | None:
-        """What a channel holds; None for one that another program added."""
+        """The stream of a channel; None for channels of other programs."""
         topic = metadata.get("topic")
         return None if topic is None else cls(topic, message_type, known=topic != channel)
 
@@ -87,17 +87,17 @@ class TickTimes:
     period: tuple[int, int]
 
     def nanoseconds(self, tick: int) -> int:
-        """When a tick is, cut to nanoseconds as stamps of messages are."""
+        """Time of a tick, truncated to nanoseconds as message stamps are."""
         numerator, denominator = self.period
         return tick * numerator * 10**9 // denominator
 
     def tick(self, nanoseconds: int) -> int:
-        """The tick that is then."""
+        """The first tick at or after a time."""
         numerator, denominator = self.period
         return -(-nanoseconds * denominator // (numerator * 10**9))
 
     def seconds(self, tick: int) -> float:
-        """When a tick is."""
+        """Time of a tick, s."""
         return tick * self.period[0] / self.period[1]
 
 

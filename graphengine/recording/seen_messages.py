@@ -23,11 +23,11 @@ class SeenMessages:
         self._seen: defaultdict[str, Counter[bytes]] = defaultdict(Counter)
 
     def add(self, data: bytes) -> None:
-        """A message that was published."""
+        """Add a published message."""
         self._add(_digest(data))
 
     def see(self, nodes: Sequence[str], data: bytes) -> bool:
-        """Note that nodes saw a message; whether it was known."""
+        """Add a message that nodes saw; return whether it was known."""
         digest = _digest(data)
         for node in nodes:
             self._seen[node][digest] += 1

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from graphengine.compiler.graph import Wire
-from graphengine.compiler.plan import Activation, Call, ExecBranch, Fire, Pin, Refresh, Region
+from graphengine.compiler.plan import Activation, Call, ExecBranch, FireEffect, Pin, Refresh, Region
 from graphengine.compiler.planning.regions import RegionGraph
 
 
@@ -78,13 +78,13 @@ class RegionWriter:
         pins = self.graph.exec_in_ports(index)
         return tuple(Pin(p, self._flag(f"x{index}_{p}") if p in fired else "", p in waiting) for p in pins)
 
-    def _fires(self, wires: Iterable[Wire]) -> Iterator[Fire]:
+    def _fires(self, wires: Iterable[Wire]) -> Iterator[FireEffect]:
         """What wires set when they fire; nothing where a node runs anyway and need not be told."""
         set_already = {""}
         for wire in sorted(wires, key=lambda w: w.order):
             target = wire.target
             if wire.order in self.graph.pending_control:
-                yield Fire(target, pending_pin=wire.target_field)
+                yield FireEffect(target, pending_pin=wire.target_field)
                 continue
             guard = "" if self.guards[target] in set_already else self.guards[target]
             set_already.add(guard)
@@ -94,7 +94,7 @@ class RegionWriter:
             elif self._tells_pins(target):
                 counter = self._flag(f"x{target}_{wire.target_field}")
             if guard or counter:
-                yield Fire(target, guard, counter)
+                yield FireEffect(target, guard, counter)
 
     def _branches(self, index: int) -> tuple[ExecBranch, ...]:
         """One for each execution output; a pusher's ports fire by themselves only pins that wait."""

@@ -33,7 +33,7 @@ class OgHandle:
     recorder: GraphRecorder
 
     def is_valid(self) -> bool:
-        """Whether it is still there."""
+        """Whether the object still exists."""
         return True
 
     isValid = valid = is_valid  # noqa: N815  both are OmniGraph's
@@ -52,19 +52,19 @@ class OgGraph(OgHandle):
         self.recorder, self.graph = recorder, graph
 
     def is_valid(self) -> bool:
-        """Whether it is still there."""
+        """Whether the graph still exists."""
         return self.recorder.graphs.get(self.graph.path) is self.graph
 
     def get_path_to_graph(self) -> str:
-        """Its prim."""
+        """The prim path of the graph."""
         return self.graph.path
 
     def get_nodes(self) -> list[OgNode]:
-        """Its nodes."""
+        """Handles to all nodes."""
         return [OgNode(self.recorder, self.graph, name) for name in self.graph.nodes]
 
     def get_node(self, path: str) -> OgNode | None:
-        """A node by its path; None where there is none."""
+        """A node by its path; None if there is none."""
         try:
             return OgNode(self.recorder, *self.recorder.find_node(self.graph, path))
         except OmniGraphError:
@@ -89,23 +89,23 @@ class OgGraph(OgHandle):
         return OgVariable(self.recorder, self.graph, name) if name in self.graph.variables else None
 
     def get_variables(self) -> list[OgVariable]:
-        """Its variables."""
+        """Handles to all variables."""
         return [OgVariable(self.recorder, self.graph, name) for name in self.graph.variables]
 
     def change_pipeline_stage(self, stage: Any) -> None:
-        """Have it evaluated at another time."""
+        """Set the pipeline stage."""
         self.graph.pipeline_stage = stage_of(stage)
 
     def get_pipeline_stage(self) -> Any:
-        """When it is evaluated."""
+        """The pipeline stage."""
         return self.graph.pipeline_stage
 
     def evaluate(self, *_: Any) -> bool:
-        """Nothing: what a graph does is no part of it."""
+        """Do nothing; scripts are recorded, not simulated."""
         return True
 
     def set_disabled(self, disabled: bool) -> None:
-        """A graph's file has no such thing."""
+        """Report that graph files cannot be disabled."""
         if disabled:
             self.recorder.leave_out(f"the graph {self.graph.path} is disabled; its file is not", "set_disabled")
 
@@ -125,28 +125,28 @@ class OgNode(OgHandle):
         self.recorder, self.graph, self.name = recorder, graph, name
 
     def is_valid(self) -> bool:
-        """Whether it is still there."""
+        """Whether the node still exists."""
         return self.name in self.graph.nodes or self.name in self.recorder.compounds[self.graph.path]
 
     def get_prim_path(self) -> str:
-        """Its prim."""
+        """The prim path of the node."""
         return f"{self.graph.path}/{self.name}"
 
     def get_type_name(self) -> str:
-        """Its type."""
+        """The node type."""
         known = self.graph.nodes.get(self.name)
         return known.type if known else "omni.graph.nodes.CompoundSubgraph"
 
     def get_graph(self) -> OgGraph:
-        """The graph that it is in."""
+        """The graph that contains the node."""
         return OgGraph(self.recorder, self.graph)
 
     def get_attribute(self, name: str) -> OgAttribute:
-        """One of its attributes by full name."""
+        """An attribute by its full name."""
         return OgAttribute(self.recorder, self.recorder.inner(Place(self.graph, self.name, str(name))))
 
     def get_attribute_exists(self, name: str) -> bool:
-        """Whether it may have such an attribute: types are not known here."""
+        """Whether the attribute may exist; node types are unknown here."""
         return str(name).startswith(SIDES)
 
     def create_attribute(self, name: str, type: Any, port_type: Any = None, *_: Any, **__: Any) -> bool:
@@ -170,47 +170,47 @@ class OgAttribute(OgHandle):
         self.recorder, self.place = recorder, place
 
     def get(self, *_: Any, **__: Any) -> Any:
-        """What it was set to; before, only Omniverse knows its value."""
+        """The value that was set; else a stub, as only Omniverse knows defaults."""
         value = self.recorder.value(self.place)
         return Stub(f"the default of {self.place.path}", self.recorder) if value is None else value
 
     def set(self, value: Any, *_: Any, **__: Any) -> bool:
-        """Set it."""
+        """Set the value."""
         self.recorder.set_value(self.place, value)
         return True
 
     def get_name(self) -> str:
-        """Its full name."""
+        """The full name."""
         return self.place.name
 
     def get_path(self) -> str:
-        """As USD writes it."""
+        """The path in USD."""
         return self.place.path
 
     def get_node(self) -> OgNode:
-        """The node that has it."""
+        """The node of the attribute."""
         return OgNode(self.recorder, self.place.graph, self.place.node)
 
     def connect(self, other: OgAttribute, *_: Any) -> bool:
-        """Wire it to another one."""
+        """Wire to another attribute."""
         self.recorder.connect(self.place, other.place)
         return True
 
     def disconnect(self, other: OgAttribute, *_: Any) -> bool:
-        """Remove that wire."""
+        """Remove the wire to another attribute."""
         self.recorder.disconnect(self.place, other.place)
         return True
 
     def get_upstream_connections(self) -> list[OgAttribute]:
-        """What is wired to it."""
+        """Attributes wired into this one."""
         return [OgAttribute(self.recorder, place) for place in self.recorder.upstream(self.place)]
 
     def get_upstream_connection_count(self) -> int:
-        """To how many it is wired that way."""
+        """Number of upstream connections."""
         return len(self.get_upstream_connections())
 
     def get_downstream_connection_count(self) -> int:
-        """To how many it is wired that way."""
+        """Number of downstream connections."""
         return len(self.get_downstream_connections())
 
     def is_connected(self, other: OgAttribute) -> bool:
@@ -218,11 +218,11 @@ class OgAttribute(OgHandle):
         return other.place in self.recorder.downstream(self.place)
 
     def get_downstream_connections(self) -> list[OgAttribute]:
-        """What it is wired to."""
+        """Attributes that this one is wired to."""
         return [OgAttribute(self.recorder, place) for place in self.recorder.downstream(self.place)]
 
     def set_resolved_type(self, *_: Any) -> None:
-        """Nothing: wires and values tell the type."""
+        """Do nothing; types follow from wires and values."""
 
     plain_data = get_path
 
@@ -234,11 +234,11 @@ class OgVariable(OgHandle):
         self.recorder, self.graph, self.name = recorder, graph, name
 
     def get(self, *_: Any) -> Any:
-        """Its default."""
+        """The default value."""
         return self.graph.variables[self.name].data
 
     def set(self, _: Any, value: Any, *__: Any) -> bool:
-        """Set its default; a context comes first."""
+        """Set the default value; the context argument is ignored."""
         self.recorder.set_variable(self.graph, self.name, value)
         return True
 

@@ -66,7 +66,7 @@ class Stub:
     is_unknown = True
 
     def __new__(cls, name: str, recorder: GraphRecorder) -> Any:
-        """One of a class with a name that Python's messages make sense with."""
+        """Make an instance of a class whose name reads well in Python's error messages."""
         made = super().__new__(_named(cls, _CALLS.sub("", name)))  # type: ignore[arg-type]
         made.__dict__.update(_name=name, _recorder=recorder)
         return made
@@ -170,7 +170,7 @@ class Stub:
     __contains__ = __instancecheck__ = _never
 
     def plain_data(self) -> Any:
-        """Nobody knows."""
+        """Raise an error: the value is unknown."""
         raise UnknownError(f"it comes from {self._name}")
 
 
@@ -235,7 +235,7 @@ class StubBase:
     _recorder: GraphRecorder
 
     def __init_subclass__(cls) -> None:
-        """Give the base what methods may ask of it by `super()`, which asks no `__getattr__`."""
+        """Add stubs for what methods ask of `super()`, which calls no `__getattr__`."""
         base = next(one for one in cls.__mro__ if "_recorder" in vars(one))
         codes = (getattr(member, "__code__", None) for member in vars(cls).values())
         names = {name for code in codes if code and "super" in code.co_names for name in code.co_names}

@@ -20,7 +20,7 @@ class Property:
         self.prim, self.name = prim, name
 
     def Set(self, value: Any, *_: Any) -> bool:
-        """Set it."""
+        """Set the value."""
         self.prim.set_property(self.name, value)
         return True
 
@@ -36,26 +36,26 @@ class Property:
         return self.Set([])
 
     def Get(self, *_: Any) -> Any:
-        """Its value."""
+        """The value that was set."""
         if self.name == NAMESPACE:
             return self.prim.recorder.namespaces.get(self.prim.path)
         place = self.prim.place(self.name)
         return self.prim.recorder.value(place) if place else None
 
     def GetTargets(self) -> list[Any]:
-        """Prims of a relationship."""
+        """Prims that the relationship targets."""
         value = self.Get()
         return [SdfPath(path) for path in (value if isinstance(value, list) else [])]
 
     def AddConnection(self, source: Any, *_: Any) -> bool:
-        """Wire it from another attribute."""
+        """Wire from another attribute."""
         recorder, place = self.prim.recorder, self.prim.place(self.name)
         if place is not None:
             recorder.connect(recorder.attribute(None, str(source)), place)
         return True
 
     def IsValid(self) -> bool:
-        """Whether there is one."""
+        """Whether the property exists."""
         return self.prim.IsValid()
 
     __bool__ = IsValid
@@ -77,19 +77,19 @@ class UsdPrim:
         self.recorder = recorder
 
     def IsValid(self) -> bool:
-        """Whether there is one."""
+        """Whether the prim exists."""
         return self.recorder.exists(str(self.path))
 
     __bool__ = IsValid
 
     def GetPath(self) -> SdfPath:
-        """Where it is."""
+        """The path."""
         return self.path
 
     GetPrimPath = GetPath
 
     def GetPrim(self) -> UsdPrim:
-        """Itself, as schemas are asked."""
+        """The prim itself; schemas have the same method."""
         return self
 
     def GetName(self) -> str:
@@ -105,20 +105,20 @@ class UsdPrim:
         return UsdPrim(self.path.AppendChild(name), self.recorder)
 
     def GetAttribute(self, name: str, *_: Any, **__: Any) -> Property:
-        """One of its attributes; those that create it take its type and more."""
+        """An attribute; methods that create one take its type and more."""
         return Property(self, name)
 
     GetRelationship = GetProperty = CreateAttribute = CreateRelationship = GetAttribute
 
     def place(self, name: str) -> Place | None:
-        """An attribute of a node that was built; None for one of something else."""
+        """The recorded attribute of a node; None on other prims."""
         found = self.recorder.graph_of(self.path)
         if found is None or found[1] not in found[0].nodes:
             return None
         return Place(found[0], found[1], name)
 
     def set_property(self, name: str, value: Any) -> None:
-        """Set a namespace, or an attribute of a node or of a graph; what is set of other prims belongs to no graph."""
+        """Set a namespace, or an attribute of a node or graph; other properties belong to no graph."""
         place, found = self.place(name), self.recorder.graph_of(self.path)
         if name == NAMESPACE:
             self._set_namespace(value)
@@ -141,7 +141,7 @@ class UsdPrim:
                 self.recorder.namespaces[path] = namespace
 
     def plain_data(self) -> str:
-        """Where it is."""
+        """The path."""
         return str(self.path)
 
     def __getattr__(self, name: str) -> Any:
@@ -155,11 +155,11 @@ class UsdStage:
         self.recorder = recorder
 
     def GetPrimAtPath(self, path: Any) -> UsdPrim:
-        """A prim."""
+        """The prim at a path."""
         return UsdPrim(path, self.recorder)
 
     def DefinePrim(self, path: Any, type: str = "") -> UsdPrim:
-        """A prim: a graph, a node whose type is set later, or one that belongs to no graph."""
+        """Define a graph, a node whose type is set later, or another prim."""
         found = self.recorder.graph_of(str(path))
         if type == GRAPH and not found:
             self.recorder.create_graph(str(path))
@@ -174,7 +174,7 @@ class UsdStage:
     OverridePrim = DefinePrim
 
     def GetPropertyAtPath(self, path: Any) -> Property:
-        """A property of a prim."""
+        """The property at a path."""
         prim, _, name = str(path).partition(".")
         return Property(UsdPrim(prim, self.recorder), name)
 
@@ -195,7 +195,7 @@ class UsdStage:
         return UsdPrim("/World", self.recorder)
 
     def Traverse(self) -> Iterator[UsdPrim]:
-        """Graphs and nodes that were built."""
+        """Prims of all recorded graphs and nodes."""
         self.recorder.search("the stage")
         for graph in list(self.recorder.graphs.values()):
             for path in (graph.path, *(f"{graph.path}/{name}" for name in graph.nodes)):
@@ -217,9 +217,9 @@ class Schema(Stub):
         return super().__call__(*arguments, **named)
 
     def Define(self, _: Any, path: Any) -> UsdPrim:
-        """Make a prim."""
+        """Define a prim of this type."""
         return self._stage.DefinePrim(path)  # type: ignore[no-any-return]
 
     def Get(self, _: Any, path: Any) -> UsdPrim:
-        """A prim."""
+        """The prim at a path."""
         return self._stage.GetPrimAtPath(path)  # type: ignore[no-any-return]

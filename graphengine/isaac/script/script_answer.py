@@ -50,5 +50,5 @@ class ScriptAnswer:
 
     @property
     def made(self) -> set[str]:
-        """Paths of what the script made: graphs, nodes and other prims."""
+        """Paths that the script made: graphs, nodes and other prims."""
         return {*self.prims, *self.nodes, *(graph.path for graph in self.graphs)}

@@ -32,14 +32,14 @@ class Script:
                 self.texts.setdefault(node.value, []).append(node)
 
     def span(self, line: int, end_line: int | None, column: int, text: str = "") -> Span:
-        """The place of a text in a call that reaches from line to line; the call's beginning where it does not stand there."""
+        """The span of a text within the lines of a call, else of the call's beginning."""
         for node in self.texts.get(text, ()):
             if line <= node.lineno <= (end_line or line):
                 return Span(self.source, node.lineno, self._column(node.lineno, node.col_offset) + 1, len(text) + 2)
         return Span(self.source, line, self._column(line, column) + 1)
 
     def _column(self, line: int, offset: int) -> int:
-        """Characters before a place that Python counts in bytes."""
+        """Convert Python's byte offset to characters."""
         text = self.source.lines[line - 1] if line <= len(self.source.lines) else ""
         return offset if text.isascii() else len(text[:offset].encode()[:offset].decode("utf-8", "ignore"))
 

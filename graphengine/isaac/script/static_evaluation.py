@@ -24,7 +24,7 @@ _OURS = f"{Stub.__module__.rpartition('.')[0]}."
 
 
 class NotStaticError(Exception):
-    """The script does more than can be evaluated here."""
+    """The script needs more than literals, names and calls of `og`."""
 
 
 def evaluate(script: Script) -> GraphRecorder | None:
@@ -110,7 +110,7 @@ class _Evaluator(Guard):
         self.block(taken)
 
     def value(self, node: ast.expr) -> Any:
-        """The value of an expression; of comparisons, that of texts alone."""
+        """The value of an expression; comparisons are of texts only."""
         if isinstance(node, ast.Compare):
             left, right = (self.value(side) for side in (node.left, *node.comparators))
             if not isinstance(node.ops[0], ast.Eq) or not isinstance(left, str) or not isinstance(right, str):

@@ -50,11 +50,11 @@ class StagePrim:
 
     @property
     def name(self) -> str:
-        """The last part of its path."""
+        """The last part of the path."""
         return self.path.rpartition("/")[2]
 
     def text(self, name: str) -> str:
-        """An attribute's value where it is text, else the empty text."""
+        """An attribute's value if it is text, else the empty string."""
         value = self.attributes[name].value if name in self.attributes else None
         return value if isinstance(value, str) else ""
 

@@ -44,7 +44,7 @@ class OccupancyMap:
     cells: NDArray[np.int8]
 
     def share(self, state: int) -> float:
-        """The part of all cells that are in a state."""
+        """The fraction of cells in a state."""
         return float(np.mean(self.cells == state))
 
 
@@ -73,7 +73,7 @@ class MapRequest:
     exclude: Sequence[str] = ()
 
     def check(self) -> None:
-        """Hold the numbers against each other.
+        """Validate the parameters together.
 
         Raises:
             UsageError: they make no sense.
