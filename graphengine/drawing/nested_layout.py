@@ -82,15 +82,13 @@ def arrange(view: GraphView) -> GraphLayout:
     return layout
 
 
-def _put(
-    layout: GraphLayout, levels: dict[str, _Level], group: str, corner: Point, pieces: dict[int, list[Route]]
-) -> None:
+def _put(layout: GraphLayout, levels: dict[str, _Level], group: str, at: Point, pieces: dict[int, list[Route]]) -> None:
     """Add a level and its sublevels to the layout, in coordinates of the drawing."""
     level = levels[group]
     for number, route in level.pieces.items():
-        pieces.setdefault(number, []).append(tuple((x + corner[0], y + corner[1]) for x, y in route))
+        pieces.setdefault(number, []).append(tuple((x + at[0], y + at[1]) for x, y in route))
     for name, (x, y) in level.corners.items():
-        there = (corner[0] + x, corner[1] + y)
+        there = (at[0] + x, at[1] + y)
         if name in layout.boxes:
             layout.corners[name] = there
         else:

@@ -236,11 +236,11 @@ class GraphRecorder:
 
     # Nodes
 
-    def create_node(self, graph: RecordedGraph, name: str, type: str, *, allow_exists: bool = False) -> str:
+    def create_node(self, graph: RecordedGraph, name: str, type: str, *, exist_ok: bool = False) -> str:
         """Create a node; return its name below the graph."""
         name = self.name_below(graph, name)
         if name in graph.nodes or name in self.compounds[graph.path]:
-            if allow_exists:
+            if exist_ok:
                 return name
             raise OmniGraphError(f"there is a node {name!r} in {graph.path} already")
         known = checked(type, f"the type of {name}") if type else ""

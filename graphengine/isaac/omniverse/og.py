@@ -117,8 +117,7 @@ class Controller(metaclass=Open):
         recorder = cls.recorder
         name, graph_id = node_id if isinstance(node_id, tuple) else (node_id, None)
         inside = edited_graph(recorder, graph_id) if graph_id is not None else graph_above(recorder, str(name))
-        made = recorder.create_node(inside, str(name), node_type_id, allow_exists=allow_exists)
-        return OgNode(recorder, inside, made)
+        return OgNode(recorder, inside, recorder.create_node(inside, str(name), node_type_id, exist_ok=allow_exists))
 
     @either
     def delete_node(cls: Any, self: Any, node_id: Any, *_: Any, **__: Any) -> None:

@@ -56,10 +56,8 @@ def name_lost(error: OmniGraphError, commands: Any, done: int) -> None:
 class Edit:
     """One call of `og.Controller.edit`, or a compound in it."""
 
-    def __init__(
-        self, recorder: GraphRecorder, graph: RecordedGraph, names: dict[str, Any], allow_exists: bool
-    ) -> None:
-        self.recorder, self.graph, self.names, self.allow_exists = recorder, graph, names, allow_exists
+    def __init__(self, recorder: GraphRecorder, graph: RecordedGraph, names: dict[str, Any], exist_ok: bool) -> None:
+        self.recorder, self.graph, self.names, self.exist_ok = recorder, graph, names, exist_ok
         self.made: list[Any] = []
         self.prims: list[Any] = []
 
@@ -123,7 +121,7 @@ class Edit:
             self.run(kind, inner)
             return
         full = self._node_name(name, compound)
-        self._keep(name, self.recorder.create_node(self.graph, full, str(kind), allow_exists=self.allow_exists))
+        self._keep(name, self.recorder.create_node(self.graph, full, str(kind), exist_ok=self.exist_ok))
 
     def _keep(self, given: str, name: str) -> None:
         node = OgNode(self.recorder, self.graph, name)

@@ -164,7 +164,7 @@ class UsdStage:
         if type == GRAPH and not found:
             self.recorder.create_graph(str(path))
         elif type == NODE and found:
-            self.recorder.create_node(found[0], found[1], "", allow_exists=True)
+            self.recorder.create_node(found[0], found[1], "", exist_ok=True)
         else:
             if not found:
                 self.recorder.pass_over(f"stage.DefinePrim({str(path)!r})")
@@ -212,9 +212,8 @@ class Schema(Stub):
         self.__dict__.update(_recorder=stage.recorder, _stage=stage)
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:  # noqa: D102
-        if arguments and isinstance(arguments[0], UsdPrim):
-            return arguments[0]
-        return super().__call__(*arguments, **named)
+        first = arguments[0] if arguments else None
+        return first if isinstance(first, UsdPrim) else super().__call__(*arguments, **named)
 
     def Define(self, _: Any, path: Any) -> UsdPrim:
         """Define a prim of this type."""

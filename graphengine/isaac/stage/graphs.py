@@ -22,7 +22,7 @@ from graphengine.isaac.recorded_graph import (
     RecordedWire,
 )
 from graphengine.isaac.stage.instances import instances
-from graphengine.isaac.stage.prim_locations import PrimLocations
+from graphengine.isaac.stage.prim_spans import PrimSpans
 from graphengine.isaac.stage.stage_contents import COMPOUND, INSTANCES, StageAttribute, StageContents, StagePrim
 
 _STAGES: dict[str, PipelineStage] = {
@@ -46,9 +46,7 @@ class TooManyError(Exception):
     """The graphs of a stage exceed a limit, which the message states."""
 
 
-def graphs_of(
-    contents: StageContents, registry: Registry, places: PrimLocations, findings: Findings
-) -> list[RecordedGraph]:
+def graphs_of(contents: StageContents, registry: Registry, spans: PrimSpans, findings: Findings) -> list[RecordedGraph]:
     """Every graph that Isaac Sim would evaluate, in stage order.
 
     A graph with instances is as many graphs, one below each prim that refers to it.
@@ -56,13 +54,13 @@ def graphs_of(
     Args:
         contents: what was read.
         registry: knows today's names of node types.
-        places: where prims stand in the file.
+        spans: of the prims in the file.
         findings: takes what the graphs lack, and what was changed.
 
     Raises:
         TooManyError: they are too large.
     """
-    reader = _GraphReader(contents, registry, places, findings)
+    reader = _GraphReader(contents, registry, spans, findings)
     users: dict[str, list[StagePrim]] = {}
     for prim in contents.prims.values():
         for target in dict.fromkeys(prim.targets.get(INSTANCES, ())):
@@ -106,15 +104,15 @@ class _GraphReader:
     Args:
         contents: what was read of the stage.
         registry: knows today's names of node types.
-        places: where prims stand in the file.
+        spans: of the prims in the file.
         findings: takes what is left out or changed.
     """
 
-    def __init__(self, contents: StageContents, registry: Registry, places: PrimLocations, findings: Findings) -> None:
+    def __init__(self, contents: StageContents, registry: Registry, spans: PrimSpans, findings: Findings) -> None:
         self.prims = contents.prims
         self.plain = contents.plain
         self.registry = registry
-        self.places = places
+        self.spans = spans
         self.findings = findings
         self.nodes_in: dict[str, list[StagePrim]] = {}
         """Nodes by the graph that they are in."""
@@ -143,11 +141,11 @@ class _GraphReader:
 
     def tell(self, code: str, message: str, prim: StagePrim) -> None:
         """Add a finding at a prim."""
-        self.findings.add(code, message, self.places.of(prim.path))
+        self.findings.add(code, message, self.spans.of(prim.path))
 
     def read(self, prim: StagePrim) -> RecordedGraph:
         """Convert the graph at a prim."""
-        place = self.places.of(prim.path)
+        place = self.spans.of(prim.path)
         graph = RecordedGraph(prim.path, span=place)
         evaluator = prim.text("evaluator:type")
         if evaluator in EVALUATORS:
@@ -197,7 +195,7 @@ class _GraphReader:
 
     def _node(self, prim: StagePrim, name: str, graph: RecordedGraph) -> RecordedNode:
         """Convert a node and its wires."""
-        node = RecordedNode(name, prim.text("node:type"), span=self.places.of(prim.path))
+        node = RecordedNode(name, prim.text("node:type"), span=self.spans.of(prim.path))
         for port, attribute in prim.attributes.items():
             if port.startswith("inputs:"):
                 self._input(node, prim, port, attribute, graph)

@@ -24,7 +24,7 @@ What is begun and never ended reaches as far as it may, so that no text takes mo
 """
 
 
-class PrimLocations:
+class PrimSpans:
     """Spans of prims in a file.
 
     Args:
