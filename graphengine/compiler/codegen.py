@@ -1,4 +1,4 @@
-"""Plan to Python source: one function a region, copies as attribute stores, flags as integers, nothing nested.
+"""Generates Python from a plan: one function a region, copies as attribute stores, flags as integers.
 
 The generated text is registered with `linecache`, so a traceback shows its lines. Each line knows its node, so that an exception
 names it. Each call of a node stands in a `try`, which costs nothing until the node raises. What is `caught` there (BadValueError,

@@ -1,4 +1,4 @@
-"""What the generated functions do, as plain data: regions, calls in order, guards, copies, refreshes of data nodes.
+"""The plan of a graph as plain data: regions, calls in order, guards, copies, refreshes of data nodes.
 
 A **region** is what is reached from the events of a pass, or from one port of a pusher, without crossing another pusher's
 port; or from the events that a play, or the graph, ends with. `planning` makes a plan of a resolved graph, `graphrun show`

@@ -1,4 +1,4 @@
-"""A drawing as a page of one file: the SVG with pan and zoom, and a line of text that tells what is chosen.
+"""One-file HTML page of a drawing: the SVG with pan, zoom and a line of text about the selected element.
 
 It opens from disk and asks the network for nothing: its policy lets run one script and two style sheets, by their digests.
 """

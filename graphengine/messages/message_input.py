@@ -1,4 +1,4 @@
-"""A message from YAML, as `ros2 topic pub` takes it: what is not given has the value that the definition says.
+"""Parses a message from YAML, as `ros2 topic pub` does; missing fields have their default values.
 
 `auto` for a header and `now` for a time stand for the moment at which the message is sent.
 """

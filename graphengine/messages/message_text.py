@@ -1,4 +1,4 @@
-"""Messages as text, in the forms of ros2cli: YAML, comma-separated values, and the expression that would make one."""
+"""Messages as text in the forms of ros2cli: YAML, comma-separated values, and constructor expressions."""
 
 from __future__ import annotations
 

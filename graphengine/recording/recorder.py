@@ -1,4 +1,4 @@
-"""Takes down what a session reads, hears and says."""
+"""Records the inputs and outputs of a session."""
 
 from __future__ import annotations
 

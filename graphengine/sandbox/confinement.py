@@ -1,4 +1,4 @@
-"""Processes that read a stranger's files: all are bounded in time and memory, some confined to those files as well."""
+"""Processes that read untrusted files: all limited in time and memory, some confined to those files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What graph-building calls do to graphs, as `og.Controller.edit` documents them; without OmniGraph, without checks of types."""
+"""Records graph-building calls as `og.Controller.edit` documents them, without OmniGraph and type checks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The modules of Omniverse that a script imports: what builds graphs tells a recorder, everything else is a stub."""
+"""The modules of Omniverse that a script imports: those that build graphs record, all others are stubs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The stub for `omni.graph.core`: its controllers tell a recorder what is done to graphs."""
+"""The stub of `omni.graph.core`, whose controllers record what is done to graphs."""
 
 from __future__ import annotations
 

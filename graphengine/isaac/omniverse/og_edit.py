@@ -1,4 +1,4 @@
-"""One `og.Controller.edit`: all that its dictionary says, in the order that OmniGraph documents."""
+"""One `og.Controller.edit`: executes its dictionary in the order that OmniGraph documents."""
 
 from __future__ import annotations
 

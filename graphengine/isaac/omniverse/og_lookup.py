@@ -1,4 +1,4 @@
-"""How scripts name graphs, nodes and attributes: by paths, by names, by handles, or by several of them together."""
+"""Finds graphs, nodes and attributes by paths, names, handles, or combinations of these."""
 
 from __future__ import annotations
 

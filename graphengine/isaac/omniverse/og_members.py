@@ -1,4 +1,4 @@
-"""How members of OmniGraph's controllers are found: on the class and on its instances, and those that are not known too."""
+"""Attribute lookup of OmniGraph's controllers, on the class and on instances; unknown members are stubs."""
 
 from __future__ import annotations
 

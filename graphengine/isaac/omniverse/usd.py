@@ -1,4 +1,4 @@
-"""Stubs for the stage of `pxr` and `usdrt`: of its prims those are known that are graphs and nodes."""
+"""Stubs of the stage of `pxr` and `usdrt`, which knows prims of graphs and nodes only."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stubs for values of `pxr` and `usdrt` that scripts reckon with: paths, vectors, quaternions, matrices."""
+"""Stubs of `pxr` and `usdrt` values that scripts compute with: paths, vectors, quaternions, matrices."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Graphs of a stage, of the prims that were read of it: compounds become flat, instances become graphs of their own."""
+"""Converts a stage's prims to graphs: compounds are flattened, each instance becomes a graph."""
 
 from __future__ import annotations
 

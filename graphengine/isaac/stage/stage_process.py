@@ -1,4 +1,4 @@
-"""The process in which USD reads a stage: one request on standard input, one answer on standard output.
+"""The confined process in which USD reads a stage: one request on stdin, one answer on stdout.
 
 USD's readers are native code and meet a stranger's file: the process is bounded and confined, and if one of them breaks off, the
 process alone does.
