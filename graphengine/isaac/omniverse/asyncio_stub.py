@@ -6,7 +6,7 @@ from collections.abc import Coroutine, Generator
 from typing import Any
 
 from graphengine.isaac.omniverse.graph_recorder import GraphRecorder
-from graphengine.isaac.omniverse.stubs import Stub, StubModule, draw, idle, member
+from graphengine.isaac.omniverse.stubs import StubModule, StubObject, draw, idle, member
 
 
 class Task:
@@ -60,7 +60,7 @@ def make_asyncio(recorder: GraphRecorder) -> StubModule:
     def gather(*awaitables: Any, **_: Any) -> Task:
         return Task([finish(one, recorder) for one in awaitables], recorder)
 
-    loop = Stub("asyncio.loop", recorder)
+    loop = StubObject("asyncio.loop", recorder)
     vars(loop).update(run_until_complete=run, create_task=start)
     starting = dict.fromkeys(("wait_for", "shield", "ensure_future", "create_task"), start)
     asking = dict.fromkeys(("get_event_loop", "get_running_loop", "new_event_loop"), lambda: loop)

@@ -9,7 +9,7 @@ from graphengine.isaac.omniverse import og, usd, usd_values
 from graphengine.isaac.omniverse.asyncio_stub import Task, finish
 from graphengine.isaac.omniverse.graph_recorder import GraphRecorder, Place
 from graphengine.isaac.omniverse.og_edit import OPENED
-from graphengine.isaac.omniverse.stubs import Stub, StubModule
+from graphengine.isaac.omniverse.stubs import StubModule, StubObject
 
 ROOTS = frozenset(("omni", "pxr", "usdrt", "isaacsim", "carb", "isaaclab", "replicator", "warp"))
 """Where names of modules begin that come with Isaac Sim."""
@@ -24,7 +24,7 @@ _VECTORS = {
 }
 
 
-class Application(Stub):
+class Application(StubObject):
     """`SimulationApp`, and its instance."""
 
     def __call__(self, *_: Any, **__: Any) -> Any:  # noqa: D102
@@ -78,7 +78,7 @@ def make_modules(recorder: GraphRecorder) -> dict[str, ModuleType]:
             made = f"{(parent or '').rstrip('/')}/{path.strip('/')}"
             recorder.prims.add(made)
             return True, usd.UsdPrim(made, recorder)
-        return True, Stub(f"the command {command}", recorder)
+        return True, StubObject(f"the command {command}", recorder)
 
     def open_stage(path: Any = "", *_: Any, usd_path: Any = "", **__: Any) -> bool:
         recorder.open_stage(str(path or usd_path))
@@ -88,7 +88,7 @@ def make_modules(recorder: GraphRecorder) -> dict[str, ModuleType]:
         "open_stage": open_stage,
         "open_stage_async": lambda *given, **named: Task((open_stage(*given, **named), ""), recorder),
     }
-    context = Stub("omni.usd.get_context()", recorder)
+    context = StubObject("omni.usd.get_context()", recorder)
     vars(context).update(opens, get_stage=lambda: stage)
     prims = {
         "get_prim_at_path": prim_at,

@@ -29,7 +29,7 @@ from graphengine.isaac.omniverse.og_types import (
     Type,
 )
 from graphengine.isaac.omniverse.plain_data import unknown
-from graphengine.isaac.omniverse.stubs import ELSEWHERE, OWN, Stub, draw
+from graphengine.isaac.omniverse.stubs import ELSEWHERE, OWN, StubObject, draw
 
 
 class Controller(metaclass=Open):
@@ -60,7 +60,7 @@ class Controller(metaclass=Open):
     ) -> tuple[Any, Any, Any, dict[str, Any]]:
         """Find or make a graph, and do all that the commands say in the documented order."""
         recorder: GraphRecorder = cls.recorder
-        if isinstance(graph_id, Stub):
+        if isinstance(graph_id, StubObject):
             recorder.leave_out(f"an edit of {graph_id} is left out: only Omniverse knows that graph")
             return graph_id, graph_id, graph_id, {}
         known, commands = len(recorder.graphs), edit_commands or {}
@@ -222,11 +222,11 @@ class Controller(metaclass=Open):
         draw(cls.recorder)
 
 
-def _leave_attribute(recorder: GraphRecorder, spec: Any) -> Stub:
+def _leave_attribute(recorder: GraphRecorder, spec: Any) -> StubObject:
     """Tell of an attribute of a graph that Omniverse makes itself, as its renderer does; once, where it is told already."""
     if str(spec) not in map(unknown, (ELSEWHERE, OWN)):
         recorder.leave_out(f"what is set at {str(spec)[:200]}: only Omniverse knows that node")
-    return Stub(OWN, recorder)
+    return StubObject(OWN, recorder)
 
 
 def _known(controller: Any) -> Mapping[str, Any]:

@@ -7,7 +7,7 @@ from typing import Any
 
 from graphengine.isaac.omniverse.graph_recorder import GraphRecorder, Place
 from graphengine.isaac.omniverse.og_names import SIDES, OmniGraphError, stage_of
-from graphengine.isaac.omniverse.stubs import Stub, member
+from graphengine.isaac.omniverse.stubs import StubObject, member
 from graphengine.isaac.recorded_graph import RecordedGraph
 
 
@@ -172,7 +172,7 @@ class OgAttribute(OgHandle):
     def get(self, *_: Any, **__: Any) -> Any:
         """The value that was set; else a stub, as only Omniverse knows defaults."""
         value = self.recorder.value(self.place)
-        return Stub(f"the default of {self.place.path}", self.recorder) if value is None else value
+        return StubObject(f"the default of {self.place.path}", self.recorder) if value is None else value
 
     def set(self, value: Any, *_: Any, **__: Any) -> bool:
         """Set the value."""

@@ -60,7 +60,7 @@ class EndlessError(BaseException):
     """Ends a script that loops without end; scripts are not meant to catch it."""
 
 
-class Stub:
+class StubObject:
     """An object of Omniverse, under the name by which a script reached it."""
 
     is_unknown = True
@@ -89,11 +89,11 @@ class Stub:
             return runs == _RUNS[last]
         if self._name.startswith("carb.log_"):
             self._recorder.said.extend(text[:MAX_SAID] for text in arguments if isinstance(text, str))
-        if len(arguments) == 1 and not named and callable(arguments[0]) and not isinstance(arguments[0], Stub):
+        if len(arguments) == 1 and not named and callable(arguments[0]) and not isinstance(arguments[0], StubObject):
             return arguments[0]  # a decorator
         given = tuple(map(_comparable, (*arguments, *named, *named.values())))
         name = self._name if self._name.endswith(")") else f"{self._name}()"
-        made = Stub(self._recorder.tell_apart(name, given), self._recorder)
+        made = StubObject(self._recorder.tell_apart(name, given), self._recorder)
         if last[:1].isupper():  # an instance of a class keeps what it was made of
             vars(made).update({**named, **vars(made)})
         return made
@@ -114,7 +114,7 @@ class Stub:
         return iter([self] * wanted)
 
     def __getitem__(self, key: Any) -> Any:
-        return Stub(self._recorder.tell_apart(f"{self._name}[…]", _comparable(key)), self._recorder)
+        return StubObject(self._recorder.tell_apart(f"{self._name}[…]", _comparable(key)), self._recorder)
 
     def __setitem__(self, key: Any, value: Any) -> None:
         pass
@@ -159,7 +159,7 @@ class Stub:
         return self is other or self._recorder.holds(f"{_CALLS.sub('', self._name)} == {other}")
 
     def _compare(self, sign: str, other: Any) -> Any:
-        return Stub(f"{self._name} {sign} {other}", self._recorder)
+        return StubObject(f"{self._name} {sign} {other}", self._recorder)
 
     __lt__ = __le__ = functools.partialmethod(_compare, "<")
     __gt__ = __ge__ = functools.partialmethod(_compare, ">")
@@ -191,17 +191,17 @@ def of_unknown(function: Any) -> Any:
     return called
 
 
-def _stubs(values: Any, depth: int) -> Iterator[Stub]:
+def _stubs(values: Any, depth: int) -> Iterator[StubObject]:
     """Stubs among values, and in lists of them."""
     for value in values if depth else ():
-        if isinstance(value, Stub):
+        if isinstance(value, StubObject):
             yield value
         elif isinstance(value, list | tuple):
             yield from _stubs(value, depth - 1)
 
 
 @functools.lru_cache(4096)
-def _named(cls: type[Stub], name: str) -> type[Stub]:
+def _named(cls: type[StubObject], name: str) -> type[StubObject]:
     return type(f"unknown value of {name}", (cls,), {"__module__": cls.__module__})
 
 
@@ -213,7 +213,7 @@ def _unpacked(frame: FrameType) -> int:
 
 def _comparable(value: Any) -> Any:
     """A key that distinguishes stubs of calls with different arguments; None for other types."""
-    return value if isinstance(value, str | int | float) else str(value) if isinstance(value, Stub) else None
+    return value if isinstance(value, str | int | float) else str(value) if isinstance(value, StubObject) else None
 
 
 def member(owner: str, name: str, recorder: GraphRecorder) -> Any:
@@ -226,7 +226,7 @@ def member(owner: str, name: str, recorder: GraphRecorder) -> Any:
     if name == "og":
         recorder.findings.add("N302", f"{owner}.og is taken to be omni.graph.core", recorder.where(""))
         return recorder.modules["omni.graph.core"]
-    return Stub(f"{owner}.{name}", recorder)
+    return StubObject(f"{owner}.{name}", recorder)
 
 
 class StubBase:
@@ -241,7 +241,7 @@ class StubBase:
         names = {name for code in codes if code and "super" in code.co_names for name in code.co_names}
         for name in names:
             if not name.startswith("__") and not hasattr(base, name):
-                setattr(base, name, Stub(f"{cls.__name__}.{name}", cls._recorder))
+                setattr(base, name, StubObject(f"{cls.__name__}.{name}", cls._recorder))
 
     def __init__(self, *arguments: Any, **named: Any) -> None:
         vars(self).update(named)

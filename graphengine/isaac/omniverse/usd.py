@@ -8,7 +8,7 @@ from typing import Any
 from graphengine.isaac.omniverse.graph_recorder import GraphRecorder, Place
 from graphengine.isaac.omniverse.og_names import SIDES, OmniGraphError, absolute, stage_of
 from graphengine.isaac.omniverse.plain_data import plain_data
-from graphengine.isaac.omniverse.stubs import Stub, member
+from graphengine.isaac.omniverse.stubs import StubObject, member
 from graphengine.isaac.omniverse.usd_values import SdfPath
 from graphengine.isaac.recorded_graph import GRAPH, NAMESPACE, NODE, POSITION
 
@@ -205,7 +205,7 @@ class UsdStage:
         return member("stage", name, self.recorder)
 
 
-class Schema(Stub):
+class Schema(StubObject):
     """A class of `pxr.UsdGeom` such as `Xform`; instances are prims."""
 
     def __init__(self, name: str, stage: UsdStage) -> None:

@@ -17,7 +17,7 @@ from graphengine.format.diagnostics import Source, Span
 from graphengine.isaac.omniverse.asyncio_stub import finish, make_asyncio
 from graphengine.isaac.omniverse.graph_recorder import GraphRecorder
 from graphengine.isaac.omniverse.modules import make_modules
-from graphengine.isaac.omniverse.stubs import Builtins, Stub, of_unknown
+from graphengine.isaac.omniverse.stubs import Builtins, StubObject, of_unknown
 from graphengine.isaac.recorded_graph import IMPULSE, RecordedGraph, RecordedValue
 from graphengine.isaac.script.coverage import FAILED, MARK, NUMBER, marked
 from graphengine.isaac.script.import_finder import PACKAGE
@@ -142,7 +142,7 @@ class ScriptRun:
             if absent:
                 what = f"{', '.join(absent)} in the call: taken to be what only Omniverse knows"
                 self.recorder.findings.add("N302", what)
-            result = eval(call, {name: Stub(name, self.recorder) for name in absent} | namespace)
+            result = eval(call, {name: StubObject(name, self.recorder) for name in absent} | namespace)
             if inspect.iscoroutine(result):
                 finish(result, self.recorder)
         if not self.calls and not self.recorder.graphs:
