@@ -1,4 +1,4 @@
-"""What several verbs share: finding the given file, `--set`, and printing findings."""
+"""Shared parts of verbs: finding the given file, `--set`, and printing findings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a person sees of a run on the standard error: a line about how it goes, messages of nodes, and a summary."""
+"""Console output of a run on stderr: a progress line, messages of nodes, and a summary."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Keys of a run's terminal, held down for its graphs.
+"""Keys held down on a run's terminal, for its graphs.
 
 A terminal sends a character when a key goes down and again and again while it is held, but nothing when it goes up. So a key
 counts as let go when nothing came for longer than a terminal waits before the first repetition.

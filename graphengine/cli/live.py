@@ -1,4 +1,4 @@
-"""What the verbs share that look at a live network: joining it, waiting for peers, and ending at Ctrl-C."""
+"""Shared parts of verbs on a live network: joining it, waiting for peers, and ending at Ctrl-C."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The node reference as Markdown: every type with its ports, by family, each with an anchor that is its registered name."""
+"""The node reference as Markdown: every type with its ports, by family, under an anchor of its registered name."""
 
 from __future__ import annotations
 

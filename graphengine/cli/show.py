@@ -66,17 +66,17 @@ def draw(scene: LoadedScene, arguments: argparse.Namespace) -> int:
     from graphengine.drawing.view_model import make_graph_view
 
     print_findings(scene.findings, notes=False)
-    graph_views = [make_graph_view(graph, scene.findings) for graph in scene.graphs]
-    if not graph_views:
+    views = [make_graph_view(graph, scene.findings) for graph in scene.graphs]
+    if not views:
         return 1
     path: Path = arguments.svg or arguments.html
     if path.suffix.lower() not in ((".svg",) if arguments.svg else (".html", ".htm")):
         raise UsageError(
             f"{path}: a drawing's name ends in {'.svg' if arguments.svg else '.html'}; another file is not written over"
         )
-    text = svg.draw(graph_views) if arguments.svg else page.draw(graph_views)
+    text = svg.draw(views) if arguments.svg else page.draw(views)
     write_together({path: text.encode()})
-    print(clean(f"{near(str(path))}: {counted(len(graph_views), 'graph')}"))
+    print(clean(f"{near(str(path))}: {counted(len(views), 'graph')}"))
     return 1 if scene.findings.errors else 0
 
 

@@ -56,22 +56,21 @@ def execute(arguments: argparse.Namespace) -> int:
         topic = given or only_topic(graph)
         message_type = f"geometry_msgs/msg/{arguments.type}" if arguments.type else type_of(topic, graph)
         clock = live.clock(arguments)
-        base = VelocityPublisher(
-            live.transport.writer(topic, message_type, QoS()), message_type, clock, arguments.frame_id
-        )
+        writer = live.transport.writer(topic, message_type, QoS())
+        publisher = VelocityPublisher(writer, message_type, clock, arguments.frame_id)
         stick = Stick(arguments.hold, arguments.speed, arguments.turn)
         print(f"{topic} [{message_type}]; {live.transport.description}\n{HELP}", file=sys.stderr)
         with keyboard:
             try:
-                _follow(keyboard, stick, base)
+                _follow(keyboard, stick, publisher)
             finally:
-                base.drive(0.0, 0.0)
+                publisher.drive(0.0, 0.0)
                 print(file=sys.stderr)
     return 0
 
 
 def only_topic(graph: Graph) -> str:
-    """The topic from which somebody reads velocities.
+    """The only topic that a peer reads velocities from.
 
     Raises:
         UsageError: there are several.
@@ -83,7 +82,7 @@ def only_topic(graph: Graph) -> str:
 
 
 def type_of(topic: str, graph: Graph) -> str:
-    """What is read from a topic; Twist where nobody reads it, or where both are read."""
+    """The message type that peers read from a topic; Twist if none or both are read."""
     types = {end.message_type for end in _readers(graph) if end.topic == topic}
     return STAMPED if types == {STAMPED} else TWIST
 
@@ -94,7 +93,7 @@ def _readers(graph: Graph) -> list[Endpoint]:
 
 @dataclass(slots=True)
 class Stick:
-    """What the keys say. A terminal tells of keys that are pressed, and not of those that are released.
+    """Velocities of held keys. A terminal reports key presses, and no releases.
 
     Args:
         hold: s that a key counts for.
@@ -111,7 +110,7 @@ class Stick:
     _left_until: float = 0.0
 
     def press(self, key: str, now: float) -> None:
-        """Take a key; those that mean nothing are passed over."""
+        """Handle a key; unknown keys are ignored."""
         if key == " ":
             self._forward = self._left = 0.0
         elif key in FACTORS:
@@ -123,7 +122,7 @@ class Stick:
             self._left, self._left_until = left, now + self.hold
 
     def command(self, now: float) -> tuple[float, float]:
-        """Velocities, m/s and rad/s, of what is held."""
+        """Velocities of the held keys, m/s and rad/s."""
         forward = self._forward if now < self._forward_until else 0.0
         left = self._left if now < self._left_until else 0.0
         return forward * self.speed, left * self.turn
@@ -131,7 +130,7 @@ class Stick:
 
 @dataclass(slots=True)
 class VelocityPublisher:
-    """The robot: a topic that takes velocities."""
+    """Publishes velocities on a robot's topic."""
 
     writer: Writer
     message_type: str
@@ -139,7 +138,7 @@ class VelocityPublisher:
     frame_id: str
 
     def drive(self, speed: float, turn: float) -> None:
-        """Command velocities, m/s and rad/s."""
+        """Publish velocities, m/s and rad/s."""
         from graphengine.messages import messages
 
         message: Any = messages.Twist(messages.Vector3(speed, 0.0, 0.0), messages.Vector3(0.0, 0.0, turn))
@@ -149,8 +148,8 @@ class VelocityPublisher:
         self.writer.write(messages.encode(message))
 
 
-def _follow(keyboard: TerminalKeyboard, stick: Stick, base: VelocityPublisher) -> None:
-    """Do what the keys say until one ends it."""
+def _follow(keyboard: TerminalKeyboard, stick: Stick, publisher: VelocityPublisher) -> None:
+    """Publish what the keys command until a key ends it."""
     due, still, told = time.monotonic(), STOPPING, ""
     while True:
         due = max(due + 1.0 / RATE, time.monotonic())
@@ -162,8 +161,8 @@ def _follow(keyboard: TerminalKeyboard, stick: Stick, base: VelocityPublisher) -
         speed, turn = stick.command(time.monotonic())
         still = 0 if speed or turn else still + 1
         if still <= STOPPING:
-            base.drive(speed, turn)
-        listeners = "" if base.writer.matched else "   nobody listens"
+            publisher.drive(speed, turn)
+        listeners = "" if publisher.writer.matched else "   nobody listens"
         line = (
             f"{speed:6.2f} m/s {turn:6.2f} rad/s   keys give {stick.speed:.2f} m/s, {stick.turn:.2f} rad/s{listeners}"
         )

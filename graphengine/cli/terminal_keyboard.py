@@ -1,4 +1,4 @@
-"""Keys as they are pressed, one by one, from a terminal that is given back as it was."""
+"""Key presses from a terminal in raw mode, which is restored on exit."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _KEY = re.compile(r"\x1b[\[O][0-9;]*([A-Za-z~])|(.)", re.DOTALL)
 
 
 class TerminalKeyboard:
-    """A terminal that neither shows nor gathers what is typed, where Ctrl-C is a key as others are.
+    """A terminal without echo and line buffering, in which Ctrl-C is an ordinary key.
 
     Args:
         signals: leave Ctrl-C what it is elsewhere.
@@ -50,7 +50,7 @@ class TerminalKeyboard:
             termios.tcsetattr(self._file, termios.TCSAFLUSH, self._before)
 
     def pressed(self, timeout: float) -> list[str]:
-        """Keys that were pressed, waiting so many seconds for the first; arrows by name, others as their character."""
+        """Wait up to so many seconds for key presses; arrows by name, others as their character."""
         ready, _, _ = select.select([self._file], [], [], timeout)
         if not ready:
             return []

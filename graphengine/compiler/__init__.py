@@ -1,1 +1,1 @@
-"""From a file's nodes and wires to generated Python: `template`, `resolve`, `planning`, `codegen`, in this order."""
+"""Graph files to generated Python: `subgraph_expansion`, `resolve`, `planning`, `codegen`, in this order."""

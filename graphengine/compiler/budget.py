@@ -1,4 +1,4 @@
-"""How much one graph may hold once all of its subgraphs stand in place."""
+"""Size limits of one graph with all subgraphs expanded."""
 
 from __future__ import annotations
 

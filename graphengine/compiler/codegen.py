@@ -1,4 +1,4 @@
-"""Plan to Python source: one function a region, copies as attribute stores, flags as integers, nothing nested.
+"""Generates Python from a plan: one function a region, copies as attribute stores, flags as integers.
 
 The generated text is registered with `linecache`, so a traceback shows its lines. Each line knows its node, so that an exception
 names it. Each call of a node stands in a `try`, which costs nothing until the node raises. What is `caught` there (BadValueError,
@@ -17,7 +17,7 @@ from functools import cached_property
 from types import CodeType
 from typing import Any
 
-from graphengine.compiler.plan import Call, Copy, ExecBranch, Fire, Plan, Refresh, Region
+from graphengine.compiler.plan import Call, Copy, ExecBranch, FireEffect, Plan, Refresh, Region
 from graphengine.node import types
 from graphengine.node.node_class import Node
 
@@ -43,23 +43,23 @@ class GeneratedSource:
 
     @property
     def text(self) -> str:
-        """All of it."""
+        """The whole text."""
         return "\n".join(self.lines) + "\n"
 
     @cached_property
     def code(self) -> CodeType:
-        """The text, compiled and registered for tracebacks as long as it is used."""
+        """The compiled text, registered for tracebacks while it is in use."""
         linecache.cache[self.name] = (len(self.text), None, self.text.splitlines(keepends=True), self.name)
         weakref.finalize(self, linecache.cache.pop, self.name, None)
         return compile(self.text, self.name, "exec")
 
     def node_at(self, line: int) -> int | None:
-        """The node that a line, counted from 1, runs."""
+        """The node that a line runs; lines count from 1."""
         return self.nodes[line - 1] if 1 <= line <= len(self.nodes) else None
 
 
 def source_of(plan: Plan) -> GeneratedSource:
-    """The text of a plan's functions, which all sessions share."""
+    """The source of a plan, shared by all sessions."""
     if plan not in _programs:
         _programs[plan] = _write_source(plan)
     return _programs[plan]
@@ -133,7 +133,7 @@ def _write_call(call: Call, source: GeneratedSource, indent: int) -> None:
 
 
 def _nodes_of(call: Call) -> Iterator[int]:
-    """Nodes whose names a call's text uses."""
+    """Nodes whose names the text of a call uses."""
     yield call.node
     for refresh in (*call.refreshes, *(call.rereads or ())):
         yield refresh.node
@@ -177,7 +177,7 @@ def _refresh(refresh: Refresh) -> list[str]:
     return [f"if s{refresh.node}:", *_indented(lines)] if refresh.if_stale else lines
 
 
-def _fire(fire: Fire) -> list[str]:
+def _fire(fire: FireEffect) -> list[str]:
     if fire.pending_pin:
         return [f"n{fire.target}.{fire.pending_pin} += 1"]
     lines = [f"{fire.guard} = 1"] if fire.guard else []

@@ -1,4 +1,4 @@
-"""Directed graphs of numbered nodes. Cycles are left to networkx, whose import takes as long as the whole plan of most graphs."""
+"""Directed graphs of numbered nodes. Cycles are left to networkx, whose import takes as long as a typical plan."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`every:` of a node: a gate before its execution inputs, or behind the execution outputs of an event.
+"""Gates that implement `every:`, before a node's execution inputs or behind an event's outputs.
 
 A gate is an ordinary node that stands in no file, so order, counts and stop are those of all nodes. Each pin has a gate of its
 own; control pins have none.
@@ -22,13 +22,13 @@ from graphengine.node.types import UInt
 
 
 class EveryGate(Node):
-    """Lets some of the executions through."""
+    """Base of the gates; passes on some of the executions."""
 
     exec_in = ExecIn()
     exec_out = ExecOut()
 
     def rate(self, executions: float) -> float | None:
-        """How often it fires in a second when it is executed so often; None for an event now and then."""
+        """Firings per second, given the executions per second; None for sporadic events."""
         return None
 
     def __str__(self) -> str:
@@ -48,7 +48,7 @@ class EveryTicks(EveryGate, type="graphengine.EveryTicks", gated=True, counts=Tr
         return self.exec_out if self.executions % self.ticks == 0 else None
 
     def rate(self, executions: float) -> float | None:
-        """A part of them."""
+        """One in `ticks` executions."""
         return executions / self.ticks
 
     def __str__(self) -> str:
@@ -69,18 +69,18 @@ class EveryHz(EveryGate, type="graphengine.EveryHz", gated=True, counts=True):
     due: int = State(default=0)
 
     def setup(self, context: Context) -> None:
-        """Bind the clock; where the rate has changed, wait for no more than the next of its periods."""
+        """Bind the clock. After a change of the rate, wait no longer than one of the new periods."""
         self.clock = context.clock
         periods = Fraction(*context.clock.period) * Fraction(repr(self.hz))
         self.numerator, self.denominator = periods.numerator, periods.denominator
         self.due = min(self.due, self._begun() + 1)
 
     def _begun(self) -> int:
-        """The number of the last period that has begun."""
+        """Number of the last period that has begun."""
         return self.clock.frame * self.numerator // self.denominator
 
     def compute(self) -> Fire:
-        """Compare the periods that have begun with those that were fired for."""
+        """Fire if a period has begun since the last firing."""
         begun = self._begun()
         if begun < self.due:
             return None
@@ -88,7 +88,7 @@ class EveryHz(EveryGate, type="graphengine.EveryHz", gated=True, counts=True):
         return self.exec_out
 
     def rate(self, executions: float) -> float | None:
-        """Its own, where it is executed that often."""
+        """At most its own rate."""
         return min(self.hz, executions)
 
     def __str__(self) -> str:
@@ -109,7 +109,7 @@ class EveryOnce(EveryGate, type="graphengine.EveryOnce", gated=True, counts=True
 
 
 def add_gates(graph: Graph, findings: Findings) -> list[Instance]:
-    """Put the gates that `every:` asks for into a wired graph; wires are numbered anew, in the order they had."""
+    """Insert the gates that `every:` asks for into a wired graph; wires are renumbered in their order."""
     pins = {pin: name for instance in graph.instances for pin, name in _gated_pins(graph, instance, findings).items()}
     if not pins:
         return []
@@ -138,7 +138,7 @@ def add_gates(graph: Graph, findings: Findings) -> list[Instance]:
 
 
 def rate(graph: Graph, index: int, passes: float) -> float | None:
-    """How often a node runs in a second of so many passes; None where that cannot be told beforehand."""
+    """Executions of a node per second, given the passes per second; None if unknown before the run."""
     gates = graph.plan.gates.get(index)
     often: float | None = passes if gates is not None else None
     for gate in gates or ():
@@ -148,7 +148,7 @@ def rate(graph: Graph, index: int, passes: float) -> float | None:
 
 
 def _gated_pins(graph: Graph, instance: Instance, findings: Findings) -> dict[tuple[int, str], str]:
-    """The pins of a node that have gates, and what these are called; none after a mistake."""
+    """The gated pins of a node, and the names of their gates; none after an error."""
     entry = instance.entry
     if entry.spec.every is None:
         return {}
@@ -188,7 +188,7 @@ def _make_gate(graph: Graph, pin: tuple[int, str], name: str) -> Instance:
 
 
 def _link(graph: Graph, source: tuple[int, str], target: tuple[int, str]) -> Wire:
-    """A wire that stands in no file: between a gate and the pin that it is for."""
+    """A wire between a gate and its pin, which no file contains."""
     one, other = graph.instances[source[0]], graph.instances[target[0]]
     gate = one.entry if one.part_of else other.entry
     span = gate.key_span()

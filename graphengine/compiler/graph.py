@@ -1,4 +1,4 @@
-"""Typed instances and wires of one graph: what resolve yields and everything after it works on."""
+"""Typed instances and wires of one graph: the output of `resolve`."""
 
 from __future__ import annotations
 

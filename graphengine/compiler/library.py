@@ -1,4 +1,4 @@
-"""The graph files of one expansion or scene: each is found and read once, and filled in once for equal parameters."""
+"""Graph files of one expansion or scene: each is read once, and filled in once for equal parameters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Checks that know node types: registered here by code, run on every scene after the dry setup."""
+"""Lints for node types: registered by code, run on every scene after the dry setup."""
 
 from __future__ import annotations
 

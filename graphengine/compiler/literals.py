@@ -1,4 +1,4 @@
-"""Values of inputs: those of the file, those of the command line, those that are missing."""
+"""Values of inputs: from the file, from the command line, and missing ones."""
 
 from __future__ import annotations
 

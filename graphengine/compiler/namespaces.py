@@ -1,4 +1,4 @@
-"""Namespaces that a scene writes on prims: on those of its stage, and on those that only graphs and their nodes are."""
+"""Namespaces that a scene writes on prims of its stage, and on those of graphs and nodes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the generated functions do, as plain data: regions, calls in order, guards, copies, refreshes of data nodes.
+"""The plan of a graph as plain data: regions, calls in order, guards, copies, refreshes of data nodes.
 
 A **region** is what is reached from the events of a pass, or from one port of a pusher, without crossing another pusher's
 port; or from the events that a play, or the graph, ends with. `planning` makes a plan of a resolved graph, `graphrun show`
@@ -40,8 +40,8 @@ class Refresh:
 
 
 @dataclass(frozen=True, slots=True)
-class Fire:
-    """What follows when a port fires: local flags and counters of the region, or a pin that waits on the node itself."""
+class FireEffect:
+    """The effect of a firing port: flags and counters of the region, or a pending pin of the target node."""
 
     target: int
     guard: str = ""
@@ -54,14 +54,14 @@ class ExecBranch:
     """One execution output: its bit in what `compute` returns, and what it leads to."""
 
     mask: int
-    fires: tuple[Fire, ...] = ()
+    fires: tuple[FireEffect, ...] = ()
     region: int = -1
     """Of a pusher: the region that runs for each yield of the port."""
 
 
 @dataclass(frozen=True, slots=True)
 class Pin:
-    """An execution input that a node is told about."""
+    """An execution input whose firing is reported to the node."""
 
     field: str
     counter: str = ""
@@ -72,7 +72,7 @@ class Pin:
 
 @dataclass(frozen=True, slots=True)
 class Activation:
-    """Of a node that counts: how often one of its wires fired, and the pin it leads to."""
+    """Firing counter of a counting node's wire, and the pin it leads to."""
 
     counter: str
     pin: str
@@ -106,7 +106,7 @@ class Region:
     index: int
     title: str
     flags: tuple[str, ...]
-    entries: tuple[Fire, ...]
+    entries: tuple[FireEffect, ...]
     """What the wires set that start the region."""
     calls: tuple[Call, ...]
     stale: tuple[int, ...] = ()
@@ -119,7 +119,7 @@ class Region:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """Everything that the generated functions do; graphs of one file that differ in their literals only share one.
+    """All that the generated functions do; graphs of one file that differ only in literals share a plan.
 
     Its nodes are numbered as the instances of each of these graphs are, whose literals are a row each.
     """

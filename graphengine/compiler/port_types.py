@@ -1,4 +1,4 @@
-"""Types of ports that take several, settled along the wires; and whether every wire's two ends fit."""
+"""Infers the types of generic ports along the wires, and checks both ends of every wire."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Node types by name: registered names, short names of built-ins, names from before Isaac Sim 4.5; and lints.
+"""Node types by registered name, short name or name from before Isaac Sim 4.5; and lints.
 
 A YAML file never names Python code: types come from `graphengine.nodes`, from entry points of the group `graphengine.nodes`,
 and from modules that the user imports on the command line.

@@ -1,4 +1,4 @@
-"""From a flat graph to typed instances and wires; every mistake becomes a finding, none stops the search for the next."""
+"""Resolves a flat graph to typed instances and wires. All errors become findings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""JSON Schema of graph, scene and robot files: what editors complete and underline.
+"""JSON Schema of graph, scene and robot files, for completion and checks in editors.
 
 Made from the spec models and from the registered node classes, so there is no second description of either.
 """

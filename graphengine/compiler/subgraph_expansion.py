@@ -1,4 +1,4 @@
-"""Graph files with their subgraphs put in place: one flat list of nodes and wires."""
+"""Expands the subgraphs of a graph file to one flat list of nodes and wires."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _END = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class Given:
-    """A value that a subgraph was given for one of its inputs, and where."""
+    """A value that a file gives to an input of a subgraph, with its place."""
 
     value: Any
     span: Span
@@ -48,12 +48,12 @@ class NodeEntry:
     """Values of inputs that were set on a subgraph around it."""
 
     def span(self, *location: str | int) -> Span:
-        """Place of something below the node: in its own file, or where a value was given from outside."""
+        """Span of something below the node: in its own file, or where a value is given from outside."""
         given = self._given(location)
         return given.span if given else self.document.span(*self.location, *location)
 
     def key_span(self, *location: str | int) -> Span:
-        """Place of a key below the node."""
+        """Span of a key below the node."""
         given = self._given(location)
         return given.key_span if given else self.document.key_span(*self.location, *location)
 
@@ -98,7 +98,7 @@ class VariableEntry:
 
 @dataclass(slots=True)
 class FlatGraph:
-    """A graph file after parameters and subgraphs: what resolve works on."""
+    """A graph file with parameters and subgraphs expanded; the input of `resolve`."""
 
     loaded: Loaded[GraphSpec]
     nodes: list[NodeEntry] = field(default_factory=list)
@@ -113,7 +113,7 @@ class FlatGraph:
 
     @property
     def spec(self) -> GraphSpec:
-        """The outermost file."""
+        """Spec of the outermost file."""
         return self.loaded.spec
 
 
@@ -156,7 +156,7 @@ def load_graph(
 
 @dataclass(frozen=True, slots=True)
 class _Subgraph:
-    """A subgraph that was put in place, and those in it."""
+    """An expanded subgraph, and its subgraphs."""
 
     loaded: Loaded[GraphSpec]
     inner: dict[str, _Subgraph]
@@ -165,7 +165,7 @@ class _Subgraph:
 def _find_declared(
     loaded: Loaded[GraphSpec], subgraphs: Mapping[str, _Subgraph], findings: Findings
 ) -> Iterator[tuple[Literal["inputs", "outputs"], WireEnd]]:
-    """What a file's declared ports mean, by their sides."""
+    """The inner end of each declared port of a file, with the port's side."""
     declared: dict[Literal["inputs", "outputs"], Mapping[str, str]]
     declared = {"inputs": loaded.spec.inputs, "outputs": loaded.spec.outputs}
     for side, ports in declared.items():
@@ -181,7 +181,7 @@ _GivenByNode = Mapping[str, Mapping[str, Given]]
 
 @dataclass(slots=True)
 class _Expansion:
-    """Puts the nodes and wires of a file, and of the subgraphs in it, into a flat graph."""
+    """Adds the nodes and wires of a file and its subgraphs to a flat graph."""
 
     flat: FlatGraph
     library: GraphLibrary
@@ -191,7 +191,7 @@ class _Expansion:
     def add(
         self, loaded: Loaded[GraphSpec], prefix: str, via: Via, stack: tuple[Path, ...], given: _GivenByNode
     ) -> dict[str, _Subgraph]:
-        """Append a file's nodes and wires; subgraphs first become nodes, then the wires to them are led through.
+        """Add a file's nodes and wires. Subgraphs are expanded first, then their wires are resolved.
 
         Raises:
             OverBudgetError: the graph holds too much.
@@ -226,7 +226,7 @@ class _Expansion:
         return subgraphs
 
     def _add_subgraph(self, entry: NodeEntry, folder: Path, stack: tuple[Path, ...]) -> _Subgraph | None:
-        """Expand the file that stands in place of a node; None after a mistake."""
+        """Expand the file that a node refers to; None after an error."""
         span = entry.span("subgraph")
         try:
             path, resolved = self.library.find(entry.spec.subgraph, folder)
@@ -259,7 +259,7 @@ def _entry(
     via: Via,
     given: Mapping[str, Given],
 ) -> NodeEntry:
-    """A node with its own values, but for those that it is given from outside."""
+    """A node with its own values, without those given from outside."""
     if given:
         own = {port: value for port, value in spec.inputs.items() if port.removeprefix("inputs:") not in given}
         spec = spec.model_copy(update={"inputs": own | {port: one.value for port, one in given.items()}})
@@ -267,7 +267,7 @@ def _entry(
 
 
 def _hand_on(entry: NodeEntry, inner: Loaded[GraphSpec], findings: Findings) -> _GivenByNode:
-    """The values of a subgraph's inputs, by the nodes inside that its declared ports mean."""
+    """The values of a subgraph's inputs, by the inner nodes of its declared ports."""
     handed_on: dict[str, dict[str, Given]] = {}
     for name, value in entry.spec.inputs.items():
         end = _declared(
@@ -314,7 +314,7 @@ def _declared(
     span: Span,
     findings: Findings,
 ) -> WireEnd | None:
-    """What a port that a subgraph declares means inside of it; None after a mistake."""
+    """The inner port of a subgraph's declared port; None after an error."""
     declared = inner.spec.outputs if side == "outputs" else inner.spec.inputs
     if port not in declared:
         near = findings.guess(port, declared) or listing(declared, side)
@@ -331,7 +331,7 @@ def _declared(
 def _lead_through(
     end: WireEnd, subgraphs: Mapping[str, _Subgraph], side: Literal["inputs", "outputs"], findings: Findings
 ) -> WireEnd | None:
-    """The end inside of a subgraph, or of one in that, that a wire to one of its declared ports means."""
+    """The innermost end of a wire to a subgraph's declared port."""
     subgraph = subgraphs.get(end.node)
     if subgraph is None:
         return end

@@ -1,4 +1,4 @@
-"""Parameters of graph files: their values in the place of `$(name)`."""
+"""Substitutes parameter values for `$(name)` in graph files."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _PARAMETER = re.compile(r"\$\$|\$\(([^$()]*)\)")
 
 @dataclass(frozen=True, slots=True)
 class Use:
-    """Where a file uses a graph, and where it gives values for the graph's parameters."""
+    """The place where a file uses a graph, and the places of its parameter values."""
 
     span: Span
     keys: Mapping[str, Span] = field(default_factory=dict)
@@ -45,7 +45,7 @@ def fill(
 def _parameter_values(
     document: Document, bindings: Mapping[str, Any], findings: Findings, use: Use | None
 ) -> dict[str, Any]:
-    """Declared parameters with the values given for them, else their defaults; UNKNOWN after a mistake."""
+    """Declared parameters with their given or default values; UNKNOWN after an error."""
     declared = document.find("parameters")
     names = declared.data if declared is not None and isinstance(declared.data, dict) else {}
     for name in bindings:
@@ -85,7 +85,7 @@ def _parameter_values(
 
 
 class _Filler:
-    """Puts the values of parameters in the place of `$(name)`, and counts what that amounts to."""
+    """Replaces `$(name)` by parameter values, within a size budget."""
 
     def __init__(self, values: Mapping[str, Any], findings: Findings, budget: Budget) -> None:
         self.values = values
@@ -95,7 +95,7 @@ class _Filler:
         self.unknown = 0
 
     def fill(self, value: Value, location: Location = ()) -> Any:
-        """Plain data with `$(name)` replaced; keys, types and the parameters themselves are left alone.
+        """Plain data with `$(name)` replaced, except in keys, types and the parameters themselves.
 
         What cannot be known is UNKNOWN as an input of a node or a parameter of a subgraph; elsewhere its key is left out.
         """

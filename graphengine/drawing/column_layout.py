@@ -1,4 +1,4 @@
-"""A plain layout for very many boxes, in time that grows with their number: columns, with long links above all boxes.
+"""Linear-time layout for large graphs: boxes in columns, long links above all boxes.
 
 Nothing is done against crossings. Links of one port share their lines; a link that ends in the next column runs between the
 two, any other goes up, along a line above all boxes, and down again.
@@ -42,7 +42,7 @@ def arrange(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> Arrangem
 
 
 def _ranks(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> list[int]:
-    """The column of each box: behind all that it reads from, but for one link of each circle or more."""
+    """The column of each box: behind its inputs, except for one or more links of each cycle."""
     following: list[list[int]] = [[] for _ in boxes]
     missing = [0] * len(boxes)
     for link in links:
@@ -69,7 +69,7 @@ def _ranks(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> list[int]
 def _placed(
     boxes: Sequence[LayoutBox], ranks: Sequence[int], lanes: dict[int, dict[Port, int]]
 ) -> tuple[tuple[Point, ...], dict[int, float]]:
-    """Corners of the boxes, column by column, and where the gap behind each column begins."""
+    """Corners of the boxes, and where the gap behind each column begins."""
     columns: dict[int, list[int]] = {}
     for index, rank in enumerate(ranks):
         columns.setdefault(rank, []).append(index)

@@ -1,4 +1,4 @@
-"""Which nodes and wires of a graph the findings belong to."""
+"""Assigns findings to the nodes and wires of a graph."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ T = TypeVar("T", bound=FileEntry)
 
 @dataclass(slots=True)
 class AssignedFindings:
-    """Findings by where they belong.
+    """Findings by node, and those of the whole graph.
 
     Attributes:
         nodes: by id.
@@ -42,7 +42,7 @@ class AssignedFindings:
 
 
 def assign_findings(graph: Graph, findings: Findings) -> AssignedFindings:
-    """Give each node the findings whose place is in it, or in a wire of it; and those of a circle that it is in."""
+    """Assign to each node the findings in its span or in a wire of it, and those of its cycles."""
     assigned = AssignedFindings()
     regions = [(entry, *_region(entry)) for entry in graph.flat.nodes]
     paths = {entry.document.source.path for entry in graph.flat.nodes} | {graph.flat.loaded.document.source.path}
@@ -64,7 +64,7 @@ def assign_findings(graph: Graph, findings: Findings) -> AssignedFindings:
 
 
 def _told_of(finding: Finding, things: Sequence[T]) -> Sequence[T]:
-    """Of things in subgraphs that are there several times those of the instance that a finding names, if it names one."""
+    """Of things in subgraphs that are used several times, those of the use that a finding names, if any."""
     told = set(finding.related)
     return [thing for thing in things if told.issuperset(thing.via)] or things
 
@@ -84,7 +84,7 @@ class _EndNode:
 
 
 def _ends(graph: Graph) -> dict[tuple[str, int], list[_EndNode]]:
-    """For each place of a wire the node there; for a whole wire, or where that node is not, the one at its other end."""
+    """The node at each span of a wire, for a whole wire its target; the other end if that node is unknown."""
     names = {entry.id for entry in graph.flat.nodes}
     places: dict[tuple[str, int], list[_EndNode]] = {}
     for wire in graph.flat.wires:
@@ -100,7 +100,7 @@ def _ends(graph: Graph) -> dict[tuple[str, int], list[_EndNode]]:
 
 
 def _region(entry: NodeEntry) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Where a node begins and ends in its file, as lines and columns."""
+    """First and last position of a node in its file, as line and column."""
     key = entry.key_span()
     last = (key.line, key.column)
     found = entry.document.find(*entry.location)

@@ -1,4 +1,4 @@
-"""What the two ways to arrange boxes share: boxes with ports on their left and right sides, and the links between them."""
+"""Boxes, links and arrangements, shared by all layouts."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ GAP = (44.0, 28.0)
 
 @dataclass(frozen=True, slots=True)
 class LayoutBox:
-    """A rectangle to be placed; `edge` keeps it in the first or the last column, `place` is where its file puts it."""
+    """A rectangle to be placed; `edge` keeps it in the first or last column, `place` is its position in the file."""
 
     width: float
     height: float
@@ -35,7 +35,7 @@ class LayoutLink:
 
 @dataclass(frozen=True, slots=True)
 class Arrangement:
-    """Top left corners of the boxes, and for each link a polyline of horizontal and vertical lines."""
+    """Top left corners of the boxes, and one polyline of horizontal and vertical lines for each link."""
 
     corners: tuple[Point, ...]
     routes: tuple[Route, ...]
@@ -44,7 +44,7 @@ class Arrangement:
 def bounds(
     boxes: Sequence[LayoutBox], corners: Sequence[Point], routes: Iterable[Route]
 ) -> tuple[float, float, float, float]:
-    """Left, top, right and bottom of everything; zeros when there is nothing."""
+    """Left, top, right and bottom of all boxes and routes; zeros if there are none."""
     points = [point for route in routes for point in route]
     points += corners
     points += [(x + box.width, y + box.height) for box, (x, y) in zip(boxes, corners, strict=True)]
@@ -55,13 +55,13 @@ def bounds(
 
 
 def ends(boxes: Sequence[LayoutBox], corners: Sequence[Point], link: LayoutLink) -> tuple[Point, Point]:
-    """Where a link begins and where it ends."""
+    """First and last point of a link."""
     (x, y), (other_x, other_y) = corners[link.source], corners[link.target]
     return (x + boxes[link.source].width, y + link.source_y), (other_x, other_y + link.target_y)
 
 
 def simplified(points: Iterable[Point]) -> Route:
-    """A polyline without the points that change nothing."""
+    """A polyline without repeated and collinear points."""
     kept: list[Point] = []
     for point in points:
         if kept and point == kept[-1]:

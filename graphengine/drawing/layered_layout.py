@@ -1,4 +1,4 @@
-"""Boxes in columns from left to right, each behind what it reads from; the layout is graphlay's.
+"""Layered (Sugiyama) layout by graphlay: boxes in columns from left to right, each behind its inputs.
 
 graphlay does what Sugiyama's method does: it breaks cycles, ranks, orders against crossings, places and routes, and knows
 ports. Links of a box to itself are drawn here, around the box, which takes the room for them with it.
@@ -77,7 +77,7 @@ def arrange(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> Arrangem
 def _mended(
     boxes: Sequence[LayoutBox], corners: Sequence[Point], links: Sequence[LayoutLink], routes: Sequence[Route]
 ) -> Sequence[Route]:
-    """Routes of which those that went through a box, as a few do among many cycles, go around it."""
+    """Routes around boxes, for the few that run through a box in graphs with many cycles."""
     low = np.array(corners)
     high = low + np.array([(box.width, box.height) for box in boxes])
     wrong = [number for number, route in enumerate(routes) if _crosses(route, low, high)]

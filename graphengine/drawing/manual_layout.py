@@ -1,4 +1,4 @@
-"""Boxes where their file puts them, moved apart where they would overlap."""
+"""Layout by the positions in a graph file, scaled up until no boxes overlap."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _CLEAR = 0.1
 
 
 def arrange(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> Arrangement:
-    """Keep given places, stretched evenly until nothing overlaps; boxes without one stand below, in columns."""
+    """Keep given places, scaled up until no boxes overlap; boxes without a place stand below, in columns."""
     corners = _corners(boxes, links)
     return Arrangement(corners, tuple(routing.routes(boxes, corners, links)))
 
@@ -43,7 +43,7 @@ def _corners(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> tuple[P
 
 
 def _stretched(boxes: Sequence[LayoutBox]) -> dict[int, Point]:
-    """Places of boxes that have one, moved apart by one factor for all; without those that would need too large a one."""
+    """Given places, scaled by one factor for all; without boxes that would need too large a factor."""
     kept: list[int] = []
     stretch = 1.0
     for index, box in enumerate(boxes):
@@ -58,7 +58,7 @@ def _stretched(boxes: Sequence[LayoutBox]) -> dict[int, Point]:
 
 
 def _needed_stretch(box: LayoutBox, place: Point, others: Sequence[LayoutBox]) -> float:
-    """The factor at which a box stands clear of others."""
+    """The factor at which a box no longer overlaps the others."""
     if not others:
         return 1.0
     there = np.array([other.place for other in others])

@@ -1,4 +1,4 @@
-"""Where everything on a drawing stands.
+"""Layout of a graph with nested subgraphs.
 
 A subgraph is laid out by itself and then stands in the graph around it as one box. Wires that lead into it or out of it
 have a port on its border, which inside is a box without width in the first or the last column.
@@ -52,7 +52,7 @@ class GraphLayout:
 
 @dataclass(slots=True)
 class _Level:
-    """One subgraph, or the graph itself, laid out; all places count from its own corner."""
+    """A subgraph, or the graph itself, laid out; coordinates start at its own corner."""
 
     width: float
     height: float
@@ -64,33 +64,31 @@ class _Level:
     """Of each wire the part that lies in it."""
 
 
-def arrange(graph_view: GraphView) -> GraphLayout:
-    """Lay out a graph.
+def arrange(view: GraphView) -> GraphLayout:
+    """Lay out a graph and its subgraphs.
 
     Raises:
         UsageError: the layout library is not installed.
     """
-    layout = GraphLayout({node.id: make_box(node) for node in graph_view.nodes})
+    layout = GraphLayout({node.id: make_box(node) for node in view.nodes})
     levels: dict[str, _Level] = {}
-    for group in sorted(graph_view.groups, key=lambda group: (-group.count("/"), group)):
-        levels[group] = _arrange_level(group, graph_view, layout.boxes, levels)
-    levels[""] = _arrange_level("", graph_view, layout.boxes, levels)
+    for group in sorted(view.groups, key=lambda group: (-group.count("/"), group)):
+        levels[group] = _arrange_level(group, view, layout.boxes, levels)
+    levels[""] = _arrange_level("", view, layout.boxes, levels)
     pieces: dict[int, list[Route]] = {}
     _put(layout, levels, "", (0.0, 0.0), pieces)
-    layout.routes = [_joined(pieces.get(number, [])) for number in range(len(graph_view.wires))]
+    layout.routes = [_joined(pieces.get(number, [])) for number in range(len(view.wires))]
     layout.width, layout.height = levels[""].width, levels[""].height
     return layout
 
 
-def _put(
-    layout: GraphLayout, levels: dict[str, _Level], group: str, corner: Point, pieces: dict[int, list[Route]]
-) -> None:
-    """Write down a level and those in it with their places on the drawing."""
+def _put(layout: GraphLayout, levels: dict[str, _Level], group: str, at: Point, pieces: dict[int, list[Route]]) -> None:
+    """Add a level and its sublevels to the layout, in coordinates of the drawing."""
     level = levels[group]
     for number, route in level.pieces.items():
-        pieces.setdefault(number, []).append(tuple((x + corner[0], y + corner[1]) for x, y in route))
+        pieces.setdefault(number, []).append(tuple((x + at[0], y + at[1]) for x, y in route))
     for name, (x, y) in level.corners.items():
-        there = (corner[0] + x, corner[1] + y)
+        there = (at[0] + x, at[1] + y)
         if name in layout.boxes:
             layout.corners[name] = there
         else:
@@ -99,7 +97,7 @@ def _put(
 
 
 def _joined(pieces: Sequence[Route]) -> Route:
-    """The parts of a wire as one polyline, each beginning where another ends."""
+    """Join the parts of a wire to one polyline; each part begins where another ends."""
     if not pieces:
         return ()
     starts = {_place(piece[0]): piece for piece in pieces}
@@ -118,12 +116,10 @@ def _place(point: Point) -> tuple[float, float]:
     return round(point[0], 3), round(point[1], 3)
 
 
-def _arrange_level(group: str, graph_view: GraphView, nodes: dict[str, NodeBox], levels: dict[str, _Level]) -> _Level:
-    names = [node.id for node in graph_view.nodes if node.group == group]
-    names += [name for name in graph_view.groups if name and name.rpartition("/")[0] == group]
-    places = {node.id: node.place for node in graph_view.nodes} | {
-        name: at for name, (_, at) in graph_view.groups.items()
-    }
+def _arrange_level(group: str, view: GraphView, nodes: dict[str, NodeBox], levels: dict[str, _Level]) -> _Level:
+    names = [node.id for node in view.nodes if node.group == group]
+    names += [name for name in view.groups if name and name.rpartition("/")[0] == group]
+    places = {node.id: node.place for node in view.nodes} | {name: at for name, (_, at) in view.groups.items()}
     sizes = {name: nodes[name] if name in nodes else levels[name] for name in names}
     boxes = [LayoutBox(sizes[name].width, sizes[name].height, place=places[name]) for name in names]
     numbers: dict[str | Pin, int] = {name: number for number, name in enumerate(names)}
@@ -147,21 +143,21 @@ def _arrange_level(group: str, graph_view: GraphView, nodes: dict[str, NodeBox],
         child = _child(group, node)
         return numbers[child], levels[child].pins[child, not begins, (node, port)]
 
-    for number, wire in enumerate(graph_view.wires):
+    for number, wire in enumerate(view.wires):
         if not _touches(group, wire):
             continue
         (source, source_y), (target, target_y) = end(wire, begins=True), end(wire, begins=False)
         link = LayoutLink(source, source_y, target, target_y)
         carried[number] = links.setdefault(link, len(links))
-    made = _way(graph_view, boxes, links)(boxes, list(links))
+    made = _way(view, boxes, links)(boxes, list(links))
     return _framed(group, names, boxes, made, carried, {pin: numbers[pin] for pin in pins}, links)
 
 
 def _way(
-    graph_view: GraphView, boxes: Sequence[LayoutBox], links: Collection[LayoutLink]
+    view: GraphView, boxes: Sequence[LayoutBox], links: Collection[LayoutLink]
 ) -> Callable[[Sequence[LayoutBox], Sequence[LayoutLink]], Arrangement]:
-    """How a level is laid out; sizes alone decide it, so that a graph has one picture on every machine."""
-    whole = len(graph_view.nodes) + len(graph_view.wires)
+    """Choose the layout of a level. It depends on sizes only, so a graph has one picture on every machine."""
+    whole = len(view.nodes) + len(view.wires)
     if len(boxes) + len(links) > MAX_LEVEL or whole > MAX_WHOLE:
         return column_layout.arrange
     return manual_layout.arrange if any(box.place is not None for box in boxes) else layered_layout.arrange
@@ -196,7 +192,7 @@ def _framed(
     pins: dict[Pin, int],
     links: dict[LayoutLink, int],
 ) -> _Level:
-    """A level with its corner at zero: room for a border and a caption where it is a subgraph, pins led to the border."""
+    """A level with its corner at zero. A subgraph has room for a border and a caption; its pins lie on the border."""
     left, top, right, bottom = bounds(boxes, made.corners, made.routes)
     padding, caption = (_PADDING, _CAPTION) if group else (0.0, 0.0)
     dx, dy = padding - left, padding + caption - top

@@ -1,4 +1,4 @@
-"""The box of a node: how large it is, and where each text and port stands in it."""
+"""Size of a node's box, and positions of its texts and ports."""
 
 from __future__ import annotations
 

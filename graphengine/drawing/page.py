@@ -1,4 +1,4 @@
-"""A drawing as a page of one file: the SVG with pan and zoom, and a line of text that tells what is chosen.
+"""One-file HTML page of a drawing: the SVG with pan, zoom and a line of text about the selected element.
 
 It opens from disk and asks the network for nothing: its policy lets run one script and two style sheets, by their digests.
 """
@@ -16,16 +16,16 @@ from graphengine.drawing.view_model import GraphView
 _HINT = "Drag or arrow keys: move. Wheel, + and -: zoom. 0: everything. Tab: next node. Click: what it is."
 
 
-def draw(graph_views: Sequence[GraphView]) -> str:
+def draw(views: Sequence[GraphView]) -> str:
     """One page with all graphs, one below the other.
 
     Raises:
         UsageError: the layout library is not installed.
     """
-    drawing = svg.draw(graph_views)
+    drawing = svg.draw(views)
     folder = resources.files(__package__)
     style, script = (folder.joinpath(name).read_text(encoding="utf-8") for name in ("page.css", "page.js"))
-    title = svg.escape(", ".join(graph_view.title for graph_view in graph_views))
+    title = svg.escape(", ".join(view.title for view in views))
     policy = "; ".join(
         (
             "default-src 'none'",

@@ -1,4 +1,4 @@
-"""Links around boxes that stand already: a short way for each, with few bends.
+"""Routes links around placed boxes, with short ways and few bends.
 
 Around each box lies a frame at half the least distance between boxes. Frames never overlap, so along them every port can be
 reached from every other. The lines that the frames lie on are the grid of an A* search. Links that end up on one line are

@@ -1,4 +1,4 @@
-"""A drawing as SVG, whole in itself: no script, no font, no picture from elsewhere.
+"""Self-contained SVG of a drawing, without scripts, external fonts or images.
 
 Whatever a file says goes through `escape`. Colours are those of a light page, and of a dark one where the viewer prefers that.
 What carries execution is told from what carries a value by weight and arrow head too, not by colour alone.
@@ -112,23 +112,23 @@ class _DrawnGraph:
     height: float
 
 
-def draw(graph_views: Sequence[GraphView]) -> str:
+def draw(views: Sequence[GraphView]) -> str:
     """One SVG with all graphs, one below the other.
 
     Raises:
         UsageError: the layout library is not installed.
     """
-    parts = [_draw_graph(graph_view) for graph_view in graph_views]
+    parts = [_draw_graph(view) for view in views]
     wide = max([_LEAST, *(part.width for part in parts)]) + 2 * _SPACE
     body: list[str] = []
     top = _SPACE
     for part in parts:
         body += [f'<g transform="translate({_number(_SPACE)} {_number(top)})">', *part.lines, "</g>"]
         top += part.height + 2 * _SPACE
-    body += _signs({_style(wire) for graph_view in graph_views for wire in graph_view.wires}, _SPACE, top)
+    body += _signs({_style(wire) for view in views for wire in view.wires}, _SPACE, top)
     high = top + _SPACE + 4
     size = f'width="{_number(wide)}" height="{_number(high)}" viewBox="0 0 {_number(wide)} {_number(high)}"'
-    names = ", ".join(graph_view.title for graph_view in graph_views)
+    names = ", ".join(view.title for view in views)
     return "\n".join(
         [
             f'<svg xmlns="http://www.w3.org/2000/svg" xml:space="preserve" {size}>',
@@ -161,13 +161,13 @@ def _text(x: float, y: float, text: str, kind: str, *, end: bool = False) -> str
     return f'<text class="{kind}" x="{_number(x)}" y="{_number(y)}"{anchor}>{escape(text)}</text>'
 
 
-def _draw_graph(graph_view: GraphView) -> _DrawnGraph:
-    layout = arrange(graph_view)
-    heading, head_width, head_height = _heading(graph_view, max(layout.width, _LEAST))
+def _draw_graph(view: GraphView) -> _DrawnGraph:
+    layout = arrange(view)
+    heading, head_width, head_height = _heading(view, max(layout.width, _LEAST))
     lines = [*heading, f'<g transform="translate(0 {_number(head_height)})">']
     for frame in layout.frames:
         x, y = frame.corner
-        file = graph_view.groups[frame.name][0]
+        file = view.groups[frame.name][0]
         caption = f"{frame.name.rpartition('/')[2]}  {file}".rstrip()
         lines += [
             '<g class="subgraph">',
@@ -177,7 +177,7 @@ def _draw_graph(graph_view: GraphView) -> _DrawnGraph:
             "</g>",
         ]
     on_top = {"": 0, "refused": 2, "circle": 3}
-    drawn = list(zip(graph_view.wires, layout.routes, strict=True))
+    drawn = list(zip(view.wires, layout.routes, strict=True))
     order = sorted(drawn, key=lambda pair: on_top[pair[0].mistake] or pair[0].form != "data")
     lines += [line for wire, route in order if route for line in _wire(wire, route)]
     for node, box in layout.boxes.items():
@@ -186,14 +186,14 @@ def _draw_graph(graph_view: GraphView) -> _DrawnGraph:
     return _DrawnGraph(lines, max(layout.width, head_width), head_height + layout.height)
 
 
-def _heading(graph_view: GraphView, limit: float) -> tuple[list[str], float, float]:
+def _heading(view: GraphView, limit: float) -> tuple[list[str], float, float]:
     """Name, place and pace of the graph, and the findings that no node has; its width and height."""
-    title = fitted(graph_view.title, _TITLE_SIZE, limit, bold=True)
-    caption = fitted(graph_view.caption, PORT_SIZE, limit)
+    title = fitted(view.title, _TITLE_SIZE, limit, bold=True)
+    caption = fitted(view.caption, PORT_SIZE, limit)
     lines = [_text(0, 14, title, "title"), _text(0, 33, caption, "caption")]
     wide = max(width(title, _TITLE_SIZE, bold=True), width(caption, PORT_SIZE))
     y = 33.0
-    for finding in graph_view.findings:
+    for finding in view.findings:
         y += _LINE
         text = fitted(_sentence(finding), TYPE_SIZE, limit, bold=True)
         about = f"<title>{escape(_about(finding))}</title>"
@@ -210,7 +210,7 @@ def _about(finding: Finding) -> str:
 
 
 def _node(box: NodeBox, corner: Point) -> list[str]:
-    """A box with its texts and ports; what is told of it stands in its `title`."""
+    """A box with its texts and ports; its tooltip is its `title`."""
     told = [_about(finding) for finding in box.view.findings]
     about = "\n\n".join([box.view.about, *told])
     kind = f"node {box.view.kind} {box.severity}".rstrip()
@@ -267,7 +267,7 @@ def _tip(x: float, y: float, style: str) -> str:
 
 
 def _path(route: Sequence[Point]) -> str:
-    """The polyline with its corners rounded off."""
+    """The polyline with rounded corners."""
     parts = [f"M{_number(route[0][0])} {_number(route[0][1])}"]
     for before, (corner, after) in zip(route, pairwise(route[1:]), strict=False):
         radius = min(_ROUND, _length(before, corner) / 2, _length(corner, after) / 2)
@@ -291,7 +291,7 @@ def _towards(corner: Point, other: Point, distance: float) -> Point:
 
 
 def _signs(styles: Collection[str], x: float, y: float) -> Iterator[str]:
-    """What the kinds of wires on the drawing mean."""
+    """The legend of the wires."""
     for style, meaning in _MEANINGS.items():
         if style not in styles:
             continue

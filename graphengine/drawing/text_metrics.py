@@ -1,4 +1,4 @@
-"""How wide a text is on any machine, and texts made to fit.
+"""Text widths that are the same on every machine, and truncation.
 
 No font is asked. The widths are at least those of DejaVu Sans, one of the widest among the fonts that browsers and viewers take
 for `sans-serif`, so a text fits its box in the others too.

@@ -1,4 +1,4 @@
-"""What is on the drawing of a graph: nodes with ports and values, wires, subgraphs, and the findings that belong to each.
+"""View model of a drawing: nodes with ports and values, wires, subgraphs, and their findings.
 
 The flat graph of the file is drawn, so that nodes of unknown types and wires that were refused are on the drawing too.
 """
@@ -68,12 +68,12 @@ class NodeView:
 
     @property
     def name(self) -> str:
-        """Its name within its own file."""
+        """The name within its own file."""
         return self.id.rpartition("/")[2]
 
     @property
     def group(self) -> str:
-        """The subgraph that it is in; empty for none."""
+        """The subgraph that contains the node; empty for none."""
         return self.id.rpartition("/")[0]
 
 
@@ -102,7 +102,7 @@ class WireView:
 
 @dataclass(slots=True)
 class GraphView:
-    """One graph."""
+    """A graph as it is drawn."""
 
     title: str
     caption: str
@@ -115,7 +115,7 @@ class GraphView:
 
 
 def make_graph_view(graph: Graph, findings: Findings) -> GraphView:
-    """The view of a resolved graph, whether it has errors or not.
+    """Return the view of a resolved graph, with or without errors.
 
     Raises:
         UsageError: it is too large for a drawing to be of use.
@@ -168,14 +168,14 @@ def _pace(every: EverySpec | None) -> str:
 
 
 def _layout(entry: NodeEntry) -> Point | None:
-    """Where a node's own file places it."""
+    """The position that a node's own file gives."""
     found = entry.document.find("layout", str(entry.location[-1]))
     data = found.to_data() if found is not None else None
     return _place(data)
 
 
 def _place(data: Any) -> Point | None:
-    """A place in a file, if it is one and not absurdly far off."""
+    """A position in a file; None if it is malformed or too far off."""
     if not isinstance(data, list | tuple) or len(data) != 2 or not all(type(part) in (int, float) for part in data):
         return None
     return (float(data[0]), float(data[1])) if all(abs(part) <= FARTHEST for part in data) else None
@@ -195,7 +195,7 @@ def _add_port(node: NodeView, side: str, port: Port, instance: Instance) -> Port
 
 
 def _about(port: Port, instance: Instance) -> str:
-    """A port in words: type, unit, default, what is legal, what it is for."""
+    """A port's type, unit, default, constraint and documentation."""
     if port.is_exec:
         return "\n".join(filter(None, (f"{port.name}: execution", port.doc)))
     first = f"{port.name}: {brief(settled_type(instance, port))}{f', {port.unit}' if port.unit else ''}"
@@ -206,7 +206,7 @@ def _about(port: Port, instance: Instance) -> str:
 
 
 def _value(value: Any, *, whole: bool) -> str:
-    """A value as YAML takes it, of long ones the beginning."""
+    """A value as YAML, truncated."""
     most = 64 if whole else _SHOWN
     more = isinstance(value, np.ndarray | tuple | list) and len(value) > most
     value = value[:most] if more else value
@@ -255,7 +255,7 @@ def _end(
 
 
 def _sort_ports(node: NodeView, instance: Instance | None) -> None:
-    """Execution first, then as the type has them. An input that only others read is written on the right alone."""
+    """Execution first, then in the order of the type. An input that is only read by others is shown on the right only."""
     names = list(dict.fromkeys(port.name for port in instance.cls.fields.values())) if instance else []
     order = {name: number for number, name in enumerate(names)}
     for side, name in list(node.ports):

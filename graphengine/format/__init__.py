@@ -1,1 +1,1 @@
-"""From files of YAML to checked specs: documents with places, findings and errors, access to files."""
+"""YAML files to checked specs: documents with spans, findings and errors, access to files."""

@@ -40,7 +40,7 @@ def write_together(contents: Mapping[Path, bytes]) -> None:
 
 
 def _mode_of(path: Path) -> int | None:
-    """Permissions of the file that is to be replaced, None without a file, or for a link.
+    """Mode of the file that is replaced; None without a file, or for a link.
 
     Raises:
         OSError: a folder or device is there.
@@ -53,7 +53,7 @@ def _mode_of(path: Path) -> int | None:
 
 
 def _write(part: Path, content: bytes, mode: int | None) -> None:
-    """Write a new file through to the disk."""
+    """Write a new file and sync it to disk."""
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
     with open(os.open(part, flags, 0o666 if mode is None else mode), "wb") as file:
         if mode is not None:
@@ -65,7 +65,7 @@ def _write(part: Path, content: bytes, mode: int | None) -> None:
 
 @contextlib.contextmanager
 def _naming(path: Path) -> Iterator[None]:
-    """Let an error name the file that was to be written, not its temporary name."""
+    """Make errors name the target file instead of the temporary one."""
     try:
         yield
     except OSError as error:

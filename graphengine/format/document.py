@@ -1,4 +1,4 @@
-"""YAML to plain data that remembers where each value stood; everything a file may hold is bounded here.
+"""Parses YAML to plain data with the span of each value, within size limits.
 
 YAML 1.2 core rules decide what a plain scalar is: `no` and `12:30:00` are strings, `1e3` is a number. The parser's event stream
 is read in a loop, not by recursion, so that depth is a limit of ours and not of the C stack.

@@ -1,4 +1,4 @@
-"""Where files that files name are looked for, and where they may not be.
+"""Finds the files that other files name, within the folders that may be read.
 
 A reference is looked up beside the file that names it, then among the graphs and scenes that ship with the package. What a
 file names must lie in the folder of the file the user gave, in what ships, or in a folder the user allowed: a scene from a

@@ -1,4 +1,4 @@
-"""What a user lets graph files do beyond their folder: read variables of the environment by name, and run Python.
+"""What graph files may do outside their folder: read named environment variables, and run Python.
 
 A graph from a stranger has neither: a variable may be a secret that a topic would tell to everybody, and code may do anything.
 """

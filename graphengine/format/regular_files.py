@@ -1,4 +1,4 @@
-"""Opening files that a user or another file names."""
+"""Opens regular files only."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the three kinds of file may hold: graph, scene, robot. Frozen, picklable, checked by pydantic once.
+"""Specs of the three kinds of file: graph, scene and robot. Frozen, picklable, validated once by pydantic.
 
 Every model's JSON Schema is what `graphrun schema` prints, so descriptions here are what an editor shows.
 """

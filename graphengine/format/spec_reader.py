@@ -1,4 +1,4 @@
-"""A file as a spec, and what is wrong with it, told at its place in the file."""
+"""Reads a file as a spec; errors become findings with their spans."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Objects whose state a checkpoint keeps, and handles of them."""
+"""Base classes of objects whose state a checkpoint keeps, and of handles to them."""
 
 from __future__ import annotations
 

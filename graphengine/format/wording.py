@@ -1,4 +1,4 @@
-"""Words that messages share: suggestions, listings, and what others wrote in a form that is safe to print."""
+"""Text helpers for messages: suggestions, listings, and safe printing of untrusted text."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Plain data as YAML text, which `document` reads as the same data."""
+"""Writes plain data as YAML that `document` reads as the same data."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Isaac Sim's own graphs: scripts and USD stages in, scripts out.
+"""Isaac Sim's own graphs: imports scripts and USD stages, exports scripts.
 
 - `recorded_graph`: a graph as an importer found it. `graph_file` writes it as YAML and reports what could not be converted.
 - `script` imports a Python script; its imports of Omniverse get the stubs of `omniverse`.

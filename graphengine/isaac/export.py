@@ -1,4 +1,4 @@
-"""The script that builds a graph in Isaac Sim, by one `og.Controller.edit`.
+"""Exports a graph as a script that builds it in Isaac Sim, by one `og.Controller.edit`.
 
 Subgraphs are expanded and parameters filled in: a script has neither. What Isaac Sim has no counterpart for is refused by name.
 """

@@ -1,4 +1,4 @@
-"""Graph files of recorded graphs, with OmniGraph's names made ours; what cannot be carried over is told."""
+"""Graph files of recorded graphs, with OmniGraph's names converted; what cannot be converted is reported."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Node types that are not available, and what does their work here; nodes of older versions of Isaac Sim brought up to date."""
+"""Replaces node types that are not available, and upgrades nodes of older versions of Isaac Sim."""
 
 from __future__ import annotations
 
@@ -65,14 +65,14 @@ _USE_DOMAIN = "inputs:useDomainIDEnvVar"
 
 
 def replacement(type: str) -> str:
-    """What does the work of a node type that is not available; empty where nothing is known of it."""
+    """Describe the replacement of a node type that is not available; empty if none is known."""
     families = (advice for prefix, advice in FAMILIES.items() if type.startswith(prefix))
     advice = REPLACEMENTS.get(type.rpartition(".")[2]) or next(families, "")
     return f"in its place: {advice}" if advice else ""
 
 
 def modernize(node: RecordedNode, registry: Registry, findings: Findings) -> None:
-    """Turn a camera helper that publishes CameraInfo, as it did before Isaac Sim 4.5, into the helper that does so now."""
+    """Make a camera helper that publishes CameraInfo, as before Isaac Sim 4.5, a ROS2CameraInfoHelper."""
     found, kind = registry.find(node.type), node.values.get("inputs:type")
     if found is None or found.cls.type_name != _CAMERA_HELPER or kind is None or kind.data != "camera_info":
         return
@@ -84,7 +84,7 @@ def modernize(node: RecordedNode, registry: Registry, findings: Findings) -> Non
 
 
 def upgrade(node: RecordedNode, type: str, version: object, where: str, findings: Findings) -> None:
-    """Bring a node of an old version up to date as far as Isaac Sim does it, and tell of it.
+    """Upgrade a node of an old version as Isaac Sim does, and report it.
 
     Args:
         node: the node.

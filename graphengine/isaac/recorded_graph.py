@@ -1,4 +1,4 @@
-"""A graph as an importer found it, in OmniGraph's own names: what scripts and stages have in common.
+"""A graph as an importer found it, in OmniGraph's names; shared by scripts and stages.
 
 Compounds are flat: a node inside of one is called `Compound/Node`, and wires lead to the inner nodes.
 """
@@ -31,7 +31,7 @@ MAX_NAME = 2000
 
 @dataclass(slots=True)
 class RecordedValue:
-    """What an attribute was set to.
+    """The value of an attribute, and its place.
 
     Attributes:
         data: None, bool, int, float, str, or lists of them; tuples and arrays are lists, prim paths are text, a quaternion is
@@ -78,7 +78,7 @@ class RecordedWire:
 
     @property
     def ends(self) -> tuple[tuple[str, str], tuple[str, str]]:
-        """Node and port at its beginning, and at its end."""
+        """Node and port of the source, then of the target."""
         return (self.source, self.source_port), (self.target, self.target_port)
 
     def __str__(self) -> str:
@@ -108,7 +108,7 @@ class RecordedGraph:
     span: Span | None = None
 
     def names(self) -> Iterator[str]:
-        """All names and types in it."""
+        """All names and types in the graph."""
         yield from (self.path or "\0", *self.nodes, *self.variables, *(value.type for value in self.variables.values()))
         yield from (end for wire in self.wires for ends in wire.ends for end in ends)
         for node in self.nodes.values():
@@ -116,7 +116,7 @@ class RecordedGraph:
 
 
 def carried(items: Collection[Any], names: Callable[[Any], Iterable[str]], what: str, findings: Findings) -> list[Any]:
-    """The graphs or namespaces of an import that have legal names, as many as one import may have."""
+    """The graphs or namespaces of an import with legal names, up to the limit."""
     kept = [item for item in items if all(len(name) <= MAX_NAME and name.isprintable() for name in names(item))]
     if left := len(items) - len(kept[:MAX_GRAPHS]):
         legal = f"at most {MAX_GRAPHS}, of printable names up to {MAX_NAME} characters"

@@ -1,4 +1,4 @@
-"""Message types by their ROS names: what they consist of, their Python classes, and the hashes by which peers know them.
+"""Message types by their ROS names: their fields, their Python classes and their type hashes.
 
 Known are the types of ROS 2 Jazzy (from rosbags), those below `share/` beside this file, and those of folders that a user
 names; files are read when a type is first asked for. Folders add types. They never give another meaning to one that is there

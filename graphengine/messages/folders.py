@@ -1,4 +1,4 @@
-"""Where files of messages, services and actions lie: in packages.
+"""Finds the files of messages, services and actions in packages.
 
 A package keeps them as `<package>/msg/Range.msg`, `<package>/srv/Trigger.srv` and `<package>/action/Dock.action`, in its sources
 as well as below `share/` where it is installed.

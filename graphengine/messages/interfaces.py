@@ -1,4 +1,4 @@
-"""What files of messages, services and actions define.
+"""Parses definition files of messages, services and actions.
 
 A service is a request and a response, with `---` between them; an action is a goal, a result and feedback. The messages that
 ROS 2 makes of these are defined here as ROS 2 defines them.

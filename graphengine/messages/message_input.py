@@ -1,4 +1,4 @@
-"""A message from YAML, as `ros2 topic pub` takes it: what is not given has the value that the definition says.
+"""Parses a message from YAML, as `ros2 topic pub` does; missing fields have their default values.
 
 `auto` for a header and `now` for a time stand for the moment at which the message is sent.
 """
@@ -24,7 +24,7 @@ _YES, _NO = ("yes", "Yes", "YES", "on", "On", "ON"), ("no", "No", "NO", "off", "
 """Texts that ros2cli, which reads YAML 1.1, takes for a boolean."""
 
 
-class _RefusedError(Exception):
+class _InvalidValueError(Exception):
     """A value that does not fit; the finding is added already."""
 
 
@@ -55,10 +55,10 @@ def parse(text: str, message_type: str, definitions: Definitions = DEFINITIONS) 
     given = document.parse(text, "message", findings)
     findings.raise_errors()
     assert given is not None
-    reader = _Reader(definitions, findings)
+    reader = _MessageReader(definitions, findings)
     try:
         return Draft(reader.message(given.root, message_type, message_type), reader.stamps)
-    except _RefusedError:
+    except _InvalidValueError:
         findings.raise_errors()
         raise
 
@@ -68,7 +68,7 @@ def full_type(name: str) -> str:
     return re.sub(r"\A([^/]+)/([^/]+)\Z", r"\1/msg/\2", name)
 
 
-class _Reader(Maker):
+class _MessageReader(Maker):
     """Values of YAML as rosbags has them in messages."""
 
     shorthands = MappingProxyType({HEADER: "auto", TIME: "now"})
@@ -112,7 +112,7 @@ class _Reader(Maker):
     ) -> Exception:
         """Tell of it where it stands."""
         self._findings.add(code, what, given.span if key is None else given.keys[key], hint)
-        return _RefusedError()
+        return _InvalidValueError()
 
 
 def _as_written(given: Value) -> str:

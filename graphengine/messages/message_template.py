@@ -1,4 +1,4 @@
-"""Messages of one size by patching: the bytes of one message, in which only numbers are written anew.
+"""Encodes messages of constant size by patching numbers in the bytes of one message.
 
 A topic's messages mostly differ in their numbers alone: frame ids stay, a tree has as many transforms as before, a picture as
 many pixels. Then a few packs into kept bytes take the place of the encoder, and large arrays, which lie between pieces of these
@@ -29,11 +29,11 @@ _HEADER = 4
 
 
 class _NoTemplateError(Exception):
-    """A message has parts whose size may change."""
+    """A message has parts of variable size."""
 
 
 class Template:
-    """The bytes of a message, to be patched with the numbers of others like it.
+    """The bytes of a message, patched with the numbers of similar messages.
 
     Args:
         message: whose texts and lengths the others must share.
@@ -174,7 +174,7 @@ class Template:
 
 
 class Encoder:
-    """Encodes one topic's messages: by a template as long as they are alike, else by the general way."""
+    """Encodes one topic's messages: by a template while they are alike, else by the general encoder."""
 
     PATIENCE = 8
     """How many templates are made before the topic's messages count as too different."""

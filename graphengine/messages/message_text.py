@@ -1,4 +1,4 @@
-"""Messages as text, in the forms of ros2cli: YAML, comma-separated values, and the expression that would make one."""
+"""Messages as text in the forms of ros2cli: YAML, comma-separated values, and constructor expressions."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class TypedValue:
         return (TypedValue(value, self.kind[1][0], self.definitions) for value in values)
 
     def find(self, path: str) -> TypedValue:
-        """What lies at a path of field names, such as `pose.pose.position`.
+        """The value at a path of field names, such as `pose.pose.position`.
 
         Raises:
             TransportError: there is no such field.

@@ -1,4 +1,4 @@
-"""What is wrong with the values of a message, told by the name of the field."""
+"""Validates the values of a message against its type."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Fields = Callable[[str], Sequence[tuple[str, Description]]]
 
 
 def find_fault(value: Any, description: Description, place: str, fields: Fields) -> str:
-    """The first part of a value that differs from its type, and what it should be; the empty string if none does.
+    """Describe the first part of a value that does not fit its type; the empty string if all do.
 
     Args:
         value: a message, or what a field of one holds.

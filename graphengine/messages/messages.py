@@ -1,4 +1,4 @@
-"""ROS 2 messages: the Jazzy definitions of rosbags under their ROS names, and their encoding as CDR.
+"""ROS 2 messages: rosbags' definitions for Jazzy under their ROS names, and their CDR encoding.
 
 A message is a plain dataclass; its array fields are numpy arrays of the exact dtype. Bytes are one CDR message: a header of
 four bytes, then the fields in little endian, padded to whole words of four bytes. Common messages such as `Twist` are

@@ -1,4 +1,4 @@
-"""Names as ROS 2 wants them: topics below a namespace, collected namespaces, node names, and the rules that rcl enforces."""
+"""Names in ROS 2: topics below namespaces, joined namespaces, node names, and rcl's rules."""
 
 from __future__ import annotations
 

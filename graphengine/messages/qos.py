@@ -1,4 +1,4 @@
-"""Quality of service: profiles as JSON text, presets, what "system default" comes to, and who matches whom."""
+"""Quality of service: profiles as JSON, presets, resolution of "system default", and compatibility."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recordings: everything that a run read, heard and said, as an MCAP file; and the same run once more, compared byte by byte.
+"""Recordings: all inputs and outputs of a run as an MCAP file, and replays that are compared byte by byte.
 
 A recording is what `ros2 bag play`, Foxglove and every reader of MCAP's profile `ros2` take for a bag, and more:
 

@@ -1,4 +1,4 @@
-"""Where two messages of one type differ: fields by name, elements by index, with both values."""
+"""Differences of two messages of one type: fields by name, elements by index, with both values."""
 
 from __future__ import annotations
 

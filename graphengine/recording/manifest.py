@@ -1,4 +1,4 @@
-"""How a run was made: what was given to it beside its files."""
+"""How a run was started: its arguments and environment, apart from its files."""
 
 from __future__ import annotations
 

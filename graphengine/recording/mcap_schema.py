@@ -1,4 +1,4 @@
-"""How what happened lies in a recording: streams of messages, and ticks as times."""
+"""Channels, metadata and time stamps of a recording's MCAP file."""
 
 from __future__ import annotations
 
@@ -58,16 +58,16 @@ class Stream:
 
     @property
     def channel(self) -> str:
-        """Name of its channel: the topic, where a player of bags is to send the messages."""
+        """Name of the channel. For topics it is the topic, on which players of bags publish."""
         return f"{HIDDEN}/delivered{self.topic}" if self.known else self.topic
 
     def metadata(self) -> dict[str, str]:
-        """Of its channel, beside the hash of the type."""
+        """The channel's metadata, without the type hash."""
         return {"offered_qos_profiles": offered_qos(self.qos), "topic": self.topic}
 
     @classmethod
     def of_channel(cls, channel: str, message_type: str, metadata: Mapping[str, str]) -> Stream | None:
-        """What a channel holds; None for one that another program added."""
+        """The stream of a channel; None for channels of other programs."""
         topic = metadata.get("topic")
         return None if topic is None else cls(topic, message_type, known=topic != channel)
 
@@ -78,7 +78,7 @@ SESSION = Stream(f"{HIDDEN}/session", "std_msgs/msg/String")
 
 @dataclass(frozen=True, slots=True)
 class TickTimes:
-    """Ticks as whole nanoseconds and back.
+    """Converts ticks to nanoseconds and back.
 
     Attributes:
         period: seconds between two ticks as numerator and denominator.
@@ -87,32 +87,32 @@ class TickTimes:
     period: tuple[int, int]
 
     def nanoseconds(self, tick: int) -> int:
-        """When a tick is, cut to nanoseconds as stamps of messages are."""
+        """Time of a tick, truncated to nanoseconds as message stamps are."""
         numerator, denominator = self.period
         return tick * numerator * 10**9 // denominator
 
     def tick(self, nanoseconds: int) -> int:
-        """The tick that is then."""
+        """The first tick at or after a time."""
         numerator, denominator = self.period
         return -(-nanoseconds * denominator // (numerator * 10**9))
 
     def seconds(self, tick: int) -> float:
-        """When a tick is."""
+        """Time of a tick, s."""
         return tick * self.period[0] / self.period[1]
 
 
 def failure_of(error: BaseException) -> str:
-    """What ended a run, without the file and line that it happened in: those are other ones where it is run again."""
+    """The error that ended a run, without file and line, which differ between machines."""
     return _PLACE.sub("", str(error).partition("\n")[0])
 
 
 def node_of(failure: str) -> str:
-    """The node that a failure names, without what it raised; a failure of no node as it is."""
+    """The node that a failure names; a failure without a node is returned unchanged."""
     return failure.partition(" raised ")[0]
 
 
 def offered_qos(qos: QoS) -> str:
-    """A profile as rosbag2 notes it: YAML, a list of one."""
+    """A profile in rosbag2's format: YAML, a list of one."""
     known = settled(qos)
     return "\n".join(
         (
@@ -130,6 +130,6 @@ def offered_qos(qos: QoS) -> str:
 
 
 def _duration(name: str, seconds: float) -> tuple[str, str, str]:
-    """A time of a profile, 0 for unlimited."""
+    """A duration of a profile, 0 for unlimited."""
     whole, rest = divmod(math.floor(seconds * 1e9) if 0 < seconds * 1e9 < _FOREVER_NS else _FOREVER_NS, 10**9)
     return f"  {name}:", f"    sec: {whole}", f"    nsec: {rest}"

@@ -1,4 +1,4 @@
-"""A scene as the bytes of its files and the arguments that it was loaded with, from which it is loaded anew elsewhere."""
+"""A scene as bytes: its files and load arguments, from which another process loads it."""
 
 from __future__ import annotations
 

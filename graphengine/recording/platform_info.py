@@ -1,4 +1,4 @@
-"""What the bytes of a run depend on beside its files and inputs: versions, the processor, the OpenGL driver."""
+"""Properties of the platform that a run depends on: versions, processor, OpenGL driver."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _OF_CAMERAS = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 
 
 def describe(scene: LoadedScene, world: World) -> dict[str, str]:
-    """This machine, as far as a session depends on it.
+    """Return the properties that a session depends on.
 
     Args:
         scene: of the session.
@@ -36,7 +36,7 @@ def describe(scene: LoadedScene, world: World) -> dict[str, str]:
 
 
 def differences(recorded: Mapping[str, str], here: Mapping[str, str]) -> list[str]:
-    """What differs, a line each; what only one of two runs depends on does not."""
+    """Describe changed properties, a line each; those that one run does not depend on are left out."""
     return [
         f"{name}: {here[name]}, recorded with {value}"
         for name, value in recorded.items()
@@ -52,7 +52,7 @@ def _version(package: str) -> str:
 
 
 def _processor() -> str:
-    """Its model where the system tells, else its architecture; numpy chooses its code by it."""
+    """The processor's model if the system names it, else its architecture; numpy chooses code by it."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError:

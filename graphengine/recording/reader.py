@@ -1,4 +1,4 @@
-"""A recording as ticks, and its files laid out in a folder."""
+"""Reads a recording as ticks, and extracts its files to a folder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Takes down what a session reads, hears and says."""
+"""Records the inputs and outputs of a session."""
 
 from __future__ import annotations
 
@@ -238,9 +238,8 @@ class Recorder(Inbox):
             raise RecordingError(
                 f"{error.filename}: it cannot be read again for the recording: {error.strerror}"
             ) from None
-        self._writer.note(
-            mcap_schema.FILES, {name: hashlib.sha256(data).hexdigest() for name, data in contents.items()}
-        )
+        digests = {name: hashlib.sha256(data).hexdigest() for name, data in contents.items()}
+        self._writer.note(mcap_schema.FILES, digests)
         for name, data in contents.items():
             self._writer.attach(name, media_type(name), data)
 

@@ -1,4 +1,4 @@
-"""The records of an MCAP file in their order, checked and bounded; the file may be damaged, cut off, or a stranger's."""
+"""Reads the records of an MCAP file in order, within bounds; the file may be damaged, truncated or untrusted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A recorded run once more: its inputs at their ticks, its outputs compared byte by byte in the order in which they were sent."""
+"""Replays a recording: feeds inputs at their ticks, and compares outputs byte by byte in the order they were sent."""
 
 from __future__ import annotations
 

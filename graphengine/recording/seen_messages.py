@@ -1,4 +1,4 @@
-"""Which messages that nodes saw lie in the recording already: the run published them itself, or another node saw them before.
+"""Finds messages that a recording already holds: published by the run, or seen by another node.
 
 A bag has each message of a topic once. So what a node saw is held against the last messages of the topic by its bytes, and
 counted: who sees three messages of the same bytes where two are known sees one that came from outside.
@@ -23,11 +23,11 @@ class SeenMessages:
         self._seen: defaultdict[str, Counter[bytes]] = defaultdict(Counter)
 
     def add(self, data: bytes) -> None:
-        """A message that was published."""
+        """Add a published message."""
         self._add(_digest(data))
 
     def see(self, nodes: Sequence[str], data: bytes) -> bool:
-        """Note that nodes saw a message; whether it was known."""
+        """Add a message that nodes saw; return whether it was known."""
         digest = _digest(data)
         for node in nodes:
             self._seen[node][digest] += 1

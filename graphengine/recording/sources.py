@@ -1,4 +1,4 @@
-"""The files of a run by names that say nothing of the machine, and laid out anew in another folder.
+"""The files of a run under machine-independent names, and their extraction to another folder.
 
 `shipped/…` is what ships with the package, `installed/…` the ROS packages of sourced workspaces, `messages/…` definitions of
 message types, and `project/…` all else, from the folder that holds every folder which files were read from. So references from

@@ -1,4 +1,4 @@
-"""An MCAP file that grows by whole chunks, written by a thread of its own.
+"""Writes an MCAP file in whole chunks, by a thread of its own.
 
 To build, compress and write a second of pictures takes longer than a tick may. So the thread that ticks hands over lists of
 entries, and waits only when a slow disk has left too many of them behind.

@@ -1,1 +1,1 @@
-"""Processes that read what strangers wrote, confined by the kernel."""
+"""Processes that read untrusted files, confined by the kernel."""

@@ -1,4 +1,4 @@
-"""The borders that a kernel can put around a process that reads a stranger's file, and what happens where one is missing."""
+"""Kernel features that confine a process with an untrusted file, and what happens where one is missing."""
 
 from __future__ import annotations
 

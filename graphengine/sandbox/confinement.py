@@ -1,4 +1,4 @@
-"""Processes that read a stranger's files: all are bounded in time and memory, some confined to those files as well."""
+"""Processes that read untrusted files: all limited in time and memory, some confined to those files."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class ProcessError(Exception):
 
 
 class AccessDeniedError(Exception):
-    """What a file asked for and does not get; says what to do."""
+    """A file asked for access that it does not get; the message names the remedy."""
 
 
 def ask(module: str, request: bytes, seconds: float) -> bytes:

@@ -1,4 +1,4 @@
-"""Python expressions that strangers wrote, evaluated without the ways out of an expression.
+"""Evaluates untrusted Python expressions, without access to anything outside of them.
 
 Any attribute of any object leads back to what Python is made of: `().__class__`, `(lambda: 0).__globals__`, a generator's
 `gi_frame`, a format string. A few characters take all memory: `9**9**9`. So `compiled` accepts only syntax that it knows, and

@@ -1,4 +1,4 @@
-"""Landlock: the kernel keeps a process from files and other processes for good, whatever code runs in it.
+"""Landlock: the kernel denies a process files and other processes for good, whatever code runs in it.
 
 Linux has it since 5.13, unless its builder or administrator left it out; numbers and structures are those of linux/landlock.h.
 """

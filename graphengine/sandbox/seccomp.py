@@ -1,4 +1,4 @@
-"""seccomp: the kernel refuses a process all system calls but those of a list for good, whatever code makes them.
+"""seccomp: the kernel denies a process all system calls outside a list for good, whatever code runs in it.
 
 Linux has it since 3.17, unless its builder left it out. A filter is a program of classic BPF over linux/seccomp.h's
 `seccomp_data`; numbers are those of asm/unistd.h. Refused calls fail with EPERM, so that a library can go on without.

@@ -1,4 +1,4 @@
-"""Linux system calls that Python has no function for."""
+"""Linux system calls for which Python has no function."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Answers of the confined processes, as JSON of dataclasses. The file that a process reads may have forged its answer.
+"""Decodes the JSON answers of confined processes, which the file they read may have forged.
 
 An object has the fields of its dataclass, a place is a list of path, line, column and length. The process writes its answer with
 `answer`. The caller reads it with `read`, which gives every field the type that its dataclass states.

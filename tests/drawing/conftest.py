@@ -20,7 +20,7 @@ def drawn(tmp_path: Path) -> Draw:
         for name, content in {"main": text, **others}.items():
             (tmp_path / f"{name}.yaml").write_text(content, encoding="utf-8")
         assembly = build.load(tmp_path / "main.yaml")
-        graph_views = [make_graph_view(graph, assembly.findings) for graph in assembly.graphs]
-        return page.draw(graph_views) if html else svg.draw(graph_views)
+        views = [make_graph_view(graph, assembly.findings) for graph in assembly.graphs]
+        return page.draw(views) if html else svg.draw(views)
 
     return draw

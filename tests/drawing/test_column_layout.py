@@ -55,8 +55,8 @@ def test_a_chain_reads_from_left_to_right() -> None:
 
 
 def test_the_size_of_a_graph_decides_how_it_is_laid_out() -> None:
-    graph_view = GraphView.__new__(GraphView)
-    graph_view.nodes, graph_view.wires = [], []
+    view = GraphView.__new__(GraphView)
+    view.nodes, view.wires = [], []
     box, link = LayoutBox(1.0, 1.0), LayoutLink(0, 0.0, 1, 0.0)
-    assert nested_layout._way(graph_view, [box] * 100, [link] * 100) is layered_layout.arrange
-    assert nested_layout._way(graph_view, [box] * 100, [link] * 101) is column_layout.arrange
+    assert nested_layout._way(view, [box] * 100, [link] * 100) is layered_layout.arrange
+    assert nested_layout._way(view, [box] * 100, [link] * 101) is column_layout.arrange

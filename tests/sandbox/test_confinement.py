@@ -63,7 +63,7 @@ def test_what_may_be_read_is_read(tmp_path: Path) -> None:
 )
 def test_everything_else_is_refused(tmp_path: Path, attempt: str) -> None:
     (tmp_path / "a.txt").write_text("a", encoding="utf-8")
-    assert confined(attempt.format(folder=tmp_path), tmp_path).startswith("RefusedError: ")
+    assert confined(attempt.format(folder=tmp_path), tmp_path).startswith("AccessDeniedError: ")
     assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from graphengine.cli.live import Live, absolute, add_live_arguments, count, positive, show
 from graphengine.cli.topic.expression import Filter, make_filter
-from graphengine.cli.topic.quality import add_quality_arguments, quality_for
+from graphengine.cli.topic.qos_options import add_quality_arguments, quality_for
 from graphengine.format.wording import printable
 from graphengine.ros.graph import Endpoint
 

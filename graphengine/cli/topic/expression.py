@@ -1,4 +1,4 @@
-"""`--filter`: an expression of Python about `m`, the message."""
+"""`--filter`: a Python expression of `m`, the message."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ import sys
 import time
 
 from graphengine.cli.live import POLL, Live, absolute, add_live_arguments, count, near_topic, positive, seconds, show
-from graphengine.cli.topic.quality import add_quality_arguments, quality
+from graphengine.cli.topic.qos_options import add_quality_arguments, quality
 from graphengine.format.errors import TransportError, UsageError
 from graphengine.messages.qos import mismatch
 from graphengine.ros.graph import Endpoint, Graph

@@ -1,4 +1,4 @@
-"""From a resolved graph to a plan: wires, dependencies, regions, calls, one after the other."""
+"""Plans a resolved graph: wires, dependencies, regions, calls, in this order."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What each data node depends on, and with that when it must be computed again."""
+"""Dependencies of data nodes, which decide when they must be computed again."""
 
 from __future__ import annotations
 

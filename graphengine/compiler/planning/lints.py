@@ -1,4 +1,4 @@
-"""Where only the tie rule decides whether a reader sees a write of the same pass."""
+"""Lints for reads and writes of one pass whose order only the tie rule decides."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The plan of a push graph: every node in every pass, in the order of all wires, which only order and carry values.
+"""The plan of a push graph: every node in every pass; wires give the order and carry values only.
 
 What nodes fire leads to nothing, and what latent nodes fire does not order either. Execution inputs say that they were fired, but
 for control pins (toggle, reset, break), which would act in every pass. A pusher runs through all that it yields, a latent node

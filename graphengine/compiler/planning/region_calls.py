@@ -1,16 +1,16 @@
-"""The calls of a region: what guards each node, what it fires, and which data nodes are brought up to date before it."""
+"""Calls of a region: each node's guard, the nodes that it fires, and the data nodes to refresh before it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
 from graphengine.compiler.graph import Wire
-from graphengine.compiler.plan import Activation, Call, ExecBranch, Fire, Pin, Refresh, Region
+from graphengine.compiler.plan import Activation, Call, ExecBranch, FireEffect, Pin, Refresh, Region
 from graphengine.compiler.planning.regions import RegionGraph
 
 
 class RegionWriter:
-    """Writes one region's calls, keeping book of which data nodes are up to date where."""
+    """Writes the calls of a region, and tracks which data nodes are up to date."""
 
     def __init__(self, graph: RegionGraph, region: int) -> None:
         self.graph = graph
@@ -78,13 +78,13 @@ class RegionWriter:
         pins = self.graph.exec_in_ports(index)
         return tuple(Pin(p, self._flag(f"x{index}_{p}") if p in fired else "", p in waiting) for p in pins)
 
-    def _fires(self, wires: Iterable[Wire]) -> Iterator[Fire]:
+    def _fires(self, wires: Iterable[Wire]) -> Iterator[FireEffect]:
         """What wires set when they fire; nothing where a node runs anyway and need not be told."""
         set_already = {""}
         for wire in sorted(wires, key=lambda w: w.order):
             target = wire.target
             if wire.order in self.graph.pending_control:
-                yield Fire(target, pending_pin=wire.target_field)
+                yield FireEffect(target, pending_pin=wire.target_field)
                 continue
             guard = "" if self.guards[target] in set_already else self.guards[target]
             set_already.add(guard)
@@ -94,7 +94,7 @@ class RegionWriter:
             elif self._tells_pins(target):
                 counter = self._flag(f"x{target}_{wire.target_field}")
             if guard or counter:
-                yield Fire(target, guard, counter)
+                yield FireEffect(target, guard, counter)
 
     def _branches(self, index: int) -> tuple[ExecBranch, ...]:
         """One for each execution output; a pusher's ports fire by themselves only pins that wait."""

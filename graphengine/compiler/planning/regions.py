@@ -1,4 +1,4 @@
-"""Regions: what is reached without crossing a pusher's port, and in which order its nodes run.
+"""Regions: nodes reached without crossing a pusher's port, in execution order.
 
 Within a region nodes are ordered topologically over execution and data wires; a pusher with everything below it is one unit.
 Ties go by the line of the first incoming execution wire, else by the node's position.

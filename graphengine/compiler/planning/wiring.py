@@ -1,4 +1,4 @@
-"""A resolved graph with its wires indexed: what starts what, what reads what, and that nothing runs in a circle."""
+"""Indexes the wires of a resolved graph, and rejects execution cycles."""
 
 from __future__ import annotations
 

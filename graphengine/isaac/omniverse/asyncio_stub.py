@@ -1,4 +1,4 @@
-"""An `asyncio` in which everything that is waited for has happened: coroutines run to their end when they are started."""
+"""A stub of `asyncio` that never waits: coroutines run to completion when they are started."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections.abc import Coroutine, Generator
 from typing import Any
 
 from graphengine.isaac.omniverse.graph_recorder import GraphRecorder
-from graphengine.isaac.omniverse.stubs import Stub, StubModule, draw, idle, member
+from graphengine.isaac.omniverse.stubs import StubModule, StubObject, draw, idle, member
 
 
 class Task:
-    """A coroutine that came to its end."""
+    """A finished coroutine."""
 
     def __init__(self, value: Any, recorder: GraphRecorder) -> None:
         self._value, self._recorder = value, recorder
@@ -32,7 +32,7 @@ class Task:
 
 
 def finish(awaitable: Any, recorder: GraphRecorder) -> Any:
-    """Run what can be waited for to its end; what it returns."""
+    """Run an awaitable to completion and return its result."""
     if isinstance(awaitable, Task):
         return awaitable.result()
     steps: Coroutine[Any, Any, Any] = awaitable if hasattr(awaitable, "send") else _waiting(awaitable)
@@ -45,7 +45,7 @@ def finish(awaitable: Any, recorder: GraphRecorder) -> Any:
 
 
 def make_asyncio(recorder: GraphRecorder) -> StubModule:
-    """An `asyncio` in which everything that is waited for has happened."""
+    """Return an `asyncio` module that never waits."""
 
     def run(awaitable: Any, *_: Any, **__: Any) -> Any:
         return finish(awaitable, recorder)
@@ -60,7 +60,7 @@ def make_asyncio(recorder: GraphRecorder) -> StubModule:
     def gather(*awaitables: Any, **_: Any) -> Task:
         return Task([finish(one, recorder) for one in awaitables], recorder)
 
-    loop = Stub("asyncio.loop", recorder)
+    loop = StubObject("asyncio.loop", recorder)
     vars(loop).update(run_until_complete=run, create_task=start)
     starting = dict.fromkeys(("wait_for", "shield", "ensure_future", "create_task"), start)
     asking = dict.fromkeys(("get_event_loop", "get_running_loop", "new_event_loop"), lambda: loop)

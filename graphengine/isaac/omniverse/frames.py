@@ -1,4 +1,4 @@
-"""Frames that the loops of a script draw: what a script sets while they go by is not how it built its graphs."""
+"""Frames that a script's loops render. Values that a script sets between them are not part of its graphs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What graph-building calls do to graphs, as `og.Controller.edit` documents them; without OmniGraph, without checks of types."""
+"""Records graph-building calls as `og.Controller.edit` documents them, without OmniGraph and type checks."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ MAX_PARTS = 100_000
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """An attribute: of a node of a graph, by its full name."""
+    """An attribute of a node, by its full name."""
 
     graph: RecordedGraph
     node: str
@@ -48,7 +48,7 @@ class Place:
 
     @property
     def path(self) -> str:
-        """As USD writes it."""
+        """The path of the attribute in USD."""
         return f"{self.graph.path}/{self.node}.{self.name}"
 
 
@@ -116,38 +116,38 @@ class GraphRecorder:
         """Where graphs were put whose place only Omniverse knows, by their paths as the script has them."""
 
     def leave_out(self, message: str, hint: str = "", *help: str) -> None:
-        """Tell of something that the graphs will lack."""
+        """Report something that the graphs will lack."""
         self.findings.add("W302", message, self.where(hint), *help)
 
     @contextmanager
     def leaving_out_unknown(self, what: str, hint: str, *help: str) -> Iterator[None]:
-        """Leave something out whose value turns out to be known to Omniverse only."""
+        """Report what is left out because only Omniverse knows its value."""
         try:
             yield
         except UnknownError as error:
             self.leave_out(f"{what} cannot be told: {error}", hint, *help)
 
     def pass_over(self, what: str, *help: str) -> None:
-        """Tell once of something that a script does and that has nothing to do with graphs."""
+        """Report once something that a script does besides building graphs."""
         if what not in self.told and len(self.told) < 1000:
             self.told.add(what)
             self.findings.add("N302", f"{what} belongs to no graph and is left out", self.where(""), *help)
 
     def search(self, what: str) -> None:
-        """Note that the script looks through something whose items only Omniverse knows: what it makes next may lack them."""
+        """Note that the script iterates over items that only Omniverse knows; graphs it builds next may be incomplete."""
         place = self.where("")
         if place and (key := f"{place.source.path}:{place.line}") not in self.told:
             self.told.add(key)
             self._searches.append((what, place))
 
     def tell_apart(self, name: str, given: Any) -> str:
-        """The name of a call's or an item's stub; those that are given something else get numbers."""
+        """The name of a call's or an item's stub, numbered by its arguments."""
         known = self._alike.setdefault(name, {})
         number = known.setdefault(given, len(known) + 1)
         return name if number == 1 else f"{name[:-1]}#{number}{name[-1]}"
 
     def count(self) -> None:
-        """Bound what is made, and report the searches that it may depend on."""
+        """Count a recorded item against the limit, and report the searches that it may depend on."""
         for what, place in self._searches:
             lost = f"the script looks through {what}, which is empty here: what it finds there is left out"
             self.findings.add("W302", lost, place)
@@ -159,7 +159,7 @@ class GraphRecorder:
     # Graphs
 
     def create_graph(self, path: str, evaluator: str = "push", stage: PipelineStage = "simulation") -> RecordedGraph:
-        """A graph that there was not yet."""
+        """Create a graph."""
         path = self._put(path) if is_unknown(path) else absolute(path)
         if path in self.graphs:
             raise OmniGraphError(f"there is a graph at {path!r} already")
@@ -173,7 +173,7 @@ class GraphRecorder:
         return graph
 
     def _put(self, path: str) -> str:
-        """A place for a graph whose own only Omniverse knows, of which the end may be known."""
+        """A substitute path for a graph whose path only Omniverse knows; its end may be known."""
         known = path.rpartition(">")[2].strip("/") or "ActionGraph"
         choices = (f"/World/{known}", *(f"/World/{known}_{number}" for number in range(2, len(self.graphs) + 3)))
         self.put[path.rstrip("/")] = place = next(choice for choice in choices if choice not in self.graphs)
@@ -181,18 +181,18 @@ class GraphRecorder:
         return place
 
     def meant(self, path: str) -> str:
-        """A path as the script has it, with the places of graphs that were put somewhere."""
+        """A script's path, with substitute paths of graphs resolved."""
         for unknown, place in self.put.items():
             if path == unknown or path.startswith((f"{unknown}/", f"{unknown}.")):
                 return place + path[len(unknown) :]
         return path
 
     def graph_at(self, path: str) -> RecordedGraph | None:
-        """The graph at a path; None where there is none."""
+        """The graph at a path; None if there is none."""
         return self.graphs.get(self.meant(path.rstrip("/")))
 
     def graph_of(self, path: str) -> tuple[RecordedGraph, str] | None:
-        """The graph whose prim is at a path or above it, and the rest of the path; None where there is none."""
+        """The graph whose prim is at a path or above it, and the rest of the path; None if there is none."""
         path = self.meant(path)
         for end in _ends(path):
             if path[:end] in self.graphs:
@@ -200,7 +200,7 @@ class GraphRecorder:
         return None
 
     def open_stage(self, path: str) -> None:
-        """Open a USD file, with the graphs in it if it could be read."""
+        """Open a USD file, with its graphs if it could be read."""
         if path not in self.stages:
             self.opened_stages.append(path)
             self.pass_over(f"opening {path!r}")
@@ -208,7 +208,7 @@ class GraphRecorder:
             self.graphs[graph.path], self.compounds[graph.path] = graph, {}
 
     def exists(self, path: str) -> bool:
-        """Whether a prim is there: the script made it, or it is taken to be there."""
+        """Whether a prim exists: the script made it, or it is assumed."""
         path = path.rstrip("/")
         found = self.graph_of(path)
         if path in self.prims or found:
@@ -219,7 +219,7 @@ class GraphRecorder:
         return True
 
     def holds(self, name: str, said: str = "it to be true") -> bool:
-        """Whether the user says that a prim or file is there, or that a stub is true."""
+        """Whether the user assumes that a prim or file exists, or that a stub is true."""
         if name not in self.prims and (place := self.where("")):
             self.missed.setdefault((place.source.path, place.line), {})[name] = said
         return name in self.prims
@@ -236,11 +236,11 @@ class GraphRecorder:
 
     # Nodes
 
-    def create_node(self, graph: RecordedGraph, name: str, type: str, *, allow_exists: bool = False) -> str:
-        """A node; its name below the graph."""
+    def create_node(self, graph: RecordedGraph, name: str, type: str, *, exist_ok: bool = False) -> str:
+        """Create a node; return its name below the graph."""
         name = self.name_below(graph, name)
         if name in graph.nodes or name in self.compounds[graph.path]:
-            if allow_exists:
+            if exist_ok:
                 return name
             raise OmniGraphError(f"there is a node {name!r} in {graph.path} already")
         known = checked(type, f"the type of {name}") if type else ""
@@ -250,14 +250,14 @@ class GraphRecorder:
         return name
 
     def create_compound(self, graph: RecordedGraph, name: str) -> str:
-        """A compound; its nodes become those of the graph."""
+        """Create a compound; its nodes become nodes of the graph."""
         name = self.name_below(graph, name)
         self.count()
         self.compounds[graph.path].setdefault(name, {})
         return name
 
     def name_below(self, graph: RecordedGraph, path: str) -> str:
-        """A node's name below its graph, of a name or of an absolute path."""
+        """A node's name below its graph, from a name or an absolute path."""
         path = self.meant(checked(path, "the name of a node"))
         if not path.startswith("/"):
             return posixpath.normpath(path)
@@ -290,13 +290,13 @@ class GraphRecorder:
     # Attributes
 
     def attribute(self, graph: RecordedGraph | None, path: str) -> Place:
-        """The attribute that a path such as `Node.inputs:x` means; of a compound, the inner one that it stands for."""
+        """The attribute at a path such as `Node.inputs:x`; for a promoted one, the inner attribute."""
         node, name = split_attribute(self.meant(checked(path, "an attribute such as 'Node.inputs:x'")))
         inside, found = self.find_node(graph, node)
         return self.inner(Place(inside, found, name))
 
     def inner(self, place: Place) -> Place:
-        """Through the compounds to the attribute of a node."""
+        """Follow promotions to the attribute of a node."""
         compounds = self.compounds.get(place.graph.path, {})
         node, name = place.node, full_name(place.name)
         while node in compounds:
@@ -308,13 +308,13 @@ class GraphRecorder:
         return Place(place.graph, node, name)
 
     def promote(self, place: Place, compound: str, name: str) -> None:
-        """Give a compound an attribute that stands for one of its nodes'."""
+        """Promote an attribute of an inner node to its compound."""
         side = place.name.partition(":")[0]
         full = name if name.startswith(SIDES) else f"{side}:{name}"
         self.compounds[place.graph.path][compound][full] = (place.node, place.name)
 
     def create_attribute(self, place: Place, type: Any, port_type: Any = None) -> Place:
-        """Add an attribute to a node, on the side that its name says, or else its type or port type."""
+        """Add an attribute to a node, on the side given by its name, type or port type."""
         said = str((type[1:] if isinstance(type, tuple) else (), port_type))
         side = "outputs" if "OUTPUT" in said else "state" if "STATE" in said else "inputs"
         name = place.name if place.name.startswith(SIDES) else f"{side}:{place.name}"
@@ -351,7 +351,7 @@ class GraphRecorder:
             node.values[place.name] = RecordedValue(data, known, self.where(hint))
 
     def value(self, place: Place) -> Any:
-        """What an attribute was set to; None where it was not."""
+        """The value that was set; None if none was."""
         if place.name.startswith("outputs:"):
             self.pass_over(f"what the script does with {place.path}")
         known = place.graph.nodes.get(place.node)

@@ -1,4 +1,4 @@
-"""The modules of Omniverse that a script imports: what builds graphs tells a recorder, everything else is a stub."""
+"""The modules of Omniverse that a script imports: those that build graphs record, all others are stubs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from graphengine.isaac.omniverse import og, usd, usd_values
 from graphengine.isaac.omniverse.asyncio_stub import Task, finish
 from graphengine.isaac.omniverse.graph_recorder import GraphRecorder, Place
 from graphengine.isaac.omniverse.og_edit import OPENED
-from graphengine.isaac.omniverse.stubs import Stub, StubModule
+from graphengine.isaac.omniverse.stubs import StubModule, StubObject
 
 ROOTS = frozenset(("omni", "pxr", "usdrt", "isaacsim", "carb", "isaaclab", "replicator", "warp"))
 """Where names of modules begin that come with Isaac Sim."""
@@ -24,7 +24,7 @@ _VECTORS = {
 }
 
 
-class Application(Stub):
+class Application(StubObject):
     """`SimulationApp`, and its instance."""
 
     def __call__(self, *_: Any, **__: Any) -> Any:  # noqa: D102
@@ -78,7 +78,7 @@ def make_modules(recorder: GraphRecorder) -> dict[str, ModuleType]:
             made = f"{(parent or '').rstrip('/')}/{path.strip('/')}"
             recorder.prims.add(made)
             return True, usd.UsdPrim(made, recorder)
-        return True, Stub(f"the command {command}", recorder)
+        return True, StubObject(f"the command {command}", recorder)
 
     def open_stage(path: Any = "", *_: Any, usd_path: Any = "", **__: Any) -> bool:
         recorder.open_stage(str(path or usd_path))
@@ -88,7 +88,7 @@ def make_modules(recorder: GraphRecorder) -> dict[str, ModuleType]:
         "open_stage": open_stage,
         "open_stage_async": lambda *given, **named: Task((open_stage(*given, **named), ""), recorder),
     }
-    context = Stub("omni.usd.get_context()", recorder)
+    context = StubObject("omni.usd.get_context()", recorder)
     vars(context).update(opens, get_stage=lambda: stage)
     prims = {
         "get_prim_at_path": prim_at,
@@ -143,5 +143,5 @@ def make_modules(recorder: GraphRecorder) -> dict[str, ModuleType]:
     packages = {name[:end] for name in known for end, mark in enumerate(name) if mark == "."} - known.keys()
     modules = recorder.modules
     for name in (*packages, *known):
-        modules[name] = StubModule(name, recorder, modules, known.get(name))
+        modules[name] = StubModule(name, recorder, modules, known.get(name, {}))
     return modules

@@ -1,4 +1,4 @@
-"""The stub for `omni.graph.core`: its controllers tell a recorder what is done to graphs."""
+"""The stub of `omni.graph.core`, whose controllers record what is done to graphs."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from graphengine.isaac.omniverse.asyncio_stub import Task
 from graphengine.isaac.omniverse.graph_recorder import GraphRecorder, Place
 from graphengine.isaac.omniverse.og_edit import Edit, Keys, name_lost
 from graphengine.isaac.omniverse.og_handles import (
-    Attribute,
     ExecutionAttributeState,
-    Graph,
     GraphPipelineStage,
-    Node,
-    Variable,
+    OgAttribute,
+    OgGraph,
+    OgNode,
+    OgVariable,
 )
 from graphengine.isaac.omniverse.og_lookup import edited_graph, graph_above, graph_at, is_hidden, node_at, place_at
 from graphengine.isaac.omniverse.og_members import Open, either
@@ -29,7 +29,7 @@ from graphengine.isaac.omniverse.og_types import (
     Type,
 )
 from graphengine.isaac.omniverse.plain_data import unknown
-from graphengine.isaac.omniverse.stubs import ELSEWHERE, OWN, Stub, draw
+from graphengine.isaac.omniverse.stubs import ELSEWHERE, OWN, StubObject, draw
 
 
 class Controller(metaclass=Open):
@@ -60,7 +60,7 @@ class Controller(metaclass=Open):
     ) -> tuple[Any, Any, Any, dict[str, Any]]:
         """Find or make a graph, and do all that the commands say in the documented order."""
         recorder: GraphRecorder = cls.recorder
-        if isinstance(graph_id, Stub):
+        if isinstance(graph_id, StubObject):
             recorder.leave_out(f"an edit of {graph_id} is left out: only Omniverse knows that graph")
             return graph_id, graph_id, graph_id, {}
         known, commands = len(recorder.graphs), edit_commands or {}
@@ -74,20 +74,20 @@ class Controller(metaclass=Open):
         names = path_to_object_map if path_to_object_map is not None else self.known if self else {}
         edit = Edit(recorder, graph, names, allow_exists_node)
         edit.run(commands, "")
-        return Graph(recorder, graph), edit.made, edit.prims, names
+        return OgGraph(recorder, graph), edit.made, edit.prims, names
 
     @either
-    def create_graph(cls: Any, self: Any, graph_id: Any, *_: Any, **__: Any) -> Graph:
+    def create_graph(cls: Any, self: Any, graph_id: Any, *_: Any, **__: Any) -> OgGraph:
         """Make a graph."""
-        return Graph(cls.recorder, edited_graph(cls.recorder, graph_id))
+        return OgGraph(cls.recorder, edited_graph(cls.recorder, graph_id))
 
     @either
-    def graph(cls: Any, self: Any, graph_id: Any) -> Graph | None:
+    def graph(cls: Any, self: Any, graph_id: Any) -> OgGraph | None:
         """A graph by its path."""
         return graph_at(cls.recorder, graph_id)
 
     @either
-    def node(cls: Any, self: Any, node_id: Any = None, graph_id: Any = None, **named: Any) -> Node:
+    def node(cls: Any, self: Any, node_id: Any = None, graph_id: Any = None, **named: Any) -> OgNode:
         """A node by its path, by its name and graph, or by `(name, graph)`."""
         return node_at(cls.recorder, node_id if node_id is not None else named.get("path"), graph_id, _known(self))
 
@@ -96,26 +96,28 @@ class Controller(metaclass=Open):
         """An attribute by its path, by its name and node, or by `(name, node)`."""
         if is_hidden(cls.recorder, attribute_id):
             return _leave_attribute(cls.recorder, attribute_id)
-        return Attribute(cls.recorder, _place(cls, self, attribute_id, node_id, graph_id))
+        return OgAttribute(cls.recorder, _place(cls, self, attribute_id, node_id, graph_id))
 
     @either
-    def variable(cls: Any, self: Any, variable_id: Any, graph_id: Any = None) -> Variable:
+    def variable(cls: Any, self: Any, variable_id: Any, graph_id: Any = None) -> OgVariable:
         """A variable by its name and graph; one itself too."""
-        if isinstance(variable_id, Variable):
+        if isinstance(variable_id, OgVariable):
             return variable_id
         name, graph = variable_id if isinstance(variable_id, tuple) else (variable_id, graph_id)
         found = graph_at(cls.recorder, graph)
         if found is None or name not in found.graph.variables:
             raise OmniGraphError(f"no variable {shown(name)} in {shown(graph)}")
-        return Variable(cls.recorder, found.graph, name)
+        return OgVariable(cls.recorder, found.graph, name)
 
     @either
-    def create_node(cls: Any, self: Any, node_id: Any, node_type_id: Any, allow_exists: bool = False, **_: Any) -> Node:
+    def create_node(
+        cls: Any, self: Any, node_id: Any, node_type_id: Any, allow_exists: bool = False, **_: Any
+    ) -> OgNode:
         """Make a node at a path, or with a name in a graph: `(name, graph)`."""
         recorder = cls.recorder
         name, graph_id = node_id if isinstance(node_id, tuple) else (node_id, None)
         inside = edited_graph(recorder, graph_id) if graph_id is not None else graph_above(recorder, str(name))
-        return Node(recorder, inside, recorder.create_node(inside, str(name), node_type_id, allow_exists=allow_exists))
+        return OgNode(recorder, inside, recorder.create_node(inside, str(name), node_type_id, exist_ok=allow_exists))
 
     @either
     def delete_node(cls: Any, self: Any, node_id: Any, *_: Any, **__: Any) -> None:
@@ -124,9 +126,9 @@ class Controller(metaclass=Open):
         cls.recorder.delete_node(node.graph, node.name)
 
     @either
-    def create_variable(cls: Any, self: Any, graph_id: Any, name: str, type: Any, *_: Any, **__: Any) -> Variable:
+    def create_variable(cls: Any, self: Any, graph_id: Any, name: str, type: Any, *_: Any, **__: Any) -> OgVariable:
         """Add a variable to a graph."""
-        return Graph(cls.recorder, edited_graph(cls.recorder, graph_id)).create_variable(name, type)
+        return OgGraph(cls.recorder, edited_graph(cls.recorder, graph_id)).create_variable(name, type)
 
     @either
     def set_variable_default_value(cls: Any, self: Any, variable_id: Any, value: Any) -> None:
@@ -141,7 +143,7 @@ class Controller(metaclass=Open):
     @either
     def node_type(cls: Any, self: Any, type_id: Any) -> NodeType:
         """A type of nodes by its name, or that of a node."""
-        name = type_id.get_type_name() if isinstance(type_id, Node) else str(type_id)
+        name = type_id.get_type_name() if isinstance(type_id, OgNode) else str(type_id)
         if name not in cls.recorder.types and not cls.recorder.assumed:
             raise OmniGraphError(f"there is no node type {name!r}")
         return NodeType(name)
@@ -157,13 +159,13 @@ class Controller(metaclass=Open):
         attr_default: Any = None,
         *_: Any,
         **__: Any,
-    ) -> Attribute:
+    ) -> OgAttribute:
         """Add an attribute to a node."""
         node = node_at(cls.recorder, node_id, None, _known(self))
         place = cls.recorder.create_attribute(Place(node.graph, node.name, attr_name), attr_type, attr_port)
         if attr_default is not None:
             cls.recorder.set_value(place, attr_default)
-        return Attribute(cls.recorder, place)
+        return OgAttribute(cls.recorder, place)
 
     @either
     def connect(cls: Any, self: Any, src_spec: Any, dst_spec: Any, *_: Any, **__: Any) -> None:
@@ -184,11 +186,11 @@ class Controller(metaclass=Open):
     def get(cls: Any, self: Any, attribute: Any = None, *_: Any, **named: Any) -> Any:
         """What an attribute was set to."""
         spec = attribute if attribute is not None else named.get("attribute_id", self and self.attribute_id)
-        if isinstance(spec, Variable):
+        if isinstance(spec, OgVariable):
             return spec.get()
         if is_hidden(cls.recorder, spec):
             return _leave_attribute(cls.recorder, spec)
-        return Attribute(cls.recorder, _place(cls, self, spec, named.get("node"), named.get("graph"))).get()
+        return OgAttribute(cls.recorder, _place(cls, self, spec, named.get("node"), named.get("graph"))).get()
 
     @either
     def set(cls: Any, self: Any, *arguments: Any, **named: Any) -> None:
@@ -202,7 +204,7 @@ class Controller(metaclass=Open):
             raise OmniGraphError("set: which attribute, and to which value?")
         if is_hidden(cls.recorder, spec):
             _leave_attribute(cls.recorder, spec)
-        elif isinstance(spec, Variable):
+        elif isinstance(spec, OgVariable):
             spec.set(None, given[-1])
         else:
             place = _place(cls, self, spec, named.get("node"), named.get("graph"))
@@ -220,11 +222,11 @@ class Controller(metaclass=Open):
         draw(cls.recorder)
 
 
-def _leave_attribute(recorder: GraphRecorder, spec: Any) -> Stub:
+def _leave_attribute(recorder: GraphRecorder, spec: Any) -> StubObject:
     """Tell of an attribute of a graph that Omniverse makes itself, as its renderer does; once, where it is told already."""
     if str(spec) not in map(unknown, (ELSEWHERE, OWN)):
         recorder.leave_out(f"what is set at {str(spec)[:200]}: only Omniverse knows that node")
-    return Stub(OWN, recorder)
+    return StubObject(OWN, recorder)
 
 
 def _known(controller: Any) -> Mapping[str, Any]:
@@ -236,7 +238,7 @@ def _place(cls: Any, controller: Any, spec: Any, node_id: Any = None, graph_id: 
 
 
 _CONTROLLERS = ("Controller", "GraphController", "NodeController", "ObjectLookup", "DataView", "AttributeValueHelper")
-_HANDLES = (Graph, Node, Attribute, GraphPipelineStage, ExecutionAttributeState)
+_HANDLES = (OgGraph, OgNode, OgAttribute, GraphPipelineStage, ExecutionAttributeState)
 _TYPES = (Type, BaseDataType, AttributeRole, AttributePortType, AttributeType)
 
 
@@ -245,10 +247,10 @@ def members(recorder: GraphRecorder) -> dict[str, Any]:
     controller = Open("Controller", (Controller,), {"recorder": recorder})
     return {
         **dict.fromkeys(_CONTROLLERS, controller),
-        **{kind.__name__: kind for kind in (*_HANDLES, *_TYPES, OmniGraphError)},
+        **{kind.__name__.removeprefix("Og"): kind for kind in (*_HANDLES, *_TYPES, OmniGraphError)},
         "get_registered_nodes": lambda: sorted(recorder.types),
         "get_node_type": NodeType,
         "get_graph_by_path": lambda path: graph_at(recorder, path),
-        "get_all_graphs": lambda: [Graph(recorder, graph) for graph in recorder.graphs.values()],
+        "get_all_graphs": lambda: [OgGraph(recorder, graph) for graph in recorder.graphs.values()],
         "get_node_by_path": lambda path: node_at(recorder, str(path), None, {}),
     }

@@ -1,4 +1,4 @@
-"""One `og.Controller.edit`: all that its dictionary says, in the order that OmniGraph documents."""
+"""One `og.Controller.edit`: executes its dictionary in the order that OmniGraph documents."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from graphengine.format.wording import did_you_mean, listing, shown
 from graphengine.isaac.omniverse.graph_recorder import GraphRecorder, Place
-from graphengine.isaac.omniverse.og_handles import Graph, Node
+from graphengine.isaac.omniverse.og_handles import OgGraph, OgNode
 from graphengine.isaac.omniverse.og_lookup import place_at
 from graphengine.isaac.omniverse.og_names import MAX_NAME, NotThereError, OmniGraphError, items, split_attribute
 from graphengine.isaac.omniverse.usd import UsdPrim
@@ -56,10 +56,8 @@ def name_lost(error: OmniGraphError, commands: Any, done: int) -> None:
 class Edit:
     """One call of `og.Controller.edit`, or a compound in it."""
 
-    def __init__(
-        self, recorder: GraphRecorder, graph: RecordedGraph, names: dict[str, Any], allow_exists: bool
-    ) -> None:
-        self.recorder, self.graph, self.names, self.allow_exists = recorder, graph, names, allow_exists
+    def __init__(self, recorder: GraphRecorder, graph: RecordedGraph, names: dict[str, Any], exist_ok: bool) -> None:
+        self.recorder, self.graph, self.names, self.exist_ok = recorder, graph, names, exist_ok
         self.made: list[Any] = []
         self.prims: list[Any] = []
 
@@ -93,17 +91,17 @@ class Edit:
             node, name = split_attribute(spec)
             found, full = self.names.get(node), self._node_name(node, compound)
             in_graph = full in self.graph.nodes or full in self.recorder.compounds[self.graph.path]
-            if isinstance(found, Node) and not in_graph:
+            if isinstance(found, OgNode) and not in_graph:
                 return found.get_attribute(name).place
             if compound:
                 return self.recorder.attribute(self.graph, f"{compound}/{spec}")
-        return place_at(self.recorder, spec, None, Graph(self.recorder, self.graph), {})
+        return place_at(self.recorder, spec, None, OgGraph(self.recorder, self.graph), {})
 
     def _node_name(self, name: Any, compound: str) -> str:
         return f"{compound}/{name}" if compound and not str(name).startswith("/") else str(name)
 
     def _delete_nodes(self, item: Any, compound: str) -> None:
-        if isinstance(item, Node):
+        if isinstance(item, OgNode):
             self.recorder.delete_node(item.graph, item.name)
         else:
             self.recorder.delete_node(*self.recorder.find_node(self.graph, self._node_name(item, compound)))
@@ -123,10 +121,10 @@ class Edit:
             self.run(kind, inner)
             return
         full = self._node_name(name, compound)
-        self._keep(name, self.recorder.create_node(self.graph, full, str(kind), allow_exists=self.allow_exists))
+        self._keep(name, self.recorder.create_node(self.graph, full, str(kind), exist_ok=self.exist_ok))
 
     def _keep(self, given: str, name: str) -> None:
-        node = Node(self.recorder, self.graph, name)
+        node = OgNode(self.recorder, self.graph, name)
         self.made.append(node)
         self.names[given] = self.names[node.get_prim_path()] = node
 

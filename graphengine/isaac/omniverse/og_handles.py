@@ -1,4 +1,4 @@
-"""What stands for graphs, nodes, attributes and variables in `omni.graph.core`."""
+"""Handles to graphs, nodes, attributes and variables, as `omni.graph.core` has them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 from graphengine.isaac.omniverse.graph_recorder import GraphRecorder, Place
 from graphengine.isaac.omniverse.og_names import SIDES, OmniGraphError, stage_of
-from graphengine.isaac.omniverse.stubs import Stub, member
+from graphengine.isaac.omniverse.stubs import StubObject, member
 from graphengine.isaac.recorded_graph import RecordedGraph
 
 
@@ -28,12 +28,12 @@ ExecutionAttributeState = enum.IntEnum(
 
 
 class OgHandle:
-    """What stands for something in a graph."""
+    """Base of the handles."""
 
     recorder: GraphRecorder
 
     def is_valid(self) -> bool:
-        """Whether it is still there."""
+        """Whether the object still exists."""
         return True
 
     isValid = valid = is_valid  # noqa: N815  both are OmniGraph's
@@ -42,111 +42,111 @@ class OgHandle:
         return self.is_valid()
 
     def __getattr__(self, name: str) -> Any:
-        return member(f"og.{type(self).__name__}", name, self.recorder)
+        return member(f"og.{type(self).__name__.removeprefix('Og')}", name, self.recorder)
 
 
-class Graph(OgHandle):
-    """A graph."""
+class OgGraph(OgHandle):
+    """`og.Graph`: a recorded graph."""
 
     def __init__(self, recorder: GraphRecorder, graph: RecordedGraph) -> None:
         self.recorder, self.graph = recorder, graph
 
     def is_valid(self) -> bool:
-        """Whether it is still there."""
+        """Whether the graph still exists."""
         return self.recorder.graphs.get(self.graph.path) is self.graph
 
     def get_path_to_graph(self) -> str:
-        """Its prim."""
+        """The prim path of the graph."""
         return self.graph.path
 
-    def get_nodes(self) -> list[Node]:
-        """Its nodes."""
-        return [Node(self.recorder, self.graph, name) for name in self.graph.nodes]
+    def get_nodes(self) -> list[OgNode]:
+        """Handles to all nodes."""
+        return [OgNode(self.recorder, self.graph, name) for name in self.graph.nodes]
 
-    def get_node(self, path: str) -> Node | None:
-        """A node by its path; None where there is none."""
+    def get_node(self, path: str) -> OgNode | None:
+        """A node by its path; None if there is none."""
         try:
-            return Node(self.recorder, *self.recorder.find_node(self.graph, path))
+            return OgNode(self.recorder, *self.recorder.find_node(self.graph, path))
         except OmniGraphError:
             return None
 
-    def create_node(self, path: str, type: str, *_: Any) -> Node:
+    def create_node(self, path: str, type: str, *_: Any) -> OgNode:
         """Make a node."""
-        return Node(self.recorder, self.graph, self.recorder.create_node(self.graph, str(path), type))
+        return OgNode(self.recorder, self.graph, self.recorder.create_node(self.graph, str(path), type))
 
     def destroy_node(self, path: str, *_: Any) -> bool:
         """Remove a node."""
         self.recorder.delete_node(*self.recorder.find_node(self.graph, path))
         return True
 
-    def create_variable(self, name: str, type: Any) -> Variable:
+    def create_variable(self, name: str, type: Any) -> OgVariable:
         """Add a variable."""
         self.recorder.create_variable(self.graph, name, type)
-        return Variable(self.recorder, self.graph, name)
+        return OgVariable(self.recorder, self.graph, name)
 
-    def find_variable(self, name: str) -> Variable | None:
+    def find_variable(self, name: str) -> OgVariable | None:
         """A variable by its name."""
-        return Variable(self.recorder, self.graph, name) if name in self.graph.variables else None
+        return OgVariable(self.recorder, self.graph, name) if name in self.graph.variables else None
 
-    def get_variables(self) -> list[Variable]:
-        """Its variables."""
-        return [Variable(self.recorder, self.graph, name) for name in self.graph.variables]
+    def get_variables(self) -> list[OgVariable]:
+        """Handles to all variables."""
+        return [OgVariable(self.recorder, self.graph, name) for name in self.graph.variables]
 
     def change_pipeline_stage(self, stage: Any) -> None:
-        """Have it evaluated at another time."""
+        """Set the pipeline stage."""
         self.graph.pipeline_stage = stage_of(stage)
 
     def get_pipeline_stage(self) -> Any:
-        """When it is evaluated."""
+        """The pipeline stage."""
         return self.graph.pipeline_stage
 
     def evaluate(self, *_: Any) -> bool:
-        """Nothing: what a graph does is no part of it."""
+        """Do nothing; scripts are recorded, not simulated."""
         return True
 
     def set_disabled(self, disabled: bool) -> None:
-        """A graph's file has no such thing."""
+        """Report that graph files cannot be disabled."""
         if disabled:
             self.recorder.leave_out(f"the graph {self.graph.path} is disabled; its file is not", "set_disabled")
 
     plain_data = get_path_to_graph
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Graph) and other.graph is self.graph
+        return isinstance(other, OgGraph) and other.graph is self.graph
 
     def __hash__(self) -> int:
         return hash(self.graph.path)
 
 
-class Node(OgHandle):
-    """A node, or a compound."""
+class OgNode(OgHandle):
+    """`og.Node`: a node, or a compound."""
 
     def __init__(self, recorder: GraphRecorder, graph: RecordedGraph, name: str) -> None:
         self.recorder, self.graph, self.name = recorder, graph, name
 
     def is_valid(self) -> bool:
-        """Whether it is still there."""
+        """Whether the node still exists."""
         return self.name in self.graph.nodes or self.name in self.recorder.compounds[self.graph.path]
 
     def get_prim_path(self) -> str:
-        """Its prim."""
+        """The prim path of the node."""
         return f"{self.graph.path}/{self.name}"
 
     def get_type_name(self) -> str:
-        """Its type."""
+        """The node type."""
         known = self.graph.nodes.get(self.name)
         return known.type if known else "omni.graph.nodes.CompoundSubgraph"
 
-    def get_graph(self) -> Graph:
-        """The graph that it is in."""
-        return Graph(self.recorder, self.graph)
+    def get_graph(self) -> OgGraph:
+        """The graph that contains the node."""
+        return OgGraph(self.recorder, self.graph)
 
-    def get_attribute(self, name: str) -> Attribute:
-        """One of its attributes by full name."""
-        return Attribute(self.recorder, self.recorder.inner(Place(self.graph, self.name, str(name))))
+    def get_attribute(self, name: str) -> OgAttribute:
+        """An attribute by its full name."""
+        return OgAttribute(self.recorder, self.recorder.inner(Place(self.graph, self.name, str(name))))
 
     def get_attribute_exists(self, name: str) -> bool:
-        """Whether it may have such an attribute: types are not known here."""
+        """Whether the attribute may exist; node types are unknown here."""
         return str(name).startswith(SIDES)
 
     def create_attribute(self, name: str, type: Any, port_type: Any = None, *_: Any, **__: Any) -> bool:
@@ -157,88 +157,88 @@ class Node(OgHandle):
     plain_data = get_prim_path
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Node) and (other.graph, other.name) == (self.graph, self.name)
+        return isinstance(other, OgNode) and (other.graph, other.name) == (self.graph, self.name)
 
     def __hash__(self) -> int:
         return hash(self.get_prim_path())
 
 
-class Attribute(OgHandle):
-    """An attribute of a node."""
+class OgAttribute(OgHandle):
+    """`og.Attribute`: an attribute of a node."""
 
     def __init__(self, recorder: GraphRecorder, place: Place) -> None:
         self.recorder, self.place = recorder, place
 
     def get(self, *_: Any, **__: Any) -> Any:
-        """What it was set to; before, only Omniverse knows its value."""
+        """The value that was set; else a stub, as only Omniverse knows defaults."""
         value = self.recorder.value(self.place)
-        return Stub(f"the default of {self.place.path}", self.recorder) if value is None else value
+        return StubObject(f"the default of {self.place.path}", self.recorder) if value is None else value
 
     def set(self, value: Any, *_: Any, **__: Any) -> bool:
-        """Set it."""
+        """Set the value."""
         self.recorder.set_value(self.place, value)
         return True
 
     def get_name(self) -> str:
-        """Its full name."""
+        """The full name."""
         return self.place.name
 
     def get_path(self) -> str:
-        """As USD writes it."""
+        """The path in USD."""
         return self.place.path
 
-    def get_node(self) -> Node:
-        """The node that has it."""
-        return Node(self.recorder, self.place.graph, self.place.node)
+    def get_node(self) -> OgNode:
+        """The node of the attribute."""
+        return OgNode(self.recorder, self.place.graph, self.place.node)
 
-    def connect(self, other: Attribute, *_: Any) -> bool:
-        """Wire it to another one."""
+    def connect(self, other: OgAttribute, *_: Any) -> bool:
+        """Wire to another attribute."""
         self.recorder.connect(self.place, other.place)
         return True
 
-    def disconnect(self, other: Attribute, *_: Any) -> bool:
-        """Remove that wire."""
+    def disconnect(self, other: OgAttribute, *_: Any) -> bool:
+        """Remove the wire to another attribute."""
         self.recorder.disconnect(self.place, other.place)
         return True
 
-    def get_upstream_connections(self) -> list[Attribute]:
-        """What is wired to it."""
-        return [Attribute(self.recorder, place) for place in self.recorder.upstream(self.place)]
+    def get_upstream_connections(self) -> list[OgAttribute]:
+        """Attributes wired into this one."""
+        return [OgAttribute(self.recorder, place) for place in self.recorder.upstream(self.place)]
 
     def get_upstream_connection_count(self) -> int:
-        """To how many it is wired that way."""
+        """Number of upstream connections."""
         return len(self.get_upstream_connections())
 
     def get_downstream_connection_count(self) -> int:
-        """To how many it is wired that way."""
+        """Number of downstream connections."""
         return len(self.get_downstream_connections())
 
-    def is_connected(self, other: Attribute) -> bool:
+    def is_connected(self, other: OgAttribute) -> bool:
         """Whether a wire leads from it to another one."""
         return other.place in self.recorder.downstream(self.place)
 
-    def get_downstream_connections(self) -> list[Attribute]:
-        """What it is wired to."""
-        return [Attribute(self.recorder, place) for place in self.recorder.downstream(self.place)]
+    def get_downstream_connections(self) -> list[OgAttribute]:
+        """Attributes that this one is wired to."""
+        return [OgAttribute(self.recorder, place) for place in self.recorder.downstream(self.place)]
 
     def set_resolved_type(self, *_: Any) -> None:
-        """Nothing: wires and values tell the type."""
+        """Do nothing; types follow from wires and values."""
 
     plain_data = get_path
 
 
-class Variable(OgHandle):
+class OgVariable(OgHandle):
     """A variable of a graph."""
 
     def __init__(self, recorder: GraphRecorder, graph: RecordedGraph, name: str) -> None:
         self.recorder, self.graph, self.name = recorder, graph, name
 
     def get(self, *_: Any) -> Any:
-        """Its default."""
+        """The default value."""
         return self.graph.variables[self.name].data
 
     def set(self, _: Any, value: Any, *__: Any) -> bool:
-        """Set its default; a context comes first."""
+        """Set the default value; the context argument is ignored."""
         self.recorder.set_variable(self.graph, self.name, value)
         return True
 

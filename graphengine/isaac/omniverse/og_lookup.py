@@ -1,4 +1,4 @@
-"""How scripts name graphs, nodes and attributes: by paths, by names, by handles, or by several of them together."""
+"""Finds graphs, nodes and attributes by paths, names, handles, or combinations of these."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 from graphengine.format.wording import shown
 from graphengine.isaac.omniverse.graph_recorder import GraphRecorder, Place
-from graphengine.isaac.omniverse.og_handles import Attribute, Graph, GraphPipelineStage, Node
+from graphengine.isaac.omniverse.og_handles import GraphPipelineStage, OgAttribute, OgGraph, OgNode
 from graphengine.isaac.omniverse.og_names import OmniGraphError, split_attribute, stage_of
 from graphengine.isaac.omniverse.plain_data import is_unknown
 from graphengine.isaac.omniverse.usd import UsdPrim
@@ -16,7 +16,7 @@ from graphengine.isaac.recorded_graph import RecordedGraph
 
 def edited_graph(recorder: GraphRecorder, graph_id: Any) -> RecordedGraph:
     """The graph that an edit is for; made where there is none yet."""
-    if isinstance(graph_id, Graph):
+    if isinstance(graph_id, OgGraph):
         return graph_id.graph
     if isinstance(graph_id, Mapping):
         if "graph_path" not in graph_id:
@@ -31,12 +31,12 @@ def edited_graph(recorder: GraphRecorder, graph_id: Any) -> RecordedGraph:
     raise OmniGraphError(f"expected the path of a graph, or {{'graph_path': …}}, got {shown(graph_id)}")
 
 
-def graph_at(recorder: GraphRecorder, graph_id: Any) -> Graph | None:
+def graph_at(recorder: GraphRecorder, graph_id: Any) -> OgGraph | None:
     """A graph by its path; None where there is none."""
-    if isinstance(graph_id, Graph):
+    if isinstance(graph_id, OgGraph):
         return graph_id
     found = recorder.graph_at(str(graph_id))
-    return Graph(recorder, found) if found is not None else None
+    return OgGraph(recorder, found) if found is not None else None
 
 
 def graph_above(recorder: GraphRecorder, path: str) -> RecordedGraph:
@@ -51,7 +51,7 @@ def graph_above(recorder: GraphRecorder, path: str) -> RecordedGraph:
     return found[0]
 
 
-def node_at(recorder: GraphRecorder, node_id: Any, graph_id: Any, known: Mapping[str, Any]) -> Node:
+def node_at(recorder: GraphRecorder, node_id: Any, graph_id: Any, known: Mapping[str, Any]) -> OgNode:
     """A node by its path, by its name in a graph or among those known, or by `(name, graph)`.
 
     Raises:
@@ -59,16 +59,16 @@ def node_at(recorder: GraphRecorder, node_id: Any, graph_id: Any, known: Mapping
     """
     if isinstance(node_id, tuple | list) and len(node_id) == 2:
         node_id, graph_id = node_id
-    if isinstance(node_id, Node):
+    if isinstance(node_id, OgNode):
         return node_id
     if isinstance(node_id, UsdPrim):
         node_id = str(node_id.path)
     if not isinstance(node_id, str):
         raise OmniGraphError(f"expected the path of a node, got {shown(node_id)}")
-    if isinstance(known.get(node_id), Node) and graph_id is None:
+    if isinstance(known.get(node_id), OgNode) and graph_id is None:
         return known[node_id]  # type: ignore[no-any-return]
     graph = graph_at(recorder, graph_id) if graph_id is not None else None
-    return Node(recorder, *recorder.find_node(graph.graph if graph else None, str(node_id)))
+    return OgNode(recorder, *recorder.find_node(graph.graph if graph else None, str(node_id)))
 
 
 def is_hidden(recorder: GraphRecorder, spec: Any) -> bool:
@@ -78,7 +78,7 @@ def is_hidden(recorder: GraphRecorder, spec: Any) -> bool:
 
 def place_at(recorder: GraphRecorder, spec: Any, node_id: Any, graph_id: Any, known: Mapping[str, Any]) -> Place:
     """The attribute that a path, a handle, or a name with a node means."""
-    if isinstance(spec, Attribute):
+    if isinstance(spec, OgAttribute):
         return spec.place
     if isinstance(spec, Sequence) and not isinstance(spec, str) and len(spec) in (2, 3):
         spec, node_id, *rest = spec
@@ -88,7 +88,7 @@ def place_at(recorder: GraphRecorder, spec: Any, node_id: Any, graph_id: Any, kn
     if node_id is not None:
         return node_at(recorder, node_id, graph_id, known).get_attribute(spec).place
     node_name, name = split_attribute(spec)
-    if isinstance(node := known.get(node_name), Node):
+    if isinstance(node := known.get(node_name), OgNode):
         return node.get_attribute(name).place
     graph = graph_at(recorder, graph_id) if graph_id is not None else None
     return recorder.attribute(graph.graph if graph else None, str(spec))

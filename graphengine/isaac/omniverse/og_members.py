@@ -1,4 +1,4 @@
-"""How members of OmniGraph's controllers are found: on the class and on its instances, and those that are not known too."""
+"""Attribute lookup of OmniGraph's controllers, on the class and on instances; unknown members are stubs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 from graphengine.isaac.omniverse.graph_recorder import GraphRecorder
 from graphengine.isaac.omniverse.og_edit import OPENED
 from graphengine.isaac.omniverse.og_names import NotThereError
-from graphengine.isaac.omniverse.stubs import ELSEWHERE, Stub, member
+from graphengine.isaac.omniverse.stubs import ELSEWHERE, StubObject, member
 
 
 class either:  # noqa: N801  used as a decorator
@@ -29,7 +29,7 @@ class either:  # noqa: N801  used as a decorator
             if not owner.recorder.assumed:
                 raise
             owner.recorder.leave_out(str(error), "", OPENED)
-            return Stub(ELSEWHERE, owner.recorder)
+            return StubObject(ELSEWHERE, owner.recorder)
 
 
 class Open(type):

@@ -1,4 +1,4 @@
-"""How OmniGraph's calls spell what they mean: paths, attributes, types, stages, and one or many of something."""
+"""Parses paths, attributes, types and pipeline stages that OmniGraph's calls take."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class NotThereError(OmniGraphError):
 
 
 def checked(name: Any, what: str) -> str:
-    """A name, path or type of the script's.
+    """Return a name, path or type that a script gave, if it is valid.
 
     Raises:
         OmniGraphError: it is none that a person could have written.
@@ -35,7 +35,7 @@ def checked(name: Any, what: str) -> str:
 
 
 def absolute(path: str) -> str:
-    """The path of a prim without a slash at its end."""
+    """The path of a prim, without a trailing slash."""
     return "/" + checked(path, "the path of a prim").strip("/")
 
 
@@ -75,7 +75,7 @@ def type_name(type: Any) -> str:
 
 
 def stage_of(value: Any) -> PipelineStage:
-    """The pipeline stage that an enumerator, or a USD token such as `pipelineStageOnDemand`, means."""
+    """The pipeline stage of an enumerator or of a USD token such as `pipelineStageOnDemand`."""
     word = re.sub(".*_STAGE_|^pipelineStage|_", "", str(getattr(value, "name", value))).lower()
     for stage in PIPELINE_STAGES:
         if stage.replace("_", "") == word:
@@ -84,6 +84,6 @@ def stage_of(value: Any) -> PipelineStage:
 
 
 def items(commands: Any) -> Iterable[Any]:
-    """What stands below a key of an edit: one item, or several."""
+    """The items below a key of an edit, as a list even if there is one."""
     several = isinstance(commands, tuple) and commands and isinstance(commands[0], tuple | list)
     return list(commands) if several or isinstance(commands, list) else [commands]

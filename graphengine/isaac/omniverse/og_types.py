@@ -1,4 +1,4 @@
-"""What stands for types in `omni.graph.core`: of values, made of a base, a count, a depth and a role, and of nodes."""
+"""Types as in `omni.graph.core`: of values, by base type, count, array depth and role, and of nodes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Values of a script as plain data: what USD, numpy and Python call a number, a text, a path or a tuple of them."""
+"""Converts a script's values to plain data: those of USD, numpy and Python."""
 
 from __future__ import annotations
 

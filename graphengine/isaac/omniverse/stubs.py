@@ -1,4 +1,4 @@
-"""What takes the place of everything of Omniverse that builds no graphs: it can be called, read and set, and does nothing.
+"""Stubs for everything in Omniverse that builds no graphs: they can be called, read and set, and do nothing.
 
 A stub is false and empty, so that loops over it and loops that wait for it end; taken apart it gives as many as are wanted.
 It is no number: what is computed of it, `max(0.0, …)` too, is a stub, so that no value is invented.
@@ -57,16 +57,16 @@ _UNPACK = dis.opmap["UNPACK_SEQUENCE"]
 
 
 class EndlessError(BaseException):
-    """The script goes on without end; no exception that a script means to catch."""
+    """Ends a script that loops without end; scripts are not meant to catch it."""
 
 
-class Stub:
-    """Something of Omniverse, by the name that a script reached it with."""
+class StubObject:
+    """An object of Omniverse, under the name by which a script reached it."""
 
     is_unknown = True
 
     def __new__(cls, name: str, recorder: GraphRecorder) -> Any:
-        """One of a class with a name that Python's messages make sense with."""
+        """Make an instance of a class whose name reads well in Python's error messages."""
         made = super().__new__(_named(cls, _CALLS.sub("", name)))  # type: ignore[arg-type]
         made.__dict__.update(_name=name, _recorder=recorder)
         return made
@@ -89,11 +89,11 @@ class Stub:
             return runs == _RUNS[last]
         if self._name.startswith("carb.log_"):
             self._recorder.said.extend(text[:MAX_SAID] for text in arguments if isinstance(text, str))
-        if len(arguments) == 1 and not named and callable(arguments[0]) and not isinstance(arguments[0], Stub):
+        if len(arguments) == 1 and not named and callable(arguments[0]) and not isinstance(arguments[0], StubObject):
             return arguments[0]  # a decorator
         given = tuple(map(_comparable, (*arguments, *named, *named.values())))
         name = self._name if self._name.endswith(")") else f"{self._name}()"
-        made = Stub(self._recorder.tell_apart(name, given), self._recorder)
+        made = StubObject(self._recorder.tell_apart(name, given), self._recorder)
         if last[:1].isupper():  # an instance of a class keeps what it was made of
             vars(made).update({**named, **vars(made)})
         return made
@@ -114,7 +114,7 @@ class Stub:
         return iter([self] * wanted)
 
     def __getitem__(self, key: Any) -> Any:
-        return Stub(self._recorder.tell_apart(f"{self._name}[…]", _comparable(key)), self._recorder)
+        return StubObject(self._recorder.tell_apart(f"{self._name}[…]", _comparable(key)), self._recorder)
 
     def __setitem__(self, key: Any, value: Any) -> None:
         pass
@@ -159,7 +159,7 @@ class Stub:
         return self is other or self._recorder.holds(f"{_CALLS.sub('', self._name)} == {other}")
 
     def _compare(self, sign: str, other: Any) -> Any:
-        return Stub(f"{self._name} {sign} {other}", self._recorder)
+        return StubObject(f"{self._name} {sign} {other}", self._recorder)
 
     __lt__ = __le__ = functools.partialmethod(_compare, "<")
     __gt__ = __ge__ = functools.partialmethod(_compare, ">")
@@ -170,7 +170,7 @@ class Stub:
     __contains__ = __instancecheck__ = _never
 
     def plain_data(self) -> Any:
-        """Nobody knows."""
+        """Raise an error: the value is unknown."""
         raise UnknownError(f"it comes from {self._name}")
 
 
@@ -191,29 +191,29 @@ def of_unknown(function: Any) -> Any:
     return called
 
 
-def _stubs(values: Any, depth: int) -> Iterator[Stub]:
+def _stubs(values: Any, depth: int) -> Iterator[StubObject]:
     """Stubs among values, and in lists of them."""
     for value in values if depth else ():
-        if isinstance(value, Stub):
+        if isinstance(value, StubObject):
             yield value
         elif isinstance(value, list | tuple):
             yield from _stubs(value, depth - 1)
 
 
 @functools.lru_cache(4096)
-def _named(cls: type[Stub], name: str) -> type[Stub]:
+def _named(cls: type[StubObject], name: str) -> type[StubObject]:
     return type(f"unknown value of {name}", (cls,), {"__module__": cls.__module__})
 
 
 def _unpacked(frame: FrameType) -> int:
-    """How many values a frame is about to take apart, as in `a, b = …`; 0 where it does something else."""
+    """Number of targets if a frame is about to unpack, as in `a, b = …`; else 0."""
     code, at = frame.f_code.co_code, frame.f_lasti
     return code[at + 1] if code[at] == _UNPACK else 0
 
 
 def _comparable(value: Any) -> Any:
-    """The key by which stubs of calls with different arguments get different names; None for any other argument."""
-    return value if isinstance(value, str | int | float) else str(value) if isinstance(value, Stub) else None
+    """A key that distinguishes stubs of calls with different arguments; None for other types."""
+    return value if isinstance(value, str | int | float) else str(value) if isinstance(value, StubObject) else None
 
 
 def member(owner: str, name: str, recorder: GraphRecorder) -> Any:
@@ -226,7 +226,7 @@ def member(owner: str, name: str, recorder: GraphRecorder) -> Any:
     if name == "og":
         recorder.findings.add("N302", f"{owner}.og is taken to be omni.graph.core", recorder.where(""))
         return recorder.modules["omni.graph.core"]
-    return Stub(f"{owner}.{name}", recorder)
+    return StubObject(f"{owner}.{name}", recorder)
 
 
 class StubBase:
@@ -235,13 +235,13 @@ class StubBase:
     _recorder: GraphRecorder
 
     def __init_subclass__(cls) -> None:
-        """Give the base what methods may ask of it by `super()`, which asks no `__getattr__`."""
+        """Add stubs for what methods ask of `super()`, which calls no `__getattr__`."""
         base = next(one for one in cls.__mro__ if "_recorder" in vars(one))
         codes = (getattr(member, "__code__", None) for member in vars(cls).values())
         names = {name for code in codes if code and "super" in code.co_names for name in code.co_names}
         for name in names:
             if not name.startswith("__") and not hasattr(base, name):
-                setattr(base, name, Stub(f"{cls.__name__}.{name}", cls._recorder))
+                setattr(base, name, StubObject(f"{cls.__name__}.{name}", cls._recorder))
 
     def __init__(self, *arguments: Any, **named: Any) -> None:
         vars(self).update(named)
@@ -264,7 +264,7 @@ def draw(recorder: GraphRecorder) -> None:
 
 
 def told(recorder: GraphRecorder, name: str) -> None:
-    """Note a call."""
+    """Record a call."""
     idle(recorder)
     name = _CALLS.sub("", name)
     last = name.rpartition(".")[2]
@@ -279,7 +279,7 @@ def told(recorder: GraphRecorder, name: str) -> None:
 
 
 class Builtins(dict[str, Any]):
-    """Names that a script finds without defining them: what it imports by `*` of a module that is not there is a stub."""
+    """Names that a script uses without defining them: after `from m import *` of a missing module they are stubs."""
 
     recorder: GraphRecorder
 
@@ -290,17 +290,13 @@ class Builtins(dict[str, Any]):
 
 
 class StubModule(ModuleType):
-    """A module of stubs, but for what was put into it and for the modules below it that are known."""
+    """A module of stubs, apart from its given members and known submodules."""
 
     def __init__(
-        self,
-        name: str,
-        recorder: GraphRecorder,
-        known: Mapping[str, ModuleType],
-        members: Mapping[str, Any] | None = None,
+        self, name: str, recorder: GraphRecorder, known: Mapping[str, ModuleType], members: Mapping[str, Any] = {}
     ) -> None:
         super().__init__(name)
-        self.__dict__.update(members or {})
+        self.__dict__.update(members)
         self.__dict__["_recorder"] = recorder
         self.__dict__["_known"] = known
 

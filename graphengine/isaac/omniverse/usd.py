@@ -1,4 +1,4 @@
-"""Stubs for the stage of `pxr` and `usdrt`: of its prims those are known that are graphs and nodes."""
+"""Stubs of the stage of `pxr` and `usdrt`, which knows prims of graphs and nodes only."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from typing import Any
 from graphengine.isaac.omniverse.graph_recorder import GraphRecorder, Place
 from graphengine.isaac.omniverse.og_names import SIDES, OmniGraphError, absolute, stage_of
 from graphengine.isaac.omniverse.plain_data import plain_data
-from graphengine.isaac.omniverse.stubs import Stub, member
+from graphengine.isaac.omniverse.stubs import StubObject, member
 from graphengine.isaac.omniverse.usd_values import SdfPath
 from graphengine.isaac.recorded_graph import GRAPH, NAMESPACE, NODE, POSITION
 
 
 class Property:
-    """An attribute or relationship of a prim that is a graph or a node."""
+    """An attribute or relationship of a graph's or node's prim."""
 
     def __init__(self, prim: UsdPrim, name: str) -> None:
         self.prim, self.name = prim, name
 
     def Set(self, value: Any, *_: Any) -> bool:
-        """Set it."""
+        """Set the value."""
         self.prim.set_property(self.name, value)
         return True
 
@@ -36,26 +36,26 @@ class Property:
         return self.Set([])
 
     def Get(self, *_: Any) -> Any:
-        """Its value."""
+        """The value that was set."""
         if self.name == NAMESPACE:
             return self.prim.recorder.namespaces.get(self.prim.path)
         place = self.prim.place(self.name)
         return self.prim.recorder.value(place) if place else None
 
     def GetTargets(self) -> list[Any]:
-        """Prims of a relationship."""
+        """Prims that the relationship targets."""
         value = self.Get()
         return [SdfPath(path) for path in (value if isinstance(value, list) else [])]
 
     def AddConnection(self, source: Any, *_: Any) -> bool:
-        """Wire it from another attribute."""
+        """Wire from another attribute."""
         recorder, place = self.prim.recorder, self.prim.place(self.name)
         if place is not None:
             recorder.connect(recorder.attribute(None, str(source)), place)
         return True
 
     def IsValid(self) -> bool:
-        """Whether there is one."""
+        """Whether the property exists."""
         return self.prim.IsValid()
 
     __bool__ = IsValid
@@ -65,7 +65,7 @@ class Property:
 
 
 class UsdPrim:
-    """A prim of the stage: a graph or a node that was built, or one that nothing is known of but its path.
+    """A prim of the stage: a recorded graph or node, or any other, known by its path only.
 
     Args:
         path: where it is.
@@ -77,19 +77,19 @@ class UsdPrim:
         self.recorder = recorder
 
     def IsValid(self) -> bool:
-        """Whether there is one."""
+        """Whether the prim exists."""
         return self.recorder.exists(str(self.path))
 
     __bool__ = IsValid
 
     def GetPath(self) -> SdfPath:
-        """Where it is."""
+        """The path."""
         return self.path
 
     GetPrimPath = GetPath
 
     def GetPrim(self) -> UsdPrim:
-        """Itself, as schemas are asked."""
+        """The prim itself; schemas have the same method."""
         return self
 
     def GetName(self) -> str:
@@ -105,20 +105,20 @@ class UsdPrim:
         return UsdPrim(self.path.AppendChild(name), self.recorder)
 
     def GetAttribute(self, name: str, *_: Any, **__: Any) -> Property:
-        """One of its attributes; those that create it take its type and more."""
+        """An attribute; methods that create one take its type and more."""
         return Property(self, name)
 
     GetRelationship = GetProperty = CreateAttribute = CreateRelationship = GetAttribute
 
     def place(self, name: str) -> Place | None:
-        """An attribute of a node that was built; None for one of something else."""
+        """The recorded attribute of a node; None on other prims."""
         found = self.recorder.graph_of(self.path)
         if found is None or found[1] not in found[0].nodes:
             return None
         return Place(found[0], found[1], name)
 
     def set_property(self, name: str, value: Any) -> None:
-        """Set a namespace, or an attribute of a node or of a graph; what is set of other prims belongs to no graph."""
+        """Set a namespace, or an attribute of a node or graph; other properties belong to no graph."""
         place, found = self.place(name), self.recorder.graph_of(self.path)
         if name == NAMESPACE:
             self._set_namespace(value)
@@ -141,7 +141,7 @@ class UsdPrim:
                 self.recorder.namespaces[path] = namespace
 
     def plain_data(self) -> str:
-        """Where it is."""
+        """The path."""
         return str(self.path)
 
     def __getattr__(self, name: str) -> Any:
@@ -149,22 +149,22 @@ class UsdPrim:
 
 
 class UsdStage:
-    """The stage, of which only graphs and nodes are known."""
+    """The stage, which knows graphs and nodes only."""
 
     def __init__(self, recorder: GraphRecorder) -> None:
         self.recorder = recorder
 
     def GetPrimAtPath(self, path: Any) -> UsdPrim:
-        """A prim."""
+        """The prim at a path."""
         return UsdPrim(path, self.recorder)
 
     def DefinePrim(self, path: Any, type: str = "") -> UsdPrim:
-        """A prim: a graph, a node whose type is set later, or one that belongs to no graph."""
+        """Define a graph, a node whose type is set later, or another prim."""
         found = self.recorder.graph_of(str(path))
         if type == GRAPH and not found:
             self.recorder.create_graph(str(path))
         elif type == NODE and found:
-            self.recorder.create_node(found[0], found[1], "", allow_exists=True)
+            self.recorder.create_node(found[0], found[1], "", exist_ok=True)
         else:
             if not found:
                 self.recorder.pass_over(f"stage.DefinePrim({str(path)!r})")
@@ -174,7 +174,7 @@ class UsdStage:
     OverridePrim = DefinePrim
 
     def GetPropertyAtPath(self, path: Any) -> Property:
-        """A property of a prim."""
+        """The property at a path."""
         prim, _, name = str(path).partition(".")
         return Property(UsdPrim(prim, self.recorder), name)
 
@@ -195,7 +195,7 @@ class UsdStage:
         return UsdPrim("/World", self.recorder)
 
     def Traverse(self) -> Iterator[UsdPrim]:
-        """Graphs and nodes that were built."""
+        """Prims of all recorded graphs and nodes."""
         self.recorder.search("the stage")
         for graph in list(self.recorder.graphs.values()):
             for path in (graph.path, *(f"{graph.path}/{name}" for name in graph.nodes)):
@@ -205,21 +205,20 @@ class UsdStage:
         return member("stage", name, self.recorder)
 
 
-class Schema(Stub):
-    """A class of `pxr.UsdGeom` such as `Xform`: what it makes or is given is a prim."""
+class Schema(StubObject):
+    """A class of `pxr.UsdGeom` such as `Xform`; instances are prims."""
 
     def __init__(self, name: str, stage: UsdStage) -> None:
         self.__dict__.update(_recorder=stage.recorder, _stage=stage)
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:  # noqa: D102
-        return (
-            arguments[0] if arguments and isinstance(arguments[0], UsdPrim) else super().__call__(*arguments, **named)
-        )
+        first = arguments[0] if arguments else None
+        return first if isinstance(first, UsdPrim) else super().__call__(*arguments, **named)
 
     def Define(self, _: Any, path: Any) -> UsdPrim:
-        """Make a prim."""
+        """Define a prim of this type."""
         return self._stage.DefinePrim(path)  # type: ignore[no-any-return]
 
     def Get(self, _: Any, path: Any) -> UsdPrim:
-        """A prim."""
+        """The prim at a path."""
         return self._stage.GetPrimAtPath(path)  # type: ignore[no-any-return]

@@ -1,4 +1,4 @@
-"""Stubs for values of `pxr` and `usdrt` that scripts reckon with: paths, vectors, quaternions, matrices."""
+"""Stubs of `pxr` and `usdrt` values that scripts compute with: paths, vectors, quaternions, matrices."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 
 class SdfPath(str):
-    """`Sdf.Path`, which is a text as well."""
+    """`Sdf.Path`; also a string."""
 
     __slots__ = ()
 
@@ -23,37 +23,37 @@ class SdfPath(str):
 
     @property
     def name(self) -> str:
-        """Its last part."""
+        """The last part."""
         return posixpath.basename(self)
 
     @property
     def isEmpty(self) -> bool:
-        """Whether it leads nowhere."""
+        """Whether the path is empty."""
         return not self
 
     @staticmethod
     def IsValidPathString(path: str, *_: Any) -> bool:
-        """Whether a text is a path; the importer of graphs tells of those that are none."""
+        """Whether a text is not empty; the importer of graphs reports malformed paths."""
         return bool(path)
 
     def IsAbsolutePath(self) -> bool:
-        """Whether it begins at the root of the stage."""
+        """Whether the path starts at the stage's root."""
         return self.startswith("/")
 
     def HasPrefix(self, prefix: str) -> bool:
-        """Whether it leads below another path, or to the same prim."""
+        """Whether another path is this one or above it."""
         return prefix == "/" or self == prefix or self.startswith(f"{prefix}/")
 
     def GetParentPath(self) -> SdfPath:
-        """The path above it."""
+        """The parent's path."""
         return SdfPath(posixpath.dirname(self))
 
     def GetPrimPath(self) -> SdfPath:
-        """The path of the prim whose property it is."""
+        """The path of the property's prim."""
         return SdfPath(self.partition(".")[0])
 
     def AppendPath(self, other: str) -> SdfPath:
-        """A path below it."""
+        """The path of a descendant."""
         return SdfPath(posixpath.join(self, other))
 
     AppendChild = AppendPath
@@ -68,13 +68,13 @@ class SdfPath(str):
 
 
 class Vector(tuple[float, ...]):
-    """`Gf.Vec3d` and the like, which is a tuple as well."""
+    """`Gf.Vec3d` and the like; also a tuple."""
 
     __slots__ = ()
     size = 3
 
     def __new__(cls, *values: Any) -> Self:
-        """Of numbers, of one sequence of them, of one number for all, or zero."""
+        """From numbers, a sequence of numbers, one number for all components, or zero."""
         many = tuple(values[0]) if len(values) == 1 and isinstance(values[0], Sequence | np.ndarray) else values
         return super().__new__(cls, (many or (0.0,)) * cls.size if len(many) < 2 else many)
 
@@ -85,7 +85,7 @@ class Vector(tuple[float, ...]):
         return type(self)([a - b for a, b in zip(self, other, strict=True)])
 
     def __mul__(self, factor: Any) -> Any:
-        """By a number; of two vectors the dot product."""
+        """Scale by a number, or the dot product of two vectors."""
         if isinstance(factor, Sequence):
             return self.GetDot(factor)
         return type(self)([value * factor for value in self])
@@ -103,7 +103,7 @@ class Vector(tuple[float, ...]):
         return sum(a * b for a, b in zip(self, other, strict=True))
 
     def GetLength(self) -> float:
-        """Its length."""
+        """The Euclidean length."""
         return float(self.GetDot(self) ** 0.5)
 
 
@@ -122,7 +122,7 @@ class Vector4(Vector):
 
 
 class Quaternion:
-    """`Gf.Quatd` and the like, which take the scalar first."""
+    """`Gf.Quatd` and the like, scalar first."""
 
     def __init__(self, real: float = 1.0, *imaginary: Any) -> None:
         self.real = real
@@ -134,20 +134,20 @@ class Quaternion:
         return cls(1.0, 0.0, 0.0, 0.0)
 
     def GetReal(self) -> float:
-        """The scalar."""
+        """The scalar part."""
         return self.real
 
     def GetImaginary(self) -> Vector:
-        """The vector."""
+        """The vector part."""
         return self.imaginary
 
     def plain_data(self) -> list[float]:
-        """As OmniGraph's Python has it: x, y, z, w."""
+        """In OmniGraph's order: x, y, z, w."""
         return [*self.imaginary, self.real]
 
 
 class Matrix:
-    """`Gf.Matrix4d` and the like, of its numbers, its rows, or one number for the diagonal."""
+    """`Gf.Matrix4d` and the like, from its numbers, its rows, or one number for the diagonal."""
 
     size = 4
 
@@ -160,12 +160,12 @@ class Matrix:
             self.rows = [list(numbers[i : i + self.size]) for i in range(0, len(numbers), self.size)]
 
     def SetIdentity(self) -> Matrix:
-        """Make it the identity."""
+        """Set the identity."""
         self.rows = [[float(i == j) for j in range(self.size)] for i in range(self.size)]
         return self
 
     def plain_data(self) -> list[list[float]]:
-        """By rows."""
+        """All numbers, by rows."""
         return self.rows
 
 

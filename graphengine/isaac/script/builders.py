@@ -1,4 +1,4 @@
-"""Functions and methods of a script that build graphs, themselves or by those that they call."""
+"""Functions and methods of a script that build graphs, directly or by calls."""
 
 from __future__ import annotations
 

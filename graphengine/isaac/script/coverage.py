@@ -1,4 +1,4 @@
-"""Which statements of a script ran, and which calls that build graphs did not, because of a condition or an error."""
+"""Statement coverage of a script: finds graph-building calls that a condition or an error skipped."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def _with_mark(owner: ast.AST, statement: ast.stmt, path: str, forgiving: bool) 
 
 
 class Why(NamedTuple):
-    """Why a call is not made: a text, the line of the condition if that is the reason, and what to do about an error."""
+    """The reason why a call is skipped: a text, the line of its condition if any, and a remedy for an error."""
 
     text: str = ""
     condition: int = 0
@@ -105,14 +105,14 @@ class Failure(NamedTuple):
     handler: int
 
     def keeps(self, call: ast.Call) -> bool:
-        """Whether the error kept a call from being made that the expression belongs to."""
+        """Whether the error skipped a call that contains the expression."""
         first, last = (call.lineno, call.col_offset), (call.end_lineno or 0, call.end_col_offset or 0)
         inside = first <= self.position[:2] and self.position[2:] <= last
         return inside and not (self.entered and self.position == (*first, *last))
 
 
 class Unreached:
-    """Calls of a script that build graphs and that a condition or an error kept from being made.
+    """Graph-building calls of a script that a condition or an error skipped.
 
     Args:
         script: that was run.
@@ -133,13 +133,13 @@ class Unreached:
         return (self.script.source.path, node.lineno, node.col_offset) in self._ran
 
     def calls(self) -> Iterator[tuple[ast.Call, Why]]:
-        """The calls."""
+        """The skipped calls."""
         for call in self._building(self.script.tree):
             yield from ((call, failure.why) for failure in self._failures if failure.keeps(call))
         yield from self._in(self.script.tree.body, Why())
 
     def _in(self, block: list[ast.stmt], why: Why) -> Iterator[tuple[ast.Call, Why]]:
-        """Calls in a block that does not run for a reason, if there is one."""
+        """Calls in a block that is skipped for a reason."""
         before: ast.stmt | None = None
         failed: Why | None = None
         for statement in block:
@@ -163,7 +163,7 @@ class Unreached:
                     yield from ((call, why) for call in self._building(statement))
 
     def _left(self, statement: ast.stmt) -> Why:
-        """Why the statement behind one that ran did not run."""
+        """The reason why the statement behind one that ran did not run."""
         exits = _EXITS[:2] if isinstance(statement, ast.For | ast.AsyncFor | ast.While) else _EXITS
         for node in ast.walk(statement):
             if isinstance(node, ast.If) and any(self._leaves(part, exits) for part in ast.walk(node)):
@@ -174,11 +174,11 @@ class Unreached:
         return Why() if left else Why(f"an error at line {statement.lineno}")
 
     def _inside(self, statement: ast.stmt) -> list[Failure]:
-        """Errors in a statement."""
+        """Errors within a statement."""
         return [failure for failure in self._failures if holds(statement, failure.position[0])]
 
     def _asking(self, statement: ast.stmt) -> Why | None:
-        """The error that the script caught in the condition of a statement, if there was one."""
+        """The error that the script caught in a statement's condition, if any."""
         first = statement.body[0] if isinstance(statement, ast.If) else statement
         start = first.lineno, first.col_offset
         return next((f.why for f in self._inside(statement) if f.handler and f.position[:2] < start), None)
@@ -189,19 +189,19 @@ class Unreached:
         return isinstance(node, ast.stmt) and (ends or isinstance(node, exits)) and self.ran(node)
 
     def _building(self, tree: ast.AST) -> Iterator[ast.Call]:
-        """Calls that build graphs."""
+        """Graph-building calls."""
         for node in ast.walk(tree):
             if isinstance(node, ast.Call) and called(node, self.foreign) in self._names:
                 yield node
 
 
 def holds(statement: ast.stmt, line: int) -> bool:
-    """Whether a line is one of a statement's."""
+    """Whether a line lies in a statement."""
     return statement.lineno <= line <= (statement.end_lineno or 0)
 
 
 def asking(tree: ast.Module, line: int) -> list[int]:
-    """Lines that decide whether a condition at a line holds: its own, and those that make what it names."""
+    """Lines that decide the condition at a line: its own, and the assignments of its names."""
     nodes = [node for node in ast.walk(tree) if isinstance(node, ast.stmt)]
     asked = [node for node in nodes if node.lineno == line and _asks(node)][:1]
     parts: list[ast.AST] = [
@@ -218,7 +218,7 @@ def asking(tree: ast.Module, line: int) -> list[int]:
 
 
 def _makes(statement: ast.stmt) -> set[str]:
-    """Names that a statement gives a value."""
+    """Names that a statement assigns."""
     if isinstance(statement, Function):
         return {statement.name}
     targets = getattr(statement, "targets", [getattr(statement, "target", None)])

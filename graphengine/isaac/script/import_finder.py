@@ -1,4 +1,4 @@
-"""What a script finds when it imports: modules of Python, modules beside it, and stubs for everything else."""
+"""Import hook of scripts: Python's modules, modules in the script's folder, and stubs for the others."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class ImportFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
     def find_spec(
         self, name: str, path: Sequence[str] | None, target: types.ModuleType | None = None
     ) -> ModuleSpec | None:
-        """What is known, what lies in the folders, else a stub."""
+        """The spec of a known module, of a file in the folders, or of a stub."""
         if f"{PACKAGE}.".startswith(f"{name}."):
             return self._package(name)
         if name not in self.modules and name.partition(".")[0] not in ROOTS:
@@ -61,13 +61,13 @@ class ImportFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         return self._stub(name)
 
     def _stub(self, name: str, places: Sequence[str] = ()) -> ModuleSpec:
-        """A stub for a package; modules below it may lie in folders."""
+        """The spec of a stub package; its submodules may be files."""
         spec = ModuleSpec(name, self, is_package=True)
         spec.submodule_search_locations = list(places)
         return spec
 
     def _package(self, name: str) -> ModuleSpec:
-        """The script's own package, or one above it; if its folder may be read, `__init__.py` is run if there is one."""
+        """The script's own package, or one above it; `__init__.py` is run if its folder may be read."""
         up = PACKAGE.count(".") - name.count(".")
         folder = os.path.normpath(os.path.join(self.folders[0], *[os.pardir] * up))
         if not any(os.path.commonpath((folder, root)) == root for root in self.folders):
@@ -80,18 +80,18 @@ class ImportFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         return self._stub(name, [folder])
 
     def _remedy(self, name: str) -> Iterator[str]:
-        """How a module is found that lies above the script."""
+        """How to make a module above the script readable."""
         for folder in Path(self.folders[0]).parents[:MAX_ABOVE]:
             if (folder / name).is_dir() or (folder / f"{name}.py").is_file():
                 yield f"--allow {folder} lets it be imported"
                 return
 
     def create_module(self, spec: ModuleSpec) -> types.ModuleType:
-        """The one that stands for it."""
+        """The known module, or a stub."""
         return self.modules.get(spec.name) or StubModule(_known(spec.name), self.recorder, self.modules)
 
     def exec_module(self, module: types.ModuleType) -> None:
-        """Nothing: it is complete."""
+        """Do nothing; the module is complete."""
 
 
 def _known(name: str) -> str:

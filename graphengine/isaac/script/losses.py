@@ -1,4 +1,4 @@
-"""What the graphs of a script lack: errors, refused calls and calls that are never reached, and what to do about each."""
+"""What a script's graphs lack: errors, refused calls and unreached calls, each with a remedy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the process of a script answers: the graphs that the script builds, and what is known of its run."""
+"""The answer of the script process: the graphs that the script builds, and its findings."""
 
 from __future__ import annotations
 
@@ -50,5 +50,5 @@ class ScriptAnswer:
 
     @property
     def made(self) -> set[str]:
-        """Paths of what the script made: graphs, nodes and other prims."""
+        """Paths that the script made: graphs, nodes and other prims."""
         return {*self.prims, *self.nodes, *(graph.path for graph in self.graphs)}

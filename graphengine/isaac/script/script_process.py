@@ -1,4 +1,4 @@
-"""The process in which a script is run: one request on standard input, one answer on standard output.
+"""The confined process that runs a script: one request on stdin, one answer on stdout.
 
 The script meets stubs in the place of Omniverse, the modules of Python that are loaded by then, and modules beside it. It is
 confined: it reads its own folder, writes nothing, reaches no network, starts no process, and ends in time.

@@ -1,4 +1,4 @@
-"""Isaac Sim scripts as recorded graphs: a confined process evaluates those of plain literals, and runs every other one."""
+"""Reads Isaac Sim scripts as recorded graphs, in a confined process."""
 
 from __future__ import annotations
 

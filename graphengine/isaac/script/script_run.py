@@ -1,4 +1,4 @@
-"""One run of a script: what it builds goes to a recorder, where it fails goes to the findings."""
+"""Runs a script once. Its graphs go to a recorder, its failures to the findings."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from graphengine.format.diagnostics import Source, Span
 from graphengine.isaac.omniverse.asyncio_stub import finish, make_asyncio
 from graphengine.isaac.omniverse.graph_recorder import GraphRecorder
 from graphengine.isaac.omniverse.modules import make_modules
-from graphengine.isaac.omniverse.stubs import Builtins, Stub, of_unknown
+from graphengine.isaac.omniverse.stubs import Builtins, StubObject, of_unknown
 from graphengine.isaac.recorded_graph import IMPULSE, RecordedGraph, RecordedValue
 from graphengine.isaac.script.coverage import FAILED, MARK, NUMBER, marked
 from graphengine.isaac.script.import_finder import PACKAGE
@@ -58,13 +58,13 @@ class ScriptRun:
         self.losses = Losses(self.recorder, self.scripts)
 
     def end(self, *_: Any) -> None:
-        """End the script, which may catch the error: each further statement raises it again."""
+        """End the script. It may catch the error, so each further statement raises it again."""
         self.time_is_up = True
         if self.running:
             raise TimeIsUpError
 
     def _mark(self, path: str, line: int, column: int) -> None:
-        """Note that a statement runs, and the error that it handles if there is one."""
+        """Note that a statement runs, and the exception being handled if any."""
         self.losses.ran.add((path, line, column))
         if self.time_is_up and self.running:
             raise TimeIsUpError
@@ -77,7 +77,7 @@ class ScriptRun:
                 self.losses.report_skipped(error)
 
     def run(self) -> None:
-        """To its end; what fails, and what it went on without, goes to the findings."""
+        """Run the script to its end; errors and skipped calls go to the findings."""
         try:
             self.scripts.load(self.path, self.text)
         except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
@@ -131,7 +131,7 @@ class ScriptRun:
             self.losses.report_end(error)
 
     def _call(self, namespace: dict[str, Any]) -> None:
-        """Call what the user asks for; else start the extensions of a script that builds nothing without."""
+        """Call what the user asks for; without such a call, start the extensions of a script that built nothing."""
         if self.calls and self.recorder.graphs:
             what = f"left out, as --call decides what is built: {', '.join(self.recorder.graphs)}"
             self.recorder.findings.add("N302", what)
@@ -142,7 +142,7 @@ class ScriptRun:
             if absent:
                 what = f"{', '.join(absent)} in the call: taken to be what only Omniverse knows"
                 self.recorder.findings.add("N302", what)
-            result = eval(call, {name: Stub(name, self.recorder) for name in absent} | namespace)
+            result = eval(call, {name: StubObject(name, self.recorder) for name in absent} | namespace)
             if inspect.iscoroutine(result):
                 finish(result, self.recorder)
         if not self.calls and not self.recorder.graphs:
@@ -152,7 +152,7 @@ class ScriptRun:
                     thing().on_startup(thing.__module__)
 
     def assumed(self, file: str, *, folder: bool) -> str:
-        """The path that stands for a file, or a folder, that is not there and is taken to be; empty where it is not."""
+        """The substitute path of a missing file or folder that is assumed to exist; else empty."""
         file, suffix = file.rstrip("/"), os.path.splitext(file)[1]
         known = f"{file}/" in self.recorder.prims
         if not known and not self.recorder.assumed and not self.recorder.holds(file, "it to be there"):
@@ -160,12 +160,12 @@ class ScriptRun:
         return self.folders[0] if folder or known or not suffix else self.path
 
     def compiled(self, text: bytes, path: str) -> types.CodeType | None:
-        """A module that lies where the script may read; None for any other one."""
+        """Compile a module that the script may read; None for others."""
         own = self.scripts.at(path)
         return compile(marked(text, path, forgiving=self.forgiving), path, "exec", dont_inherit=True) if own else None
 
     def answer(self) -> ScriptAnswer:
-        """What is known after the run."""
+        """The results of the run."""
         recorder = self.recorder
         graphs = [graph for graph in recorder.graphs.values() if graph.nodes or graph.path not in recorder.opened]
         return ScriptAnswer(
@@ -181,7 +181,7 @@ class ScriptRun:
         )
 
     def _settle_impulses(self) -> None:
-        """Make the nodes that get impulses in a loop fire at every so many ticks, if that is asked for."""
+        """Make nodes that get impulses in a loop fire every so many ticks, if asked for."""
         findings, every = self.recorder.findings, self.request["impulse_every"]
         for (path, name), place in self.recorder.frames.impulses.items():
             graph = self.recorder.graphs.get(path)
@@ -204,5 +204,5 @@ class ScriptRun:
 
 
 def _foreign(path: str, *numbers: int) -> Span:
-    """A place in a file that this process does not read."""
+    """A span in a file that this process does not read."""
     return Span(Source(path, ()), *numbers)

@@ -1,4 +1,4 @@
-"""Places in scripts: of the call that is made, and of a text in it such as the name of a node."""
+"""Parsed scripts, with the spans of calls and of texts such as node names."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _COUNTING = frozenset(("range", "count", "repeat"))
 
 
 class Script:
-    """A script that was parsed.
+    """A parsed script.
 
     Raises:
         SyntaxError: it is no Python.
@@ -32,18 +32,18 @@ class Script:
                 self.texts.setdefault(node.value, []).append(node)
 
     def span(self, line: int, end_line: int | None, column: int, text: str = "") -> Span:
-        """The place of a text in a call that reaches from line to line; the call's beginning where it does not stand there."""
+        """The span of a text within the lines of a call, else of the call's beginning."""
         for node in self.texts.get(text, ()):
             if line <= node.lineno <= (end_line or line):
                 return Span(self.source, node.lineno, self._column(node.lineno, node.col_offset) + 1, len(text) + 2)
         return Span(self.source, line, self._column(line, column) + 1)
 
     def _column(self, line: int, offset: int) -> int:
-        """Characters before a place that Python counts in bytes."""
+        """Convert Python's byte offset to characters."""
         text = self.source.lines[line - 1] if line <= len(self.source.lines) else ""
         return offset if text.isascii() else len(text[:offset].encode()[:offset].decode("utf-8", "ignore"))
 
 
 def _counts(node: ast.expr) -> bool:
-    """Whether a loop over an expression counts its turns, as one over `range(100)` does."""
+    """Whether a loop's expression is a counter such as `range(100)`."""
     return any(getattr(part, "id", getattr(part, "attr", "")) in _COUNTING for part in ast.walk(node))

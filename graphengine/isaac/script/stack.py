@@ -1,4 +1,4 @@
-"""Where a run is in its scripts: on the stack, and where the traceback of an error leads."""
+"""The current position in a script: from the stack, or from the traceback of an error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scripts of literals, names and calls of `og`, evaluated without being run: most that a person wrote for one graph are.
+"""Evaluates scripts of literals, names and calls of `og`, without running them.
 
 What is called are the stubs only, never anything of Python's; whatever else a script does makes it one to be run.
 """
@@ -12,7 +12,7 @@ from typing import Any
 from graphengine.format.diagnostics import Span
 from graphengine.isaac.omniverse.graph_recorder import GraphRecorder
 from graphengine.isaac.omniverse.modules import ROOTS, make_modules
-from graphengine.isaac.omniverse.stubs import Stub, StubModule
+from graphengine.isaac.omniverse.stubs import StubModule, StubObject
 from graphengine.isaac.script.builders import BUILDING, called
 from graphengine.isaac.script.script_source import Script
 from graphengine.sandbox.expressions import Guard, compiled, cost, syntax
@@ -20,11 +20,11 @@ from graphengine.sandbox.expressions import Guard, compiled, cost, syntax
 _SYNTAX = syntax(
     "Expression Constant Name Load JoinedStr FormattedValue List Tuple Dict UnaryOp USub BinOp Add Attribute Call keyword"
 )
-_OURS = f"{Stub.__module__.rpartition('.')[0]}."
+_OURS = f"{StubObject.__module__.rpartition('.')[0]}."
 
 
 class NotStaticError(Exception):
-    """The script does more than can be evaluated here."""
+    """The script needs more than literals, names and calls of `og`."""
 
 
 def evaluate(script: Script) -> GraphRecorder | None:
@@ -110,7 +110,7 @@ class _Evaluator(Guard):
         self.block(taken)
 
     def value(self, node: ast.expr) -> Any:
-        """The value of an expression; of comparisons, that of texts alone."""
+        """The value of an expression; comparisons are of texts only."""
         if isinstance(node, ast.Compare):
             left, right = (self.value(side) for side in (node.left, *node.comparators))
             if not isinstance(node.ops[0], ast.Eq) or not isinstance(left, str) or not isinstance(right, str):
@@ -151,7 +151,7 @@ class _Evaluator(Guard):
 
 def _ours(thing: Any) -> bool:
     """Whether something is one of the stubs, or a function of theirs."""
-    if isinstance(thing, StubModule | Stub):
+    if isinstance(thing, StubModule | StubObject):
         return True
     function = getattr(thing, "func", thing)  # of a method that is one of class and instance
     made_by = function.__module__ if callable(function) and not isinstance(thing, type) else None

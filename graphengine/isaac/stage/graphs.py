@@ -1,4 +1,4 @@
-"""Graphs of a stage, of the prims that were read of it: compounds become flat, instances become graphs of their own."""
+"""Converts a stage's prims to graphs: compounds are flattened, each instance becomes a graph."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from graphengine.isaac.recorded_graph import (
     RecordedWire,
 )
 from graphengine.isaac.stage.instances import instances
-from graphengine.isaac.stage.prim_locations import PrimLocations
+from graphengine.isaac.stage.prim_spans import PrimSpans
 from graphengine.isaac.stage.stage_contents import COMPOUND, INSTANCES, StageAttribute, StageContents, StagePrim
 
 _STAGES: dict[str, PipelineStage] = {
@@ -43,26 +43,24 @@ _SCRIPT_PORTS = ("inputs:script", "inputs:scriptPath", "inputs:usePath", "inputs
 
 
 class TooManyError(Exception):
-    """The graphs of a stage are too large together; says what is legal."""
+    """The graphs of a stage exceed a limit, which the message states."""
 
 
-def graphs_of(
-    contents: StageContents, registry: Registry, places: PrimLocations, findings: Findings
-) -> list[RecordedGraph]:
-    """Every graph that would be evaluated, in order of the stage.
+def graphs_of(contents: StageContents, registry: Registry, spans: PrimSpans, findings: Findings) -> list[RecordedGraph]:
+    """Every graph that Isaac Sim would evaluate, in stage order.
 
     A graph with instances is as many graphs, one below each prim that refers to it.
 
     Args:
         contents: what was read.
         registry: knows today's names of node types.
-        places: where prims stand in the file.
+        spans: of the prims in the file.
         findings: takes what the graphs lack, and what was changed.
 
     Raises:
         TooManyError: they are too large.
     """
-    reader = _GraphReader(contents, registry, places, findings)
+    reader = _GraphReader(contents, registry, spans, findings)
     users: dict[str, list[StagePrim]] = {}
     for prim in contents.prims.values():
         for target in dict.fromkeys(prim.targets.get(INSTANCES, ())):
@@ -84,7 +82,7 @@ def graphs_of(
 
 @dataclass(frozen=True, slots=True)
 class _ConnectionSource:
-    """What something is connected to: a property, or a prim where there is no port."""
+    """The source of a connection: a property, or a prim without a port."""
 
     path: str
     prim: str
@@ -92,7 +90,7 @@ class _ConnectionSource:
 
     @staticmethod
     def of(path: str) -> _ConnectionSource:
-        """Of its path; a bundle's may be that of a prim below its node, `Node/outputs_bundle`."""
+        """Parse a path; a bundle's may be a prim below its node, `Node/outputs_bundle`."""
         prim, _, port = path.partition(".")
         parent, _, name = prim.rpartition("/")
         if not port and name.startswith("outputs_"):
@@ -101,20 +99,20 @@ class _ConnectionSource:
 
 
 class _GraphReader:
-    """Reads one graph after the other.
+    """Converts graphs one by one.
 
     Args:
         contents: what was read of the stage.
         registry: knows today's names of node types.
-        places: where prims stand in the file.
+        spans: of the prims in the file.
         findings: takes what is left out or changed.
     """
 
-    def __init__(self, contents: StageContents, registry: Registry, places: PrimLocations, findings: Findings) -> None:
+    def __init__(self, contents: StageContents, registry: Registry, spans: PrimSpans, findings: Findings) -> None:
         self.prims = contents.prims
         self.plain = contents.plain
         self.registry = registry
-        self.places = places
+        self.spans = spans
         self.findings = findings
         self.nodes_in: dict[str, list[StagePrim]] = {}
         """Nodes by the graph that they are in."""
@@ -132,7 +130,7 @@ class _GraphReader:
         self.parts = 0
 
     def count(self, parts: int) -> None:
-        """Bound what is made.
+        """Count parts against the limit.
 
         Raises:
             TooManyError: it is too much.
@@ -143,11 +141,11 @@ class _GraphReader:
 
     def tell(self, code: str, message: str, prim: StagePrim) -> None:
         """Add a finding at a prim."""
-        self.findings.add(code, message, self.places.of(prim.path))
+        self.findings.add(code, message, self.spans.of(prim.path))
 
     def read(self, prim: StagePrim) -> RecordedGraph:
-        """The graph at a prim."""
-        place = self.places.of(prim.path)
+        """Convert the graph at a prim."""
+        place = self.spans.of(prim.path)
         graph = RecordedGraph(prim.path, span=place)
         evaluator = prim.text("evaluator:type")
         if evaluator in EVALUATORS:
@@ -166,7 +164,7 @@ class _GraphReader:
         return graph
 
     def _name_nodes(self, path: str, prefix: str) -> None:
-        """Name the nodes of the graph at a path; compounds become flat."""
+        """Name the nodes of the graph at a path; compounds are flattened."""
         for prim in self.nodes_in.get(path, ()):
             name = prefix + prim.path[len(path) + 1 :]
             if prim.path not in self.inside:
@@ -179,7 +177,7 @@ class _GraphReader:
                 self._open(prim, f"{name}/")
 
     def _open(self, compound: StagePrim, prefix: str) -> None:
-        """Name the nodes in a compound."""
+        """Name the nodes of a compound."""
         for path in self.inside[compound.path]:
             graph = self.prims.get(path)
             if graph is not None and any(name.startswith(VARIABLE) for name in graph.attributes):
@@ -187,7 +185,7 @@ class _GraphReader:
             self._name_nodes(path, prefix)
 
     def _graph_above(self, path: str) -> str:
-        """The graph that a prim is in."""
+        """The graph that contains a prim."""
         for _ in range(MAX_LEVELS):
             path = path.rpartition("/")[0]
             above = self.prims.get(path)
@@ -196,8 +194,8 @@ class _GraphReader:
         return ""
 
     def _node(self, prim: StagePrim, name: str, graph: RecordedGraph) -> RecordedNode:
-        """A node; its wires become the graph's."""
-        node = RecordedNode(name, prim.text("node:type"), span=self.places.of(prim.path))
+        """Convert a node and its wires."""
+        node = RecordedNode(name, prim.text("node:type"), span=self.spans.of(prim.path))
         for port, attribute in prim.attributes.items():
             if port.startswith("inputs:"):
                 self._input(node, prim, port, attribute, graph)
@@ -218,7 +216,7 @@ class _GraphReader:
     def _input(
         self, node: RecordedNode, prim: StagePrim, port: str, attribute: StageAttribute, graph: RecordedGraph
     ) -> None:
-        """The wires into a data or execution port; else its value, which a wire would overrule."""
+        """The wires into a data or execution port; without wires, its value."""
         value, wired = attribute, False
         for source in self._ends(attribute.sources):
             if source.prim in self.names:
@@ -241,7 +239,7 @@ class _GraphReader:
             node.values[port] = RecordedValue(prims, "target", node.span)
 
     def _ends(self, paths: Iterable[str]) -> Iterator[_ConnectionSource]:
-        """Where connections begin; compounds pass through what their own ports are connected to."""
+        """Sources of connections; a compound's port is replaced by its own sources."""
         pending, seen = deque(paths), set[str]()
         while pending:
             self.count(1)
@@ -254,7 +252,7 @@ class _GraphReader:
                 pending.extendleft(reversed(through))
 
     def _through(self, source: _ConnectionSource) -> list[str]:
-        """What a port of a compound is connected to."""
+        """The sources of a compound's port."""
         if source.prim not in self.inside:
             return []
         prim = self.prims[source.prim]
@@ -262,7 +260,7 @@ class _GraphReader:
         return attribute.sources if attribute is not None else prim.targets.get(source.port, [])
 
     def _given(self, source: _ConnectionSource, prim: StagePrim, port: str) -> StageAttribute | None:
-        """The value of something that is connected and no node of the graph; it stays what it is in the stage."""
+        """The value of a source that is no node of the graph; it stays constant."""
         if source.prim in self.inside:
             return self.prims[source.prim].attributes.get(source.port)
         found = self.plain.get(source.path)
@@ -276,5 +274,5 @@ class _GraphReader:
 
 
 def _below(prim: StagePrim, paths: Iterable[str]) -> list[str]:
-    """Those of the paths that lie below a prim, as the graph of a compound does."""
+    """The given paths that lie below a prim, as a compound's graph does."""
     return [path for path in dict.fromkeys(paths) if path.startswith(f"{prim.path}/")]

@@ -1,4 +1,4 @@
-"""Graphs that are evaluated for other prims: each of those gets a graph of its own."""
+"""Graphs that are evaluated for other prims: one graph for each of those prims."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The layers of a stage, opened so that none leads to a file that may not be read; for the process that reads stages.
+"""Opens the layers of a stage without leading to unreadable files; runs in the confined process.
 
 USD opens what a layer names by native code that no audit hook sees. So every layer is opened on its own first, and what it names
 is judged, and cut off in memory where it may not be read, before USD composes anything.

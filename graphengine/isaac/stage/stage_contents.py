@@ -1,4 +1,4 @@
-"""What the process that reads stages tells of them, as plain data: graphs, nodes, and what concerns graphs of other prims."""
+"""Contents of a stage as plain data: graphs, nodes, and prims that concern them."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class StageAttribute:
 
 @dataclass(slots=True)
 class StagePrim:
-    """A graph, a node, or a prim that has something to do with graphs.
+    """A graph, a node, or another prim that graphs refer to.
 
     Attributes:
         path: where it is.
@@ -50,18 +50,18 @@ class StagePrim:
 
     @property
     def name(self) -> str:
-        """The last part of its path."""
+        """The last part of the path."""
         return self.path.rpartition("/")[2]
 
     def text(self, name: str) -> str:
-        """An attribute's value where it is text, else the empty text."""
+        """An attribute's value if it is text, else the empty string."""
         value = self.attributes[name].value if name in self.attributes else None
         return value if isinstance(value, str) else ""
 
 
 @dataclass(slots=True)
 class StageContents:
-    """What was read of a stage.
+    """The graphs of a stage and the prims they refer to.
 
     Attributes:
         prims: by path, in order of the stage.

@@ -1,4 +1,4 @@
-"""The process in which USD reads a stage: one request on standard input, one answer on standard output.
+"""The confined process in which USD reads a stage: one request on stdin, one answer on stdout.
 
 USD's readers are native code and meet a stranger's file: the process is bounded and confined, and if one of them breaks off, the
 process alone does.
@@ -35,7 +35,7 @@ _EXTENDED = ("Union", "Any")
 
 
 class StageReading:
-    """A stage that is read.
+    """Reads one stage.
 
     Args:
         files: judges what may be read.
@@ -46,7 +46,7 @@ class StageReading:
         self.contents = StageContents(left_out=self.layers.left_out)
 
     def run(self, path: Path) -> StageContents:
-        """Everything that concerns graphs."""
+        """Read everything that concerns graphs."""
         try:
             stage = Usd.Stage.Open(self.layers.open_all(path))
             strangers = [used.identifier for used in stage.GetUsedLayers() if not self._known(used)]
@@ -66,7 +66,7 @@ class StageReading:
         return layer.anonymous or self.layers.holds(layer)
 
     def _read(self, prim: Usd.Prim) -> None:
-        """Keep a prim if it has to do with graphs, and what of its variants is chosen, on which that depends."""
+        """Keep a prim that concerns graphs, with its variant selections."""
         for name in prim.GetVariantSets().GetNames() if len(self.contents.choices) < MOST_CHOICES else ():
             variants = prim.GetVariantSet(name)
             known = ", ".join(variants.GetVariantNames())
@@ -109,7 +109,7 @@ class StageReading:
             return None
 
     def _read_sources(self, stage: Usd.Stage) -> None:
-        """Attributes of prims that are no nodes, which nodes are connected to."""
+        """Read attributes of other prims that nodes are connected to."""
         prims = self.contents.prims.values()
         for source in sorted({path for prim in prims for item in prim.attributes.values() for path in item.sources}):
             owner = source.partition(".")[0]
@@ -119,7 +119,7 @@ class StageReading:
 
 
 def _matters(kind: str, name: str) -> bool:
-    """Whether a property has to do with graphs. An instance of a graph may have values for the graph's variables."""
+    """Whether a property concerns graphs. Instances of a graph may set the graph's variables."""
     if name in (NAMESPACE, INSTANCES) or name.startswith(VARIABLE):
         return True
     if kind == GRAPH:

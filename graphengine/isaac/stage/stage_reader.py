@@ -1,4 +1,4 @@
-"""Graphs of a USD stage, and the namespaces that the stage has on its prims.
+"""Reads the graphs of a USD stage and the namespaces of its prims.
 
 `stage_process` reads the file with USD's own library (`usd-core`), confined; `stage_graphs` makes graphs of what it tells.
 """
@@ -17,7 +17,7 @@ from graphengine.format.errors import UsageError
 from graphengine.format.files import Files
 from graphengine.isaac.recorded_graph import NAMESPACE, RecordedGraph, carried
 from graphengine.isaac.stage.graphs import TooManyError, graphs_of
-from graphengine.isaac.stage.prim_locations import PrimLocations
+from graphengine.isaac.stage.prim_spans import PrimSpans
 from graphengine.isaac.stage.stage_contents import PLACE, SUFFIXES, StageContents
 from graphengine.sandbox.borders import admit
 from graphengine.sandbox.confinement import ProcessError, ask
@@ -70,28 +70,28 @@ def read_stage(
     """
     _check_usage(path)
     request = {"path": str(path), "roots": [str(root) for root in files.roots]}
-    places = PrimLocations(path)
-    if not admit("the stage", findings, places.start, trusted=trusted):
+    spans = PrimSpans(path)
+    if not admit("the stage", findings, spans.start, trusted=trusted):
         return None
     try:
         answer = ask(_PROCESS, encoded(request).encode(), MAX_SECONDS)
         contents = read(answer, StageContents, MAX_ANSWER)
     except ProcessError as error:
-        findings.add("G401", f"USD's reader {error}", places.start, _REMEDY)
+        findings.add("G401", f"USD's reader {error}", spans.start, _REMEDY)
         return None
     note_used(contents.used, files)
     if contents.failure:
-        _tell_failure(contents.failure, places, findings)
+        _tell_failure(contents.failure, spans, findings)
         return None
     for what, why in contents.left_out[:MOST_TOLD]:
-        place = places.of_file(what) or places.of(what.partition(".")[0])
+        place = spans.of_file(what) or spans.of(what.partition(".")[0])
         findings.add("W302", f"{what} is left out: {why}", place)
     if len(contents.left_out) > MOST_TOLD:
-        findings.add("W302", f"{len(contents.left_out) - MOST_TOLD} more parts are left out", places.start)
+        findings.add("W302", f"{len(contents.left_out) - MOST_TOLD} more parts are left out", spans.start)
     try:
-        graphs = carried(graphs_of(contents, registry, places, findings), RecordedGraph.names, "graphs", findings)
+        graphs = carried(graphs_of(contents, registry, spans, findings), RecordedGraph.names, "graphs", findings)
     except TooManyError as error:
-        findings.add("G401", str(error), places.start, "compounds and instances multiply what a stage holds")
+        findings.add("G401", str(error), spans.start, "compounds and instances multiply what a stage holds")
         return None
     namespaces = {prim.path: text for prim in contents.prims.values() if (text := prim.text(NAMESPACE))}
     return ImportedStage(graphs, dict(carried(namespaces.items(), tuple, "namespaces", findings)), contents.choices)
@@ -106,11 +106,11 @@ def _check_usage(path: Path) -> None:
         raise UsageError("stages are read with usd-core, which is not installed\n  pip install 'graphengine[usd]'")
 
 
-def _tell_failure(failure: str, places: PrimLocations, findings: Findings) -> None:
+def _tell_failure(failure: str, spans: PrimSpans, findings: Findings) -> None:
     """Tell why USD refused a file, at the place in its text where USD gives one."""
     found = PLACE.match(failure)
-    if found is None or not places.source.lines:
-        findings.add("G401", f"USD cannot read it: {failure[:LONGEST]}", places.start, _REMEDY)
+    if found is None or not spans.source.lines:
+        findings.add("G401", f"USD cannot read it: {failure[:LONGEST]}", spans.start, _REMEDY)
     else:
-        place = Span(places.source, int(found["line"]), int(found["column"]))
+        place = Span(spans.source, int(found["line"]), int(found["column"]))
         findings.add("G401", f"USD syntax: {found['what'][:LONGEST]}", place)

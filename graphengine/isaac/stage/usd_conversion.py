@@ -1,4 +1,4 @@
-"""USD's types and values in OmniGraph's names and order; for the process that reads stages."""
+"""Converts USD's types and values to OmniGraph's names and component order."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Robots as their authors describe them: robot files, URDF, xacro and MuJoCo's models, made into links and joints.
+"""Robot descriptions as links and joints: robot files, URDF, xacro and MuJoCo's models.
 
 - `robot_file` merges a robot file with those that it extends. `robot_file_writer` writes one for a description,
   `implicit_robot_file` stands for one that is missing.

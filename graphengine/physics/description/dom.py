@@ -1,4 +1,4 @@
-"""Elements as DOM, which xacro works on: every node, and every copy of one, knows the place that it was written at."""
+"""DOM elements for xacro, in which every node and every copy knows its source location."""
 
 from __future__ import annotations
 

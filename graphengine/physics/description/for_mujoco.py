@@ -1,4 +1,4 @@
-"""A description as MuJoCo should read it: meshes it can decode, colours that count, inertias it accepts, nothing else."""
+"""Rewrites a description for MuJoCo: meshes it can decode, valid colours, inertias it accepts, nothing else."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A description that a scene uses as it is, without a robot file: what such a file would say, `graphrun import-urdf` knows."""
+"""Robot specs of descriptions without a robot file, as `graphrun import-urdf` would write them."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ SUFFIXES = (".urdf", xacro.SUFFIX)
 
 
 def is_text(use: str) -> bool:
-    """Whether what a scene names is no file, but the text of a description."""
+    """Whether a scene gives the text of a description instead of a file name."""
     return use.lstrip()[:1] == "<"
 
 
 def read_bare(use: str, path: Path, files: Files, findings: Findings) -> tuple[RobotFile, Urdf] | None:
-    """A description, and the robot file that it needs; what is wrong with it goes to `findings`.
+    """Read a description, and the robot file for it. Errors are added to `findings`.
 
     Args:
         use: its text, or else its name.
@@ -55,7 +55,7 @@ def with_robot_file(urdf: Urdf | None, path: Path, findings: Findings) -> tuple[
 
 
 def robot_file(text: str, path: Path, findings: Findings) -> RobotFile | None:
-    """The robot file that a text is."""
+    """Parse the text of a robot file."""
     parsed = document.parse(text, str(path), findings)
     spec = validate(RobotSpec, parsed, parsed.data, findings) if parsed is not None else None
     return RobotFile(spec, (Loaded(spec, parsed),)) if parsed is not None and spec is not None else None

@@ -1,4 +1,4 @@
-"""Masses and inertias as MuJoCo takes them: real descriptions hold many that no body has, and links that move and weigh nothing.
+"""Corrects masses and inertias for MuJoCo: impossible ones of real descriptions, and moving massless links.
 
 PhysX, which takes such descriptions, makes up what it needs. So does this module, and tells it.
 """

@@ -1,4 +1,4 @@
-"""A MuJoCo model that a scene uses as it is: one body with all that hangs on it, of which the stage knows the topmost.
+"""MuJoCo models used directly as robots: one body with its subtree, of which the stage knows the root.
 
 Its joints and actuators are MuJoCo's alone; for graphs that command or read joints there are URDF and robot files.
 """

@@ -1,4 +1,4 @@
-"""Robot files and what they extend: one merged spec that still knows which file says what."""
+"""Merges robot files with those they extend to one spec that knows the file of each value."""
 
 from __future__ import annotations
 

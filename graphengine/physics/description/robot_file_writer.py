@@ -1,4 +1,4 @@
-"""A first robot file for a description: every link and joint, and what could not be carried over, for people to go on from."""
+"""Writes a robot file for a description: every link and joint, and what could not be converted."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _WIDTH = 120
 
 @dataclass(frozen=True, slots=True)
 class Wheel:
-    """What rolls: its radius, m, and its centre along the axle, m."""
+    """A wheel: its radius, m, and its centre along the axle, m."""
 
     joint: str
     radius: float
@@ -28,7 +28,7 @@ class Wheel:
 
 
 def wheels(urdf: Urdf) -> list[Wheel]:
-    """The wheels of a robot, in order of its joints; `along` is measured along the first one's axle."""
+    """The wheels of a robot, in joint order; `along` is measured along the first axle."""
     found: list[Wheel] = []
     axle = None
     for joint in urdf.moving():
@@ -41,13 +41,13 @@ def wheels(urdf: Urdf) -> list[Wheel]:
 
 
 def track(found: Sequence[Wheel]) -> float | None:
-    """Distance (m) along the axle of the outermost wheels; None if they stand behind each other."""
+    """Distance (m) of the outermost wheels along the axle; None if all stand behind each other."""
     distance = max(w.along for w in found) - min(w.along for w in found) if found else 0.0
     return distance if distance > 1e-6 else None
 
 
 def left_behind(urdf: Urdf) -> list[str]:
-    """What a description holds and neither physics nor the stage knows, a line for all that is alike."""
+    """Elements of a description that are not converted, a line for each kind."""
     root = urdf.element
     found = [(tag, [element.get("name") for element in root.all(tag)]) for tag in ("transmission", "ros2_control")]
     lines = [f"{tag}: {_names(names)}" for tag, names in found if names]
@@ -67,7 +67,7 @@ def left_behind(urdf: Urdf) -> list[str]:
 
 
 def compose(urdf: Urdf, name: str, source: str, path: str, package_paths: Sequence[str], *, fixed_base: bool) -> str:
-    """The text of a robot file.
+    """Return the text of a robot file.
 
     Args:
         urdf: the robot.
@@ -162,7 +162,7 @@ def _servo(joint: UrdfJoint) -> str:
 
 
 def _rounded(number: float) -> str:
-    """Three digits, written out."""
+    """A number with three digits."""
     return f"{float(f'{number:.3g}'):.10g}"
 
 

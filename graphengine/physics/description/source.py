@@ -1,4 +1,4 @@
-"""From a robot file to its description: the file found, xacro expanded, packages known."""
+"""Loads the description of a robot file: finds it, expands xacro, resolves packages."""
 
 from __future__ import annotations
 

@@ -35,13 +35,13 @@ class UrdfLink:
 
     @property
     def empty(self) -> bool:
-        """Whether it is a frame only."""
+        """Whether the link is a frame without mass and shapes."""
         return not any(self.element.first(part) for part in ("inertial", "collision", "visual"))
 
 
 @dataclass(frozen=True, slots=True)
 class Mimic:
-    """What ties a joint to another: its position is `multiplier * leader + offset`, in rad or m."""
+    """A mimic joint's law: its position is `multiplier * leader + offset`, in rad or m."""
 
     leader: str
     multiplier: float
@@ -51,7 +51,7 @@ class Mimic:
 
 @dataclass(slots=True, eq=False)
 class UrdfJoint:
-    """A joint. Its pose is that of the child link in the parent link while the joint is at zero."""
+    """A joint. Its pose is that of the child link in the parent link at joint position zero."""
 
     name: str
     type: str
@@ -69,7 +69,7 @@ class UrdfJoint:
 
     @property
     def limits(self) -> tuple[float, float] | None:
-        """Lowest and highest position, rad or m; None where there is none, and where they leave no range, as MuJoCo has it."""
+        """Lowest and highest position, rad or m; None without limits, or if they are no range, as in MuJoCo."""
         limit = self.element.first("limit")
         if limit is None or self.type == "continuous":
             return None
@@ -78,13 +78,13 @@ class UrdfJoint:
 
     @property
     def effort(self) -> float | None:
-        """Limit of the effort, N m or N; one that is not above zero limits nothing, as in MuJoCo."""
+        """Limit of the effort, N m or N; a limit of zero or less is ignored, as in MuJoCo."""
         limit = self.element.first("limit")
         effort = numbers(limit.get("effort"), 1) if limit is not None else None
         return effort[0] if effort and effort[0] > 0 else None
 
     def put(self, position: Vector3) -> None:
-        """Give the joint another origin, m, in the element too."""
+        """Move the joint's origin, m, in the XML element too."""
         self.pose = (position, self.pose[1])
         origin = self.element.first("origin")
         if origin is None:
@@ -113,11 +113,11 @@ class Urdf:
 
     @property
     def mass(self) -> float:
-        """Of all links, kg."""
+        """Mass of all links, kg."""
         return sum(link.mass for link in self.links.values())
 
     def depth_first(self, start: str = "") -> Iterator[UrdfLink]:
-        """A link, the root unless told, and all below it, parents first."""
+        """A link, by default the root, and all links below it, parents first."""
         pending = [self.links[start or self.root]]
         while pending:
             link = pending.pop()
@@ -140,7 +140,7 @@ class Urdf:
         return pose
 
     def wheel(self, joint: UrdfJoint) -> tuple[float, Vector3] | None:
-        """Radius (m) and centre in the root link of what rolls: a sphere, or a cylinder about the joint's axis."""
+        """Radius (m) and centre in the root link of a wheel: a sphere, or a cylinder about the joint's axis."""
         if joint.type != "continuous":
             return None
         for collider in self.links[joint.child].colliders:

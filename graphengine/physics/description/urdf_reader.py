@@ -1,4 +1,4 @@
-"""A description's XML read as links and joints; every mistake is told where it stands.
+"""Parses the XML of a description to links and joints.
 
 Read are `link`, `joint` and `material`; what other programs keep in a description (gazebo, ros2_control, transmission) stays
 in the text for robot_state_publisher and goes no further.
@@ -37,7 +37,7 @@ _IN_WORDS = {1: "a number", 3: "three numbers", 4: "four numbers"}
 
 
 def read_urdf(root: Element, packages: Packages, findings: Findings) -> Urdf | None:
-    """The robot that a description's XML means; what is wrong with it goes to `findings`."""
+    """Parse a description's XML. Errors are added to `findings`."""
     if root.tag != "robot":
         findings.add("S103", f"a robot description begins with <robot>, not <{root.tag[:40]}>", root.span)
         return None
@@ -149,7 +149,7 @@ def _direction(joint: Element) -> Vector3 | None:
 
 
 def _check_numbers(owner: Element, findings: Findings) -> None:
-    """Tell what should be finite numbers and is not."""
+    """Report attributes that are not finite numbers."""
     for part in owner.walk():
         for attribute, count in _COUNTS.get(part.tag, {}).items():
             text = part.get(attribute)
@@ -164,7 +164,7 @@ def _check_numbers(owner: Element, findings: Findings) -> None:
 
 
 def _tree(root: Element, links: dict[str, UrdfLink], findings: Findings) -> str:
-    """Name of the root link, if all links hang together."""
+    """Name of the root link; empty if the links form no single tree."""
     if not links:
         findings.add("S103", "the description has no link", root.span)
         return ""

@@ -1,4 +1,4 @@
-"""xacro files as URDF: expanded in a process of their own, which reads what it may and ends in time.
+"""Expands xacro files to URDF in a confined process with a time limit.
 
 What comes back is the tree of elements, each with the place in the xacro file that it was written at.
 """

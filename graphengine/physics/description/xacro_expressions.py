@@ -1,4 +1,4 @@
-"""Expressions of xacro files: what stands in `${…}`, which xacro hands to `eval`.
+"""Evaluates the expressions `${…}` of xacro files, in place of `eval`.
 
 They may use lambdas, read xacro's namespaces and YAML data by attributes, and change lists and mappings. Time and memory are
 bounded by the process that this runs in, too.

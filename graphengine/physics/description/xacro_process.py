@@ -1,4 +1,4 @@
-"""The process in which xacro expands a file: one request on standard input, one answer on standard output.
+"""The confined process in which xacro expands a file: one request on stdin, one answer on stdout.
 
 xacro was written for files that one trusts. Here expressions are evaluated by `expressions`, files are read where the caller may
 read them, the environment is empty, and the process is confined. Each element carries its place through macros and includes, so

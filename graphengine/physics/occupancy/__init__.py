@@ -1,1 +1,1 @@
-"""Occupancy maps: which cells of the floor plan a scene's obstacles stand in, exact, and the two files that map_server reads."""
+"""Occupancy maps: the exact cells of a floor plan that obstacles occupy, and the files of map_server."""

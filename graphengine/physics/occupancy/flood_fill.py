@@ -1,4 +1,4 @@
-"""Which free cells can be reached, from side to side, without leaving the free ones.
+"""Flood fill: the free cells that are connected to given cells by their sides.
 
 Cells are taken together as runs along a row. Of two neighbouring rows, runs touch where their columns overlap; as runs are
 sorted, those that touch a given one follow each other.
@@ -14,7 +14,7 @@ from graphengine.physics.occupancy.grid import Bools
 
 
 def reached(free: Bools, seeds: Sequence[tuple[int, int]]) -> Bools:
-    """The cells of `free` that a path from a seed, given as row and column, comes to."""
+    """Free cells that are connected to a seed; seeds are (row, column)."""
     rows, columns = free.shape
     steps = np.diff(free.astype(np.int8), axis=1, prepend=0, append=0)
     row, start = np.nonzero(steps == 1)

@@ -1,4 +1,4 @@
-"""The cells of a floor plan, and how bodies fill them row by row.
+"""The cells of a floor plan, filled with bodies row by row.
 
 A cell is occupied when a body meets its prism, the cell times the window of heights, drawn in by MARGIN on every side. So what
 only touches a prism is outside of it, and a wall whose face lies on the border of two cells stands in one of them, whatever

@@ -1,4 +1,4 @@
-"""From a scene to its occupancy map: what counts as an obstacle, how far the map extends, what is free.
+"""Occupancy map of a scene: its obstacles, extent and free cells.
 
 Obstacles are what stands still: robots and bodies that can move are left out. Free is what can be reached from a seed, such as
 where a robot stands; what is neither an obstacle nor reached, such as the outside of a hall, is unknown.
@@ -44,13 +44,13 @@ class OccupancyMap:
     cells: NDArray[np.int8]
 
     def share(self, state: int) -> float:
-        """The part of all cells that are in a state."""
+        """The fraction of cells in a state."""
         return float(np.mean(self.cells == state))
 
 
 @dataclass(frozen=True, slots=True)
 class MapRequest:
-    """What is asked of a map.
+    """Parameters of a map.
 
     Attributes:
         window: heights between which a body is an obstacle, m.
@@ -73,7 +73,7 @@ class MapRequest:
     exclude: Sequence[str] = ()
 
     def check(self) -> None:
-        """Hold the numbers against each other.
+        """Validate the parameters together.
 
         Raises:
             UsageError: they make no sense.
@@ -92,7 +92,7 @@ class MapRequest:
 
 
 def make_map(world: LoadedWorld, request: MapRequest) -> OccupancyMap:
-    """The map of a scene as it is at the start.
+    """Return the map of a scene in its initial state.
 
     Raises:
         UsageError: the request makes no sense in this scene.
@@ -128,7 +128,7 @@ def _check_size(grid: Grid) -> None:
 
 
 def _obstacles(world: LoadedWorld, request: MapRequest) -> Integers:
-    """Numbers of the geoms that count."""
+    """Ids of the geoms that are obstacles."""
     model = world.simulation.model
     names = [model.body(body).name for body in range(model.nbody)]
     robots = tuple(f"{robot}/" for robot in world.robots)
@@ -147,7 +147,7 @@ def _there(model: mujoco.MjModel) -> Bools:
 
 
 def _geoms(world: LoadedWorld, path: str) -> Integers:
-    """Numbers of the geoms at and below a prim."""
+    """Ids of the geoms at and below a prim."""
     model, prim = world.simulation.model, world.stage.find(path)
     named = {model.body(body).name: body for body in range(1, model.nbody)}
     bodies = [named[part.body] for part in prim.descendants() if part.body in named]
@@ -160,7 +160,7 @@ def _geoms(world: LoadedWorld, path: str) -> Integers:
 
 
 def _bounds(world: LoadedWorld, select: Sequence[str], obstacles: Integers) -> Rectangle:
-    """The rectangle around what was selected, else around all obstacles; endless planes have no part in it."""
+    """The rectangle around the selected prims, else around all obstacles; infinite planes are ignored."""
     chosen = np.unique(np.concatenate([_geoms(world, path) for path in select])) if select else obstacles
     rectangles = [shape.bounds() for shape in shapes(world.simulation.model, world.simulation.data, chosen)]
     west, south = (min((float(low[axis]) for low, _ in rectangles), default=math.inf) for axis in (0, 1))
@@ -171,7 +171,7 @@ def _bounds(world: LoadedWorld, select: Sequence[str], obstacles: Integers) -> R
 
 
 def _first_robot(world: LoadedWorld) -> Point:
-    """Where the first robot stands; the origin in a scene without robots."""
+    """Position of the first robot; the origin in a scene without robots."""
     for robot in world.robots.values():
         (x, y, _), _ = world.simulation.body(world.stage.find(robot.prim_path)).pose()
         return x, y

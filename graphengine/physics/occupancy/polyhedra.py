@@ -1,4 +1,4 @@
-"""Bodies with flat faces, as triangles.
+"""Bodies with flat faces, as triangle meshes.
 
 What a slab of heights leaves of a convex polyhedron is bounded by its edges, as far as they lie in the slab, and by the segments
 in which the slab's two planes cut its faces. The least and greatest x in a row of cells lie on the projections of these

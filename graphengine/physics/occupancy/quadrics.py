@@ -1,4 +1,4 @@
-"""Round bodies, in closed form: ellipsoids, spheres among them, and cylinders.
+"""Ellipsoids (spheres included) and cylinders, rasterized in closed form.
 
 The greatest x of a convex body, cut by planes of constant y and z, lies where its surfaces and those planes meet, and there are
 few such places: the farthest points of ellipses, and of their sections by the planes. All of them are found, those that are
@@ -34,15 +34,15 @@ class _Quadrics(ABC):
 
     @abstractmethod
     def reach(self) -> Floats:
-        """How far the bodies extend from their centres along x, y and z: (n, 3), m."""
+        """Extents of the bodies from their centres along x, y and z: (n, 3), m."""
 
     @abstractmethod
     def places(self, which: Integers, ys: Sequence[Floats], zs: Sequence[Floats]) -> Iterator[Floats]:
-        """Points (n, 3) among which are those of least and greatest x, where planes cut each of the bodies."""
+        """Points (n, 3), among them those of least and greatest x of each body cut by planes."""
 
     @abstractmethod
     def holds(self, which: Integers, points: Floats) -> Bools:
-        """Whether bodies hold points, but for the margin."""
+        """Whether bodies contain points, within the margin."""
 
     def bounds(self) -> tuple[Floats, Floats]:
         """Least and greatest x and y."""
@@ -113,13 +113,13 @@ class Cylinders(_Quadrics):
     halves: Floats
 
     def reach(self) -> Floats:
-        """That of the axis, and of the discs at its ends."""
+        """Extents of the axis and of the discs at its ends."""
         slant = np.sqrt(np.maximum(1 - self.axes**2, 0.0))
         extent: Floats = self.halves[:, None] * np.abs(self.axes) + self.radii[:, None] * slant
         return extent
 
     def holds(self, which: Integers, points: Floats) -> Bools:
-        """Near enough to the axis, and between the discs."""
+        """Points between the discs that are near enough to the axis."""
         offsets, axes = points - self.centres[which], self.axes[which]
         along = np.einsum("ni,ni->n", offsets, axes)
         away = np.linalg.norm(offsets - along[:, None] * axes, axis=1)
@@ -127,7 +127,7 @@ class Cylinders(_Quadrics):
         return within
 
     def places(self, which: Integers, ys: Sequence[Floats], zs: Sequence[Floats]) -> Iterator[Floats]:
-        """Those of both discs, and of the ellipses in which the planes cut the side.
+        """Points of both discs, and of the ellipses in which the planes cut the side.
 
         Such an ellipse is a disc that was moved along the axis into the plane.
         """
@@ -152,14 +152,14 @@ def _among(values: Floats, low: Floats, high: Floats) -> Bools:
 
 
 def _sections(ellipse: Ellipses, ys: Sequence[Floats], zs: Sequence[Floats]) -> Iterator[Ellipses]:
-    """An ellipsoid, its sections by planes of y, by planes of z, and by one of each."""
+    """An ellipsoid, and its sections by planes of y, of z, and of both."""
     for cut in (ellipse, *(_section(ellipse, _Y, y) for y in ys)):
         yield cut
         yield from (_section(cut, _Z, z) for z in zs)
 
 
 def _section(ellipse: Ellipses, axis: int, values: Floats) -> Ellipses:
-    """The part of ellipsoids in which a coordinate has given values; nonsense where there is none."""
+    """Sections of ellipsoids at given values of a coordinate; undefined where a plane misses."""
     centres, matrices = ellipse
     column = matrices[:, :, axis]
     offset = values - centres[:, axis]

@@ -1,4 +1,4 @@
-"""Obstacles as shapes: MuJoCo's geoms, gathered by what they are.
+"""Obstacles as shapes, grouped from MuJoCo's geoms by type.
 
 An obstacle is what a robot can run into or its lidar can see. Contacts see the convex hull of a mesh and rays its triangles, so a
 mesh that collides is both; of one that rays alone see, the triangles count. Contacts see everything behind a plane, however large

@@ -1,1 +1,1 @@
-"""What cameras see: a state captured as a scene, drawn without a window by a thread of its own, and views for people."""
+"""Camera pictures: captures of the state, rendered off screen by a thread of their own, and views for people."""

@@ -1,4 +1,4 @@
-"""Boxes around the bodies of a model, in the axes of each body: what an ideal detector of things in space would tell."""
+"""Oriented 3D bounding boxes of a model's bodies, as an ideal detector would report them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _OPTICAL = (1.0, 0.0, 0.0, 0.0)
 
 
 class BoundingBoxes:
-    """The boxes of the bodies that have a number and shapes that can be seen; endless planes do not count.
+    """Boxes of the bodies that have a number and visible shapes; infinite planes are left out.
 
     Args:
         model: whose bodies they are.

@@ -1,4 +1,4 @@
-"""What cameras see of a model, captured as scenes that can be drawn while the simulation steps on.
+"""Captures the visible state of a model, for rendering while the simulation steps on.
 
 A scene (MjvScene) holds all that drawing needs of the state, so only the thread that steps reads the state.
 """
@@ -45,19 +45,19 @@ class Lens:
 
     @classmethod
     def pinhole(cls, size: tuple[int, int], focal: float, near: float, farthest: float) -> Lens:
-        """A lens by its focal length in pixels; the sky is farther away than `farthest` (m) in every pixel."""
+        """A lens by its focal length in pixels; the sky is drawn beyond `farthest` (m) in every pixel."""
         width, height = size
         corner = math.hypot(1.0, width / 2 / focal, height / 2 / focal)  # length of a ray there for each metre of depth
         return cls(size, height / 2 / focal, near, 1.01 * farthest * corner / SKY)
 
     @classmethod
     def plan(cls, size: tuple[int, int], half_height: float, near: float, farthest: float) -> Lens:
-        """A parallel projection; the sky is farther away than `farthest` (m), and its haze wider than the picture."""
+        """A parallel projection; the sky is drawn beyond `farthest` (m), and its haze is wider than the picture."""
         diagonal = 2 * half_height * math.hypot(1.0, size[0] / size[1])
         return cls(size, half_height, near, 1.01 * max(farthest, diagonal) / SKY, parallel=True)
 
     def misses(self, pose: Pose, centres: Floats, radii: Floats) -> NDArray[np.bool_]:
-        """Which balls are wholly out of sight of a pinhole at a pose.
+        """Which spheres are wholly outside the view of a pinhole camera at a pose.
 
         Args:
             pose: of the camera.
@@ -74,7 +74,7 @@ class Lens:
         return missed
 
     def aim(self, scene: mujoco.MjvScene, pose: Pose) -> None:
-        """Set a scene's camera; MuJoCo takes the average of two."""
+        """Set a scene's camera; MuJoCo averages two."""
         (x, y, z), turn = pose
         at_near = self.half_height if self.parallel else self.half_height * self.near
         for eye in scene.camera:
@@ -87,7 +87,7 @@ class Lens:
 
 @dataclass(frozen=True, slots=True)
 class Shot:
-    """What a camera saw at one instant, not yet drawn."""
+    """A captured frame that is not rendered yet."""
 
     model: mujoco.MjModel
     scene: mujoco.MjvScene
@@ -120,7 +120,7 @@ class FrameCapture:
     def capture(
         self, data: mujoco.MjData, pose: Pose, lens: Lens, *, segmentation: bool = False, whole: bool = False
     ) -> Shot:
-        """What a camera at a pose sees of a state.
+        """Capture what a camera at a pose sees of a state.
 
         Args:
             data: the state.
@@ -141,7 +141,7 @@ class FrameCapture:
         return Shot(self.model, scene, lens, self._segments(scene) if segmentation else None)
 
     def give_back(self, shot: Shot) -> None:
-        """Let a shot's scene be used again; from any thread."""
+        """Return a shot's scene for reuse; callable from any thread."""
         if shot.model is self.model:
             self._idle.append(shot.scene)
 

@@ -1,4 +1,4 @@
-"""OpenGL without a window: by EGL, or by OSMesa where there is none.
+"""Off-screen OpenGL contexts, by EGL or else OSMesa.
 
 MuJoCo draws into the context that is current in its thread. The ones that come with it rest on PyOpenGL, which serves one of the
 two platforms a process, chosen by an environment variable before it is imported. A dozen functions called through ctypes serve

@@ -82,30 +82,30 @@ class RenderThread(Stateful):
             return "not there"
 
     def expect(self, lens: Lens) -> None:
-        """Prepare for pictures through a lens, so that what draws need not be set up anew for the first of them."""
+        """Prepare for pictures through a lens, so that the renderer is large enough from the first one."""
         self._size = max(self._size[0], lens.size[0]), max(self._size[1], lens.size[1])
         self._far = max(self._far, lens.far)
 
     def capture(self, pose: Pose, lens: Lens, *, segmentation: bool = False, whole: bool = False) -> Shot:
-        """What a camera at a pose sees in the simulation's present state; see `FrameCapture.capture`."""
+        """Capture what a camera at a pose sees in the current state; see `FrameCapture.capture`."""
         return self._present().capture(self._simulation.data, pose, lens, segmentation=segmentation, whole=whole)
 
     def boxes(self, pose: Pose) -> NDArray[np.void]:
-        """The solid boxes of all prims, by their numbers, before a camera at a pose."""
+        """Bounding boxes of all labelled prims in the frame of a camera at a pose."""
         self._present()
         if self._solids is None:
             self._solids = BoundingBoxes(self._simulation.model, self._prims_of_bodies(self._simulation.model))
         return self._solids.seen_from(self._simulation.data, pose)
 
     def draw(self, shot: Shot, develop: Callable[[Image], Picture]) -> Future[Picture]:
-        """Have a shot drawn and, in the thread that draws, made a picture."""
+        """Queue a shot for rendering; `develop` makes the picture in the render thread."""
         self.expect(shot.lens)
         picture: Future[Picture] = Future()
         self._open_jobs().put(_Job(shot, develop, picture, self._present().give_back, self._size, self._far))
         return picture
 
     def _open_jobs(self) -> _Jobs:
-        """What the thread takes its work from; it is begun here, and again in the copy that a fork makes of a process."""
+        """The thread's job queue. The thread starts on first use, and again in a forked process."""
         if self._jobs is None or self._thread is None or not self._thread.is_alive():
             self._jobs = SimpleQueue()
             self._thread = threading.Thread(target=_draw_all, args=(self._jobs,), name="render", daemon=True)
@@ -114,19 +114,19 @@ class RenderThread(Stateful):
         return self._jobs
 
     def close(self) -> None:
-        """Finish what is being drawn and end the thread; safe to call twice. Who asks again begins another."""
+        """Finish pending jobs and end the thread; safe to call twice. A later job starts a new thread."""
         self._end()
         self._jobs = None
 
     def _present(self) -> FrameCapture:
-        """How the simulation's present model is captured."""
+        """The capture of the current model."""
         model = self._simulation.model
         if self._captures is None or self._captures.model is not model:
             self._captures, self._solids = FrameCapture(model, self._prims_of_bodies(model)), None
         return self._captures
 
     def _prims_of_bodies(self, model: mujoco.MjModel) -> NDArray[np.int32]:
-        """For each body the number of its prim, or of that of the body it hangs on."""
+        """The prim number of each body; a body without a prim has its parent's."""
         paths = {prim.body or housing_of(prim): prim.path for prim in self._simulation.stage.prims()}
         numbers = np.zeros(model.nbody, np.int32)
         numbers[0] = self._number("/World")
@@ -148,7 +148,7 @@ def _finish(jobs: _Jobs, thread: threading.Thread) -> None:
 
 
 def _draw_all(jobs: _Jobs) -> None:
-    """The thread: draw until there is an end."""
+    """The thread's loop: render jobs until None arrives."""
     with suppress(OSError):  # a matter of the thread, and of those that the driver starts from it
         os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)
     with closing(_RendererCache()) as renderers:

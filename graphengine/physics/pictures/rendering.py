@@ -1,4 +1,4 @@
-"""Draws captured scenes into arrays, with distances from the depth buffer of the same pass as the colours.
+"""Renders captured scenes to arrays: colours, and distances from the depth buffer of the same pass.
 
 MuJoCo's depth buffer runs from 1 at the near plane to 0 at the far plane, in floating point: at a distance d it holds
 near (far - d) / (d (far - near)), in a parallel projection (far - d) / (far - near).

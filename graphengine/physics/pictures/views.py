@@ -1,4 +1,4 @@
-"""Views for people, with shadows and smooth edges: from above, of a robot at an angle, or through a camera of the world's own."""
+"""Views for people, with shadows and antialiasing: from above, of a robot at an angle, or by a camera of the world."""
 
 from __future__ import annotations
 

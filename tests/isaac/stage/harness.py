@@ -10,7 +10,7 @@ from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
 from graphengine.isaac.recorded_graph import RecordedGraph
 from graphengine.isaac.stage.graphs import graphs_of
-from graphengine.isaac.stage.prim_locations import PrimLocations
+from graphengine.isaac.stage.prim_spans import PrimSpans
 from graphengine.isaac.stage.stage_contents import StageContents
 from graphengine.isaac.stage.stage_process import StageReading
 from graphengine.sandbox.untrusted import encoded
@@ -55,7 +55,7 @@ def read(folder: Path, text: str, **others: str) -> Stage:
     findings = Findings()
     contents = read_answer(encoded(StageReading(Files.of(path)).run(path)).encode(), StageContents, 10_000_000)
     assert not contents.failure, contents.failure
-    return Stage(contents, graphs_of(contents, default_registry(), PrimLocations(path), findings), findings)
+    return Stage(contents, graphs_of(contents, default_registry(), PrimSpans(path), findings), findings)
 
 
 def read_graph(folder: Path, *nodes: str, after: str = "") -> Stage:

@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.isaac.stage.prim_locations import PrimLocations
+from graphengine.isaac.stage.prim_spans import PrimSpans
 
 TEXT = '''#usda 1.0
 ( doc = "def Xform \\"Not\\" {" )
@@ -27,7 +27,7 @@ def "Last" {}
 def place(folder: Path, prim: str, text: str | bytes = TEXT) -> tuple[int, int, int]:
     path = folder / "stage.usda"
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    span = PrimLocations(path).of(prim)
+    span = PrimSpans(path).of(prim)
     return span.line, span.column, span.length
 
 
@@ -71,7 +71,7 @@ def test_odd_texts_take_no_time_worth_telling(tmp_path: Path, text: str) -> None
 
 def test_a_file_is_found_where_it_is_named(tmp_path: Path) -> None:
     (tmp_path / "stage.usda").write_text("#usda 1.0\n( subLayers = [@../x.usd@] )")
-    places = PrimLocations(tmp_path / "stage.usda")
+    places = PrimSpans(tmp_path / "stage.usda")
     assert places.of_file("x.usd") is None
     span = places.of_file("../x.usd")
     assert span is not None

@@ -1,4 +1,4 @@
-"""Quality of service on the command line, in the words of ros2cli."""
+"""Quality-of-service options, named as in ros2cli."""
 
 from __future__ import annotations
 

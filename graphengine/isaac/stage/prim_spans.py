@@ -1,4 +1,4 @@
-"""Places of prims in the text of a stage; a stage that is no text has none."""
+"""Spans of prims in a USDA file; binary stages have none."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ What is begun and never ended reaches as far as it may, so that no text takes mo
 """
 
 
-class PrimLocations:
-    """Where prims stand in a file.
+class PrimSpans:
+    """Spans of prims in a file.
 
     Args:
         path: the stage.
@@ -41,11 +41,11 @@ class PrimLocations:
         self._read(text)
 
     def of(self, prim: str) -> Span:
-        """The place of a prim's name, else the beginning of the file."""
+        """The span of a prim's name, else of the file's beginning."""
         return self._spans.get(prim, self.start)
 
     def of_file(self, name: str) -> Span | None:
-        """Where a file is named."""
+        """The span where another file is named."""
         named = f"@{name}@"
         for number, line in enumerate(self.source.lines, 1):
             if (column := line.find(named)) >= 0:
@@ -53,7 +53,7 @@ class PrimLocations:
         return None
 
     def _read(self, text: str) -> None:
-        """Follow the nesting of prims; brackets in metadata, which stands in parentheses, are none of prims."""
+        """Track the nesting of prims; brackets in parenthesized metadata do not count."""
         above, begun, parentheses = [""], "", 0
         line, line_start, before, left = 1, 0, 0, MAX_PATHS
         for token in _TOKEN.finditer(text):
