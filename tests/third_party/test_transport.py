@@ -71,6 +71,23 @@ def test_one_that_cannot_be_imported_says_why_and_what_to_do(site: Path) -> None
     assert graphrun(site, "run", "clock", "--transport", "memory", "--for", "0.1").returncode == 0
 
 
+def test_one_whose_check_fails_is_passed_over_by_auto_and_says_why_where_it_is_named(site: Path) -> None:
+    lines = [
+        "from graphengine.ros.transport import TransportKind",
+        "def missing(): raise RuntimeError('the driver is broken')",
+        "TRANSPORT = TransportKind('acme', 'nobody', print, auto=0, missing=missing)",
+    ]
+    (site / "acme_transport.py").unlink()
+    (site / "acme_transport.py").write_text("\n".join(lines))
+    environment = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"}
+    done = python(site, "-m", "graphengine.cli", "run", "clock", "--for", "0.1", "--rate", "max", **environment)
+    assert done.returncode == 0, done.stderr
+    assert "acme cannot be imported (RuntimeError: the driver is broken)" in done.stderr + done.stdout
+    done = graphrun(site, "run", "clock", "--transport", "acme")
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[0] == "error: acme cannot be used: RuntimeError: the driver is broken"
+
+
 def test_two_packages_with_one_name_are_refused(site: Path) -> None:
     about = site / "other-1.dist-info"
     about.mkdir()

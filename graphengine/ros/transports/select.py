@@ -84,7 +84,7 @@ def open_transport(
     from graphengine.messages.definitions import DEFINITIONS
 
     kind, because = _chosen() if name == AUTO else (find_transport(name), "")
-    if name != AUTO and (missing := kind.missing()) is not None:
+    if name != AUTO and (missing := _missing(kind)) is not None:
         raise TransportError(f"{name} cannot be used: {missing}")
     chosen = JoinOptions(
         domain, node_name, node_namespace, environ, definitions or DEFINITIONS, patient=patient, because=because
@@ -98,13 +98,21 @@ def _chosen() -> tuple[TransportKind, str]:
     reasons, remedies = list(broken.values()), list[str]()
     for kind in kinds:
         if kind.auto is not None:
-            missing = kind.missing()
+            missing = _missing(kind)
             if missing is None:
                 return kind, f"chosen because {' and '.join(reasons) or f'{kind.name} is installed'}"
             why, *further = missing.splitlines()
             reasons.append(f"{kind.name} cannot be imported ({why})")
             remedies += further
     raise TransportError("\n".join([f"no transport can be used: {'; '.join(reasons)}", *remedies]))
+
+
+def _missing(kind: TransportKind) -> str | None:
+    """Why a transport cannot be used, an error of its own check among the reasons; None if it can."""
+    try:
+        return kind.missing()
+    except Exception as error:  # a package may fail in any way
+        return f"{type(error).__name__}: {error}".splitlines()[0]
 
 
 def _load_all() -> tuple[list[TransportKind], dict[str, str]]:
