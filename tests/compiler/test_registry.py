@@ -57,7 +57,9 @@ def module(name: str, *classes: type[Node]) -> types.ModuleType:
 
 def test_short_names_are_frozen() -> None:
     frozen = {short: full for full, names in SHORT_NAMES.items() for short in names}
-    assert default_registry().short_names == frozen
+    found = default_registry().short_names
+    new = [f"{full}: {short}" for short, full in found.items() if short not in frozen]
+    assert found == frozen, f"add to tests/compiler/short_names.yaml, as `TYPE: [SHORT NAME, ...]`: {'; '.join(new)}"
 
 
 def test_no_short_name_means_two_types() -> None:

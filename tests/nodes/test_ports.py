@@ -224,5 +224,6 @@ def surroundings() -> RecordingContext:
 
 @every_type
 def test_check_node_finds_nothing_wrong_with_a_built_in(name: str) -> None:
+    """`NEEDED` gives a node its required inputs, `surroundings` the devices that it reads."""
     cls: type[Node] = TYPES[name]
     check_node(cls, surroundings, **NEEDED.get(cls.__name__, {}))

@@ -68,7 +68,8 @@ COMMANDS = list(dict.fromkeys(commands()))
 
 
 def test_the_table_has_every_verb_once() -> None:
-    assert sorted(quoted(cell)[0].split()[1] for cell, _ in table(README, "Commands")) == sorted(VERBS)
+    rows = sorted(quoted(cell)[0].split()[1] for cell, _ in table(README, "Commands"))
+    assert rows == sorted(VERBS), "the table below `## Commands` in README.md has one row for each verb"
 
 
 @pytest.mark.parametrize("command", COMMANDS)

@@ -22,7 +22,7 @@ from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive, Spec
 from graphengine.physics.sensors.implementations import Deviation, Profile, Rate, implements
 from graphengine.physics.sensors.rays import Floats, Integers, geom_colours
-from graphengine.physics.sensors.sampling import Sampled
+from graphengine.physics.sensors.sampling import S, TickSampled
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
@@ -122,20 +122,18 @@ class LidarProfile(Profile):
         return kept | {"angles": self.angles, "elevations": self.elevations, "ranges": (self.near, self.far)}
 
 
-class RaySensor(Sampled):
+class RaySensor(TickSampled[S]):
     """A sensor that casts rays; its prim's facts have `ranges`, and may have `noise_std` and `resolution`.
 
-    A subclass sets `directions` before it calls `__init__`, and makes a sample in `_cast`.
+    A subclass sets `directions` before it calls `__init__`, and makes a sample in `_make_sample`.
     """
 
-    kept = ("_newest",)
     directions: Floats
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         self.ranges: tuple[float, float] = prim.facts["ranges"]
         self.noise_std: float = prim.facts.get("noise_std", 0.0)
         self._resolution: float = prim.facts.get("resolution", 0.0)
-        self._newest: Any = None
         super().__init__(simulation, prim)
 
     def bind(self) -> None:
@@ -143,27 +141,6 @@ class RaySensor(Sampled):
         super().bind()
         tree = int(self._simulation.model.body_rootid[self._mount.body])
         self._caster = self._simulation.rays.caster(self.directions, self.ranges[1], tree)
-
-    def reset(self) -> None:
-        """Forget the newest sample."""
-        self._newest = None
-
-    def _sample(self) -> Any:
-        """The newest sample, cast when first asked for in its tick and shared by all who ask.
-
-        If nobody asked then, what is cast now has the sample's number and this tick's time, and is not kept.
-        """
-        index = self.index
-        if self._newest is not None and self._newest.index == index:
-            return self._newest
-        sample = self._cast(index)
-        if self.due:
-            self._newest = sample
-        return sample
-
-    def _cast(self, index: int) -> Any:
-        """Make a sample of what the rays meet."""
-        raise NotImplementedError
 
     def _meet(self) -> tuple[Floats, Integers]:
         """What each ray meets first: the distance, and the number of the geom; see `rays.Caster`."""
@@ -180,7 +157,7 @@ class RaySensor(Sampled):
 
 
 @implements(Lidar, LidarProfile)
-class RayLidar(RaySensor):
+class RayLidar(RaySensor[Scan]):
     """The ray-casting sensor at a lidar prim, whose facts are its profile."""
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
@@ -198,10 +175,9 @@ class RayLidar(RaySensor):
 
     def scan(self) -> Scan:
         """The newest sample, shared by all who ask."""
-        sample: Scan = self._sample()
-        return sample
+        return self._sample()
 
-    def _cast(self, index: int) -> Scan:
+    def _make_sample(self, index: int) -> Scan:
         near, far = self.ranges
         distances, geoms = self._meet()
         hit = (distances >= near) & (distances <= far)

@@ -54,7 +54,7 @@ class RangeProfile(Profile):
 
 
 @implements(RangeSensor, RangeProfile)
-class RayCone(RaySensor):
+class RayCone(RaySensor[RangeReading]):
     """The range sensor at a range prim, whose facts are its profile."""
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
@@ -65,10 +65,9 @@ class RayCone(RaySensor):
 
     def reading(self) -> RangeReading:
         """The newest sample, shared by all who ask."""
-        sample: RangeReading = self._sample()
-        return sample
+        return self._sample()
 
-    def _cast(self, index: int) -> RangeReading:
+    def _make_sample(self, index: int) -> RangeReading:
         near, far = self.ranges
         distances, _ = self._meet()
         nearest = np.min(distances[distances >= 0.0], initial=math.inf, keepdims=True)

@@ -8,7 +8,7 @@ sample, so it does not depend on who asked for which samples before.
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
 
@@ -19,6 +19,8 @@ from graphengine.physics.dynamics.handles import CarriedPrim
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
+
+S = TypeVar("S")
 
 
 class Sampling:
@@ -71,3 +73,34 @@ class Sampled(Handle):
     def index(self) -> int:
         """Number of the newest sample since play."""
         return self._sampling.newest(self._simulation.tick)
+
+
+class TickSampled(Sampled, Generic[S]):
+    """A sensor that measures at most once a tick, and only if a node asks; a subclass makes a sample in `_make_sample`."""
+
+    kept = ("_newest",)
+
+    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
+        self._newest: tuple[int, S] | None = None
+        super().__init__(simulation, prim)
+
+    def reset(self) -> None:
+        """Forget the newest sample."""
+        self._newest = None
+
+    def _sample(self) -> S:
+        """The newest sample, measured when first asked for in its tick and shared by all who ask.
+
+        If no node asked in that tick, the sample that is measured now has its number and this tick's time, and is not kept.
+        """
+        index = self.index
+        if self._newest is not None and self._newest[0] == index:
+            return self._newest[1]
+        sample = self._make_sample(index)
+        if self.due:
+            self._newest = index, sample
+        return sample
+
+    def _make_sample(self, index: int) -> S:
+        """Make sample `index` from the present state; its noise comes from `self._sampling.random(index)`."""
+        raise NotImplementedError
