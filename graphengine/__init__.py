@@ -64,7 +64,7 @@ __all__ = [*_ORIGINS, "__version__"]
 if not TYPE_CHECKING:  # so that a misspelt name is an error to mypy and pyright
 
     def __getattr__(name: str) -> object:
-        """Import what a name stands for when it is first used."""
+        """Import a public name when it is first used."""
         if name not in _ORIGINS:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         import importlib

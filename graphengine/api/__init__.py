@@ -1,1 +1,1 @@
-"""The public Python API: scenes, sessions, values of ports, topics, robots; `graphengine` itself offers its names."""
+"""The public Python API: scenes, sessions, port values, topics and robots. `graphengine` exports its names."""

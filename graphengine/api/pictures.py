@@ -1,4 +1,4 @@
-"""Pictures of a session's world: through a view for people, or as a camera's readers get them."""
+"""Pictures of a session's world, taken by a view or by one of its cameras."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ SIZE = (1280, 720)
 
 
 def simulated(world: World) -> Simulation:
-    """A world that can be seen.
+    """The world, checked to be one that pictures can be taken of.
 
     Raises:
-        UsageError: a graph without a scene has none.
+        UsageError: the session runs a graph without a scene.
     """
     from graphengine.physics.simulation import Simulation
 
@@ -38,10 +38,10 @@ def simulated(world: World) -> Simulation:
 
 
 def find_camera(world: Simulation, name: str) -> Prim | None:
-    """The prim of the camera that a name or path means; None where it is a view.
+    """The camera prim with this name or path; None if the name is that of a view.
 
     Raises:
-        UsageError: it means neither, or several cameras.
+        UsageError: no camera or view has the name, or several cameras have it.
     """
     from graphengine.physics.pictures import views
 
@@ -67,17 +67,17 @@ def find_camera(world: Simulation, name: str) -> Prim | None:
 def look(
     world: Simulation, name: str, size: tuple[int, int] | None = None, *, segmentation: bool = False
 ) -> Picture | Image:
-    """What a camera sees, as its readers get it; or a view, drawn for people.
+    """A picture of a camera, as graphs receive it, or of a view.
 
     Args:
-        world: in its present state.
-        name: of a view, or name or path of a camera's prim.
+        world: world to draw, in its present state.
+        name: name of a view, or name or path of a camera's prim.
         size: width and height, pixels; the camera's own, or `SIZE` for a view, when None.
-        segmentation: with the number of the prim at each pixel.
+        segmentation: add the number of the prim at each pixel.
 
     Raises:
-        RenderError: there is no OpenGL, or it refused.
-        UsageError: there is no such view or camera.
+        RenderError: OpenGL is missing or failed.
+        UsageError: no view or camera has the name.
     """
     from graphengine.physics.pictures import views
     from graphengine.physics.sensors.camera import PinholeCamera
@@ -89,10 +89,10 @@ def look(
 
 
 def write_png(pixels: NDArray[Any], path: Path) -> None:
-    """Write a PNG.
+    """Write pixels to a PNG file.
 
     Raises:
-        OSError: it cannot be written there.
+        OSError: the file cannot be written.
     """
     from PIL import Image
 

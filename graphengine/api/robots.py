@@ -1,4 +1,4 @@
-"""Robots of a session."""
+"""Robots of a session: their poses, joints and topics."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from graphengine.messages.names import full_topic, join_namespaces
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """Where something is.
+    """Position and orientation of a body.
 
     Attributes:
         position: in the world frame, m.
@@ -30,7 +30,7 @@ class Pose:
 
 @dataclass(frozen=True, slots=True)
 class Velocity:
-    """How something moves.
+    """Linear and angular velocity of a body.
 
     Attributes:
         linear: of its origin, in the world frame, m/s.
@@ -46,9 +46,9 @@ class Joint:
     """The state of a joint.
 
     Attributes:
-        position: rad, or m of a joint that slides.
+        position: rad, or m for a prismatic joint.
         velocity: rad/s or m/s.
-        effort: of its drive after the last step, N m or N.
+        effort: torque or force of its drive after the last step, N m or N.
     """
 
     position: float
@@ -57,7 +57,7 @@ class Joint:
 
 
 class Robot:
-    """A robot of a session, as it is when it is read. `Session.robots` has it."""
+    """A robot of a session; each property returns its value at the present tick. `Session.robots` lists all."""
 
     def __init__(self, runner: Runner, name: str) -> None:
         self._runner = runner
@@ -85,7 +85,7 @@ class Robot:
     @property
     @reading
     def joints(self) -> Mapping[str, Joint]:
-        """The joints that move, by name, in the articulation's order."""
+        """States of the movable joints by name, in the articulation's order."""
         joints = self._runner.session.services.world.articulation(find_robot(self._runner, self._name))
         values = (joints.positions().tolist(), joints.velocities().tolist(), joints.efforts().tolist())
         return {name: Joint(*state) for name, *state in zip(joints.joint_names, *values, strict=True)}
@@ -93,13 +93,13 @@ class Robot:
     @property
     @reading
     def namespace(self) -> str:
-        """Namespace of its topics, as in `dd100_0000`; empty for none."""
+        """Namespace of its topics, such as `dd100_0000`; empty for none."""
         base_link = find_robot(self._runner, self._name).facts["base_link"]
         return join_namespaces(self._runner.session.services.stage.namespaces(base_link))
 
     @acting
     def publish(self, topic: str, message: Any, every: float | None = None, type: MessageType = None) -> Publication:
-        """Publish below the robot's namespace; else as `Session.publish`.
+        """Publish on a topic in the robot's namespace; arguments as for `Session.publish`.
 
         >>> drive = sim.robots["dd100"].publish("cmd_vel", {"linear": {"x": 0.2}})
         """
@@ -110,7 +110,7 @@ class Robot:
     @overload
     def subscribe(self, topic: str, type: str | None = None, keep: int = 1000) -> Subscription[Any]: ...
     def subscribe(self, topic: str, type: MessageType = None, keep: int = 1000) -> Subscription[Any]:
-        """Subscribe below the robot's namespace; else as `Session.subscribe`.
+        """Subscribe to a topic in the robot's namespace; arguments as for `Session.subscribe`.
 
         >>> odom = sim.robots["dd100"].subscribe("odom")
         """
@@ -125,18 +125,18 @@ class Robot:
 
 
 class Robots(dict[str, Robot]):
-    """Robots by name."""
+    """Robots by name; a wrong name raises UnknownEntityError."""
 
     def __missing__(self, name: str) -> Robot:
-        """Refuse a name that no robot has."""
+        """Raise UnknownEntityError, which lists the nearest names."""
         raise UnknownEntityError(unknown("robot", name, self))
 
 
 def find_robot(runner: Runner, name: str) -> Prim:
-    """The prim of a robot.
+    """The prim of the robot with this name.
 
     Raises:
-        UnknownEntityError: there is no such robot.
+        UnknownEntityError: no robot has the name.
     """
     prims = {prim.entity_name: prim for prim in runner.session.services.stage.prims("robot")}
     if name not in prims:

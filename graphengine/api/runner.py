@@ -1,4 +1,4 @@
-"""What surrounds a session that runs: its network, its recorder, the ways to control it, and who may call it when."""
+"""A running session with its network, recorder and control channel, and the rules on which thread may call it."""
 
 from __future__ import annotations
 
@@ -45,18 +45,18 @@ _LEVELS = {"error": logging.ERROR, "warning": logging.WARNING}
 
 
 def log_to_logging(severity: str, node: str, text: str) -> None:
-    """Pass a message on to the logger `graphengine`."""
+    """Send a node's message to the Python logger `graphengine`."""
     message = f"{node}: {text}" if node else text
     logging.getLogger("graphengine").log(_LEVELS.get(severity, logging.INFO), "%s", message)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunOptions:
-    """What `Scene.session` takes, and what only the command line has.
+    """Options of a session: the arguments of `Scene.session`, and two that only the command line sets.
 
     Attributes:
-        fault: receives each NodeError where a node that raises ends its branch only; None logs them.
-        patient: a writer of dds waits for readers that do not keep up.
+        fault: receives each NodeError if `keep_going` is set; None logs them.
+        patient: DDS writers wait for slow readers.
     """
 
     transport: str = "memory"
@@ -73,10 +73,10 @@ class RunOptions:
 
 
 def check_recording(path: Path, *, force: bool) -> None:
-    """Refuse a name that no recording can have.
+    """Check that a recording can be written under this name.
 
     Raises:
-        UsageError: a name that no reader of bags knows, a folder that is not there, or a file that is.
+        UsageError: the name does not end in `.mcap`, its folder does not exist, or the file exists and `force` is not set.
     """
     if path.suffix != ".mcap" or not path.parent.is_dir() or path.is_dir():
         raise UsageError(f"{path}: write the name of a file in a folder that is there, such as out.mcap")
@@ -85,16 +85,16 @@ def check_recording(path: Path, *, force: bool) -> None:
 
 
 class Runner:
-    """One session with its network, and its recorder and control channel if there are any.
+    """One session with its network and, if asked for, its recorder and control channel.
 
     Args:
-        scene: without errors.
-        options: of the session.
-        seed: of every random generator; the one that the scene was loaded with when None.
-        modules: Python modules that the node types came from, for the recording.
+        scene: scene without errors.
+        options: options of the session.
+        seed: seed of all random generators; None takes the scene's.
+        modules: Python modules with node types, named in the recording.
 
     Raises:
-        GraphError: something of it cannot begin; what had begun is closed.
+        GraphError: a part of the session cannot start; the parts already started are closed.
     """
 
     def __init__(
@@ -140,7 +140,7 @@ class Runner:
             self._closing = closing.pop_all()
 
     def _check(self) -> None:
-        """Refuse options that make no sense."""
+        """Raise UsageError for invalid options."""
         options = self.options
         if any(finding.code == "N102" for finding in self.scene.findings.items):
             raise UsageError(f"{self.scene.path} asks for prims of a scene; give one with --scene")
@@ -192,7 +192,7 @@ class Runner:
             )
 
     def _end_recording(self, error: BaseException | None = None) -> None:
-        """Close the recording, with the error that ended it."""
+        """Close the recording, and store the error that ended it."""
         recorder, self._recorder = self._recorder, None
         if recorder is not None:
             try:
@@ -202,7 +202,7 @@ class Runner:
                 self.session.inbox = Inbox()
 
     def _offer_simulation_interfaces(self) -> None:
-        """Offer the services by which ROS 2 programs control simulators, until the network is closed."""
+        """Offer the services of simulation_interfaces until the network is closed."""
         if self.options.simulation_interfaces is not None:
             from graphengine.control.simulation_interfaces.server import SimulationInterfaces
 
@@ -212,10 +212,10 @@ class Runner:
     # Who may call it, and when
 
     def enter(self) -> None:
-        """Keep other threads out until `leave`.
+        """Lock the session for this thread until `leave`.
 
         Raises:
-            StateError: another thread is in.
+            StateError: another thread has locked it.
         """
         if not self._lock.acquire(blocking=False):
             raise StateError(
@@ -223,11 +223,11 @@ class Runner:
             )
 
     def leave(self) -> None:
-        """Let other threads in."""
+        """Unlock the session."""
         self._lock.release()
 
     def refuse_closed(self) -> None:
-        """Refuse what only an open session can do.
+        """Check that the session is open.
 
         Raises:
             StateError: it is closed.
@@ -236,10 +236,10 @@ class Runner:
             raise StateError("the session is closed")
 
     def command(self, name: str, /, **arguments: Any) -> Any:
-        """Do one of the commands of `runtime.commands` at once.
+        """Execute a command of `runtime.commands` immediately.
 
         Raises:
-            UsageError: the arguments make no sense.
+            UsageError: the arguments are invalid.
         """
         try:
             return parse(name, arguments).apply(self.session)
@@ -255,19 +255,19 @@ class Runner:
         *,
         paused: bool = False,
     ) -> bool:
-        """Play for some time of simulation, then pause; arguments as for `runtime.session.Session.run`.
+        """Play for a duration in simulation time, then pause; arguments as for `runtime.session.Session.run`.
 
-        Ctrl-C ends it between two ticks, where Python itself handles that signal.
+        Ctrl-C ends it between two ticks, unless the program has a SIGINT handler.
 
         Args:
-            seconds: None, or infinity, for ever.
-            rate: seconds of simulation in a second of wall time; infinity for as fast as possible; None for that over
-                memory, else for real time.
+            seconds: duration, s of simulation; None or infinity plays without end.
+            rate: seconds of simulation per second of wall time; infinity plays as fast as possible; None does so with the
+                transport memory, and plays in real time with others.
             on_tick: called after each tick; returning False ends the run.
-            paused: begin with a pause.
+            paused: start paused.
 
         Returns:
-            Whether the whole time passed.
+            Whether the whole duration passed.
         """
         factor = rate if rate is not None else 1.0 if self._reaches_others() else math.inf
         if not factor >= SLOWEST:
@@ -286,7 +286,7 @@ class Runner:
         return self.session.ticks == last
 
     def step(self, ticks: int) -> None:
-        """Run some ticks, as fast as possible; Ctrl-C ends it as it does `run`."""
+        """Run a number of ticks as fast as possible; Ctrl-C ends it between two ticks."""
         with _Ticking(self):
             self.session.services.world.realtime = False
             for _ in range(ticks):
@@ -302,18 +302,18 @@ class Runner:
             publication.after_tick(self.session.clock.frame)
 
     def end_run(self, error: BaseException | None) -> None:
-        """Pause after ticks ran; close the recording after an error that ends it."""
+        """Pause, and close the recording if the error ends it."""
         if error is not None and (self.session.state == "failed" or isinstance(error, RecordingError)):
             self._end_recording(error)
         if self.session.state == "playing":
             self.session.pause()
 
     def close(self) -> None:
-        """End the session, then the recording and the network; safe to call twice.
+        """Close the session, then the recording and the network; safe to call twice.
 
         Raises:
             RecordingError: the recording cannot be written.
-            StateError: the session runs, or another thread uses it.
+            StateError: the session is running, or another thread uses it.
         """
         self.enter()
         try:
@@ -332,9 +332,9 @@ class Runner:
 
 
 class _Ticking:
-    """While ticks run: no others begin, and Ctrl-C waits for the end of the tick, where Python itself handles that signal.
+    """A context in which ticks run: ticks cannot be nested, and the first Ctrl-C takes effect at the end of the tick.
 
-    A second Ctrl-C does not wait.
+    A second Ctrl-C raises KeyboardInterrupt immediately. A SIGINT handler of the program stays in place.
     """
 
     __slots__ = ("_handles", "_pressed", "_runner")
@@ -370,7 +370,7 @@ class _Ticking:
 
 
 class HasRunner(Protocol):
-    """Something that its user calls, of one session."""
+    """An object of the public API that uses one session."""
 
     @property
     def _runner(self) -> Runner: ...
@@ -380,7 +380,7 @@ S = TypeVar("S", bound=HasRunner)
 
 
 def reading(method: Callable[Concatenate[S, P], T]) -> Callable[Concatenate[S, P], T]:
-    """A method that reads a session, from one thread at a time."""
+    """Decorate a method that reads a session: one thread at a time may call it."""
 
     @functools.wraps(method)
     def guarded(self: S, /, *args: P.args, **kwargs: P.kwargs) -> T:
@@ -396,7 +396,7 @@ def reading(method: Callable[Concatenate[S, P], T]) -> Callable[Concatenate[S, P
 
 
 def acting(method: Callable[Concatenate[S, P], T]) -> Callable[Concatenate[S, P], T]:
-    """A method that changes a session, which a failed one refuses, from one thread at a time."""
+    """Decorate a method that changes a session: one thread at a time may call it, and not in the state `failed`."""
 
     @functools.wraps(method)
     def guarded(self: S, /, *args: P.args, **kwargs: P.kwargs) -> T:

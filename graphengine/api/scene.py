@@ -1,4 +1,4 @@
-"""Scenes: files that were read and checked, from which sessions are started."""
+"""Scenes: checked files from which sessions are started."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ class GraphInfo:
     """A graph of a scene.
 
     Attributes:
-        prim_path: where the graph is on the stage.
-        file: that it was read from.
-        nodes: registered type of each node, by the node's name; `subgraph/Node` for those of subgraphs.
+        prim_path: path of the graph's prim.
+        file: file that the graph was read from.
+        nodes: registered type of each node by the node's name; `subgraph/Node` in subgraphs.
     """
 
     prim_path: str
@@ -54,9 +54,9 @@ class RobotInfo:
     """A robot of a scene.
 
     Attributes:
-        prim_path: of the robot's prim.
-        namespace: of its topics, absolute; empty for none.
-        joints: names of the joints that move.
+        prim_path: path of the robot's prim.
+        namespace: absolute namespace of its topics; empty for none.
+        joints: names of the movable joints.
     """
 
     prim_path: str
@@ -85,21 +85,21 @@ def load(
     ['dd100']
 
     Args:
-        source: path of a file, or the name of a scene or graph that ships: `dd100_warehouse`, `dd100/cmd_vel`.
-        set: values of inputs by `[robot/][graph/]Node.port`, globs allowed.
+        source: path of a file, or name of an included scene or graph: `dd100_warehouse`, `dd100/cmd_vel`.
+        set: input values by `[robot/][graph/]Node.port`, globs allowed.
         scene: the scene to put a single graph into.
-        robot_state: publish what robot_state_publisher would, for every robot.
-        rays: `mujoco`, or `fast`, which needs numba; `auto` takes the latter where it serves.
-        allow: folders that files may be read from, beside the given file's own.
+        robot_state: publish the topics of robot_state_publisher for every robot.
+        rays: `mujoco`, `fast` (needs numba), or `auto`, which takes `fast` where possible.
+        allow: folders that files may be read from, in addition to the source's own.
         message_paths: packages, folders of packages, or single files with message types.
-        packages: `share` folders of ROS packages, beside those of AMENT_PREFIX_PATH.
+        packages: `share` folders of ROS packages, in addition to those of AMENT_PREFIX_PATH.
         modules: Python modules with node types, or their names.
-        env: variables of the environment that graphs may read, with their values.
-        allow_scripts: let graphs run the Python of their ScriptNodes, which is not confined.
+        env: environment variables that graphs may read, with their values.
+        allow_scripts: let graphs run the Python of their ScriptNodes, without a sandbox.
 
     Raises:
-        CheckError: the files have errors; its `findings` are all errors, warnings and notes.
-        UsageError: an argument makes no sense: no such file, no node that `set` matches.
+        CheckError: the files have errors; its `findings` hold all errors, warnings and notes.
+        UsageError: an argument is invalid, such as a missing file or a `set` address that matches no input.
     """
     if rays not in RAYS:
         raise UsageError(f"rays: no rays {rays!r}; {listing(RAYS)}")
@@ -135,10 +135,10 @@ def load(
 
 
 def open_scene(path: Path, options: Options, modules: Sequence[str] = ()) -> Scene:
-    """The scene of a file with options, checked.
+    """Read and check the scene in a file.
 
     Raises:
-        CheckError: it has errors.
+        CheckError: the scene has errors.
     """
     loaded = build.load(path, options)
     loaded.findings.raise_errors()
@@ -146,10 +146,10 @@ def open_scene(path: Path, options: Options, modules: Sequence[str] = ()) -> Sce
 
 
 def _registry(modules: Sequence[str | ModuleType]) -> Registry:
-    """The installed node types and those of some modules.
+    """A registry of the installed node types and those of the given modules.
 
     Raises:
-        UsageError: there is no module of that name.
+        UsageError: a module cannot be found.
     """
     registry = default_registry().copy()
     for module in modules:
@@ -164,10 +164,10 @@ def _registry(modules: Sequence[str | ModuleType]) -> Registry:
 
 
 class Scene:
-    """A scene, or a graph, that was read and checked without errors. `load` makes it.
+    """A scene or graph that was checked and has no errors. `load` returns it.
 
-    Any number of sessions can be started from it. It can be pickled, as the bytes of its files, and is loaded from these in
-    another process, where none of the files need be; modules of node types are imported there.
+    Any number of sessions can be started from it. A pickle holds the bytes of its files, so another process needs none of
+    them; it imports the modules of node types.
     """
 
     def __init__(self, loaded: LoadedScene, modules: Sequence[str] = ()) -> None:
@@ -193,22 +193,22 @@ class Scene:
 
     @property
     def name(self) -> str:
-        """Name of its file, without folder and ending."""
+        """Name of its file, without folder and suffix."""
         return self._loaded.path.stem
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """Warnings and notes, in order of their places; `str(finding.span)` is the place, `finding.render()` the text."""
+        """Warnings and notes in file order; `str(finding.span)` is the place, `finding.render()` the text."""
         return self._findings
 
     @property
     def topics(self) -> tuple[EndpointClaim, ...]:
-        """What nodes publish, subscribe to, serve and call, by name: what `graphrun topics` prints."""
+        """Topics and services that nodes use, by name, as `graphrun topics` prints them."""
         return self._topics
 
     @property
     def graphs(self) -> Mapping[str, GraphInfo]:
-        """Graphs by name, `robot/graph` for those of robots, in the order in which they run."""
+        """Graphs by name (`robot/graph` for those of robots), in execution order."""
         return MappingProxyType(self._graphs)
 
     @property
@@ -236,19 +236,19 @@ class Scene:
         ...     sim.step()
 
         Args:
-            transport: `memory` reaches nobody; `auto`, `dds` and `rclpy` reach ROS 2 programs.
-            seed: of every random generator.
-            keep_going: a node that raises ends its branch, not the run.
-            bad_values: `drop` counts a value from a wire that a node cannot use; `stop` makes it a NodeError.
-            domain: ROS 2 domain; that of ROS_DOMAIN_ID, or 0, when None.
-            record: MCAP file for the recording, which begins before the first tick.
-            force: write over a recording that is there.
-            control: name by which `graphrun ctl` finds the session; None hides it.
-            simulation_interfaces: namespace for the services of simulation_interfaces, such as `/`; None offers none.
-            log: receives severity, prim path and text of messages; None sends them to the logger `graphengine`.
+            transport: `memory` stays within the process; `auto`, `dds` and `rclpy` connect to ROS 2 programs.
+            seed: seed of all random generators.
+            keep_going: an exception in a node ends its branch of the graph, not the run.
+            bad_values: `drop` discards and counts a wire's value that a node cannot use; `stop` raises NodeError for it.
+            domain: ROS 2 domain; None takes ROS_DOMAIN_ID, or 0.
+            record: MCAP file of the recording, which begins before the first tick.
+            force: overwrite an existing recording.
+            control: name of the session for `graphrun ctl`; None gives it no control channel.
+            simulation_interfaces: namespace of the services of simulation_interfaces, such as `/`; None offers none.
+            log: receives severity, prim path and text of each message; None sends them to the logger `graphengine`.
 
         Raises:
-            ControlError: there is no place for the socket that `control` needs.
+            ControlError: the socket of `control` cannot be created.
             GraphError: a node cannot be set up.
             RecordingError: the recording cannot be written.
             TransportError: the network cannot be joined.
@@ -267,7 +267,7 @@ class Scene:
         return Session(start_runner(self, options, seed))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """As the bytes of its files and the arguments it was loaded with; modules are imported anew."""
+        """Pickle the scene as the bytes of its files, the arguments of `load` and the names of modules."""
         from graphengine.recording.packing import PackedScene
 
         return _unpack, (PackedScene.of(self._loaded), self._modules)
@@ -278,17 +278,17 @@ class Scene:
 
 
 def loaded_of(scene: Scene) -> LoadedScene:
-    """What a scene was read as, for `graphrun`, which shows more of it than `Scene` does."""
+    """The internal form of a scene, for `graphrun`, which shows more of it than `Scene` does."""
     return scene._loaded
 
 
 def start_runner(scene: Scene, options: RunOptions, seed: int | None = None) -> Runner:
-    """What runs a new session of a scene, for `graphrun`, which shows more of it than `Session` does.
+    """Start a session and return its runner, for `graphrun`, which shows more of it than `Session` does.
 
     Args:
-        scene: any number of runners can be started from it.
-        options: of the session.
-        seed: of every random generator; the one that the scene was loaded with when None.
+        scene: scene to run; it can be shared by several runners.
+        options: options of the session.
+        seed: seed of all random generators; None takes the scene's.
     """
     if options.record is not None:
         check_recording(options.record, force=options.force)
@@ -296,7 +296,7 @@ def start_runner(scene: Scene, options: RunOptions, seed: int | None = None) -> 
 
 
 def _unpack(packed: PackedScene, modules: Sequence[str]) -> Scene:
-    """The scene that was pickled; its files lie in a folder of their own as long as it, or a session of it, is used."""
+    """Load a pickled scene. Its files are kept in a temporary folder while the scene or one of its sessions exists."""
     from graphengine.recording.sources import Workspace
 
     folder = tempfile.TemporaryDirectory(prefix="graphengine-")

@@ -1,4 +1,4 @@
-"""The public session: a scene that runs, between whose ticks everything can be read and changed."""
+"""The public session: a running scene that can be read and changed between two ticks."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class Checkpoint:
-    """The whole state of a session. `Session.checkpoint` makes it, and `Session.restore` goes back to it."""
+    """The complete state of a session, made by `Session.checkpoint` for `Session.restore`."""
 
     def __init__(self, inner: InnerCheckpoint, publications: Sequence[tuple[Publication, Any]]) -> None:
         self._inner = inner
@@ -41,14 +41,14 @@ class Checkpoint:
 
 
 class Session:
-    """A scene that runs: one world, one network, one state for each node. `Scene.session` makes it.
+    """A running scene: one world, one network, and the state of every node. `Scene.session` starts it.
 
     Times are s of simulation, lengths m, angles rad, forces N; poses and velocities are in the world frame, quaternions
-    (x, y, z, w). Changes take effect in the next tick. Arrays cannot be written to; copy one to keep it.
+    (x, y, z, w). Changes take effect in the next tick. Arrays are read-only views; copy an array to keep it.
 
-    Use a session from one thread at a time: only `submit` and `interrupt` may be called from any thread, a concurrent call of
-    anything else raises StateError. After a NodeError or PhysicsError the state is `failed`: values can be read, everything else
-    raises StateError until `reset`.
+    Use a session from one thread at a time: `submit` and `interrupt` may be called from any thread, other concurrent calls
+    raise StateError. After a NodeError or PhysicsError the state is `failed`: values can be read, everything else raises
+    StateError until `reset`.
 
     >>> with ge.load("dd100_flat").session() as sim:
     ...     drive = sim.publish("/dd100_0000/cmd_vel", {"linear": {"x": 0.5}}, every=0.1)
@@ -67,7 +67,7 @@ class Session:
     @property
     @reading
     def time(self) -> float:
-        """Time since play, s of simulation."""
+        """Simulation time since play, s."""
         return self._runner.session.time
 
     @property
@@ -84,7 +84,7 @@ class Session:
 
     @acting
     def step(self, ticks: int = 1) -> None:
-        """Run some ticks, as fast as possible.
+        """Run a number of ticks, as fast as possible.
 
         >>> sim.step(3)
 
@@ -104,9 +104,9 @@ class Session:
         rate: float | None = None,
         until: Callable[[Session], bool] | None = None,
     ) -> bool:
-        """Run for some time of simulation, or until something holds.
+        """Run for a duration in simulation time, or until a condition holds.
 
-        Ctrl-C ends it between two ticks and raises KeyboardInterrupt; the session can be used on.
+        Ctrl-C ends it between two ticks and raises KeyboardInterrupt; the session stays usable.
 
         >>> sim.run(1.0)
         True
@@ -114,13 +114,13 @@ class Session:
         True
 
         Args:
-            seconds: s of simulation; None for ever.
-            rate: s of simulation in a second of wall time; infinity for as fast as possible. None is that over memory, else
-                real time.
-            until: called before the first tick and after each; True ends the run.
+            seconds: duration, s of simulation; None runs without end.
+            rate: s of simulation per second of wall time; infinity runs as fast as possible; None does so with the
+                transport memory, and runs in real time with others.
+            until: condition, called before the first tick and after each tick; True ends the run.
 
         Returns:
-            Whether `until` held; without it, whether the whole time passed and `interrupt` did not end it.
+            Whether `until` held; without `until`, whether the whole duration passed without `interrupt`.
 
         Raises:
             NodeError: a node raised; commands were set to zero.
@@ -137,44 +137,44 @@ class Session:
         return held if until is not None else passed
 
     def interrupt(self) -> None:
-        """End `run` after the tick, or the next `run` before its first; any thread may call it."""
+        """End `run` after the current tick, or the next `run` before its first tick; any thread may call it."""
         self._runner.session.interrupt()
 
     @reading
     def reset(self, *scopes: ResetScope) -> None:
-        """Begin anew, wholly or in part. Inputs that were set keep their values.
+        """Reset the whole session or a part of it. Inputs changed by `set` keep their values.
 
         >>> sim.reset("state")
 
         Args:
-            scopes: `time`: clock and graphs; `state`: bodies and joints; `spawned`: robots that came. All if none is given.
+            scopes: `time`: clock and graphs; `state`: bodies and joints; `spawned`: removes spawned robots. None given: all.
 
         Raises:
-            UsageError: a graph that is not its own reads something of a robot that is to go.
+            UsageError: a graph outside a spawned robot reads from that robot, so it cannot be removed.
         """
         self._runner.command("reset", scope=list(scopes) or "all")
 
     @acting
     def checkpoint(self) -> Checkpoint:
-        """Keep the whole state, to go back to it as often as wanted, as long as the checkpoint is held. Recorded.
+        """Save the complete state; `restore` can return to it any number of times. A recording stores the call.
 
-        A picture that is being drawn is waited for.
+        Waits until pictures that are being rendered are finished.
 
         >>> sim.checkpoint()
         <Checkpoint checkpoint_1>
 
         Raises:
-            NodeError: a node holds what cannot be copied.
+            NodeError: the state of a node cannot be copied.
         """
         inner = self._runner.session.checkpoint()
         return Checkpoint(inner, [(publication, publication.save()) for publication in self._runner.publications])
 
     @reading
     def restore(self, checkpoint: Checkpoint) -> None:
-        """Go back to a checkpoint of this session: over memory the same bytes follow from the same calls. Recorded.
+        """Return to a checkpoint of this session. A recording stores the call.
 
-        Messages that have left the process are not taken back, nor are those that subscriptions here have kept; writer
-        numbers of dds and the times of a recording go on.
+        With the transport memory, the same calls then send the same bytes as after the checkpoint. Messages that were sent
+        or kept by a `Subscription` stay; DDS writer numbers and the times of a recording continue.
 
         >>> mark = sim.checkpoint()
         >>> sim.run(1.0)
@@ -187,7 +187,7 @@ class Session:
             checkpoint: what `checkpoint` returned.
 
         Raises:
-            GraphError: a robot that has gone, or a node, cannot be what it was.
+            GraphError: a removed robot or a node cannot be restored.
             UsageError: the checkpoint is another session's.
         """
         self._runner.session.restore(checkpoint._inner)
@@ -198,62 +198,62 @@ class Session:
 
     @reading
     def value(self, address: str) -> Any:
-        """What a port holds, in the port's own form; an array is a read-only view, which later ticks may leave behind.
+        """The value of a port, in the port's Python type; an array is a read-only view that later ticks may change.
 
         >>> sim.value("dd100/joint_states/ComputeOdom.position")
         (0.0, 0.0, 0.0)
 
         Args:
-            address: `[robot/][graph/][subgraph/…]Node.[inputs:|outputs:|state:]port`, or as much of its end as no other has.
-                Without a side an output is meant first, then an input.
+            address: `[robot/][graph/][subgraph/…]Node.[inputs:|outputs:|state:]port`, or a unique end of it. Without
+                `inputs:`, `outputs:` or `state:`, outputs are searched before inputs.
 
         Raises:
-            UsageError: no port, or several.
+            UsageError: no port has the address, or several have.
         """
         return self._values.one(address)
 
     @reading
     def values(self, pattern: str) -> dict[str, Any]:
-        """What ports hold, by address.
+        """Values of all matching ports, by address.
 
         >>> sim.values("*/joint_states/ComputeOdom.position")
         {'dd100/joint_states/ComputeOdom.position': (0.0, 0.0, 0.0)}
 
         Args:
-            pattern: an address as in `value`, with globs in its parts.
+            pattern: address as in `value`, with globs in its parts.
 
         Raises:
-            UsageError: it matches nothing.
+            UsageError: no port matches.
         """
         return self._values.matching(pattern)
 
     @acting
     def set(self, address: str, value: Any) -> None:
-        """Give inputs that no wire feeds another value, which they keep through `reset`. Recorded.
+        """Set unwired inputs to a value, which they keep through `reset`. A recording stores the call.
 
         >>> sim.set("dd100/cmd_vel/DiffController.maxLinearSpeed", 1.0)
 
         Args:
             address: `[robot/][graph/]Node.port`, globs allowed.
-            value: as a graph file would have it; the same for all inputs that the address matches.
+            value: value as in a graph file; all matching inputs get it.
 
         Raises:
-            UsageError: no such input, a wired one, or a value that it does not take; nothing has changed.
+            UsageError: no input matches, an input is wired, or its type does not take the value; nothing has changed.
         """
         self._runner.command("set", address=address, value=plain(value))
 
     @reading
     def variables(self, graph: str) -> dict[str, Any]:
-        """Values of a graph's variables, by name; `subgraph/name` for those of subgraphs.
+        """Values of a graph's variables by name; `subgraph/name` in subgraphs.
 
         >>> sim.variables("dd100/cmd_vel")
         {}
 
         Args:
-            graph: `robot/graph`, or as much of its end as no other has.
+            graph: `robot/graph`, or a unique end of it.
 
         Raises:
-            UsageError: no such graph, or several.
+            UsageError: no graph has the name, or several have.
         """
         runs = {run.name: run for run in self._runner.session.graphs}
         meant = [name for name in runs if name == graph] or [name for name in runs if name.endswith(f"/{graph}")]
@@ -269,7 +269,7 @@ class Session:
     @overload
     def subscribe(self, topic: str, type: str | None = None, keep: int = 1000) -> Subscription[Any]: ...
     def subscribe(self, topic: str, type: MessageType = None, keep: int = 1000) -> Subscription[Any]:
-        """Read a topic; from here on its messages are built, its sensors cast and its pictures drawn.
+        """Subscribe to a topic. Nodes that skip work without subscribers then build its messages, scans or pictures.
 
         >>> odom = sim.subscribe("/dd100_0000/odom")
         >>> sim.step()
@@ -277,18 +277,18 @@ class Session:
         'odom'
 
         Args:
-            topic: full name.
-            type: name of the message type where no graph knows the topic, or a class of `graphengine.messages.messages`.
-            keep: how many messages are kept; fewer save memory where they are pictures.
+            topic: full name of the topic.
+            type: name or class (of `graphengine.messages.messages`) of the message type; needed if no graph uses the topic.
+            keep: number of messages to keep; fewer save memory if they are pictures.
 
         Raises:
-            UsageError: no graph knows the topic, or as another type.
+            UsageError: no graph uses the topic and `type` is missing, or the graphs use another type.
         """
         return open_subscription(self, topic, type, keep)
 
     @acting
     def publish(self, topic: str, message: Any, every: float | None = None, type: MessageType = None) -> Publication:
-        """Send a message, which arrives as one of another program would, over memory in the next tick. Recorded as such.
+        """Publish a message once or periodically. A recording stores it like a message from another program.
 
         >>> drive = sim.publish("/dd100_0000/cmd_vel", {"linear": {"x": 0.5}}, every=0.1)
         >>> sim.run(1.0)
@@ -296,14 +296,15 @@ class Session:
         >>> drive.close()
 
         Args:
-            topic: full name.
-            message: a mapping of fields, or a message of `graphengine.messages.messages`.
-            every: time after which it is sent again, s of simulation, until the publication is closed; None sends it once.
-            type: name of the message type, where no graph knows the topic.
+            topic: full name of the topic.
+            message: mapping of fields, or a message of `graphengine.messages.messages`. With the transport memory it
+                arrives in the next tick.
+            every: period, s of simulation, until the publication is closed; None sends it once.
+            type: name or class of the message type; needed if no graph uses the topic.
 
         Raises:
-            MessageError: the message is not what its type says.
-            UsageError: no graph knows the topic, or as another type.
+            MessageError: the message does not match its type.
+            UsageError: no graph uses the topic and `type` is missing, or the graphs use another type.
         """
         return Publication(self._runner, topic, message, every, type)
 
@@ -314,17 +315,17 @@ class Session:
         >>> sim.call("/set_bool", {"data": True})  # doctest: +SKIP
 
         Args:
-            service: full name.
-            request: a mapping of fields, or a request message.
-            timeout: how long to wait for the answer, s of simulation.
-            type: name of the service type, as in `std_srvs/srv/SetBool`, where no graph knows the service.
+            service: full name of the service.
+            request: mapping of fields, or a request message.
+            timeout: longest time to wait for the response, s of simulation.
+            type: name of the service type, such as `std_srvs/srv/SetBool`; needed if no graph uses the service.
 
         Returns:
             The response message.
 
         Raises:
-            TransportError: no answer came in time.
-            UsageError: no graph knows the service.
+            TransportError: no response within the timeout.
+            UsageError: no graph uses the service and `type` is missing.
         """
         return call_service(self._runner, service, request, timeout, type)
 
@@ -333,7 +334,7 @@ class Session:
     @property
     @reading
     def robots(self) -> Mapping[str, Robot]:
-        """Robots by name, those that were spawned among them.
+        """Robots by name, spawned ones included.
 
         >>> sim.robots["dd100"].namespace
         'dd100_0000'
@@ -350,20 +351,20 @@ class Session:
         linear: Vector3 | None = None,
         angular: Vector3 | None = None,
     ) -> None:
-        """Put a robot or an object of the world elsewhere; its joints go on as they are. Overlaps are warned of.
+        """Move a robot or object to a pose; its joint states stay. Overlaps are logged as warnings.
 
         >>> sim.move("dd100", position=(1.0, 2.0))
 
         Args:
             entity: name of the robot or the object.
-            position: in the world frame, m; of two numbers, the height stays. None for the present one.
-            orientation: quaternion (x, y, z, w) in the world frame; None for the present one.
-            linear: velocity in the world frame, m/s; at rest when None.
-            angular: velocity in the world frame, rad/s; at rest when None.
+            position: (x, y, z), or (x, y) to keep the height, in the world frame, m; None keeps the position.
+            orientation: quaternion (x, y, z, w) in the world frame; None keeps the orientation.
+            linear: velocity in the world frame, m/s; None is zero.
+            angular: velocity in the world frame, rad/s; None is zero.
 
         Raises:
-            UnknownEntityError: there is none of that name.
-            UsageError: it cannot be moved.
+            UnknownEntityError: no robot or object has the name.
+            UsageError: the robot or object cannot be moved.
         """
         turned = {"quaternion_xyzw": plain(orientation)} if orientation is not None else None
         where = {"position": position, "orientation": turned, "linear": linear, "angular": angular}
@@ -379,20 +380,20 @@ class Session:
         impulse: Vector3 | None = None,
         at: Vector3 | None = None,
     ) -> None:
-        """Let a force or an impulse act on a robot or an object of the world.
+        """Apply a force or an impulse to a robot or object.
 
         >>> sim.push("dd100", force=(0, 80, 0), duration=0.5)
 
         Args:
             entity: name of the robot or the object.
-            force: in the world frame, N.
-            duration: how long, s of simulation; one tick for an impulse without it.
-            impulse: in place of a force, N s, spread over the duration.
-            at: where it acts, in the world frame, m; the centre of mass when None.
+            force: force in the world frame, N.
+            duration: time for which it acts, s of simulation; an impulse acts for one tick if None.
+            impulse: impulse in the world frame, N s, spread over the duration; replaces `force`.
+            at: point at which it acts, in the world frame, m; None is the centre of mass.
 
         Raises:
-            UnknownEntityError: there is none of that name.
-            UsageError: nothing can move it, or neither or both of force and impulse are given.
+            UnknownEntityError: no robot or object has the name.
+            UsageError: the robot or object cannot move, or not exactly one of `force` and `impulse` is given.
         """
         how = {"force": force, "impulse": impulse, "duration": duration, "at": at}
         self._runner.command("push", entity=entity, **plain(how))
@@ -409,22 +410,22 @@ class Session:
         at: str | None = None,
         robot_state: bool = False,
     ) -> Robot:
-        """Put a robot into the scene. Overlaps are warned of.
+        """Add a robot to the scene. Overlaps are logged as warnings.
 
         >>> sim.spawn("second", "robots/dd100.yaml", position=(0, 2, 0.03), namespace="second").namespace
         'second'
 
         Args:
-            name: of the robot in the scene, which no other has.
-            use: robot file, or a description; a file of the working directory, else as the scene would write it.
-            position: of its base link in the world frame, m.
+            name: name of the robot, unique in the scene.
+            use: robot file or robot description, looked for in the working directory, then as `use` in the scene file.
+            position: position of its base link in the world frame, m.
             orientation: quaternion (x, y, z, w) in the world frame.
-            namespace: of its topics, in place of the robot file's.
-            at: path of its prim, `/NAME` when None.
-            robot_state: publish what robot_state_publisher would.
+            namespace: namespace of its topics; replaces that of the robot file.
+            at: path of its prim; None is `/NAME`.
+            robot_state: publish the topics of robot_state_publisher.
 
         Raises:
-            CheckError: the robot, or one of its graphs, has errors; nothing has changed.
+            CheckError: the robot or one of its graphs has errors; nothing has changed.
             UsageError: the session has no scene.
         """
         given = {
@@ -445,44 +446,44 @@ class Session:
         >>> sim.remove("dd100")
 
         Raises:
-            UnknownEntityError: there is no such robot.
-            UsageError: a graph that is not its own reads something of it.
+            UnknownEntityError: no robot has the name.
+            UsageError: a graph outside the robot reads from it.
         """
         self._runner.command("delete", name=name)
 
     @acting
     def impulse(self, node: str) -> None:
-        """Let an OnImpulseEvent node fire in the next tick.
+        """Trigger an OnImpulseEvent node in the next tick.
 
         >>> sim.impulse("Node")  # doctest: +SKIP
 
         Args:
-            node: its prim path, or as much of the end as no other has.
+            node: prim path of the node, or a unique end of it.
 
         Raises:
-            UsageError: there is no such node, or there are several.
+            UsageError: no node has the path, or several have.
         """
         self._runner.command("impulse", node=node)
 
     @acting
     def press(self, *keys: str) -> None:
-        """Hold keys down from the next tick on, by OmniGraph's names.
+        """Press keys, given by OmniGraph's names, from the next tick until `release`.
 
         >>> sim.press("W", "LeftShift")
 
         Raises:
-            UsageError: there is no such key.
+            UsageError: no key has the name.
         """
         self._runner.command("press", keys=list(keys))
 
     @acting
     def release(self, *keys: str) -> None:
-        """Let go of keys; one that was pressed since the last tick is down for one tick.
+        """Release keys; a key pressed since the last tick stays down for one tick.
 
         >>> sim.release("W", "LeftShift")
 
         Raises:
-            UsageError: there is no such key.
+            UsageError: no key has the name.
         """
         self._runner.command("release", keys=list(keys))
 
@@ -497,16 +498,16 @@ class Session:
 
         Args:
             view: `top`, `perspective`, a camera of the world's MJCF, or name or path of a camera's prim.
-            path: the PNG to be written; None writes none.
-            size: width and height, pixels; (1280, 720), or the camera's own, when None.
+            path: PNG file to write; None writes none.
+            size: width and height, pixels; None is the camera's own size, or (1280, 720) for a view.
 
         Returns:
-            RGB, of shape (height, width, 3).
+            RGB pixels of shape (height, width, 3).
 
         Raises:
             OSError: the file cannot be written.
-            RenderError: there is no OpenGL, or it refused.
-            UsageError: there is no such view or camera.
+            RenderError: OpenGL is missing or failed.
+            UsageError: no view or camera has the name.
         """
         pixels = look(simulated(self._runner.session.services.world), view, size).rgb
         if path is not None:
@@ -516,28 +517,28 @@ class Session:
     # From other threads
 
     def submit(self, command: str, arguments: Mapping[str, Any] | None = None) -> Future[Any]:
-        """Queue one of the commands that `graphrun ctl` has, to be carried out before the next tick; any thread may call it.
+        """Queue a command of `graphrun ctl` for execution before the next tick; any thread may call it.
 
         >>> done = sim.submit("push", {"entity": "dd100", "force": [0, 80, 0], "duration": 0.5})
         >>> sim.step()
         >>> done.result(timeout=0)
 
         Args:
-            command: `pause` and `stop`, which hold a `run`; `play` and `step`, which let it go on; `quit`, which ends it;
+            command: `pause` and `stop`, which suspend a `run`; `play` and `step`, which resume it; `quit`, which ends it;
                 `reset`, `rate`, `spawn`, `delete`, `move`, `push`, `set`, `impulse`, `press`, `release`, `state`.
-            arguments: as JSON has them.
+            arguments: arguments of the command, as JSON values.
 
         Returns:
-            A future that ends in the session's thread: with the result, what the session raised, UsageError for arguments
-            that make no sense, or StateError when the session closes before.
+            A future, completed in the session's thread: with the result, the session's exception, UsageError for invalid
+            arguments, or StateError if the session closes first.
 
         Raises:
-            UsageError: JSON has nothing like the arguments.
+            UsageError: an argument cannot be written as JSON.
         """
         return self._runner.desk.submit(command, plain(arguments))
 
     def close(self) -> None:
-        """End the session: graphs do what they have for the end, and the recording and the network are closed.
+        """End the session: run the graphs' closing events, then close the recording and the network.
 
         Safe to call twice.
 

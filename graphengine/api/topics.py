@@ -1,4 +1,4 @@
-"""Topics and services of a session as its user reads, writes and calls them."""
+"""Subscriptions, publications and service calls of a session's user."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ MessageType = str | type[Any] | None
 
 
 class Subscription(Generic[M]):
-    """Messages of a topic, decoded when they are read. `Session.subscribe` makes it.
+    """Messages of a topic, decoded when they are read. `Session.subscribe` returns it.
 
-    It can be read after the session is closed, and holds its messages through a reset.
+    It keeps its messages through a reset and after the session is closed.
     """
 
     def __init__(self, runner: Runner, topic: str, type: MessageType, keep: int) -> None:
@@ -62,7 +62,7 @@ class Subscription(Generic[M]):
 
     @property
     def type(self) -> str:
-        """Message type, as in `nav_msgs/msg/Odometry`."""
+        """Message type, such as `nav_msgs/msg/Odometry`."""
         return self._type
 
     @property
@@ -72,12 +72,12 @@ class Subscription(Generic[M]):
 
     @property
     def messages(self) -> list[M]:
-        """The messages that are kept, oldest first; their arrays are read-only."""
+        """The kept messages, oldest first; their arrays are read-only."""
         return [self._decode(data) for data in tuple(self._kept)]
 
     @property
     def dropped(self) -> int:
-        """Number of messages that newer ones replaced, as only `keep` are kept."""
+        """Number of messages discarded because newer ones exceeded `keep`."""
         return max(self._arrived - len(self._kept), 0)
 
     def __iter__(self) -> Iterator[M]:
@@ -87,7 +87,7 @@ class Subscription(Generic[M]):
         return len(self._kept)
 
     def close(self) -> None:
-        """Leave the topic; messages that arrived can still be read. Safe to call twice."""
+        """Unsubscribe; messages that arrived stay readable. Safe to call twice."""
         self._reader.close()
 
     def __repr__(self) -> str:
@@ -97,17 +97,17 @@ class Subscription(Generic[M]):
 
 @acting
 def open_subscription(user: HasRunner, topic: str, type: MessageType, keep: int) -> Subscription[Any]:
-    """Subscribe for a user of the session; arguments as for `Session.subscribe`."""
+    """Subscribe to a topic; arguments as for `Session.subscribe`."""
     return Subscription(user._runner, topic, type, keep)
 
 
 class Publication(Stateful):
-    """A message that is sent again and again. `Session.publish` makes it.
+    """A message sent once or periodically. `Session.publish` returns it.
 
     Attributes:
         topic: full name of the topic.
-        type: message type, as in `geometry_msgs/msg/Twist`.
-        every: time between two messages, s of simulation; None for one that was sent once.
+        type: message type, such as `geometry_msgs/msg/Twist`.
+        every: period, s of simulation; None if the message is sent once.
     """
 
     kept = ("_begin", "_last", "_sent")
@@ -131,7 +131,7 @@ class Publication(Stateful):
             runner.publications[self] = None
 
     def after_tick(self, frame: int) -> None:
-        """Send the message for the next tick, if it is due then; the session calls it, with its number of ticks since play."""
+        """Send the message if it is due in the next tick; called by the session with its number of ticks since play."""
         if frame < self._last:  # time was reset
             self._begin, self._sent = frame, -1
         self._last = frame
@@ -142,7 +142,7 @@ class Publication(Stateful):
             self._writer.write(self._data)
 
     def close(self) -> None:
-        """Send no more; safe to call twice."""
+        """Stop sending; safe to call twice."""
         self._runner.publications.pop(self, None)
 
     def __repr__(self) -> str:
@@ -150,7 +150,7 @@ class Publication(Stateful):
 
 
 def call_service(runner: Runner, service: str, request: Any, timeout: float, type: str | None) -> Any:
-    """Ask a service, and step ticks until its answer is there; arguments as for `Session.call`."""
+    """Call a service and run ticks until it answers; arguments as for `Session.call`."""
     service, transport, _, service_type = _find(runner, service, type, ("serve", "call"))
     definitions = runner.scene.definitions
     request_type, response_type = definitions.service_parts(service_type)
@@ -178,10 +178,10 @@ def call_service(runner: Runner, service: str, request: Any, timeout: float, typ
 
 
 def _encoded(runner: Runner, message: Any, message_type: str) -> bytes:
-    """The bytes of a message, or of a mapping of its fields.
+    """The encoded bytes of a message, given as a message or as a mapping of its fields.
 
     Raises:
-        MessageError: it is no message of the type.
+        MessageError: the message does not match the type.
     """
     definitions = runner.scene.definitions
     if isinstance(message, dict):
@@ -195,7 +195,7 @@ def _encoded(runner: Runner, message: Any, message_type: str) -> bytes:
 def _writer(
     runner: Runner, topic: str, message_type: str, transport: Transport, claims: Sequence[EndpointClaim]
 ) -> Writer:
-    """A writer that offers what every reader of the graphs asks for; the same one for all messages of a topic."""
+    """A topic's writer, shared by all its messages, with a QoS that every reader in the graphs accepts."""
     key = (topic, message_type, transport)
     if key not in runner.writers:
         read = [settled(claim.qos) for claim in claims if claim.direction == "subscribe"]
@@ -214,14 +214,14 @@ def _find(
     """Full name, transport, claims and type of a topic or service.
 
     Args:
-        runner: of the session.
-        name: absolute; the first slash may be left out.
-        given: its type where the user says it.
-        directions: of the claims that count; the type is that of the first direction's, if there are any.
-        known: whether a graph has to know it although the type is given.
+        runner: runner of the session.
+        name: absolute name; the first slash may be left out.
+        given: type given by the user, or None.
+        directions: directions of the claims to look at; claims of the first direction decide the type, if there are any.
+        known: whether a graph must use the name even if the type is given.
 
     Raises:
-        UsageError: no graph knows it, or as another type.
+        UsageError: no graph uses the name, or the graphs use another type.
     """
     full = name if name.startswith("/") else f"/{name}"
     check_topic(full, given=name)

@@ -1,4 +1,4 @@
-"""Values of ports as the user of a session reads and gives them."""
+"""Port values of a session, by address."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from graphengine.runtime.addresses import NodePort, find_port_at, find_ports
 
 
 class Values:
-    """Values of a session's ports; an address is looked up once, as long as the same graphs run."""
+    """Reads port values of a session; looked-up addresses are cached until the graphs change."""
 
     def __init__(self, runner: Runner) -> None:
         self._runner = runner
@@ -25,7 +25,7 @@ class Values:
         """The value of one port.
 
         Raises:
-            UsageError: the address means no port, or several.
+            UsageError: no port has the address, or several have.
         """
         graphs = self._runner.session.graphs
         if self._graphs is not graphs:
@@ -38,13 +38,13 @@ class Values:
         """The values of all ports that a pattern matches, by address.
 
         Raises:
-            UsageError: it matches none.
+            UsageError: no port matches.
         """
         return {port.address: read_only(port.value) for port in find_ports(self._runner.session.graphs, pattern)}
 
 
 def read_only(value: Any) -> Any:
-    """A value, of arrays a view that cannot be written to."""
+    """The value, with arrays as read-only views."""
     if not isinstance(value, np.ndarray):
         return value
     view = value.view()
@@ -53,10 +53,10 @@ def read_only(value: Any) -> Any:
 
 
 def plain(value: Any) -> Any:
-    """A value as JSON has it, arrays as lists.
+    """The value as JSON types, with arrays as lists.
 
     Raises:
-        UsageError: JSON has nothing like it.
+        UsageError: the value cannot be written as JSON.
     """
     if isinstance(value, np.ndarray | np.generic):
         return plain(value.tolist())

@@ -1,4 +1,4 @@
-"""What the engine asks of the world."""
+"""The interface between the engine and the world."""
 
 from __future__ import annotations
 
@@ -16,47 +16,47 @@ D = TypeVar("D")
 
 
 class Entities(Protocol):
-    """The robots and objects of a world as wholes: looked at, put elsewhere and pushed from outside, between two steps."""
+    """The robots and objects of a world, each as one entity; methods are called between two steps."""
 
     def all(self) -> Sequence[Entity]:
-        """Robots in the order they came, then what else stands in the world."""
+        """All robots in the order they were added, then all other objects."""
 
     def state(self, name: str) -> EntityState:
-        """Where an entity is, and how it moves.
+        """Pose and velocity of an entity.
 
         Raises:
-            UnknownEntityError: there is none of that name, here and below.
+            UnknownEntityError: no entity has the name; all methods below raise it too.
         """
 
     def bounds(self, name: str, *, own: bool = False) -> Box | None:
-        """The box around an entity's geometry, in the world or in the entity's own frame; None where it has none that ends."""
+        """The bounding box of an entity in the world frame or its own frame; None without geometry of finite size."""
 
     def overlaps(self, name: str) -> Sequence[Overlap]:
-        """What an entity is stuck in, deepest first: physics pushes them apart at once. Light touches do not count."""
+        """Objects that an entity overlaps, deepest first. Light contact does not count."""
 
     def place(self, name: str, move: Move) -> None:
-        """Put an entity elsewhere; its joints go on as they are, and `reset` puts it back.
+        """Move an entity; its joint states stay, and `reset` puts it back.
 
         Raises:
-            UsageError: a number is not finite or beyond all bounds, or the entity hangs on a joint; nothing has changed.
+            UsageError: a number is not finite or too large, or the entity hangs on a joint; nothing has changed.
         """
 
     def push(self, name: str, force: Vector3, duration: float, point: Vector3 | None = None) -> None:
-        """Let a force act on an entity from the next step on, beside others that do; `reset` ends it.
+        """Apply a force to an entity from the next step on, in addition to other forces; `reset` ends it.
 
         Args:
-            name: of the entity.
-            force: in the world frame, N.
-            duration: how long, s; within a step the force acts for a part of it with that part of its strength.
-            point: of the world where it acts, which from then on moves with the entity, m; None for its centre of mass.
+            name: name of the entity.
+            force: force in the world frame, N.
+            duration: s; for a part of a step, the force is scaled by that part.
+            point: where the force acts, in the world frame, m; it then moves with the entity. None is the centre of mass.
 
         Raises:
-            UsageError: as for `place`, or nothing can move the entity.
+            UsageError: as for `place`, or the entity cannot move.
         """
 
 
 class World(Protocol):
-    """Physics and sensors of a scene. Handles stay valid for its life."""
+    """Physics and sensors of a scene. Handles stay valid as long as the world exists."""
 
     @property
     def stage(self) -> Stage:
@@ -75,117 +75,117 @@ class World(Protocol):
 
     @property
     def dropped_pictures(self) -> Mapping[str, int]:
-        """How many pictures came too late since play, by prim path of the camera; only where some did."""
+        """Numbers of pictures since play that were rendered too late, by the camera's prim path; without zeros."""
 
     clamps_commands: bool
     """Whether a command to a joint beyond its limits is set to the limit."""
 
     @property
     def clamped_commands(self) -> Mapping[str, int]:
-        """How many commands were set to a limit, by kind, joint and limit; only where some were."""
+        """Numbers of commands clamped to a limit, by kind, joint and limit; without zeros."""
 
     @property
     def gravity(self) -> Vector3:
         """Acceleration of free fall in the world frame, m/s2."""
 
     def set_gravity(self, gravity: Vector3) -> None:
-        """Let bodies fall otherwise from the next step on; `reset_state` takes it back.
+        """Set gravity from the next step on; `reset_state` restores the original.
 
         Args:
-            gravity: in the world frame, m/s2; finite.
+            gravity: acceleration in the world frame, m/s2; finite.
         """
 
     def friction(self, prim: Prim) -> Friction:
         """Static and dynamic friction of a material prim."""
 
     def set_friction(self, prim: Prim, friction: Friction) -> None:
-        """Let what a material is bound to slide otherwise from the next step on; `reset_state` takes it back.
+        """Set the friction of a material from the next step on; `reset_state` restores the original.
 
         Args:
-            prim: of the material.
-            friction: static and dynamic; finite, not negative.
+            prim: prim of the material.
+            friction: static and dynamic friction; finite, not negative.
         """
 
     def light(self, prim: Prim) -> Light:
         """Intensity and colour of a light prim."""
 
     def set_light(self, prim: Prim, light: Light) -> None:
-        """Let a light shine otherwise in the pictures to come; `reset_state` takes it back.
+        """Set intensity and colour of a light for later pictures; `reset_state` restores the original.
 
         Args:
-            prim: of the light.
+            prim: prim of the light.
             light: intensity and colour; finite, not negative.
         """
 
     def body(self, prim: Prim) -> Body:
-        """The rigid body at, or carrying, a prim."""
+        """The rigid body of a prim, or the one that carries it."""
 
     def frame(self, prim: Prim) -> Frame:
         """The pose of a prim."""
 
     def mass(self, prim: Prim) -> float:
-        """Mass of the body that a prim has of its own, kg."""
+        """Mass of the prim's own body, kg."""
 
     def placement(self, prim: Prim) -> Placement | None:
-        """What puts a prim's body somewhere and holds it there; None where nothing can move it, or only with another body."""
+        """A handle that places the prim's body and holds it there; None if the body cannot be moved on its own."""
 
     def articulation(self, robot: Prim) -> Articulation:
         """The joints of a robot prim."""
 
     def device(self, interface: Callable[..., D], prim: Prim, **options: Any) -> D:
-        """The device at a prim of its kind; always the same for the same options.
+        """The device at a prim; equal options give the same object.
 
         Args:
-            interface: its Protocol.
-            prim: of the device.
-            options: as the kind takes them: a camera has `size`, width and height of its pictures in pixels.
+            interface: Protocol of the device.
+            prim: prim of the device.
+            options: options of the kind: a camera has `size`, width and height of its pictures in pixels.
         """
 
     @property
     def rays_in_use(self) -> str:
-        """Name of the rays that lidars cast; empty while nobody has asked for a lidar."""
+        """Name of the ray casting method of lidars; empty before the first lidar is requested."""
 
     def picture_driver(self) -> str:
-        """Name and version of what draws the pictures of cameras."""
+        """Name and version of the driver that renders camera pictures."""
 
     @property
     def entities(self) -> Entities:
-        """Its robots and objects as wholes."""
+        """The robots and objects of the world."""
 
     def step(self) -> None:
         """Apply the joints' targets and integrate one substep; afterwards every handle reads the new state.
 
         Raises:
-            PhysicsError: the state is not finite any more.
+            PhysicsError: the state became infinite or NaN.
         """
 
     def begin_tick(self, tick: int) -> None:
-        """Tell the sensors, after the tick's last substep, that tick n is at time n times the tick period."""
+        """Update the sensors to tick n at time n times the tick period; called after the tick's last substep."""
 
     def zero_commands(self) -> None:
         """Set every joint's target velocity and effort to zero."""
 
     def reset_state(self) -> None:
-        """Put bodies, joints and commands back to what they were at the start, and let go of forces; ticks count on."""
+        """Reset bodies, joints and commands to their initial state and end all forces; the tick count continues."""
 
     def reset_time(self) -> None:
-        """Count ticks from 0 again, and sensors' samples with them; bodies and joints stay where they are."""
+        """Reset the tick count and the sensors' sample numbers to 0; bodies and joints stay where they are."""
 
     def save(self) -> Any:
         """A copy of the state, for `restore`."""
 
     def restore(self, saved: Any) -> None:
-        """Go back to what `save` returned, while the same robots were there; what follows is the same, bit by bit."""
+        """Return to a saved state of the same robots; the simulation then repeats bit by bit."""
 
     def close(self) -> None:
-        """Release what the world holds; safe to call twice."""
+        """Release all resources; safe to call twice."""
 
 
 def select_joints(articulation: Articulation, names: Sequence[str], indices: Sequence[int]) -> list[int]:
-    """Positions of the joints that a selection means: by name, else by index, else all.
+    """Positions of the selected joints in the articulation: by name, else by index, else all.
 
     Raises:
-        JointError: a name or index that the articulation does not have.
+        JointError: the articulation has no joint with a name or index.
     """
     known = articulation.joint_names
     for name in names:

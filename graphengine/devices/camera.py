@@ -34,7 +34,7 @@ LOOKING_FORWARD: Quaternion = (0.5, -0.5, -0.5, 0.5)
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """What a camera saw at one instant; row 0 is the upper edge."""
+    """The picture of a camera at one instant; row 0 is the upper edge."""
 
     time: float
     """Simulation time of the tick that captured it, s."""
@@ -51,10 +51,10 @@ class Picture:
 
 
 class Camera(TickSensor, Protocol):
-    """A pinhole camera. What it captures in one tick it delivers `latency` ticks later.
+    """A pinhole camera. It delivers a picture `latency` ticks after its capture.
 
-    Pixels are square. The optical axis meets the picture at (cx, cy), counted from the upper left corner of the first pixel's
-    centre: the middle of a picture of w pixels is at (w - 1) / 2.
+    Pixels are square. The optical axis meets the picture at (cx, cy), counted from the centre of the upper left pixel: the
+    middle of a picture of w pixels is at (w - 1) / 2.
     """
 
     @property
@@ -67,7 +67,7 @@ class Camera(TickSensor, Protocol):
 
     @property
     def clip(self) -> tuple[float, float]:
-        """Nearest and farthest distance along the optical axis that is seen, m."""
+        """Smallest and largest visible distance along the optical axis, m."""
 
     @property
     def latency(self) -> int:
@@ -75,19 +75,19 @@ class Camera(TickSensor, Protocol):
 
     @property
     def labels(self) -> Mapping[int, str]:
-        """Prim path of each number of a segmentation."""
+        """Prim path for each number in a segmentation."""
 
     def request(self, *, segmentation: bool = False) -> None:
-        """Capture this tick's sample if one is due; however many ask, it is rendered once."""
+        """Capture this tick's picture if one is due; several requests render it once."""
 
     def delivered(self) -> Picture | None:
-        """The picture whose turn it is in this tick; the same for all who ask, None in most ticks."""
+        """The picture delivered in this tick, shared by all callers; None in most ticks."""
 
 
 def pinhole(size: tuple[int, int], horizontal_fov: float) -> tuple[float, float, float, float]:
-    """fx, fy, cx, cy (pixels) of a lens in the middle before square pixels, by the horizontal field of view in degrees.
+    """fx, fy, cx, cy (pixels) of a centred lens and square pixels, from the horizontal field of view in degrees.
 
-    A field of view reaches from edge to edge, while pixel 0 lies half a pixel inside of it.
+    The field of view reaches from edge to edge of the picture; the centre of pixel 0 lies half a pixel inside.
     """
     width, height = size
     focal = width / 2 / math.tan(math.radians(horizontal_fov) / 2)
@@ -106,7 +106,7 @@ def pinhole(size: tuple[int, int], horizontal_fov: float) -> tuple[float, float,
     ticks_only=True,
 )
 class CameraStub(Stub):
-    """A camera that delivers what tests show it, at first nothing; `requests` counts how often it was asked to capture."""
+    """A camera that delivers pictures set by tests, at first none; `requests` counts calls of `request`."""
 
     requests = 0
     _picture: Picture | None = None
@@ -129,7 +129,7 @@ class CameraStub(Stub):
         time: float = 0.0,
         index: int = 0,
     ) -> None:
-        """Make a picture the one that is delivered from here on: height x width x 3, a value or one a pixel, records of boxes."""
+        """Set the picture to deliver: rgb of height x width x 3, one value or one per pixel for the others, box records."""
         colours = np.array(rgb, np.uint8)
         plane = colours.shape[:2]
         self.size = (plane[1], plane[0])
@@ -139,9 +139,9 @@ class CameraStub(Stub):
         self._picture = Picture(time, index, colours, np.full(plane, depth, np.float32), numbers, solids)
 
     def request(self, *, segmentation: bool = False) -> None:
-        """Count."""
+        """Count the request."""
         self.requests += 1
 
     def delivered(self) -> Picture | None:
-        """What the test shows."""
+        """The picture set by the test."""
         return self._picture

@@ -10,7 +10,7 @@ from graphengine.devices.device import Sensor, Stub, device
 
 @dataclass(frozen=True, slots=True)
 class ContactReading:
-    """What a contact sensor felt in one tick."""
+    """The measurement of a contact sensor in one tick."""
 
     time: float
     """Simulation time, s."""
@@ -21,7 +21,7 @@ class ContactReading:
 
 
 class ContactSensor(Sensor, Protocol):
-    """A sensor that feels whatever its body touches, or what it touches near the sensor."""
+    """A sensor of contact forces on its body, or on the part of the body near the sensor."""
 
     def reading(self) -> ContactReading:
         """The reading of this tick."""
@@ -29,10 +29,10 @@ class ContactSensor(Sensor, Protocol):
 
 @device("contact", ContactSensor, usd="IsaacContactSensor", title="a contact sensor", rank=4)
 class ContactSensorStub(Stub):
-    """A contact sensor that feels what tests write to `felt`; nothing at first."""
+    """A contact sensor whose reading tests write to `felt`; no contact at first."""
 
     felt = ContactReading(0.0, False, 0.0)
 
     def reading(self) -> ContactReading:
-        """What the test says."""
+        """The reading set by the test."""
         return self.felt

@@ -21,22 +21,22 @@ D = TypeVar("D")
 
 
 class Sensor(Protocol):
-    """What all sensors have."""
+    """The interface of all sensors."""
 
     @property
     def prim_path(self) -> str:
-        """Path of the sensor's prim, where its namespace is collected from."""
+        """Path of the sensor's prim, from which its namespace is collected."""
 
 
 class SampledSensor(Sensor, Protocol):
     """A sensor with samples: sample n belongs to the first tick at or after n / rate seconds.
 
-    What a sample holds is shared by all who read it and never written again.
+    All readers share one sample, which is never modified.
     """
 
     @property
     def rate(self) -> float:
-        """Samples a second."""
+        """Samples per second."""
 
     @property
     def due(self) -> bool:
@@ -52,10 +52,10 @@ class TickSensor(SampledSensor, Protocol):
 
 
 class Stub(Shared):
-    """A device without physics, for checks and for tests, which write its readings.
+    """A device without physics for checks and tests; tests write its readings.
 
     Args:
-        prim: its facts are the profile's, of which tests give some.
+        prim: prim whose facts are those of a profile, or some of them in tests.
     """
 
     def __init__(self, prim: Prim) -> None:
@@ -69,14 +69,14 @@ class Device:
     """One kind of device.
 
     Attributes:
-        kind: of its prims, of sensors in robot files, and the section of a profile.
+        kind: name of the kind: `type` in robot files, kind of the prims, and section of a profile.
         stub: makes a stub from a prim and options.
-        usd: type of its prims in USD.
+        usd: USD type of its prims.
         title: kind with an article, for messages.
-        child: name of the device's prim below its mount's; empty where the mount's prim is the device's.
-        orientation: of the child in the mount's frame.
+        child: name of the device's prim below the mount's prim; empty if both are the same prim.
+        orientation: orientation of the child in the mount's frame.
         in_rigs: whether a rig may have parts of this kind.
-        ticks_only: whether it has at most one sample a tick, so that graphs on physics steps cannot read it.
+        ticks_only: whether it has at most one sample a tick, so graphs that run at physics steps cannot read it.
     """
 
     kind: str
@@ -96,12 +96,12 @@ DEVICE_OF: dict[Any, Device] = {}
 def device(
     kind: str, interface: Callable[..., D], *, rank: int = 100, **facts: Any
 ) -> Callable[[Callable[..., D]], Any]:
-    """Register a kind of device; decorates its stub, which keeps its Protocol.
+    """Register a kind of device; decorates its stub, which has to match the Protocol.
 
     Args:
-        kind: see `Device`, as for the others.
+        kind: name of the kind, as in `Device`.
         interface: Protocol of the device.
-        rank: a lower one is listed first in messages.
+        rank: position in lists of messages; lower ranks come first.
         facts: the other attributes of `Device`.
     """
 
@@ -118,7 +118,7 @@ def device_of(interface: Callable[..., Any]) -> Device:
     """The kind of device that a Protocol, a stub or an implementation belongs to.
 
     Raises:
-        TypeError: there is none.
+        TypeError: no kind of device is registered for it.
     """
     if interface not in DEVICE_OF:
         raise TypeError(f"{interface!r} is no device; give a Protocol that a module of graphengine.devices registers")

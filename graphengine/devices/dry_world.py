@@ -1,4 +1,4 @@
-"""A world without physics, for checks and for tests: handles are stubs, which tests write to."""
+"""A world without physics for checks and tests; its handles are stubs, whose values tests write."""
 
 from __future__ import annotations
 
@@ -24,25 +24,25 @@ D = TypeVar("D")
 
 
 class DryEntities:
-    """The robots and bodies of a stage, which nobody moves."""
+    """The robots and bodies of a stage, which cannot be moved."""
 
     def __init__(self, stage: Stage) -> None:
         self._stage = stage
 
     def all(self) -> Sequence[Entity]:
-        """Robots, and bodies that hang on no other prim with a body."""
+        """All robots, then all bodies that are not carried by another body."""
         robots = [Entity(prim.entity_name, prim.path, "robot", False) for prim in self._stage.prims("robot")]
         return [*robots, *(Entity(prim.name, prim.path, "object", False) for prim in self._stage.prims("body"))]
 
     def _refuse(self, name: str, *_: Any, **__: Any) -> Any:
-        """Raise `UnknownEntityError`: none of them can be asked for its state, or moved."""
+        """Raise UnknownEntityError: entities have no state without physics."""
         raise UnknownEntityError(f"no entity {name!r}: the world has no physics")
 
     state = bounds = overlaps = place = push = _refuse
 
 
 class DryWorld(Stateful):
-    """A world without physics."""
+    """A world without physics: nothing moves unless a test writes a pose."""
 
     kept = ("_frictions", "_lights", "clamped_commands", "dropped_pictures", "gravity")
 
@@ -63,28 +63,28 @@ class DryWorld(Stateful):
         self._devices: dict[tuple[Any, ...], Any] = {}
 
     def set_gravity(self, gravity: Vector3) -> None:
-        """Nothing falls."""
+        """Store the gravity for `gravity`."""
         self.gravity = gravity
 
     def friction(self, prim: Prim) -> Friction:
-        """What was written last, else what the material's facts say."""
+        """The last written friction, or that of the material's facts."""
         built = prim.facts["static_friction"], prim.facts["dynamic_friction"]
         return self._frictions.get(prim.path, built)
 
     def set_friction(self, prim: Prim, friction: Friction) -> None:
-        """Nothing slides."""
+        """Store the friction for `friction`."""
         self._frictions[prim.path] = friction
 
     def light(self, prim: Prim) -> Light:
-        """What was written last, else what the light's facts say."""
+        """The last written light, or that of the light's facts."""
         return self._lights.get(prim.path, (1.0, prim.facts["diffuse"]))
 
     def set_light(self, prim: Prim, light: Light) -> None:
-        """Nothing is lit."""
+        """Store the light for `light`."""
         self._lights[prim.path] = light
 
     def body(self, prim: Prim) -> BodyStub:
-        """The prim's stub, always the same; it is fixed to its parent's unless it was defined as a body."""
+        """The prim's stub, always the same object; it is fixed to the parent's stub unless the prim is a body."""
         if prim not in self._bodies:
             carrier = self.body(prim.parent) if prim.parent else None
             self._bodies[prim] = BodyStub(prim.position, prim.orientation, carrier=carrier)
@@ -93,20 +93,20 @@ class DryWorld(Stateful):
     frame = body
 
     def mass(self, prim: Prim) -> float:
-        """One kilogram."""
+        """Always 1 kg."""
         return 1.0
 
     def placement(self, prim: Prim) -> BodyStub | None:
-        """The prim's stub if it has a body or stands for a robot, which stays where nodes put it."""
+        """The prim's stub, which stays where nodes place it; None if the prim has no body and does not stand for a robot."""
         movable = prim.body is not None or self.stage.stands_for_robot(prim) is not None
         return self.body(prim) if movable else None
 
     def articulation(self, robot: Prim) -> ArticulationStub:
-        """The robot's joints, always the same."""
+        """The robot's joints, always the same object."""
         return self._robots.setdefault(robot, ArticulationStub(robot))
 
     def device(self, interface: Callable[..., D], prim: Prim, **options: Any) -> D:
-        """The stub of a device, always the same for the same options."""
+        """The stub of a device; equal options give the same object."""
         found = device_of(interface)
         place = (prim, found.kind, *sorted(options.items()))
         if place not in self._devices:
@@ -115,26 +115,26 @@ class DryWorld(Stateful):
         return made
 
     def picture_driver(self) -> str:
-        """Nothing draws."""
+        """Empty: no pictures are rendered."""
         return ""
 
     @property
     def entities(self) -> DryEntities:
-        """Robots and bodies that nobody moves."""
+        """The robots and bodies of the stage."""
         return DryEntities(self.stage)
 
     def begin_tick(self, tick: int) -> None:
-        """Nothing is due."""
+        """Do nothing: tests make samples due."""
 
     def step(self) -> None:
-        """Do nothing: a world without physics stays as it is."""
+        """Do nothing: there is no physics."""
 
     zero_commands = reset_state = reset_time = close = step
 
 
 @dataclass(slots=True)
 class BodyStub(Shared):
-    """Where a prim is and how it moves, for tests to write: in the world frame, or fixed to what carries it."""
+    """Pose and velocity of a prim for tests to write: in the world frame, or fixed to the prim that carries it."""
 
     position: Vector3 = ORIGIN
     orientation: Quaternion = IDENTITY
@@ -143,17 +143,17 @@ class BodyStub(Shared):
     carrier: BodyStub | None = None
 
     def pose(self) -> tuple[Vector3, Quaternion]:
-        """In the world frame."""
+        """Position (m) and orientation in the world frame."""
         pose = (self.position, self.orientation)
         return rotation.compose(self.carrier.pose(), pose) if self.carrier else pose
 
     def place(self, position: Vector3, orientation: Quaternion) -> None:
-        """Be there, at rest."""
+        """Set the pose, with velocity zero."""
         self.position, self.orientation, self.carrier = position, orientation, None
         self.linear = self.angular = (0.0, 0.0, 0.0)
 
     def velocity(self) -> tuple[Vector3, Vector3]:
-        """In the world frame; what is carried at r moves with v + w x r."""
+        """Linear and angular velocity in the world frame; a prim carried at offset r has v + w x r."""
         if self.carrier is None:
             return self.linear, self.angular
         linear, angular = self.carrier.velocity()
@@ -162,7 +162,7 @@ class BodyStub(Shared):
 
 
 class ArticulationStub(Shared):
-    """Joints whose `state` tests write; `targets` are what nodes wrote, NaN where never."""
+    """Joints whose `state` tests write; `targets` are the commands of nodes, NaN for none."""
 
     def __init__(self, robot: Prim) -> None:
         self.prim_path = robot.path
@@ -184,23 +184,23 @@ class ArticulationStub(Shared):
     efforts = partialmethod(_read, "effort")
 
     def set_points(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """What nodes wrote; 0 where never."""
+        """Position and velocity targets written by nodes; 0 for none."""
         return np.nan_to_num(self.targets["position"]), np.nan_to_num(self.targets["velocity"])
 
     def wrenches(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Zeros."""
+        """Forces and torques, all zero."""
         return np.zeros((len(self.joint_names), 3)), np.zeros((len(self.joint_names), 3))
 
 
 class JointSelectionStub(Shared):
-    """Some joints; a command writes the articulation's targets."""
+    """Selected joints, whose commands are written to the articulation's `targets`."""
 
     def __init__(self, robot: ArticulationStub, joints: Sequence[int]) -> None:
         self.names = tuple(robot.joint_names[joint] for joint in joints)
         self.robot, self.joints = robot, joints
 
     def command(self, positions: Any = None, velocities: Any = None, efforts: Any = None) -> None:
-        """Set what is given and not NaN."""
+        """Store the given targets that are not NaN."""
         for target, values in zip(self.robot.targets.values(), (positions, velocities, efforts), strict=True):
             for joint, value in zip(self.joints, values or [math.nan] * len(self.joints), strict=True):
                 target[joint] = target[joint] if math.isnan(value) else value

@@ -1,4 +1,4 @@
-"""Entities: the robots and objects of a world as wholes, which may be looked at, put elsewhere and pushed from outside.
+"""Entities: the robots and objects of a world, which can be inspected, moved and pushed.
 
 Positions are in the world frame, m; quaternions are (x, y, z, w).
 """
@@ -19,7 +19,7 @@ MOST_TOLD = 3
 
 @dataclass(frozen=True, slots=True)
 class Entity:
-    """One robot or object of a world, with all that hangs on it."""
+    """One robot or object of a world, with all bodies attached to it."""
 
     name: str
     """Unique in its world: the last element of the prim's path, or all of it where a robot has that name."""
@@ -31,7 +31,7 @@ class Entity:
 
 @dataclass(frozen=True, slots=True)
 class EntityState:
-    """Where an entity's prim is and how its origin moves, in the world frame."""
+    """Pose of an entity's prim and velocity of its origin, in the world frame."""
 
     position: Vector3
     orientation: Quaternion
@@ -47,7 +47,7 @@ class EntityState:
 
 @dataclass(frozen=True, slots=True)
 class Move:
-    """Where an entity is put, and how it moves from there, in the world frame."""
+    """A new pose and velocity for an entity, in the world frame."""
 
     position: Vector3 | None = None
     """Of its prim, m; None for the present one."""
@@ -61,7 +61,7 @@ class Move:
 
 @dataclass(frozen=True, slots=True)
 class Overlap:
-    """What an entity is stuck in."""
+    """An object that an entity overlaps."""
 
     other: str
     """Name of the other entity; for what belongs to none, such as a floor, that of the shape."""
@@ -71,14 +71,14 @@ class Overlap:
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """A box along the axes of a frame, by two opposite corners, m."""
+    """A box along the axes of a frame, given by two opposite corners, m."""
 
     low: Vector3
     high: Vector3
 
 
 def warning(name: str, overlaps: Sequence[Overlap]) -> str:
-    """What to tell who put an entity somewhere; empty where it is free."""
+    """The warning for a moved entity that overlaps objects; empty without overlaps."""
     if not overlaps:
         return ""
     told = [f"{overlap.depth:.2g} m deep in {overlap.other}" for overlap in overlaps[:MOST_TOLD]]

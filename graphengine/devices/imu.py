@@ -12,7 +12,7 @@ from graphengine.devices.stage import IDENTITY
 
 @dataclass(frozen=True, slots=True)
 class ImuSample:
-    """What an inertial unit measured, in its own frame."""
+    """One measurement of an inertial unit, in its own frame."""
 
     time: float
     """Simulation time, s."""
@@ -32,15 +32,15 @@ class Imu(SampledSensor, Protocol):
     """An inertial measurement unit."""
 
     def sample(self) -> ImuSample:
-        """The newest sample, shared by all who ask in its tick."""
+        """The newest sample, shared by all callers in its tick."""
 
 
 @device("imu", Imu, usd="IsaacImuSensor", title="an imu", rank=3, in_rigs=True)
 class ImuStub(Stub):
-    """An inertial unit that measures what tests write to `measured`; at first it is upright and at rest."""
+    """An inertial unit whose sample tests write to `measured`; at first it is upright and at rest."""
 
     measured = ImuSample(0.0, 0, (0.0, 0.0, 0.0), (0.0, 0.0, 9.81), (0.0, 0.0, 0.0), IDENTITY)
 
     def sample(self) -> ImuSample:
-        """What the test says."""
+        """The sample set by the test."""
         return self.measured

@@ -14,7 +14,7 @@ from graphengine.devices.stage import Prim
 
 @dataclass(frozen=True, slots=True)
 class Scan:
-    """One sweep of a lidar; arrays have one entry a beam, ring after ring in order of azimuth, and are never written again."""
+    """One sweep of a lidar; arrays have one entry per beam, ring after ring in order of azimuth, and are never modified."""
 
     time: float
     """Simulation time of the tick that cast it, s."""
@@ -31,7 +31,7 @@ class Lidar(TickSensor, Protocol):
 
     @property
     def angles(self) -> tuple[float, float, float]:
-        """Azimuth of the first beam, of the last beam, and between two beams, rad, counter-clockwise from the sensor's x."""
+        """Azimuth of the first and last beam and the step between two, rad, counter-clockwise from the sensor's x axis."""
 
     @property
     def elevations(self) -> NDArray[np.float64]:
@@ -43,18 +43,18 @@ class Lidar(TickSensor, Protocol):
 
     @property
     def ranges(self) -> tuple[float, float]:
-        """Nearest and farthest distance it reports, m."""
+        """Smallest and largest distance reported, m."""
 
     def scan(self) -> Scan:
-        """The newest sample, cast when first asked for in its tick and shared by all who ask."""
+        """The newest sample, cast at the first call in its tick and shared by all callers."""
 
 
 def beam_directions(angles: tuple[float, float, float], elevations: NDArray[np.float64]) -> NDArray[np.float64]:
     """Unit vectors of a lidar's beams, ring after ring, shape (rings x azimuths, 3).
 
     Args:
-        angles: azimuth of the first and last beam of a ring and between two, rad.
-        elevations: of the rings, rad.
+        angles: azimuth of the first and last beam of a ring and the step between two, rad.
+        elevations: angles of the rings above the sensor's xy plane, rad.
     """
     first, last, increment = angles
     azimuth = first + increment * np.arange(round((last - first) / increment) + 1)
@@ -69,7 +69,7 @@ def beam_directions(angles: tuple[float, float, float], elevations: NDArray[np.f
 
 @device("lidar", Lidar, usd="OmniLidar", title="a lidar", rank=1, child="Lidar", ticks_only=True)
 class LidarStub(Stub):
-    """A lidar that sees what tests say, at first nothing; `casts` counts how often it was asked."""
+    """A lidar whose sample tests set with `see`, at first no returns; `casts` counts calls of `scan`."""
 
     casts = 0
     _seen: Scan | None = None
@@ -82,13 +82,13 @@ class LidarStub(Stub):
         self.directions = beam_directions(self.angles, self.elevations)
 
     def see(self, ranges: ArrayLike, intensities: ArrayLike = 0.0, *, time: float = 0.0, index: int = 0) -> None:
-        """Make a sample due: one range a beam, inf where nothing is."""
+        """Make a sample due, with one range per beam; inf is no return."""
         distances = np.array(ranges, np.float32)
         brightness = np.full(distances.shape, intensities, np.float32)
         self.due, self.index, self._seen = True, index, Scan(time, index, distances, brightness)
 
     def scan(self) -> Scan:
-        """The sample, or one without returns."""
+        """The sample set by the test, or one without returns."""
         self.casts += 1
         beams = len(self.directions)
         return self._seen or Scan(0.0, 0, np.full(beams, np.inf, np.float32), np.zeros(beams, np.float32))

@@ -1,4 +1,4 @@
-"""What nodes see of bodies and joints: their poses, their velocities, their drives."""
+"""The interfaces of bodies and joints: poses, velocities and drives."""
 
 from __future__ import annotations
 
@@ -13,33 +13,33 @@ from graphengine.devices.sensor import Quaternion, Vector3
 
 
 class Frame(Protocol):
-    """The pose of any prim, whether or not physics knows it."""
+    """The pose of any prim, also of prims without physics."""
 
     def pose(self) -> tuple[Vector3, Quaternion]:
         """Position (m) and orientation of the prim in the world frame."""
 
 
 class Body(Frame, Protocol):
-    """A rigid body, or the rigid body that carries a prim."""
+    """A rigid body, which is a prim's own or carries the prim."""
 
     def velocity(self) -> tuple[Vector3, Vector3]:
         """Linear (m/s) and angular (rad/s) velocity of the prim's origin, in the world frame."""
 
 
 class Placement(Protocol):
-    """A body that is put somewhere and stays there."""
+    """A body that can be placed and held at a pose."""
 
     def place(self, position: Vector3, orientation: Quaternion) -> None:
-        """Put the body's prim there, at rest, and hold it against all that acts on it until the simulation stops.
+        """Place the body's prim at rest and hold it against all forces until the simulation stops.
 
-        A link goes as far as its joint lets it.
+        A link moves only within its joint's range.
 
         Args:
-            position: in the world frame, m.
-            orientation: in the world frame, of length 1.
+            position: position in the world frame, m.
+            orientation: unit quaternion in the world frame.
 
         Raises:
-            PhysicsError: it is too far away to be counted with; nothing has changed.
+            PhysicsError: the position is too far away for the physics; nothing has changed.
         """
 
 
@@ -59,7 +59,7 @@ class FrameLink:
 
 
 class JointSelection(Protocol):
-    """Some joints of an articulation, in the order they were asked for."""
+    """Selected joints of an articulation, in the order of the selection."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -71,19 +71,19 @@ class JointSelection(Protocol):
         velocities: Sequence[float] | None = None,
         efforts: Sequence[float] | None = None,
     ) -> None:
-        """Set targets from the next physics step on; what is beyond a joint's limits is set to them.
+        """Set targets from the next physics step on, clamped to the joints' limits.
 
-        Each sequence has one value a joint (rad or m, rad/s or m/s, N m or N); None leaves that kind as it is, and so does
-        NaN for a single joint.
+        Each sequence has one value per joint (rad or m, rad/s or m/s, N m or N). None keeps all targets of that kind, NaN
+        that of one joint.
 
         Raises:
-            BadValueError: a number that physics cannot count with; nothing was set. Its port is `positionCommand`,
+            BadValueError: a number is infinite or too large for the physics; nothing was set. Its port is `positionCommand`,
                 `velocityCommand` or `effortCommand`.
         """
 
 
 class Articulation(Protocol):
-    """A robot's moving joints."""
+    """The movable joints of a robot."""
 
     @property
     def prim_path(self) -> str:
@@ -91,17 +91,17 @@ class Articulation(Protocol):
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """All moving joints, in the articulation's order."""
+        """Names of all movable joints, in the articulation's order."""
 
     @property
     def prismatic(self) -> tuple[bool, ...]:
-        """For each joint, whether it slides."""
+        """Whether each joint is prismatic."""
 
     def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> JointSelection:
         """Joints by name, else by index, else all.
 
         Raises:
-            JointError: a name or index that the articulation does not have.
+            JointError: the articulation has no joint with a name or index.
         """
 
     def positions(self) -> NDArray[np.float64]:
@@ -111,7 +111,7 @@ class Articulation(Protocol):
         """Joint velocities, rad/s or m/s; a fresh array."""
 
     def set_points(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Targets of position (rad or m) and velocity (rad/s or m/s) of each joint's drive; NaN where it has no such target.
+        """Target position (rad or m) and velocity (rad/s or m/s) of each joint's drive; NaN for drives without that target.
 
         Fresh arrays.
         """

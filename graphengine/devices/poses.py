@@ -1,4 +1,4 @@
-"""Poses that files and the stage give; arithmetic on them is in `graphengine.devices.rotation`."""
+"""Poses from files and the stage; `graphengine.devices.rotation` has arithmetic on poses."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ NOWHERE: Pose = (ORIGIN, IDENTITY)
 
 
 def from_orientation(orientation: Orientation) -> Quaternion:
-    """Unit quaternion of an orientation in a file."""
+    """Unit quaternion for an orientation in a file."""
     if orientation.quaternion_xyzw is None:
         roll, pitch, yaw = orientation.rpy_deg or ORIGIN
         return from_rpy(math.radians(roll), math.radians(pitch), math.radians(yaw))
@@ -27,19 +27,19 @@ def from_orientation(orientation: Orientation) -> Quaternion:
 
 
 def vector(values: NDArray[np.float64]) -> Vector3:
-    """Three numbers of MuJoCo's."""
+    """A MuJoCo vector as three floats."""
     x, y, z = values.tolist()
     return x, y, z
 
 
 def pose_of(position: NDArray[np.float64], quaternion: NDArray[np.float64]) -> Pose:
-    """A pose of MuJoCo's, whose quaternions have the real part first."""
+    """A pose from MuJoCo, whose quaternions are (w, x, y, z)."""
     w, x, y, z = quaternion.tolist()
     return vector(position), (x, y, z, w)
 
 
 def carrier(prim: Prim) -> tuple[str | None, Pose]:
-    """Name of the physics body that moves a prim, None for the world, and the prim's pose in that body's frame."""
+    """Name of the physics body that carries a prim (None: the world), and the prim's pose in the body's frame."""
     pose = NOWHERE
     for ancestor in prim.ancestors():
         if ancestor.body is not None:

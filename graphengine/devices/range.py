@@ -35,19 +35,19 @@ class RangeSensor(TickSensor, Protocol):
 
     @property
     def ranges(self) -> tuple[float, float]:
-        """Nearest and farthest distance it reports, m."""
+        """Smallest and largest distance reported, m."""
 
     @property
     def noise_std(self) -> float:
-        """Standard deviation of a distance, m."""
+        """Standard deviation of the distance noise, m."""
 
     def reading(self) -> RangeReading:
-        """The newest sample, cast when first asked for in its tick and shared by all who ask."""
+        """The newest sample, cast at the first call in its tick and shared by all callers."""
 
 
 @device("range", RangeSensor, usd="RangeSensor", title="a range sensor", ticks_only=True)
 class RangeSensorStub(Stub):
-    """A range sensor that measures what tests write, at first nothing in its cone."""
+    """A range sensor whose reading tests set with `measure`, at first nothing in its cone."""
 
     measured = RangeReading(0.0, 0, math.inf)
 
@@ -59,9 +59,9 @@ class RangeSensorStub(Stub):
         self.noise_std: float = prim.facts.get("noise_std", 0.0)
 
     def measure(self, distance: float, *, time: float = 0.0, index: int = 0) -> None:
-        """Make a sample due."""
+        """Make a sample due with this distance, m."""
         self.due, self.index, self.measured = True, index, RangeReading(time, index, distance)
 
     def reading(self) -> RangeReading:
-        """What the test says."""
+        """The reading set by the test."""
         return self.measured

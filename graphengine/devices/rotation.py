@@ -1,4 +1,4 @@
-"""Rotations as unit quaternions (x, y, z, w) of plain floats: faster than numpy for one at a time."""
+"""Rotations as unit quaternions (x, y, z, w) of plain floats, which are faster than numpy for single rotations."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
 
 
 def rotate(q: Quaternion, v: Vector3) -> Vector3:
-    """A vector turned by q: v + 2w(u x v) + 2u x (u x v) with u the vector part."""
+    """The vector v rotated by q: v + 2w(u x v) + 2u x (u x v), with u the vector part of q."""
     x, y, z, w = q
     vx, vy, vz = v
     tx, ty, tz = 2.0 * (y * vz - z * vy), 2.0 * (z * vx - x * vz), 2.0 * (x * vy - y * vx)
@@ -35,19 +35,19 @@ def rotate(q: Quaternion, v: Vector3) -> Vector3:
 
 
 def unrotate(q: Quaternion, v: Vector3) -> Vector3:
-    """A vector turned back by q: world to body, when q is the body's orientation."""
+    """The vector v rotated by the inverse of q: from world to body frame if q is the body's orientation."""
     return rotate((-q[0], -q[1], -q[2], q[3]), v)
 
 
 def compose(parent: Pose, child: Pose) -> Pose:
-    """Pose in the outer frame of what is posed relative to `parent`."""
+    """Pose in the parent's outer frame, for a `child` pose relative to `parent`."""
     (px, py, pz), q = parent
     x, y, z = rotate(q, child[0])
     return (px + x, py + y, pz + z), multiply(q, child[1])
 
 
 def relative(parent: Pose, child: Pose) -> Pose:
-    """Pose of `child` in the frame of `parent`, both given in one outer frame."""
+    """Pose of `child` in the frame of `parent`; both are given in the same outer frame."""
     (px, py, pz), q = parent
     (cx, cy, cz), c = child
     return unrotate(q, (cx - px, cy - py, cz - pz)), multiply(conjugate(q), c)

@@ -1,4 +1,4 @@
-"""Keys of random numbers: who draws them and the session's seed decide, not who drew before."""
+"""Keys of random generators, from the session's seed and a prim path; the order of draws has no influence."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import hashlib
 
 
 def key_of(seed: int, path: str) -> int:
-    """The 128 bit key of the Philox generator that belongs to a prim.
+    """The 128 bit key of a prim's Philox generator.
 
     Args:
-        seed: of the session.
-        path: of the node or sensor that draws.
+        seed: seed of the session.
+        path: prim path of the node or sensor that draws.
     """
     return int.from_bytes(hashlib.blake2b(f"{seed} {path}".encode(), digest_size=16).digest(), "little")

@@ -1,4 +1,4 @@
-"""The prim tree as plain data: what graphs address, without physics.
+"""The prim tree as plain data, without physics; graphs address its prims by path.
 
 A robot's links are nested by kinematics below `Geometry`, its sensors, cameras, frames and graphs hang below links, its joints
 lie in `Physics` and its materials in `Materials`:
@@ -9,8 +9,8 @@ lie in `Physics` and its materials in `Materials`:
     /dd100/Geometry/base_link/chassis_link/sim_lidar/Lidar
     /dd100/Physics/front_left_wheel_joint           joint
 
-`Geometry` may be left out of a path, and a link may be addressed directly below its robot if its name is unique there:
-importers that do not nest links write `/dd100/chassis_link`. A robot's prim, its base link and its articulation root all stand
+`Geometry` may be left out of a path, and a link may be addressed directly below its robot if its name is unique there, as
+importers write that do not nest links: `/dd100/chassis_link`. A robot's prim, its base link and its articulation root all stand
 for the robot.
 """
 
@@ -37,7 +37,7 @@ ORIGIN: Vector3 = (0.0, 0.0, 0.0)
 
 @dataclass(slots=True, eq=False)
 class Prim(Shared):
-    """One prim. Its pose is relative to its parent prim; `body` names what physics moves it with."""
+    """One prim. Its pose is relative to its parent prim; `body` names the physics body that carries it."""
 
     path: str
     kind: PrimKind
@@ -61,12 +61,12 @@ class Prim(Shared):
 
     @property
     def entity_name(self) -> str:
-        """Name of a robot in its scene, which is also the prefix of its names in the physics model."""
+        """Name of a robot in its scene; also the prefix of its names in the physics model."""
         return str(self.facts.get("name", self.name))
 
     @property
     def frame_name(self) -> str:
-        """Name in TF: the override, else the last element of the path."""
+        """Name in TF: `isaac:nameOverride`, or else the last element of the path."""
         return self.name_override or self.name
 
     def ancestors(self) -> Iterator[Prim]:
@@ -94,7 +94,7 @@ class Stage:
         self._by_short_path: dict[str, list[Prim]] = {}
 
     def copy(self) -> Stage:
-        """An independent tree with the same prims, whose facts have the same values."""
+        """An independent tree with copies of all prims and their facts."""
         made = Stage()
         made.root.namespace = self.root.namespace
         for prim in itertools.islice(self.prims(), 1, None):
@@ -104,7 +104,7 @@ class Stage:
         return made
 
     def add(self, path: str, kind: PrimKind, **facts: Any) -> Prim:
-        """Define a prim; missing ancestors become scopes, a scope that was there takes the new kind.
+        """Define a prim; missing ancestors become scopes, and a scope at the path takes the new kind.
 
         Raises:
             PrimError: the path is taken, or not absolute.
@@ -142,11 +142,11 @@ class Stage:
         del prim.parent.children[prim.name]
 
     def find(self, path: str) -> Prim:
-        """The prim that a path means; `Geometry` may be left out, and the links above a link.
+        """The prim at a path; the path may leave out `Geometry` and the links above a link.
 
         Raises:
-            PrimError: there is none; the message names the nearest.
-            AmbiguousPrimError: there are two.
+            PrimError: no prim has the path; the message names the nearest.
+            AmbiguousPrimError: several prims could be meant.
         """
         wanted = normalize(path)
         if wanted in self._by_path:
@@ -161,11 +161,11 @@ class Stage:
         raise self._missing(path, wanted)
 
     def _meant(self, wanted: str) -> list[Prim]:
-        """Prims whose paths are a path with some `Geometry` put in."""
+        """Prims at this path after `Geometry` is inserted where it was left out."""
         return [p for p in self._by_short_path.get(_without_geometry(wanted), []) if _is_short_for(wanted, p.path)]
 
     def _laid_flat(self, wanted: str) -> list[Prim]:
-        """Prims whose paths are a path with the links put in between a robot and the first part below it."""
+        """Prims at this path after the links that were left out below a robot are inserted."""
         robot, rest = self._descend(wanted, flat=False)
         while robot.kind != "robot" and robot.parent is not None:
             rest, robot = [robot.name, *rest], robot.parent
@@ -176,16 +176,16 @@ class Stage:
         ]
 
     def is_literal(self, path: str, prim: Prim) -> bool:
-        """Whether a path that means a prim is the prim's, save for `Geometry`: no link is left out."""
+        """Whether a path to a prim leaves out no links; `Geometry` may be missing."""
         return _is_short_for(normalize(path), prim.path)
 
     def obstacle(self, path: str) -> Prim | None:
-        """The prim that keeps a robot from being defined at a path: what is there already, or a prim above that is no scope."""
+        """The prim that prevents a robot at a path: one at the path, or an ancestor other than a scope; None if there is none."""
         prim, rest = self._descend(path)
         return None if rest and prim.kind == "scope" else prim
 
     def _descend(self, path: str, *, flat: bool = True) -> tuple[Prim, list[str]]:
-        """The last prim on the way to where a path leads, and the parts of the path that are left."""
+        """The deepest existing prim along a path, and the remaining parts of the path."""
         parts, prim = normalize(path).strip("/").split("/"), self.root
         for index, part in enumerate(parts):
             geometry = prim.children.get("Geometry")
@@ -216,15 +216,15 @@ class Stage:
         return wanted in self._by_path or len(self._meant(wanted) or self._laid_flat(wanted)) == 1
 
     def prims(self, kind: PrimKind | None = None) -> Iterator[Prim]:
-        """All prims, or those of a kind, depth first in order of definition."""
+        """All prims, or all of one kind, depth first in order of definition."""
         return (prim for prim in self.root.descendants() if kind is None or prim.kind == kind)
 
     def robot_of(self, prim: Prim) -> Prim | None:
-        """The robot that a prim belongs to."""
+        """The robot that a prim belongs to, or None."""
         return next((p for p in prim.ancestors() if p.kind == "robot"), None)
 
     def stands_for_robot(self, prim: Prim) -> Prim | None:
-        """The robot, if the prim is the robot's own, its base link or its articulation root."""
+        """The robot, if the prim is its root prim, base link or articulation root; else None."""
         robot = self.robot_of(prim)
         if robot is None:
             return None
@@ -233,17 +233,17 @@ class Stage:
         return None
 
     def namespaces(self, path: str) -> list[str]:
-        """`isaac:namespace` values from the root down to a path, which itself need not exist; empty ones left out."""
+        """Non-empty `isaac:namespace` values from the root down to a path, which need not exist."""
         prim, _ = self._descend(path)
         return [above.namespace for above in reversed([*prim.ancestors()]) if above.namespace]
 
     def define(self, path: str) -> Prim:
-        """The prim where a path leads; what is missing on the way is added as scopes."""
+        """The prim at a path; missing prims are added as scopes."""
         prim, rest = self._descend(path)
         return self.add("/".join([prim.path.rstrip("/"), *rest]), "scope") if rest else prim
 
     def leads_by(self, path: str, other: str) -> bool:
-        """Whether the way to where a path leads goes by another, or ends there; neither need exist."""
+        """Whether a path equals another or leads through it; neither prim need exist."""
         (prim, rest), (passed, more) = self._descend(path), self._descend(other)
         if more:
             return prim is passed and rest[: len(more)] == more
@@ -267,12 +267,12 @@ def normalize(path: str) -> str:
 
 
 def at_or_below(path: str, other: str) -> bool:
-    """Whether a normal path is another one, or lies below it."""
+    """Whether a normalized path equals another or lies below it."""
     return path == other or path.startswith(f"{other}/")
 
 
 def _links(robot: Prim, name: str) -> list[Prim]:
-    """The links of a robot with a name; none of any other prim."""
+    """The links with this name in a robot; empty if the prim is not a robot."""
     if robot.kind != "robot":
         return []
     return [prim for prim in robot.descendants() if prim.kind == "link" and prim.name == name]

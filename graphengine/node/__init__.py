@@ -1,4 +1,4 @@
-"""What the author of a node needs: the class, its ports, their types, what a node may ask of its context, and what it raises."""
+"""The interface for authors of nodes: the Node class, ports, port types, the context and errors."""
 
 from __future__ import annotations
 

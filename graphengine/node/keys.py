@@ -1,4 +1,4 @@
-"""Keys that are held down while a tick runs, by OmniGraph's names."""
+"""Keys held down during a tick, by OmniGraph's names."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ KEYS = (
 
 
 class Keyboard(Stateful):
-    """Keys by OmniGraph's names, as they are for the whole of a tick.
+    """The keys held down, by OmniGraph's names; constant within a tick.
 
     Attributes:
         held: keys that are held down in this tick.
@@ -70,19 +70,19 @@ class Keyboard(Stateful):
         self._tapped: set[str] = set()
 
     def press(self, keys: Collection[str]) -> None:
-        """Hold keys down from the next tick on.
+        """Press keys from the next tick until `release`.
 
         Raises:
-            UsageError: there is no such key.
+            UsageError: no key has the name.
         """
         _expect(keys)
         self._down.update(keys)
 
     def release(self, keys: Collection[str]) -> None:
-        """Let go of keys; one that was pressed since the last tick is down for one tick.
+        """Release keys; a key pressed since the last tick stays down for one tick.
 
         Raises:
-            UsageError: there is no such key.
+            UsageError: no key has the name.
         """
         _expect(keys)
         self._tapped.update(set(keys) & (self._down - self.held))
@@ -98,7 +98,7 @@ class Keyboard(Stateful):
         self.before = self.held = frozenset()
 
     def any_of(self, modifier: str) -> bool:
-        """Whether one of the keys of a modifier is held: `shift`, `alt` or `ctrl`."""
+        """Whether a key of the modifier `shift`, `alt` or `ctrl` is held down."""
         return any(key in self.held for key in MODIFIERS[modifier])
 
 
@@ -109,7 +109,7 @@ def _expect(keys: Collection[str]) -> None:
 
 
 def keys_of(character: str) -> tuple[str, ...]:
-    """The keys that make a terminal send a character, or an arrow's name; none for what no key has a name for."""
+    """Keys that produce a terminal's character, or an arrow given by name; empty if no named key does."""
     if character in _ARROWS:
         return (_ARROWS[character],)
     if len(character) != 1:

@@ -14,7 +14,7 @@ IMPULSE = "impulse:"
 
 
 class EventQueue(Stateful):
-    """Items by tick: posted in one, visible in the next; more than 1000 in a tick are an error."""
+    """Items posted in one tick and visible in the next; more than 1000 in a tick are an error."""
 
     LIMIT = 1000
     kept = ("_posted", "ticks", "visible")
@@ -40,7 +40,7 @@ class EventQueue(Stateful):
 
     @property
     def waiting(self) -> bool:
-        """Whether something waits for the next tick."""
+        """Whether items wait for the next tick."""
         return bool(self._posted)
 
     def freeze(self) -> None:
@@ -54,9 +54,9 @@ class EventQueue(Stateful):
 
 
 class Mailbox(Stateful):
-    """Impulses or custom events of one name, as one node sees them: what is posted in one tick is taken in the next.
+    """One node's view of a queue of impulses or custom events: items posted in one tick can be taken in the next.
 
-    Each item reaches every node that takes, once.
+    Every node that takes from the queue gets each item once.
     """
 
     kept = ("_taken",)
@@ -74,7 +74,7 @@ class Mailbox(Stateful):
         self._queue.post(item)
 
     def take(self) -> Sequence[Any]:
-        """Items posted before this tick, oldest first, once."""
+        """Items posted in the previous tick, oldest first; a second call in the same tick returns none."""
         if self._taken == self._queue.ticks:
             return ()
         self._taken = self._queue.ticks
@@ -82,14 +82,14 @@ class Mailbox(Stateful):
 
 
 def find_impulses(queues: Mapping[str, EventQueue], node: str) -> tuple[str, EventQueue]:
-    """The prim path of a node that waits for impulses, and its queue.
+    """The prim path and queue of an OnImpulseEvent node.
 
     Args:
-        queues: of the session.
-        node: its prim path, or as much of the end as no other has: `graph/Node`, `Node`.
+        queues: queues of the session.
+        node: prim path of the node, or a unique end of it: `graph/Node`, `Node`.
 
     Raises:
-        UsageError: there is no such node, or there are several.
+        UsageError: no node has the path, or several have.
     """
     known = {name.removeprefix(IMPULSE): queue for name, queue in queues.items() if name.startswith(IMPULSE)}
     wanted = node.strip("/")

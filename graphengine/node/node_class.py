@@ -9,19 +9,19 @@
 
         def compute(self) -> None: ...
 
-The class is slotted: every port is one attribute of the instance, the generated tick copies between them, and a test sets
-them in the constructor and reads them after `compute`. What kind of node it is follows from its shape:
+The class is slotted: every port is one attribute of the instance, and the generated tick copies values between them. A test
+sets inputs in the constructor and reads outputs after `compute`. The kind of a node follows from its shape:
 
 | kind   | shape                                                                                              |
 |--------|----------------------------------------------------------------------------------------------------|
-| data   | no execution ports; `volatile=True` when it reads what is outside its inputs                        |
-| action | `compute` returns None and fires its one ExecOut; when `gated=True`, or with several, it returns what to fire |
+| data   | no execution ports; `volatile=True` when it reads more than its inputs                              |
+| action | `compute` returns None and fires its one ExecOut; when `gated=True`, or with several, it returns the ports to fire |
 | event  | an action or pusher without ExecIn, computed at the start of each pass                              |
-| pusher | `compute` is a generator of ports to fire; each yield runs what hangs on that port to its end       |
-| latent | has `update`, called once a tick while `active`; it returns what to fire in the next pass           |
+| pusher | `compute` is a generator of ports to fire; each yield runs the nodes behind that port to their end  |
+| latent | has `update`, called once a tick while `active`; it returns the ports to fire in the next pass      |
 
-Passes run in ticks. What is to happen between two of them starts at an event that has `at_stop`, called when a play ends, or
-`at_close`, called before its graph is closed; what these return is fired in a pass of its own, in which nothing else starts.
+Passes run in ticks. Two kinds of events start passes between ticks: `at_stop` is called when a play ends, `at_close` before a
+graph is closed. The ports that these methods return fire in a separate pass, in which no other event starts.
 """
 
 from __future__ import annotations
@@ -184,7 +184,7 @@ class Node(metaclass=NodeMeta):
 
     @classmethod
     def kind(cls) -> Kind:
-        """What the node's shape makes it."""
+        """The kind of node, derived from its shape."""
         exec_ports = [port for port in cls.fields.values() if port.is_exec]
         if not exec_ports:
             return "data"
@@ -195,18 +195,18 @@ class Node(metaclass=NodeMeta):
         return "action" if any(port.side == "inputs" for port in exec_ports) else "event"
 
     def setup(self, context: Context) -> None:
-        """Ask the context for what the node needs; inputs marked `setup` have their values."""
+        """Bind handles and endpoints from the context; inputs marked `setup` have their values."""
 
     def compute(self) -> Any:
-        """Read inputs, write outputs; see the module for what each kind returns."""
+        """Read inputs and write outputs; the module docstring has the return value for each kind."""
 
     def reset(self) -> None:
-        """Forget what the defaults of Out and State do not cover; called on stop."""
+        """Reset state other than Out and State fields, which the engine resets; called on stop."""
 
     def save(self) -> Any:
-        """What a checkpoint keeps of the node: its inputs, outputs and state, but for what `setup` binds.
+        """The node's state for a checkpoint: inputs, outputs and State fields, without Bound fields.
 
-        A node with state elsewhere has methods `save` and `restore` of its own.
+        A node with other state overrides `save` and `restore`.
         """
         names = [port.field for port in type(self).fields.values() if not port.bound_in_setup]
         names = [name for name in names if not type(self).fields[name].mask] + ["active"] * hasattr(
@@ -215,51 +215,52 @@ class Node(metaclass=NodeMeta):
         return copy.deepcopy({name: getattr(self, name) for name in names})
 
     def restore(self, saved: Any) -> None:
-        """Go back to what `save` returned."""
+        """Return to the state that `save` returned."""
         for name, value in copy.deepcopy(saved).items():
             setattr(self, name, value)
 
     def reads(self) -> Iterable[str]:
-        """Keys of what the node reads beside its inputs and the clock, such as `variable:speed`."""
+        """Keys of resources that the node reads besides its inputs and the clock, such as `variable:speed`."""
         return ()
 
     def writes(self) -> Iterable[str]:
-        """Keys of what the node changes beside its outputs."""
+        """Keys of resources that the node changes besides its outputs."""
         return ()
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Types of ports that follow from those of others, where `couple` does not say it; asked until nothing more follows.
+        """Port types that follow from known ones, beyond those of `couple`; called until no new type follows.
 
-        Literals are set. A type that a port does not take, or that contradicts what is known, is told as a mistake.
+        Inputs have their literals. A returned type that the port does not take, or that contradicts a known type, becomes an
+        error of the graph.
 
         Args:
-            known: types of ports as far as they are settled, by Python name.
+            known: known port types, by Python name.
             variables: types of the graph's variables.
 
         Raises:
-            ValueError: what is known does not go together; the message says why.
+            ValueError: the known types are incompatible; the message says why.
         """
         return {}
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """Fields that the node grows from its literals, by Python name; made once, before wires are read.
+        """Additional ports that the node's literals define, by Python name; called once, before wires are read.
 
-        Anything else in the mapping, which must be hashable, becomes an attribute of the class that has the fields.
+        Other entries of the mapping must be hashable and become attributes of the class that has these ports.
 
         Args:
-            literals: values in the file, by OmniGraph's name of the input.
+            literals: values in the file, by OmniGraph's input name.
             definitions: message types.
         """
         return {}
 
     @classmethod
     def grows(cls) -> bool:
-        """Whether it has `dynamic_ports` of its own."""
+        """Whether the class overrides `dynamic_ports`."""
         return bool(cls.numbered) or cls.dynamic_ports.__func__ is not Node.dynamic_ports.__func__  # type: ignore[attr-defined]
 
     def clear(self) -> None:
-        """Set Out and State back to their defaults; an output of several types to the zero of the one it was settled to."""
+        """Reset outputs and State fields to their defaults; an output of union type to the zero of its resolved type."""
         for port in type(self).fields.values():
             if port.side == "outputs" and not port.is_exec:
                 settled = self.settled.get(port.field)
@@ -272,7 +273,7 @@ class Node(metaclass=NodeMeta):
 
     @classmethod
     def _make_ports(cls, fields: dict[str, Any]) -> None:
-        """Merge a class body's fields with those of its bases into the tables of ports."""
+        """Merge the fields of a class body with those of its bases into the port tables."""
         inherited: dict[str, Port] = {}
         factories: dict[str, Callable[[], Any]] = {}
         for base in reversed(cls.__mro__[1:]):
@@ -305,17 +306,17 @@ _grown: weakref.WeakValueDictionary[tuple[Any, ...], type[Node]] = weakref.WeakV
 def grown(
     cls: type[Node], literals: Mapping[str, Any], definitions: Definitions, wired: Iterable[str] = ()
 ) -> type[Node]:
-    """The class with its dynamic ports as slots; the same arguments give the same class.
+    """The class with its dynamic ports as slots; equal arguments give the same class.
 
     Args:
         cls: node type.
-        literals: values in the file, by OmniGraph's name of the input.
+        literals: values in the file, by OmniGraph's input name.
         definitions: message types.
-        wired: OmniGraph's names of the ports that wires begin or end at.
+        wired: OmniGraph's names of the wired ports.
 
     Raises:
-        ContextError: the literals name a message that there is not.
-        ValueError: they make no sense.
+        ContextError: the literals name an unknown message type.
+        ValueError: the literals are invalid.
     """
     values = {name.removeprefix("inputs:"): value for name, value in literals.items()}
     ports = _numbered_ports(cls, [*values, *wired]) | dict(cls.dynamic_ports(values, definitions))
@@ -331,13 +332,13 @@ def grown(
 
 
 def _number(name: str, stem: str) -> int | None:
-    """The number of a port's name after a stem, which may have two digits, as Isaac's editor writes branch00; None without."""
+    """The number after the stem of a port name, such as 0 in Isaac's branch00; None if there is no number."""
     match = re.fullmatch(rf"{stem}(0?[0-9]|[1-9][0-9]{{1,3}})", name)
     return int(match[1]) if match else None
 
 
 def _numbered_ports(cls: type[Node], names: Collection[str]) -> dict[str, Any]:
-    """Fields of the numbered ports among some names, which the class does not have already."""
+    """Fields for the numbered ports among some names that the class does not have yet."""
     known = {port.name for port in cls.fields.values()}
     return {
         name: make()
@@ -360,7 +361,7 @@ def _identity(member: Any) -> Any:
 def node(
     type: str, *, volatile: bool = False, aliases: Sequence[str] = ()
 ) -> Callable[[Callable[..., Any]], builtins.type[Node]]:
-    """Make a data node of a function: arguments become inputs, the return value the output `value`.
+    """Make a data node from a function: arguments become inputs, the return value becomes the output `value`.
 
     Args:
         type: registered name.

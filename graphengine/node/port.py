@@ -1,4 +1,4 @@
-"""Ports of a node class: the markers that stand for them in its body, and what is known of each."""
+"""Ports of a node class: the field specifiers for the class body, and the description of a port."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _TOLD = 20
 
 @dataclass(frozen=True, slots=True)
 class Port:
-    """One port of a node type, as OmniGraph names it and as Python does."""
+    """One port of a node type, with its OmniGraph name and its Python field."""
 
     field: str
     name: str
@@ -53,18 +53,18 @@ class Port:
 
     @property
     def constraint(self) -> str:
-        """Legal values in words, or the empty string."""
+        """The legal values in words, or the empty string."""
         if self.tokens:
             return "one of " + ", ".join(self.tokens)
         signs = (("≥", self.ge), (">", self.gt), ("≤", self.le), ("<", self.lt))
         return " and ".join(f"{sign} {bound:g}" for sign, bound in signs if bound is not None)
 
     def check(self, value: Any) -> Any:
-        """A literal in the port's representation.
+        """Convert a literal to the port's representation.
 
         Raises:
-            TypeError: it is of another type.
-            ValueError: it is out of range.
+            TypeError: the literal has another type.
+            ValueError: the literal is out of range.
         """
         if isinstance(self.type, UnionType):
             return value
@@ -81,7 +81,7 @@ class Port:
 
 
 class Field:
-    """What stands behind a port's name in the class body until the class is made."""
+    """A field specifier in a class body, replaced by a port when the class is created."""
 
     def __init__(
         self, side: Side, default: Any = MISSING, factory: Callable[[], Any] | None = None, **facts: Any
@@ -93,7 +93,7 @@ class Field:
 
 
 class ExecIn:
-    """An execution input. On an instance it says how often it fired in the running activation."""
+    """An execution input. On an instance its value is how often it fired in the present activation."""
 
     def __init__(self, *, name: str = "", doc: str = "", control: bool = False) -> None:
         self.name, self.doc, self.control = name, doc, control
@@ -106,7 +106,7 @@ class ExecIn:
 
 
 class ExecOut:
-    """An execution output. On an instance it is what `compute` returns or yields to fire it."""
+    """An execution output. `compute` returns or yields it to fire it."""
 
     def __init__(self, *, name: str = "", doc: str = "") -> None:
         self.name, self.doc, self.control = name, doc, False
@@ -121,10 +121,11 @@ def In(*, default: T, **facts: Any) -> T: ...
 @overload
 def In(**facts: Any) -> Any: ...
 def In(*, default: Any = MISSING, **facts: Any) -> Any:
-    """An input: a literal or a wire.
+    """An input, set by a literal or a wire.
 
     Args:
-        default: value when neither is given; without it the type's zero is used and the constructor demands the argument.
+        default: value without literal and wire; without a default it is the type's zero, and the constructor requires the
+            argument.
         facts: `doc`, `unit`, `ge`, `gt`, `le`, `lt`, `tokens` (the legal texts), `name` (OmniGraph's name where it is not
             the field's), `type` (OmniGraph's type where the annotation does not say it, such as a union), `required` (a
             literal or a wire must be there; a word where one of several ports will do), `setup` (read in `setup`; when it
@@ -136,20 +137,20 @@ def In(*, default: Any = MISSING, **facts: Any) -> Any:
 
 
 def Out(*, default: Any = MISSING, init: Literal[False] = False, **facts: Any) -> Any:
-    """An output; goes back to its default on stop. `facts` as for `In`."""
+    """An output, reset to its default on stop. `facts` as for `In`."""
     return Field("outputs", default, **facts)
 
 
 def State(*, default: Any = MISSING, factory: Callable[[], Any] | None = None, init: Literal[False] = False) -> Any:
-    """A value kept between computes; goes back to its default on stop, and to what it was on `restore`.
+    """A value kept between computes, reset to its default on stop and saved in checkpoints.
 
     Args:
-        default: value before the first compute; one that cannot be changed.
-        factory: makes the value anew for each node and each play, where it can be changed.
-        init: for type checkers; no argument of the node's constructor.
+        default: immutable value before the first compute.
+        factory: returns a new mutable value for each node and each play.
+        init: for type checkers; not an argument of the node's constructor.
 
     Raises:
-        TypeError: neither is given.
+        TypeError: neither `default` nor `factory` is given.
     """
     if default is MISSING and factory is None:
         raise TypeError("State needs a default or a factory; what `setup` binds is Bound()")
@@ -157,10 +158,10 @@ def State(*, default: Any = MISSING, factory: Callable[[], Any] | None = None, i
 
 
 def Bound(*, init: Literal[False] = False) -> Any:
-    """What `setup` binds: handles of the context, and values that follow from them; neither a stop nor `restore` changes it.
+    """A value that `setup` assigns: a handle of the context or a value derived from one. Stop and `restore` leave it as it is.
 
     Args:
-        init: for type checkers; no argument of the node's constructor.
+        init: for type checkers; not an argument of the node's constructor.
     """
     return Field("state")
 
@@ -176,7 +177,7 @@ def camel_case(field: str) -> str:
 
 
 def value_port(owner: str, name: str, field: Field, hint: Any) -> Port:
-    """The port of a field that carries values; its annotation says the type where `type` does not."""
+    """The port of a value field; its type comes from `type`, or else from the annotation."""
     facts = dict(field.facts)
     explicit = facts.pop("type", None)
     port_type: PortType | UnionType | None = ANY if field.side == "state" else None

@@ -1,4 +1,4 @@
-"""OmniGraph's port types: their names, one Python representation each, and what may be wired to what.
+"""OmniGraph's port types: their names, the Python representation of each, and the legal wires between them.
 
 | OmniGraph                            | Python                            |
 |--------------------------------------|-----------------------------------|
@@ -11,7 +11,7 @@
 | token[], string[]                    | tuple of str                      |
 | target                               | tuple of prim paths               |
 | uint64 of a pointer, such as dataPtr | the buffer itself; 0 for none     |
-| any, unions                          | what they are resolved to         |
+| any, unions                          | that of the resolved type         |
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class PortType:
     Attributes:
         base: scalar type, such as `double`.
         count: components of a tuple; 1 for a scalar. A `matrixd[4]` has 16.
-        array: whether it is an array of them.
+        array: whether it is an array of such scalars or tuples.
         role: `vector`, `quat`, …; storage and wiring do not depend on it. A `pointer` carries a Python buffer instead.
     """
 
@@ -85,7 +85,7 @@ class PortType:
 
     @property
     def zero(self) -> Any:
-        """OmniGraph's value of an attribute that was never set."""
+        """OmniGraph's initial value of an attribute of this type."""
         if self.array and self.is_number:
             return _frozen(np.zeros((0,) if self.count == 1 else (0, self.count), self.dtype))
         if self.array or self.base == "target":
@@ -103,7 +103,7 @@ _SCALAR_ZERO |= dict.fromkeys(_TEXTS, "") | {"bool": False, "any": None, "bundle
 
 @dataclass(frozen=True, slots=True)
 class UnionType:
-    """One of several types, settled by the wires or by an explicit type in the file."""
+    """A choice of several types, resolved by wires or by an explicit type in the file."""
 
     alternatives: tuple[PortType, ...]
 
@@ -112,7 +112,7 @@ class UnionType:
 
 
 def brief(port_type: PortType | UnionType) -> str:
-    """A type's name; of a long union the first few, and how many more there are."""
+    """The name of a type; for a long union the first few names and the number of others."""
     if isinstance(port_type, UnionType) and len(port_type.alternatives) > 24:
         first = port_type.alternatives[:8]
         return (
@@ -129,10 +129,10 @@ POINTER = PortType("uint64", role=_POINTER)
 
 @functools.cache
 def parse(name: str) -> PortType | UnionType:
-    """The type of a name as `.ogn` files write it: `double`, `vectord[3]`, `token[]`, `float[3][]`, `float|double`.
+    """The type with this name, as in `.ogn` files: `double`, `vectord[3]`, `token[]`, `float[3][]`, `float|double`.
 
     Raises:
-        ValueError: no such type.
+        ValueError: the name is not that of a port type.
     """
     if "|" in name:
         parts = [parse(part.strip()) for part in name.split("|")]
@@ -157,10 +157,10 @@ def parse(name: str) -> PortType | UnionType:
 
 
 def coerce(value: Any, port_type: PortType) -> Any:
-    """A literal in the one Python representation of a type.
+    """Convert a literal to the Python representation of a type.
 
     Raises:
-        TypeError: the value is of another kind; the message says what is legal.
+        TypeError: the value has another type; the message says what is legal.
         ValueError: an integer out of range, or a tuple of another length.
     """
     if port_type.base in ("any", "bundle"):
@@ -185,10 +185,10 @@ def coerce(value: Any, port_type: PortType) -> Any:
 
 
 def first_that_takes(value: Any, alternatives: Iterable[PortType]) -> tuple[PortType, Any]:
-    """The first of several types that takes a literal, and the literal in its representation.
+    """The first type that accepts a literal, and the literal in its representation.
 
     Raises:
-        TypeError: none does.
+        TypeError: no type accepts the literal.
     """
     for alternative in alternatives:
         try:
@@ -209,7 +209,7 @@ def _buffer(value: Any) -> Any:
 
 
 def _frozen(array: NDArray[Any]) -> NDArray[Any]:
-    """An array that wires and defaults can share."""
+    """The array, made read-only so that wires and defaults can share it."""
     array.setflags(write=False)
     return array
 
@@ -257,10 +257,10 @@ def _scalar(value: Any, base: str) -> Any:
 
 
 def conversion(source: PortType, target: PortType) -> str | None:
-    """How a wire carries a value: `""` as it is, the name of a function that converts, None when it may not.
+    """The conversion on a wire: `""` for none, the name of a function, or None if the wire is not allowed.
 
-    Roles do not matter. Booleans and integers widen to int64 and double, float to double; everything else takes a
-    converter node. An `any` takes everything.
+    Roles do not matter. Booleans and integers widen to int64 and double, float to double; other types need a converter
+    node. An `any` accepts every type.
     """
     if target.base == "any" and not target.array:
         return ""
@@ -298,13 +298,13 @@ CONVERTERS: dict[str, Any] = {
 
 
 def plain(element: Any) -> Any:
-    """One element of an array as a port of its own carries it: a scalar, or a tuple of scalars."""
+    """One element of an array in the form of a single port value: a scalar or a tuple of scalars."""
     value = element.tolist() if isinstance(element, np.generic | np.ndarray) else element
     return tuple(value) if isinstance(value, list) else value
 
 
 def equal(one: Any, other: Any) -> bool:
-    """Whether two port values are the same, arrays included; what is no number is the same as itself."""
+    """Whether two port values, which may be arrays, are equal; NaN equals NaN."""
     if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
         both = isinstance(one, np.ndarray) and isinstance(other, np.ndarray)
         return both and np.array_equal(one, other, equal_nan=True)

@@ -1,4 +1,4 @@
-"""USD's names for the types of prims and of their attributes, and OmniGraph's for the latter."""
+"""USD type names of prims and attributes, and OmniGraph's types of the attributes."""
 
 from __future__ import annotations
 
@@ -45,10 +45,10 @@ for _motion in ("angular", "linear"):
 
 
 def type_of_attribute(name: str) -> PortType:
-    """OmniGraph's type of an attribute by its name, which is the same on every prim.
+    """OmniGraph's type of an attribute; an attribute name has the same type on every prim.
 
     Raises:
-        ContextError: no prim has one of that name.
+        ContextError: no prim has an attribute of this name.
     """
     if name not in _TYPES:
         near = did_you_mean(name, _TYPES) or listing(_TYPES, "attributes")
@@ -57,7 +57,7 @@ def type_of_attribute(name: str) -> PortType:
 
 
 def usd_type(prim: Prim) -> str:
-    """The name of a prim's type."""
+    """The USD type name of a prim."""
     if is_physics_scene(prim):
         return "PhysicsScene"
     if prim.kind == "light":
@@ -68,5 +68,5 @@ def usd_type(prim: Prim) -> str:
 
 
 def is_physics_scene(prim: Prim) -> bool:
-    """Whether it stands for the physics of the whole scene."""
+    """Whether the prim is the physics scene."""
     return prim.path == PHYSICS_SCENE and prim.kind == "scope"

@@ -17,7 +17,7 @@ class Variable(Stateful):
     """A graph's variable.
 
     Attributes:
-        value: what was last written, or the default.
+        value: the last written value, or the default.
         default: the value before the first tick and after a stop.
     """
 
@@ -43,10 +43,10 @@ class Variable(Stateful):
 
 
 def find_variable(variables: Mapping[str, T], name: str) -> T:
-    """What is known of a graph's variable, by its name.
+    """Look up a variable of a graph by its name.
 
     Raises:
-        ContextError: the graph has none of that name.
+        ContextError: the graph has no variable of this name.
     """
     if name not in variables:
         near = did_you_mean(name, variables) or listing(variables, "variables")

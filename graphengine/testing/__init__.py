@@ -1,4 +1,4 @@
-"""For tests of nodes: a Context over a world and topics that tests write and read; and a check of node classes.
+"""Support for tests of nodes: a Context over a test's own world and topics, and a check of node classes.
 
     context = RecordingContext()
     robot = context.world.add_robot("/dd100", ["left", "right"])
@@ -9,7 +9,7 @@
 
 `context.transport.messages("/odom")` reads a topic back, `context.transport.inject("/cmd_vel", twist)` feeds one.
 
-For tests of graphs: `session` starts a session of a scene, `session_fixture` makes a pytest fixture of one.
+Support for tests of graphs: `session` starts a session of a scene, `session_fixture` makes a pytest fixture of it.
 """
 
 from __future__ import annotations

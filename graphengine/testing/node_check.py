@@ -1,4 +1,4 @@
-"""What users and the engine expect of a node class, looked for in one."""
+"""A check of a node class against everything that users and the engine expect of it."""
 
 from __future__ import annotations
 
@@ -22,11 +22,12 @@ from graphengine.testing.recording_context import RecordingContext
 
 
 def check_node(cls: type[Node], make: Callable[[], RecordingContext] = RecordingContext, /, **inputs: Any) -> None:
-    """Raise NodeClassError with all that users and the engine expect of a node class and do not find.
+    """Check a node class; raise NodeClassError with a list of everything that is missing or wrong.
 
-    A docstring whose first line is a fact; ports that say what they are; units on physical numbers. A name that nobody else has;
-    legal defaults; a JSON Schema. Ticks that touch nothing undeclared, and that are the same in every instance and every play; a
-    node may refuse its inputs. `make` gives its surroundings, `inputs` values by field of what it cannot do without.
+    Checked are: a docstring with a first line, documented ports, units of physical quantities, a unique name, legal defaults
+    and a JSON Schema. In ticks, the node may touch only resources that it declares, and must compute the same in every
+    instance and every play; it may reject its inputs. `make` returns the context, `inputs` are values of the inputs that it
+    needs, by field.
     """
     problems = [*_words(cls), *_shape(cls), *_behaviour(cls, make, inputs)]
     if problems:
@@ -95,7 +96,7 @@ def _has_no_type_yet(port: Port) -> bool:
 
 
 def _two_plays(node: Any, context: RecordingContext) -> list[list[object]]:
-    """Everything a node shows in three ticks, and again after a stop, in a form that compares."""
+    """Outputs and messages of a node in three ticks, and in three more after a stop, in a comparable form."""
     if hasattr(node, "__dict__"):
         raise TypeError("instances have a __dict__, where misspelt attributes hide; a base class lacks __slots__")
     record, again = plays = [list[object](), list[object]()]

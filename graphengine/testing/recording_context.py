@@ -1,4 +1,4 @@
-"""One node's door to the world and the network of a test."""
+"""The context of one node in a test."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from graphengine.testing.recording_world import RecordingWorld
 
 
 class RecordingContext(Context):
-    """One node's door to a world and a network of a test; `wanted` says whether somebody listens to all topics."""
+    """The context of one node over a test's world and network; `wanted` sets whether all topics have a subscriber."""
 
     def __init__(
         self, prim_path: str = "/World/graph/node", *, wanted: bool = True, ros_domain_id: int | None = None
@@ -31,12 +31,12 @@ class RecordingContext(Context):
 
     @property
     def transport(self) -> MemoryTransport:
-        """The topics, with everything that was published until now."""
+        """The test's topics, with all messages published so far."""
         self.services.network.flush()
         return self._memory
 
     def tick(self, ticks: int = 1) -> None:
-        """Begin the next tick: time goes on, what arrived becomes visible."""
+        """Begin the next tick: advance time and deliver the messages that arrived."""
         for _ in range(ticks):
             shared = self.services
             frozen: list[Any] = [shared.network, shared.keys, *shared.queues.values(), *self.variables.values()]
@@ -45,7 +45,7 @@ class RecordingContext(Context):
             self.clock.set_frame(self.clock.frame + 1)
 
     def stop(self, *nodes: Node) -> None:
-        """Stop as a session does: time is 0, nodes' outputs and state are at their defaults."""
+        """Stop as a session does: reset time to 0, and the node's outputs and state to their defaults."""
         self.services.network.forget_calls()
         for node in nodes:
             node.reset()

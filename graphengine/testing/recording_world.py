@@ -22,7 +22,7 @@ class RecordingEntities(DryEntities):
         self._world = world
 
     def place(self, name: str, move: Move) -> None:
-        """Put one somewhere else."""
+        """Move a robot or body."""
         body = self._world.body(self._world.stage.find(name))
         present = body.pose()
         body.place(move.position or present[0], move.orientation or present[1])
@@ -30,7 +30,7 @@ class RecordingEntities(DryEntities):
 
 
 class RecordingWorld(DryWorld):
-    """Bodies, robots and devices that tests define and move; other prims are defined on `stage`. It serves sessions too."""
+    """A world whose bodies, robots and devices tests define and move; define other prims on `stage`. Sessions can use it too."""
 
     def __init__(self, tick_period: tuple[int, int] = (1, 60), substeps: int = 1) -> None:
         super().__init__(Stage(), tick_period, substeps)
@@ -41,7 +41,7 @@ class RecordingWorld(DryWorld):
         return self._bodies.setdefault(prim, BodyStub(position, orientation))
 
     def add_robot(self, path: str, joints: Sequence[str] = (), **facts: Any) -> ArticulationStub:
-        """Define a robot with a `base_link` below Geometry, fixed to the robot's own prim, which is a body."""
+        """Define a robot with a `base_link` below Geometry; its root prim is a body that carries the link."""
         base = f"{path}/Geometry/base_link"
         robot = self.stage.add(path, "robot", body=base, facts={"base_link": base, "joints": tuple(joints), **facts})
         self.stage.add(base, "link", body=base)
@@ -49,16 +49,16 @@ class RecordingWorld(DryWorld):
         return self.articulation(robot)
 
     def add_device(self, stub: Callable[..., D], path: str, **facts: Any) -> D:
-        """Define the prim of a device by the facts of its profile, such as its `rate` (Hz).
+        """Define the prim of a device, with values of its profile such as `rate` (Hz).
 
         Args:
-            stub: its class, such as `LidarStub`.
-            path: of the prim.
-            facts: those that the stub reads.
+            stub: class of the stub, such as `LidarStub`.
+            path: path of the prim.
+            facts: values of the profile that the stub reads.
         """
         return self.device(stub, self.stage.add(path, device_of(stub).kind, facts=facts))
 
     @property
     def entities(self) -> RecordingEntities:
-        """Robots and bodies as wholes."""
+        """Robots and bodies, each as one entity."""
         return RecordingEntities(self)

@@ -16,14 +16,14 @@ FixtureScope = Literal["function", "class", "module", "package", "session"]
 
 
 def session(source: str | PathLike[str], **arguments: Any) -> Session:
-    """A session of a scene or graph, to be used in a `with` statement.
+    """Start a session of a scene or graph, for a `with` statement.
 
         with session("dd100_flat", set={"DiffController.maxLinearSpeed": 0.5}, seed=1) as sim:
             sim.step()
 
     Args:
-        source: path of a file, or the name of a scene or graph that ships.
-        arguments: of `graphengine.load` and of `Scene.session`, by name.
+        source: path of a file, or name of an included scene or graph.
+        arguments: keyword arguments of `graphengine.load` and `Scene.session`.
 
     Raises:
         CheckError: the files have errors.
@@ -46,9 +46,9 @@ def session_fixture(
             assert sim.run(1.0) and sim.robots["dd100"].velocity.linear[0] < 1e-3
 
     Args:
-        source: path of a file, or the name of a scene or graph that ships.
-        scope: of the fixture.
-        arguments: of `graphengine.load` and of `Scene.session`, by name.
+        source: path of a file, or name of an included scene or graph.
+        scope: pytest scope of the fixture.
+        arguments: keyword arguments of `graphengine.load` and `Scene.session`.
     """
     import pytest
 
@@ -64,7 +64,7 @@ def session_fixture(
 
 
 def _divided(arguments: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Arguments of `load`, and the others."""
+    """Split keyword arguments into those of `load` and those of `Scene.session`."""
     from graphengine.api.scene import load
 
     names = inspect.signature(load).parameters

@@ -1,4 +1,4 @@
-"""The Context that nodes get: names and checks from the stage, handles from a world and a network.
+"""The Context of nodes: handles to the world and endpoints of the network, with names checked against the stage.
 
-The same classes serve `check`, over stand-ins of world and network, and a running session.
+`check` and running sessions use the same classes; `check` has stubs of the world and the network.
 """

@@ -1,4 +1,4 @@
-"""The context of one node: the only door between the node library and the world outside it."""
+"""The context of one node, its only access to the world, the network and the session."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from graphengine.node.variable import Variable, find_variable
 
 
 class Context(WorldHandles, OwnedEndpoints, Shared):
-    """What a node can ask for in `setup`. Everything handed out is owned, and closed, by the context.
+    """Everything a node can ask for in `setup`. The context owns and closes all that it returns.
 
-    Handles stay valid for the life of the session: after a robot is added or removed the engine rebinds them in place. Units
-    are SI; quaternions are (x, y, z, w); frames are named where a value is returned.
+    Handles stay valid for the life of the session; the engine rebinds them when a robot is added or removed. Units are SI;
+    quaternions are (x, y, z, w); each method names the frame of what it returns.
 
     Attributes:
         prim_path: the node's own prim: its graph's prim, then its name.
-        graph_path: the prim that the node's graph is put at.
+        graph_path: the prim of the node's graph.
         clock: simulation time.
         runs: how often the node's graph runs: once a `tick` or once a `physics_step`.
     """
@@ -55,14 +55,14 @@ class Context(WorldHandles, OwnedEndpoints, Shared):
         """Those that were handed out."""
 
     def wired(self, output: str) -> bool:
-        """Whether a wire reads an output of the node, given by its field; always true where there is no graph.
+        """Whether an output of the node, given by its field, has a wire; always true for a node without a graph.
 
-        A node need not compute what no wire reads.
+        A node may skip computing an unwired output.
         """
         return self._wired is None or output in self._wired
 
     def wires_into(self, pin: str) -> int:
-        """Number of wires that end at an execution input of the node, given by its field; 1 where there is no graph."""
+        """Number of wires to an execution input of the node, given by its field; 1 for a node without a graph."""
         return 1 if self._wired is None else self._wired.get(pin, 0)
 
     def variable(self, name: str) -> Variable:
@@ -79,7 +79,7 @@ class Context(WorldHandles, OwnedEndpoints, Shared):
         return self.mailboxes[-1]
 
     def environment(self, name: str) -> str:
-        """Value of an environment variable; empty where the user lets graphs read it and it is not set.
+        """Value of an environment variable that the user lets graphs read; empty if it is not set.
 
         Raises:
             ContextError: the user does not let graphs read it.

@@ -1,4 +1,4 @@
-"""The part of a context that opens topics and services, under their full names, and closes them with the node."""
+"""The part of a context that opens topics and services under their full names, and closes them with the node."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class ServiceOptions(EndpointOptions, total=False):
 
 
 class OwnedEndpoints:
-    """Topics and services of a node. Its claims are what `check` and `graphrun topics` know of them."""
+    """Topics and services of a node. `check` and `graphrun topics` read their claims."""
 
     def __init__(self, services: Services, graph: str, prim_path: str, rate: float | None) -> None:
         self._services = services
@@ -130,9 +130,9 @@ class OwnedEndpoints:
             message_type: ROS 2 name, as in `nav_msgs/msg/Odometry`.
             topic: name below the namespace; leading and trailing non-alphanumerics are dropped.
             namespace_from: prim where collection of the namespace starts; the node's own prim when empty.
-            latched: transient local with depth 1, whatever the profile says.
-            rate: messages a second where the node knows better than its place in the graph.
-            frame_id: what goes into the header, for the table of topics.
+            latched: transient local with depth 1, overriding the profile.
+            rate: messages per second, if it differs from the rate at which the node is executed.
+            frame_id: frame in the header, for `graphrun topics`.
             transforms: (parent, child) pairs that will be published, for the checks of the TF tree.
             options: as `TopicOptions` lists them.
 

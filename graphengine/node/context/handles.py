@@ -1,4 +1,4 @@
-"""The part of a context that hands out bodies, robots and sensors of the world, by the paths of prims."""
+"""The part of a context that returns handles to bodies, robots and sensors, by prim path."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ D = TypeVar("D")
 
 @dataclass(frozen=True, slots=True)
 class RobotDescription:
-    """A robot as robot_state_publisher describes it."""
+    """The description of a robot that robot_state_publisher publishes."""
 
     urdf: str
     fixed: tuple[tuple[str, str, Vector3, Quaternion], ...]
@@ -51,9 +51,9 @@ _VIEWPORTS = "/Render/viewports/"
 
 
 class WorldHandles:
-    """Handles of the world's bodies, robots and sensors. They need no closing: they live as long as the world.
+    """Handles to the world's bodies, robots and sensors. They live as long as the world and are not closed.
 
-    A path that no prim has is a PrimError in every method; so is a prim of the wrong kind.
+    Every method raises PrimError if no prim has the path or the prim is of the wrong kind.
     """
 
     def __init__(self, services: Services, runs: Literal["tick", "physics_step"]) -> None:
@@ -74,7 +74,7 @@ class WorldHandles:
         return prim
 
     def body(self, prim: str) -> Body:
-        """The rigid body at, or carrying, a prim."""
+        """The rigid body of a prim, or the one that carries it."""
         found = self._find(prim)
         if not any(ancestor.body is not None for ancestor in found.ancestors()):
             bodies = [p.path for p in found.descendants() if p.body is not None]
@@ -90,16 +90,16 @@ class WorldHandles:
         return self._services.world.frame(self._find(prim))
 
     def placement(self, prim: str) -> Placement | None:
-        """A handle that places a prim and holds it; None for a prim that neither moves by itself nor stands for such a robot."""
+        """A handle that places a prim and holds it there; None if no free body or movable robot belongs to the prim."""
         return self._services.world.placement(self._find(prim))
 
     def transform_tree(self, targets: Sequence[str], parent: str = "", *, loops: bool = True) -> Sequence[FrameLink]:
-        """The edges that OmniGraph expands target prims to: a robot to its links, any other prim to one edge.
+        """The TF edges of target prims: for a robot one per link, for any other prim one.
 
         Args:
             targets: paths of prims.
             parent: path of the parent frame's prim; empty for the world.
-            loops: whether a link or body that is the parent and a target has an edge from itself to itself.
+            loops: whether a link or body that is both parent and target has an edge from itself to itself.
         """
         stage = self._services.stage
         return expand(
@@ -129,7 +129,7 @@ class WorldHandles:
         return self._services.world.articulation(self._robot(prim))
 
     def joint_names(self, prim: str) -> Sequence[str]:
-        """Names under which a robot's joints are published: `isaac:nameOverride`, else the joint's own."""
+        """Published names of a robot's joints: `isaac:nameOverride`, or the joint's own name."""
         robot = self._robot(prim)
         overrides = {p.facts.get("joint", p.name): p.name_override for p in robot.descendants() if p.kind == "joint"}
         return tuple(overrides.get(name) or name for name in robot.facts.get("joints", ()))
@@ -148,7 +148,7 @@ class WorldHandles:
         return RobotDescription(robot.facts.get("urdf", ""), tuple(robot.facts.get("fixed_transforms", ())), carried)
 
     def render_product(self, prim: str, width: int, height: int) -> str:
-        """Path of the render product of a lidar or camera prim; the same for the same arguments.
+        """Path of the render product of a lidar or camera prim; equal arguments give the same path.
 
         Args:
             prim: path of the prim.
@@ -167,15 +167,15 @@ class WorldHandles:
         return path
 
     def viewport(self, name: str, size: tuple[int, int] | None = None, *, make: bool = False) -> str:
-        """Path of the render product of a viewport, which shows the first camera that `exchange_camera` is asked for.
+        """Path of the render product of a viewport. It shows no camera before the first `exchange_camera`.
 
         Args:
-            name: of the viewport; "Viewport" is always there.
-            size: width and height of its pictures from now on, pixels; None keeps them, at first 1280 x 720.
+            name: name of the viewport; "Viewport" always exists.
+            size: new width and height of its pictures, pixels; None keeps the size, at first 1280 x 720.
             make: create the viewport if it does not exist.
 
         Raises:
-            ContextError: there is no such viewport, or it cannot have that size.
+            ContextError: the viewport does not exist, or the size is not allowed.
         """
         path, products = f"{_VIEWPORTS}{name}", self._services.render_products
         if make or name == "Viewport":
@@ -202,7 +202,7 @@ class WorldHandles:
             )
 
     def device(self, interface: Callable[..., D], prim: str, **options: Any) -> D:
-        """The device at a prim, or the lidar or camera behind a render product; such a camera has the product's size.
+        """The device at a prim, or the lidar or camera of a render product; such a camera has the product's size.
 
         Args:
             interface: Protocol of the device, such as `Lidar` of `graphengine.devices.lidar`.
@@ -210,8 +210,8 @@ class WorldHandles:
             options: of the device: `size` of a camera's pictures, width and height in pixels.
 
         Raises:
-            ContextError: the device has one sample a tick and the node's graph runs at every physics step, or the render product
-                is that of a viewport that shows no camera yet.
+            ContextError: the device has one sample a tick and the node's graph runs at every physics step, or the viewport of
+                the render product shows no camera yet.
         """
         found = device_of(interface)
         if found.ticks_only:
@@ -223,10 +223,10 @@ class WorldHandles:
         return self._services.world.device(interface, self._find(path, found.kind), **options)
 
     def exchange_camera(self, render_product: str, prim: str) -> Callable[[], None]:
-        """A function that makes a render product show another camera, for all nodes that hold its camera.
+        """A function that switches a render product to this camera, for all nodes that use the product.
 
         Raises:
-            ContextError: there is no such render product, or the node's graph runs at every physics step.
+            ContextError: the render product does not exist, or the node's graph runs at every physics step.
         """
         product = self._services.render_products.get(render_product)
         if product is None:
@@ -260,14 +260,14 @@ class WorldHandles:
         return Prims(self._services.world)
 
     def attribute(self, prim: str, name: str, *, writable: bool = False) -> PrimAttribute:
-        """An attribute of a prim.
+        """A handle to an attribute of a prim.
 
         Args:
             prim: path of the prim.
-            name: of the attribute, as USD spells it.
-            writable: the node writes it.
+            name: USD name of the attribute.
+            writable: whether the node writes the attribute.
 
         Raises:
-            ContextError: there is no such attribute, or it is to be writable and cannot be changed while the simulation runs.
+            ContextError: the prim has no such attribute, or `writable` is set and it cannot change during a simulation.
         """
         return self.stage().attribute(self._find(prim).path, name, writable=writable)

@@ -1,4 +1,4 @@
-"""Render products: the paths by which helpers find a camera or lidar, and the camera behind one, which may be exchanged."""
+"""Render products: paths by which helper nodes find a camera or lidar; the camera can be exchanged."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from graphengine.format.stateful import Shared, Stateful
 
 @dataclass(slots=True)
 class RenderProduct(Stateful):
-    """What a sensor's pictures are taken for."""
+    """A render product of a lidar, a camera or a viewport."""
 
     prim: str
     """Path of the camera or lidar; empty for a viewport that shows no camera yet."""
@@ -21,23 +21,23 @@ class RenderProduct(Stateful):
     """The camera that was handed out."""
 
     def save(self) -> tuple[str, ProductCamera | None, Camera | None]:
-        """What it is made for, and the camera that it shows."""
+        """The prim, the camera and the camera's present source."""
         return self.prim, self.camera, self.camera.source if self.camera is not None else None
 
     def restore(self, saved: tuple[str, ProductCamera | None, Camera | None]) -> None:
-        """Show that camera again."""
+        """Return to a saved state."""
         self.prim, self.camera, source = saved
         if self.camera is not None and source is not None:
             self.camera.show(source)
 
     def reset(self) -> None:
-        """Show what it was made for."""
+        """Show the original camera."""
         if self.camera is not None:
             self.camera.show(self.camera.own)
 
 
 class ProductCamera(Shared):
-    """The camera that a render product shows at the moment, which may change while others hold this; it has what that has."""
+    """A camera that forwards to the present camera of a render product, which may be exchanged while nodes hold this one."""
 
     __slots__ = ("own", "source")
 
@@ -48,5 +48,5 @@ class ProductCamera(Shared):
         return getattr(self.source, name)
 
     def show(self, source: Camera) -> None:
-        """Be that camera from here on."""
+        """Forward to another camera."""
         self.source = source

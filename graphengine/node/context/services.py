@@ -1,4 +1,4 @@
-"""What the nodes of a session share behind their contexts."""
+"""State that the contexts of a session's nodes share."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from graphengine.node.mailbox import EventQueue
 
 @dataclass(slots=True)
 class Services:
-    """What all contexts of a session share."""
+    """State shared by all contexts of a session."""
 
     world: World
     network: Network
@@ -51,7 +51,7 @@ class Services:
         return self.world.stage
 
     def save(self) -> Any:
-        """A copy of what all nodes share, but for the world and the network."""
+        """A copy of the shared state, without the world and the network."""
         return (
             self.keys.save(),
             self.dropped.save() if self.dropped is not None else None,
@@ -62,7 +62,7 @@ class Services:
         )
 
     def restore(self, saved: Any) -> None:
-        """Go back to what `save` returned; queues, generators and render products that came since are forgotten."""
+        """Return to a saved state; queues, generators and render products created since are discarded."""
         keys, dropped, queues, generators, products, handles = saved
         self.keys.restore(keys)
         if self.dropped is not None:
@@ -82,16 +82,16 @@ class Services:
         self.handles = dict(handles)
 
     def warn(self, node: str, text: str) -> None:
-        """Warn on the terminal and on /rosout."""
+        """Log a warning to the terminal and to /rosout."""
         self.log("warning", node, text)
         self.network.log("warning", f"{node}: {text}" if node else text)
 
     def reseed(self, path: str) -> None:
-        """Begin a node's random numbers at their beginning."""
+        """Restart the random numbers of a node."""
         generator = self.generators.setdefault(path, np.random.Generator(np.random.Philox()))
         generator.bit_generator.state = np.random.Philox(key=key_of(self.seed, path)).state
 
     def forget(self, prim: str) -> None:
-        """Let go of the render products of sensors at and below a prim."""
+        """Discard the render products of sensors at and below a prim."""
         for path in [path for path, product in self.render_products.items() if at_or_below(product.prim, prim)]:
             del self.render_products[path]

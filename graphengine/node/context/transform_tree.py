@@ -1,9 +1,9 @@
-"""How target prims become edges of a TF tree, and what the frames are called.
+"""Edges and frame names of a TF tree, from target prims.
 
-Rules of IsaacComputeTransformTree: a prim that stands for a robot gives every link, parents by kinematics; any other prim gives
-one edge. A parent that is among the targets gives an edge from itself to itself, unless the robot as a whole is the target.
-ROS2PublishTransformTree has no such edge for links and bodies. A frame is called by `isaac:nameOverride`, else by the last
-element of its path; of prims that want one name the one with the longest path keeps it.
+Rules of IsaacComputeTransformTree: a prim that stands for a robot gives an edge for every link, parents by kinematics; any
+other prim gives one edge. A parent that is also a target gives an edge from itself to itself, unless the target is the whole
+robot. ROS2PublishTransformTree has no such edge for links and bodies. A frame's name is `isaac:nameOverride`, or else the last
+element of the prim's path; if several prims have the same name, the one with the longest path keeps it.
 """
 
 from __future__ import annotations
@@ -56,14 +56,14 @@ def expand(
 
 
 def _fixed(stage: Stage, parent: Prim | None, child: Prim) -> Pose | None:
-    """Pose of a child in its parent's frame, when no joint lies between the two and it never changes."""
+    """Constant pose of a child in its parent's frame; None if a joint lies between them."""
     anchor, pose = _anchor(stage, child)
     other, parent_pose = _anchor(stage, parent) if parent is not None else (None, (ORIGIN, IDENTITY))
     return relative(parent_pose, pose) if anchor is other else None
 
 
 def _anchor(stage: Stage, prim: Prim) -> tuple[Prim | None, Pose]:
-    """The prim that a joint or free motion moves and that carries a prim, None for the world; the prim's pose in its frame."""
+    """The nearest carrier of a prim that a joint or free motion moves (None: the world), and the prim's pose in it."""
     robot = stage.robot_of(prim)
     moved = {robot.facts.get("base_link"), *robot.facts.get("moving_links", ())} if robot is not None else set[str]()
     pose: Pose = (ORIGIN, IDENTITY)
@@ -75,7 +75,7 @@ def _anchor(stage: Stage, prim: Prim) -> tuple[Prim | None, Pose]:
 
 
 def frame_names(prims: Sequence[Prim]) -> dict[Prim, str]:
-    """A name for each prim, no two alike."""
+    """A unique name for each prim."""
     unique = list(dict.fromkeys(prims))
     names: dict[Prim, str] = {}
     taken: set[str] = set()

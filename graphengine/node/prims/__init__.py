@@ -1,1 +1,1 @@
-"""Prims as USD shows them: their types, and attributes with their values."""
+"""Prims in USD's terms: types, attributes and attribute values."""

@@ -1,4 +1,4 @@
-"""Attributes of prims by what stands behind them: poses, joints and their drives, gravity, friction and lights."""
+"""Prim attributes backed by the simulation: poses, joints and drives, gravity, friction and lights."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ class Attribute:
     """One attribute of a prim.
 
     Attributes:
-        type: as USD calls it.
-        read: its value, as JSON has it.
-        write: changes it; None where it cannot be changed while the simulation runs.
+        type: USD name of its type.
+        read: returns its value as JSON types.
+        write: sets its value; None if it cannot change during a simulation.
     """
 
     type: str
@@ -38,10 +38,10 @@ class Attribute:
 
 
 def numbers(value: Any, count: int) -> list[float]:
-    """Finite numbers of a JSON array.
+    """The finite numbers of a JSON array.
 
     Raises:
-        ContextError: it holds anything else.
+        ContextError: the value is not an array of that many finite numbers.
     """
     if isinstance(value, list) and len(value) == count and all(type(number) in (int, float) for number in value):
         with contextlib.suppress(OverflowError):
@@ -55,7 +55,7 @@ def numbers(value: Any, count: int) -> list[float]:
 
 
 class _Pose:
-    """Where a prim is, relative to its parent."""
+    """Pose attributes of a prim, relative to its parent."""
 
     def __init__(self, world: World, prim: Prim) -> None:
         self.movable = any(entity.prim_path == prim.path for entity in world.entities.all())
@@ -67,17 +67,17 @@ class _Pose:
         return list(self._read()[0])
 
     def orient(self) -> list[float]:
-        """Orientation, the real part first."""
+        """Orientation as a quaternion (w, x, y, z)."""
         x, y, z, w = self._read()[1]
         return [w, x, y, z]
 
     def set_translate(self, value: Any) -> None:
-        """Move it, and leave its orientation."""
+        """Set the position and keep the orientation."""
         x, y, z = numbers(value, 3)
         self._put(((x, y, z), self._read()[1]))
 
     def set_orient(self, value: Any) -> None:
-        """Turn it, and leave its position."""
+        """Set the orientation and keep the position."""
         w, x, y, z = numbers(value, 4)
         self._put((self._read()[0], (x, y, z, w)))
 
@@ -89,13 +89,13 @@ class _Pose:
         return relative(self._parent(), self._world.frame(self._prim).pose())
 
     def _put(self, pose: Pose) -> None:
-        """Let it go on from there as fast as it was."""
+        """Set the pose and keep the velocity."""
         there = Move(*compose(self._parent(), pose), *self._world.body(self._prim).velocity())
         self._world.entities.place(self._prim.path, there)
 
 
 def of_pose(world: World, prim: Prim) -> dict[str, Attribute]:
-    """Position and orientation."""
+    """Attributes for position and orientation."""
     pose = _Pose(world, prim)
     return {
         "xformOp:translate": Attribute("double3", pose.translate, pose.set_translate if pose.movable else None),
@@ -104,7 +104,7 @@ def of_pose(world: World, prim: Prim) -> dict[str, Attribute]:
 
 
 class _Joint:
-    """A joint that moves, in degrees or metres."""
+    """Attributes of a movable joint, in degrees or metres."""
 
     def __init__(self, articulation: Articulation, name: str) -> None:
         self._articulation = articulation
@@ -114,19 +114,19 @@ class _Joint:
         self.kind, self.unit = ("linear", 1.0) if slides else ("angular", math.degrees(1.0))
 
     def position(self) -> float:
-        """Where it is."""
+        """Joint position, degrees or m."""
         return float(self._articulation.positions()[self._index]) * self.unit
 
     def velocity(self) -> float:
-        """How fast it moves, in units a second."""
+        """Joint velocity, degrees/s or m/s."""
         return float(self._articulation.velocities()[self._index]) * self.unit
 
     def target_position(self) -> float:
-        """Where its drive wants it; NaN without stiffness."""
+        """Target position of the drive, degrees or m; NaN without stiffness."""
         return float(self._articulation.set_points()[0][self._index]) * self.unit
 
     def target_velocity(self) -> float:
-        """How fast its drive wants it; NaN without damping."""
+        """Target velocity of the drive, degrees/s or m/s; NaN without damping."""
         return float(self._articulation.set_points()[1][self._index]) * self.unit
 
     def set_target_position(self, value: Any) -> None:
@@ -139,7 +139,7 @@ class _Joint:
 
 
 def of_joint(world: World, prim: Prim) -> dict[str, Attribute]:
-    """What a joint does, and what its drive is told."""
+    """Attributes for the state of a joint and the targets of its drive."""
     found = {"physics:jointEnabled": Attribute("bool", lambda: bool(prim.facts.get("enabled", True)))}
     robot, name = world.stage.robot_of(prim), prim.facts.get("joint", prim.name)
     if robot is None or name not in robot.facts.get("joints", ()):
@@ -156,7 +156,7 @@ def of_joint(world: World, prim: Prim) -> dict[str, Attribute]:
 
 
 def of_gravity(world: World) -> dict[str, Attribute]:
-    """How bodies fall: which way, as a vector of length 1, and how fast, m/s2."""
+    """Attributes of gravity: direction as a unit vector, and magnitude, m/s2."""
 
     def direction() -> list[float]:
         size = math.hypot(*world.gravity)
@@ -182,7 +182,7 @@ def of_gravity(world: World) -> dict[str, Attribute]:
 
 
 def of_friction(world: World, prim: Prim) -> dict[str, Attribute]:
-    """How a material slides; each of the two numbers is written alone, and neither where a collider is the world's."""
+    """Static and dynamic friction of a material; read-only if a collider of the world has the material."""
 
     def static(value: Any) -> None:
         world.set_friction(prim, (_not_negative(value), world.friction(prim)[1]))
@@ -198,7 +198,7 @@ def of_friction(world: World, prim: Prim) -> dict[str, Attribute]:
 
 
 def of_light(world: World, prim: Prim) -> dict[str, Attribute]:
-    """How bright a light is, in times of what it is at the start, and its colour."""
+    """Intensity of a light, relative to its initial intensity, and its colour."""
 
     def brighten(value: Any) -> None:
         world.set_light(prim, (_bright(numbers([value], 1))[0], world.light(prim)[1]))

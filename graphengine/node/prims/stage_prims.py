@@ -25,24 +25,24 @@ _WITHOUT_POSE = ("scope", "joint", "material", "graph")
 
 
 class Prims:
-    """The prims of the stage, with their types and attributes as USD has them; attributes are read and written as JSON."""
+    """The prims of the stage with their USD types and attributes; values are read and written as JSON types."""
 
     def __init__(self, world: World) -> None:
         self._world = world
 
     def below(self, path: str) -> Sequence[tuple[str, str]]:
-        """Paths and types of a prim and of all below it, depth first.
+        """Paths and types of a prim and all its descendants, depth first.
 
         Raises:
-            PrimError: there is no such prim.
+            PrimError: no prim has the path.
         """
         return [(prim.path, usd_type(prim)) for prim in self._world.stage.find(path).descendants()]
 
     def attributes(self, path: str) -> Mapping[str, str]:
-        """Types of a prim's attributes by their names.
+        """Types of a prim's attributes, by attribute name.
 
         Raises:
-            PrimError: there is no such prim.
+            PrimError: no prim has the path.
         """
         return {name: attribute.type for name, attribute in self._of(path).items()}
 
@@ -50,7 +50,7 @@ class Prims:
         """The type and the value of an attribute.
 
         Raises:
-            ContextError: there is no such prim or attribute.
+            ContextError: the prim or attribute does not exist.
         """
         found = self._find(path, attribute)
         return found.type, found.read()
@@ -59,7 +59,7 @@ class Prims:
         """Change an attribute.
 
         Raises:
-            GraphError: there is no such prim or attribute, it cannot be changed, or the value is not valid for it.
+            GraphError: the prim or attribute does not exist, is read-only, or does not take the value.
         """
         found = self._find(path, attribute)
         if found.write is None:
@@ -67,10 +67,10 @@ class Prims:
         found.write(value)
 
     def attribute(self, path: str, name: str, *, writable: bool) -> PrimAttribute:
-        """A handle of an attribute.
+        """A handle to an attribute.
 
         Raises:
-            ContextError: there is no such prim or attribute, or it is to be writable and cannot be changed.
+            ContextError: the prim or attribute does not exist, or `writable` is set and the attribute is read-only.
         """
         found = self._find(path, name)
         if writable and found.write is None:
@@ -114,7 +114,7 @@ class Prims:
 
 
 class PrimAttribute:
-    """One attribute of a prim, with its value as ports carry it: quaternions are (x, y, z, w)."""
+    """A handle to one attribute of a prim; values are in the form of ports, with quaternions (x, y, z, w)."""
 
     def __init__(self, place: str, attribute: Attribute) -> None:
         self._place = place
@@ -130,7 +130,7 @@ class PrimAttribute:
         return tuple(value) if isinstance(value, list) else value
 
     def write(self, value: Any) -> None:
-        """Set the value, in the simulation too.
+        """Set the value in the simulation.
 
         Raises:
             ContextError: the value is not valid for the attribute.
