@@ -24,11 +24,11 @@ from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transport import Transport, Writer
 from graphengine.ros.transports.select import AUTO, find_transport, open_transport
+from graphengine.runtime.command_queue import Desk
 from graphengine.runtime.commands import parse
-from graphengine.runtime.desk import Desk
-from graphengine.runtime.inbox import Inbox
+from graphengine.runtime.inbox import ExternalInputs
 from graphengine.runtime.pacer import SLOWEST
-from graphengine.runtime.session import Session
+from graphengine.runtime.session_core import SessionCore
 from graphengine.scene import build
 from graphengine.scene.loaded_scene import LoadedScene
 
@@ -199,7 +199,7 @@ class Runner:
                 recorder.__exit__(type(error) if error is not None else None, error, None)
             finally:
                 self.network.sinks.remove(recorder)
-                self.session.inbox = Inbox()
+                self.session.inbox = ExternalInputs()
 
     def _offer_simulation_interfaces(self) -> None:
         """Offer the services of simulation_interfaces until the network is closed."""
@@ -251,11 +251,11 @@ class Runner:
         self,
         seconds: float | None,
         rate: float | None,
-        on_tick: Callable[[Session], bool] | None = None,
+        on_tick: Callable[[SessionCore], bool] | None = None,
         *,
         paused: bool = False,
     ) -> bool:
-        """Play for a duration in simulation time, then pause; arguments as for `runtime.session.Session.run`.
+        """Play for a duration in simulation time, then pause; arguments as for `SessionCore.run`.
 
         Ctrl-C ends it between two ticks, unless the program has a SIGINT handler.
 
@@ -277,7 +277,7 @@ class Runner:
         ends = None if seconds is None or math.isinf(seconds) else seconds
         last = None if ends is None else self.session.ticks + round(ends / self.session.clock.delta)
 
-        def after_tick(session: Session) -> bool:
+        def after_tick(session: SessionCore) -> bool:
             self._after_tick()
             return on_tick is None or on_tick(session)
 

@@ -23,9 +23,9 @@ from graphengine.format.errors import UsageError
 from graphengine.format.wording import did_you_mean, listing
 
 if TYPE_CHECKING:
-    from graphengine.runtime.session import Checkpoint as InnerCheckpoint
-    from graphengine.runtime.session import Session as InnerSession
-    from graphengine.runtime.session import SessionState
+    from graphengine.runtime.session_core import SavedSession as InnerCheckpoint
+    from graphengine.runtime.session_core import SessionCore as InnerSession
+    from graphengine.runtime.session_core import SessionState
     from graphengine.runtime.ticker import ResetScope
 
 

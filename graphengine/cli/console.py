@@ -14,7 +14,7 @@ from graphengine.format.errors import NodeError
 
 if TYPE_CHECKING:
     from graphengine.ros.network import LiveNetwork
-    from graphengine.runtime.session import Session
+    from graphengine.runtime.session_core import SessionCore
 
 LATE_PICTURE = """a picture came too late and was dropped
   drawing does not keep up: make pictures smaller or fewer, or run slower, as with --rate 0.5"""
@@ -64,7 +64,7 @@ class Console:
         self.faults += 1
         self.say("error", "", explain(error))
 
-    def on_tick(self, session: Session) -> bool:
+    def on_tick(self, session: SessionCore) -> bool:
         """Called after each tick, and while the run is paused; the run goes on."""
         if session.state != "playing":
             self.network.look()
@@ -77,7 +77,7 @@ class Console:
             self.last_sent, self.last_ticks = self.network.sent, session.ticks
         return True
 
-    def _line(self, session: Session, elapsed: float) -> str:
+    def _line(self, session: SessionCore, elapsed: float) -> str:
         """Where the run is, and how fast it was in the seconds since the last line."""
         ticks = session.ticks - self.last_ticks
         if not ticks and session.state != "playing":
@@ -109,7 +109,7 @@ class Console:
         if self.terminal:
             self.tell("\r\x1b[K", end="")
 
-    def summarize(self, session: Session) -> None:
+    def summarize(self, session: SessionCore) -> None:
         """What was done, and how fast."""
         self._clear_line()
         wall = time.perf_counter() - self.start

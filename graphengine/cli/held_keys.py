@@ -14,7 +14,7 @@ from graphengine.node.keys import keys_of
 from graphengine.runtime.commands import Press, Release
 
 if TYPE_CHECKING:
-    from graphengine.runtime.session import Session
+    from graphengine.runtime.session_core import SessionCore
 
 RELEASE_AFTER = 0.6
 """Seconds of wall time; a common wait before the first repetition is 0.5 s (X11 0.66 s, Linux console 0.25 s)."""
@@ -31,7 +31,7 @@ class HeldTerminalKeys(TerminalKeyboard):
         super().__init__(signals=True)
         self._last: dict[tuple[str, ...], float] = {}
 
-    def on_tick(self, session: Session) -> None:
+    def on_tick(self, session: SessionCore) -> None:
         """Press what was pressed, and let go of what is no longer repeated."""
         now = monotonic()
         for character in self.pressed(0.0):

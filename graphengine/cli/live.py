@@ -19,11 +19,11 @@ from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.names import check_topic
 from graphengine.ros.domain import Domain
-from graphengine.ros.graph import Graph, discover
+from graphengine.ros.network_graph import NetworkGraph, discover
 
 if TYPE_CHECKING:
     from graphengine.messages.definitions import Definitions
-    from graphengine.ros.listening import Clock, Inbox
+    from graphengine.ros.cli_subscription import Clock, MessageQueue
     from graphengine.ros.transport import Transport
 
 POLL = 0.05
@@ -106,16 +106,18 @@ class Live:
         self.transport.close()
         return kind is KeyboardInterrupt
 
-    def graph(self, enough: Callable[[Graph], object] = lambda graph: False, *, names: bool = False) -> Graph:
+    def graph(
+        self, enough: Callable[[NetworkGraph], object] = lambda graph: False, *, names: bool = False
+    ) -> NetworkGraph:
         """Who else is there, after the time for peers to turn up, or when it is enough; with the `names` of their nodes."""
         found = discover(self.transport, self._spin_time, lambda graph: enough(graph.without(self._node)), names=names)
         return found.without(self._node)
 
-    def graph_now(self) -> Graph:
+    def graph_now(self) -> NetworkGraph:
         """Who else is known by now."""
         return self.transport.graph().without(self._node)
 
-    def graph_with(self, topic: str) -> Graph:
+    def graph_with(self, topic: str) -> NetworkGraph:
         """Who else is there, once somebody writes or reads a topic; waiting is told, and goes on until Ctrl-C."""
         graph = self.graph(lambda graph: topic in graph.types())
         if topic not in graph.types():
@@ -126,7 +128,7 @@ class Live:
             graph = self.graph_now()
         return graph
 
-    def type_of(self, topic: str, graph: Graph) -> str:
+    def type_of(self, topic: str, graph: NetworkGraph) -> str:
         """The type that a topic has.
 
         Raises:
@@ -139,23 +141,25 @@ class Live:
             raise TransportError(f"{topic} has more than one type: {', '.join(types)}")
         return types[0]
 
-    def unknown(self, topic: str, graph: Graph) -> TransportError:
+    def unknown(self, topic: str, graph: NetworkGraph) -> TransportError:
         """The error that nobody writes or reads a topic."""
         known = [name for name in graph.types() if not is_hidden(name)]
         hint = near_topic(topic, graph.types()) or listing(known, "topics")
         return TransportError(f"unknown topic {topic!r}\n{hint}\nseen over {self.transport.description}")
 
-    def listen(self, topic: str, message_type: str, qos: QoS, clock: Clock = time.time_ns, waiting: int = 100) -> Inbox:
+    def listen(
+        self, topic: str, message_type: str, qos: QoS, clock: Clock = time.time_ns, waiting: int = 100
+    ) -> MessageQueue:
         """The messages of a topic, of which so many wait to be looked at before the oldest are dropped."""
-        from graphengine.ros.listening import Inbox
+        from graphengine.ros.cli_subscription import MessageQueue
 
-        inbox = Inbox(waiting, clock)
+        inbox = MessageQueue(waiting, clock)
         self.transport.reader(topic, message_type, qos, inbox.deliver)
         return inbox
 
     def clock(self, arguments: argparse.Namespace) -> Clock:
         """The wall clock, or with `--use-sim-time` the time of the simulation."""
-        from graphengine.ros.listening import SimulationClock
+        from graphengine.ros.cli_subscription import SimulationClock
 
         if not arguments.use_sim_time:
             return time.time_ns

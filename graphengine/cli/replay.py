@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from graphengine.physics.sensors.rays import RaysChoice
     from graphengine.recording.reader import Recording
     from graphengine.recording.replay import Difference, Replay
-    from graphengine.runtime.session import Session
+    from graphengine.runtime.session_core import SessionCore
     from graphengine.scene.loaded_scene import Options
 
 LONGEST = 80
@@ -162,7 +162,7 @@ def _registry(recorded: Sequence[str], given: Sequence[str], recording: Path) ->
     return make_registry(given) if given else None
 
 
-def _verdict(found: Difference | None, run: Replay, session: Session, recording: Recording) -> str:
+def _verdict(found: Difference | None, run: Replay, session: SessionCore, recording: Recording) -> str:
     """What the comparison came to."""
     if found is None:
         return f"identical: {_counted(run)}, {recording.times.seconds(run.ticks):.3f} s"
@@ -180,7 +180,7 @@ def _counted(run: Replay) -> str:
     return f"{counted(run.messages, 'message')} in {counted(run.ticks, 'tick')}"
 
 
-def _published_by(node: str, session: Session) -> list[str]:
+def _published_by(node: str, session: SessionCore) -> list[str]:
     """The node: its type, where it stands in its file, and what stands on its ports in the replay."""
     for run in session.graphs:
         graph = run.executor.graph

@@ -17,8 +17,8 @@ from graphengine.cli.console import Console
 from graphengine.cli.quantities import duration, rate
 
 if TYPE_CHECKING:
-    from graphengine.runtime.desk import Desk
-    from graphengine.runtime.session import Session
+    from graphengine.runtime.command_queue import Desk
+    from graphengine.runtime.session_core import SessionCore
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -129,7 +129,7 @@ def _channel(arguments: argparse.Namespace, desk: Desk, console: Console) -> Abs
 
 
 @contextmanager
-def _keys(session: Session, console: Console) -> Iterator[Callable[[Session], bool]]:
+def _keys(session: SessionCore, console: Console) -> Iterator[Callable[[SessionCore], bool]]:
     """What is to be called after each tick: it reads the terminal's keys, where a graph asked for them."""
     terminal = sys.stdin is not None and sys.stdin.isatty()
     if not session.services.keys.asked or not terminal:
@@ -142,7 +142,7 @@ def _keys(session: Session, console: Console) -> Iterator[Callable[[Session], bo
 
     with HeldTerminalKeys() as keys:
 
-        def on_tick(session: Session) -> bool:
+        def on_tick(session: SessionCore) -> bool:
             keys.on_tick(session)
             return console.on_tick(session)
 
@@ -151,8 +151,8 @@ def _keys(session: Session, console: Console) -> Iterator[Callable[[Session], bo
 
 @contextmanager
 def _profiled(
-    arguments: argparse.Namespace, session: Session, on_tick: Callable[[Session], bool], console: Console
-) -> Iterator[Callable[[Session], bool]]:
+    arguments: argparse.Namespace, session: SessionCore, on_tick: Callable[[SessionCore], bool], console: Console
+) -> Iterator[Callable[[SessionCore], bool]]:
     """What is to be called after each tick; with `--profile`, nodes are measured, and what came of it is printed at the end."""
     if not arguments.profile:
         yield on_tick
@@ -162,7 +162,7 @@ def _profiled(
 
     profile = Profile()
 
-    def measured(session: Session) -> bool:
+    def measured(session: SessionCore) -> bool:
         profile.begin_tick(session.ticks, session.graphs)
         return on_tick(session)
 
@@ -185,7 +185,7 @@ class _Signals:
     A second one ends the process. What a run under `nohup` is to outlive it goes on outliving.
     """
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: SessionCore) -> None:
         self.session = session
         self.before: dict[int, Any] = {}
 

@@ -13,10 +13,10 @@ from graphengine.cli.terminal_keyboard import ENDS, TerminalKeyboard
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import listing
 from graphengine.messages.endpoints import QoS
-from graphengine.ros.graph import Endpoint, Graph
+from graphengine.ros.network_graph import Endpoint, NetworkGraph
 
 if TYPE_CHECKING:
-    from graphengine.ros.listening import Clock
+    from graphengine.ros.cli_subscription import Clock
     from graphengine.ros.transport import Writer
 
 TOPIC = "/cmd_vel"
@@ -69,7 +69,7 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def only_topic(graph: Graph) -> str:
+def only_topic(graph: NetworkGraph) -> str:
     """The only topic that a peer reads velocities from.
 
     Raises:
@@ -81,13 +81,13 @@ def only_topic(graph: Graph) -> str:
     return topics[0] if topics else TOPIC
 
 
-def type_of(topic: str, graph: Graph) -> str:
+def type_of(topic: str, graph: NetworkGraph) -> str:
     """The message type that peers read from a topic; Twist if none or both are read."""
     types = {end.message_type for end in _readers(graph) if end.topic == topic}
     return STAMPED if types == {STAMPED} else TWIST
 
 
-def _readers(graph: Graph) -> list[Endpoint]:
+def _readers(graph: NetworkGraph) -> list[Endpoint]:
     return [end for end in graph.endpoints if end.direction == "subscribe" and end.message_type in (TWIST, STAMPED)]
 
 

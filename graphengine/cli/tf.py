@@ -18,7 +18,7 @@ from graphengine.format.errors import TransportError, UsageError
 from graphengine.format.wording import listing
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.names import check_namespace, full_namespace
-from graphengine.ros.graph import Graph
+from graphengine.ros.network_graph import NetworkGraph
 from graphengine.ros.tf_tree import FrameTree, Row, broadcasters, frequency, seconds, to_dot
 
 LISTENING = 5.0
@@ -96,7 +96,7 @@ def _listen(live: Live, topics: list[str], tree: FrameTree) -> None:
     live.transport.reader(static, TYPE, QoS(depth=100, durability="transientLocal"), take(static, True))
 
 
-def _namespaces(graph: Graph) -> list[str]:
+def _namespaces(graph: NetworkGraph) -> list[str]:
     """Below which something is broadcast."""
     topics = {end.topic for end in graph.endpoints if (end.direction, end.message_type) == ("publish", TYPE)}
     return sorted({topic.rpartition("/")[0] for topic in topics if topic.endswith(("/tf", "/tf_static"))})
@@ -109,7 +109,7 @@ def _namespace(given: str) -> str:
     return namespace
 
 
-def _only_namespace(graph: Graph) -> str:
+def _only_namespace(graph: NetworkGraph) -> str:
     """The namespace that is meant where none is given; empty for none.
 
     Raises:
@@ -121,19 +121,19 @@ def _only_namespace(graph: Graph) -> str:
     raise TransportError(f"there are several trees\n{listing(there, 'choose with --namespace one of')}")
 
 
-def _elsewhere(graph: Graph) -> str:
+def _elsewhere(graph: NetworkGraph) -> str:
     """Where there are transforms."""
     return listing((namespace or "/" for namespace in _namespaces(graph)), "namespaces in which there are publishers")
 
 
-def _names(graph: Graph, topics: list[str]) -> dict[bytes, str]:
+def _names(graph: NetworkGraph, topics: list[str]) -> dict[bytes, str]:
     """Node of each GID; and of each topic, those that write it."""
     names = {end.gid: end.full_node or "unknown" for end in graph.endpoints}
     writers = {topic: sorted({names[end.gid] for end in graph.publishers(topic)}) for topic in topics}
     return names | {topic.encode(): " or ".join(nodes) or "unknown" for topic, nodes in writers.items()}
 
 
-def _volatile(graph: Graph, topic: str) -> list[str]:
+def _volatile(graph: NetworkGraph, topic: str) -> list[str]:
     """Who writes static transforms that those who come late do not get."""
     late = [end.full_node for end in graph.publishers(topic) if end.qos.durability == "volatile"]
     return [f"{node} writes {topic} with durability volatile: tf2 does not hear it" for node in late]

@@ -20,7 +20,7 @@ from typing import Any
 from graphengine.control import runs
 from graphengine.control.lines import MAX_REQUEST, BadLineError, Lines
 from graphengine.format.errors import ControlError, GraphError
-from graphengine.runtime.desk import Desk
+from graphengine.runtime.command_queue import Desk
 
 MAX_CLIENTS = 32
 ENDING = 1.0

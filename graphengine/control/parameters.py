@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.control.offers import Handle, Offers
+from graphengine.control.service_host import Handle, Offers
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.ros.transport import Transport
-from graphengine.runtime.desk import Desk
+from graphengine.runtime.command_queue import Desk
 from graphengine.runtime.pacer import SLOWEST
-from graphengine.runtime.session import Session
+from graphengine.runtime.session_core import SessionCore
 
 NAME = "real_time_factor"
 DESCRIPTION = "seconds of simulation in a second of wall time; 0 for as fast as possible"
@@ -90,7 +90,7 @@ def _list(request: Any, response: Any) -> None:
     response.result.names = [NAME] if not request.prefixes or NAME in request.prefixes else []
 
 
-def _get(session: Session, request: Any, response: Any) -> None:
+def _get(session: SessionCore, request: Any, response: Any) -> None:
     response.values = [_value(session.pace or 0.0 if name == NAME else None) for name in request.names]
 
 

@@ -6,7 +6,7 @@ from graphengine.format.errors import BadValueError, ContextError
 from graphengine.node import types
 from graphengine.node.clock import Clock
 from graphengine.node.context.context import Context
-from graphengine.node.context.handles import RobotDescription
+from graphengine.node.context.device_access import RobotDescription
 from graphengine.node.keys import Keyboard
 from graphengine.node.mailbox import Mailbox
 from graphengine.node.node_class import Fire, Node, Numbered, Pushes, node

@@ -19,18 +19,18 @@ from graphengine.format.wording import listing
 from graphengine.physics.dynamics.force_limits import ForceLimits
 from graphengine.physics.dynamics.forces import Forces
 from graphengine.physics.dynamics.handle_table import Handle, HandleTable
+from graphengine.physics.dynamics.held_bodies import PlacedBody
+from graphengine.physics.dynamics.model_overrides import Frictions, Lights
 from graphengine.physics.dynamics.mounts import Mounts
-from graphengine.physics.dynamics.placing import PlacedBody
 from graphengine.physics.dynamics.pushes import Pushes
 from graphengine.physics.dynamics.set_points import SetPoints
 from graphengine.physics.dynamics.settling import settle as settle_bodies
+from graphengine.physics.dynamics.solver_errors import diverged, gave_up, out_of_range
 from graphengine.physics.dynamics.transfer import Transfer
-from graphengine.physics.dynamics.trouble import diverged, gave_up, out_of_range
-from graphengine.physics.dynamics.written import Frictions, Lights
 from graphengine.physics.engine import data_at_start, mujoco, round_weights, sort_geoms, wake
 from graphengine.physics.model.drives import Drive
+from graphengine.physics.sensors.ray_caster_choice import select_rays
 from graphengine.physics.sensors.rays import Rays, RaysChoice
-from graphengine.physics.sensors.select import select_rays
 
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 """What it takes to go on bit by bit."""

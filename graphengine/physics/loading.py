@@ -16,9 +16,9 @@ from graphengine.format.spec_reader import Loaded
 from graphengine.physics.description.robot_file import read_robot
 from graphengine.physics.dynamics.force_limits import tell_limits
 from graphengine.physics.files.references import Library
-from graphengine.physics.model.fleet import Placement, placements
-from graphengine.physics.model.prims import add_robot
-from graphengine.physics.model.robot import Robot, load_robot
+from graphengine.physics.model.fleet_expansion import RobotPlacement, placements
+from graphengine.physics.model.robot import RobotInstance, load_robot
+from graphengine.physics.model.robot_prims import add_robot
 from graphengine.physics.model.scenery import Scenery, body_names
 from graphengine.physics.model.world_model import world_spec
 from graphengine.physics.model.world_prims import add_world
@@ -41,7 +41,7 @@ class LoadedWorld:
     """
 
     simulation: Simulation
-    robots: dict[str, Robot]
+    robots: dict[str, RobotInstance]
     scenery: Scenery
 
     @property
@@ -59,10 +59,10 @@ class LoadedWorld:
         return LoadedWorld(self.simulation.copy(seed), dict(self.robots), self.scenery.copy(files))
 
 
-def load_robot_file(path: Path, files: Files, findings: Findings) -> Robot | None:
+def load_robot_file(path: Path, files: Files, findings: Findings) -> RobotInstance | None:
     """A robot as a scene would have it that says nothing about it; errors are added to `findings`."""
     file = read_robot(path, files, findings)
-    placement = Placement(path.stem, f"/{path.stem}", path.stem, RobotUse(use=str(path)), NOWHERE, None)
+    placement = RobotPlacement(path.stem, f"/{path.stem}", path.stem, RobotUse(use=str(path)), NOWHERE, None)
     return load_robot(placement, file, files, findings) if file is not None else None
 
 
@@ -85,7 +85,7 @@ def load_world(
         return None
     library = Library(files, findings)
     scenery = Scenery(scene, *world_spec(scene, library, findings), library)
-    robots: dict[str, Robot] = {}
+    robots: dict[str, RobotInstance] = {}
     for placement in placements(scene, findings):
         robot = scenery.robot(placement, findings)
         if robot is not None:
@@ -127,7 +127,7 @@ def load_world(
 
 
 def _tell_touching(
-    simulation: Simulation, robots: dict[str, Robot], scene: Loaded[SceneSpec], findings: Findings
+    simulation: Simulation, robots: dict[str, RobotInstance], scene: Loaded[SceneSpec], findings: Findings
 ) -> None:
     """Warn of robots that touch something but what carries them; once for all robots of one entry of the scene."""
     touching = simulation.entities.touching()

@@ -9,10 +9,10 @@ from typing import Any, TypeVar
 from graphengine.devices.device import device_of
 from graphengine.devices.stage import Prim
 from graphengine.physics.core import SimulationCore
-from graphengine.physics.dynamics.entities import Entities
 from graphengine.physics.dynamics.handle_table import Handle
-from graphengine.physics.dynamics.handles import CarriedPrim, Joints
-from graphengine.physics.dynamics.placing import PlacedBody, find_mover
+from graphengine.physics.dynamics.held_bodies import PlacedBody, find_mover
+from graphengine.physics.dynamics.motion_handles import CarriedPrim, Joints
+from graphengine.physics.dynamics.mujoco_entities import MujocoEntities
 from graphengine.physics.pictures.render_thread import RenderThread
 from graphengine.physics.sensors.implementations import IMPLEMENTATIONS
 
@@ -33,9 +33,9 @@ class Simulation(SimulationCore):
         return self.studio.driver()
 
     @cached_property
-    def entities(self) -> Entities:
+    def entities(self) -> MujocoEntities:
         """Its robots and objects as wholes."""
-        return Entities(self, self.body)
+        return MujocoEntities(self, self.body)
 
     def save(self) -> Any:
         """A copy of the present state; pictures that are being drawn are waited for."""

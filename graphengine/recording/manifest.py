@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self, cast
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from graphengine.format.errors import RecordingError
-from graphengine.node.context.services import Services
+from graphengine.node.context.session_services import Services
 from graphengine.node.dropped_values import BadValues
 from graphengine.recording import platform_info
 from graphengine.recording.sources import SourceNames

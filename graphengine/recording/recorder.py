@@ -21,8 +21,8 @@ from graphengine.recording.seen_messages import SeenMessages
 from graphengine.recording.sources import SourceNames, media_type, sources
 from graphengine.recording.writer import RecordingWriter, TimedMessage
 from graphengine.ros.network import LiveNetwork
-from graphengine.runtime.inbox import Inbox
-from graphengine.runtime.session import Session
+from graphengine.runtime.inbox import ExternalInputs
+from graphengine.runtime.session_core import SessionCore
 from graphengine.scene.loaded_scene import LoadedScene
 
 CHUNK_BYTES = 4_000_000
@@ -30,7 +30,7 @@ CHUNK_SECONDS = 1.0
 """Simulation time after which a chunk is written, at the latest: what a crash may cost."""
 
 
-class Recorder(Inbox):
+class Recorder(ExternalInputs):
     """The inbox of a session and a sink of its network; made before the first tick, closed before the session.
 
     Args:
@@ -51,7 +51,7 @@ class Recorder(Inbox):
 
     def __init__(
         self,
-        session: Session,
+        session: SessionCore,
         network: LiveNetwork,
         scene: LoadedScene,
         path: Path,

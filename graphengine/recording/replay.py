@@ -19,8 +19,8 @@ from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport, MemoryWriter
 from graphengine.ros.transports.memory.memory_services import MemoryClient
 from graphengine.runtime.commands import COMMANDS, parse
-from graphengine.runtime.inbox import Inbox
-from graphengine.runtime.session import Session
+from graphengine.runtime.inbox import ExternalInputs
+from graphengine.runtime.session_core import SessionCore
 
 MAX_FIELDS = 8
 """So many fields of a message are told that differ."""
@@ -75,7 +75,7 @@ class SilentClient(MemoryClient):
 
 
 @dataclass(eq=False)
-class Replay(Inbox):
+class Replay(ExternalInputs):
     """The inbox of a session and a sink of its network; made before the first tick.
 
     Args:
@@ -88,7 +88,7 @@ class Replay(Inbox):
 
     exact = True
 
-    session: Session
+    session: SessionCore
     network: LiveNetwork
     recording: Recording
     ignored: Sequence[str] = ()
@@ -229,7 +229,7 @@ def _takes(claim: EndpointClaim, stream: Stream) -> bool:
     return claim.topic == stream.topic and stream.message_type in (claim.message_type, *claim.alternatives)
 
 
-def _command(session: Session, name: str, arguments: Any) -> None:
+def _command(session: SessionCore, name: str, arguments: Any) -> None:
     """Ask the session for what it was asked for.
 
     Raises:

@@ -10,9 +10,9 @@ from graphengine.messages import messages, names
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import LATCHED
-from graphengine.ros.graph import discover
-from graphengine.ros.listening import Inbox
-from graphengine.ros.transport import ServiceClient, Transport
+from graphengine.ros.cli_subscription import MessageQueue
+from graphengine.ros.network_graph import discover
+from graphengine.ros.transport import Transport, TransportClient
 
 PARAMETER = "robot_description"
 _STRING = "std_msgs/msg/String"
@@ -38,7 +38,7 @@ def from_topic(transport: Transport, topic: str, timeout: float) -> str:
     """
     topic = f"/{topic.removeprefix('/')}"
     names.check_topic(topic)
-    inbox = Inbox(_WAITING)
+    inbox = MessageQueue(_WAITING)
     reader = transport.reader(topic, _STRING, LATCHED, inbox.deliver)
     try:
         arrival = inbox.take(timeout)
@@ -68,7 +68,7 @@ def from_node(transport: Transport, node: str, timeout: float) -> str:
     namespace, _, name = node.rpartition("/")
     names.check_namespace(namespace or "/", given=node)
     names.check_node_name(name, given=node)
-    answers = Inbox(_WAITING)
+    answers = MessageQueue(_WAITING)
     service = f"{node}/get_parameters"
     client = transport.client(service, _GET, QoS(), lambda _, data: answers.deliver(data))
     try:
@@ -88,7 +88,7 @@ def from_node(transport: Transport, node: str, timeout: float) -> str:
     return str(values[0].string_value)
 
 
-def _becomes_ready(client: ServiceClient, timeout: float) -> bool:
+def _becomes_ready(client: TransportClient, timeout: float) -> bool:
     end = time.monotonic() + timeout
     while not client.ready and time.monotonic() < end:
         time.sleep(_POLL)

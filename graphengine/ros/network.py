@@ -9,10 +9,10 @@ from typing import Any, Protocol
 
 from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.messages.endpoints import EndpointClaim, Network
+from graphengine.ros.qos_diagnostics import Watch
 from graphengine.ros.service_endpoints import LiveClient, LiveServer
 from graphengine.ros.topic_endpoints import LivePublisher, LiveSubscription
 from graphengine.ros.transport import Transport
-from graphengine.ros.watch import Watch
 
 LOOK_EVERY = 30
 """Ticks after which subscriptions with alternatives look again what others publish."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from graphengine.messages.endpoints import QoS
 from graphengine.ros.domain import Domain
-from graphengine.ros.graph import Direction, Graph
+from graphengine.ros.network_graph import Direction, NetworkGraph
 
 if TYPE_CHECKING:
     from graphengine.messages.definitions import Definitions
@@ -89,7 +89,7 @@ class Reader(Protocol):
         """Leave the topic; safe to call twice."""
 
 
-class ServiceServer(Protocol):
+class TransportServer(Protocol):
     """One service that is offered; it delivers requests until it or the transport is closed."""
 
     def answer(self, request_id: bytes, response: bytes) -> None:
@@ -105,7 +105,7 @@ class ServiceServer(Protocol):
         """Withdraw the service; safe to call twice."""
 
 
-class ServiceClient(Protocol):
+class TransportClient(Protocol):
     """One service that is called; answers are delivered until it or the transport is closed."""
 
     @property
@@ -148,7 +148,7 @@ class Transport(Protocol):
 
     def server(
         self, service: str, service_type: str, qos: QoS, deliver: Callable[[bytes, bytes], None]
-    ) -> ServiceServer:
+    ) -> TransportServer:
         """A server of a service such as `/get_map`; `service_type` as in `nav_msgs/srv/GetMap`.
 
         Args:
@@ -159,7 +159,9 @@ class Transport(Protocol):
                 transport or from a client's.
         """
 
-    def client(self, service: str, service_type: str, qos: QoS, deliver: Callable[[int, bytes], None]) -> ServiceClient:
+    def client(
+        self, service: str, service_type: str, qos: QoS, deliver: Callable[[int, bytes], None]
+    ) -> TransportClient:
         """A client of a service; `deliver` is called with the number of a call and the CDR message that answers it."""
 
     @property
@@ -178,7 +180,7 @@ class Transport(Protocol):
     def node(self) -> str:
         """Full name of the node that this process is on the network; empty where there are no nodes."""
 
-    def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> Graph:
+    def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> NetworkGraph:
         """Who writes and reads which topic, this transport's own endpoints among them; listening begins with the first call.
 
         Args:

@@ -16,7 +16,7 @@ from graphengine.format.errors import ContextError, GraphError, JointError, Prim
 from graphengine.format.permissions import Permissions
 from graphengine.messages.endpoints import EndpointClaim, Network
 from graphengine.node.clock import Clock
-from graphengine.node.context.services import Services
+from graphengine.node.context.session_services import Services
 from graphengine.runtime.graph_run import make_clock, make_graph_run
 
 

@@ -30,7 +30,7 @@ from graphengine.messages.names import join_namespaces
 from graphengine.node.mailbox import find_impulses
 from graphengine.runtime.addresses import find_ports
 from graphengine.runtime.pacer import SLOWEST
-from graphengine.runtime.session import Session
+from graphengine.runtime.session_core import SessionCore
 from graphengine.runtime.ticker import SCOPES, ResetScope
 
 MAX_TICKS = 10_000_000
@@ -56,12 +56,12 @@ class Command(Spec):
     recorded: ClassVar[bool] = False
     """Whether it changes the simulation's course: recordings hold it, and replays, which take no other, repeat it."""
 
-    def apply(self, session: Session) -> Any:
+    def apply(self, session: SessionCore) -> Any:
         """Carry it out between two ticks; return a result that JSON can hold."""
         return self._apply(session)
 
     @abstractmethod
-    def _apply(self, session: Session) -> Any: ...
+    def _apply(self, session: SessionCore) -> Any: ...
 
 
 class _Change(Command):
@@ -69,12 +69,12 @@ class _Change(Command):
 
     recorded = True
 
-    def apply(self, session: Session) -> Any:
+    def apply(self, session: SessionCore) -> Any:
         """Carry it out between two ticks; return a result that JSON can hold."""
         session.admit()
         return self._apply(session)
 
-    def _record(self, session: Session, **arguments: Any) -> None:
+    def _record(self, session: SessionCore, **arguments: Any) -> None:
         """Record it as it was done, with arguments that do not depend on the state of the session."""
         session.inbox.command(type(self).__name__.lower(), arguments)
 
@@ -82,14 +82,14 @@ class _Change(Command):
 class Play(Command):
     """Let ticks run, from time 0 after a stop."""
 
-    def _apply(self, session: Session) -> None:
+    def _apply(self, session: SessionCore) -> None:
         session.play()
 
 
 class Pause(Command):
     """Hold the time where it is; single ticks that are under way end."""
 
-    def _apply(self, session: Session) -> None:
+    def _apply(self, session: SessionCore) -> None:
         if session.state == "stopped":
             raise StateError("the session is stopped, at time 0; it can play, or do single ticks")
         session.pause()
@@ -100,7 +100,7 @@ class Stop(Command):
 
     recorded = True
 
-    def _apply(self, session: Session) -> None:
+    def _apply(self, session: SessionCore) -> None:
         session.stop()
 
 
@@ -109,7 +109,7 @@ class Step(Command):
 
     ticks: int = Field(default=1, ge=1, le=MAX_TICKS)
 
-    def _apply(self, session: Session) -> None:
+    def _apply(self, session: SessionCore) -> None:
         session.advance(self.ticks)
 
 
@@ -120,7 +120,7 @@ class Reset(Command):
 
     scope: Annotated[tuple[Scope, ...], Field(strict=False, min_length=1), BeforeValidator(_several)] = ("all",)
 
-    def _apply(self, session: Session) -> None:
+    def _apply(self, session: SessionCore) -> None:
         scopes: list[ResetScope] = [scope for scope in SCOPES if scope in self.scope or "all" in self.scope]
         session.reset(*scopes)
 
@@ -132,7 +132,7 @@ class Rate(Command):
         description="A factor of real time, or `realtime`, or `max`."
     )
 
-    def _apply(self, session: Session) -> None:
+    def _apply(self, session: SessionCore) -> None:
         session.pace = self.factor
 
 
@@ -142,7 +142,7 @@ class Spawn(_Change):
     name: EntityName
     use: RobotUse
 
-    def _apply(self, session: Session) -> dict[str, Any]:
+    def _apply(self, session: SessionCore) -> dict[str, Any]:
         session.roster.add(self.name, self.use)
         self._record(session, name=self.name, use=self.use.model_dump(mode="json"))
         return _overlaps(session, self.name)
@@ -153,7 +153,7 @@ class Delete(_Change):
 
     name: EntityName
 
-    def _apply(self, session: Session) -> None:
+    def _apply(self, session: SessionCore) -> None:
         session.roster.remove(self.name)
         self._record(session, name=self.name)
 
@@ -179,7 +179,7 @@ class Move(_Change):
             raise ValueError(f"a position is x, y, and z if the height is another, not {len(self.position)} numbers")
         return self
 
-    def _apply(self, session: Session) -> dict[str, Any]:
+    def _apply(self, session: SessionCore) -> dict[str, Any]:
         position, turned = self._place(session), self.orientation
         # A quaternion as it was given, to the last bit, so that a replay does the same.
         orientation = (turned.quaternion_xyzw or from_orientation(turned)) if turned is not None else None
@@ -190,14 +190,14 @@ class Move(_Change):
         self._record(session, entity=self.entity, **where)
         return _overlaps(session, self.entity)
 
-    def _place(self, session: Session) -> Vector3 | None:
+    def _place(self, session: SessionCore) -> Vector3 | None:
         if self.position is None:
             return None
         x, y, *height = self.position
         return x, y, height[0] if height else session.services.world.entities.state(self.entity).position[2]
 
 
-def _overlaps(session: Session, name: str) -> dict[str, Any]:
+def _overlaps(session: SessionCore, name: str) -> dict[str, Any]:
     """The result of putting an entity somewhere: warnings, which are logged too, where it overlaps others."""
     text = entities.warning(name, session.services.world.entities.overlaps(name))
     if text:
@@ -226,7 +226,7 @@ class Push(_Change):
             raise ValueError("a force needs a duration, s")
         return self
 
-    def _apply(self, session: Session) -> None:
+    def _apply(self, session: SessionCore) -> None:
         duration = self.duration or session.clock.delta
         x, y, z = self.force or self.impulse or (0.0, 0.0, 0.0)
         force = (x, y, z) if self.force is not None else (x / duration, y / duration, z / duration)
@@ -242,7 +242,7 @@ class Set(_Change):
     value: Any
     """As a graph file would have it."""
 
-    def _apply(self, session: Session) -> None:
+    def _apply(self, session: SessionCore) -> None:
         ports = find_ports(session.graphs, self.address, ("inputs",))
         changes = [(port, port.convert(self.value)) for port in ports]
         with contextlib.ExitStack() as undoing:
@@ -260,7 +260,7 @@ class Impulse(_Change):
     node: EntityName
     """Its prim path, or as much of the end as no other has."""
 
-    def _apply(self, session: Session) -> None:
+    def _apply(self, session: SessionCore) -> None:
         path, queue = find_impulses(session.services.queues, self.node)
         if not queue.waiting:
             queue.post()
@@ -277,7 +277,7 @@ class _Keys(_Change):
 class Press(_Keys):
     """Hold keys down from the next tick on."""
 
-    def _apply(self, session: Session) -> None:
+    def _apply(self, session: SessionCore) -> None:
         session.services.keys.press(self.keys)
         self._record(session, keys=list(self.keys))
 
@@ -285,7 +285,7 @@ class Press(_Keys):
 class Release(_Keys):
     """Let go of keys; one that was pressed since the last tick is down for one tick."""
 
-    def _apply(self, session: Session) -> None:
+    def _apply(self, session: SessionCore) -> None:
         session.services.keys.release(self.keys)
         self._record(session, keys=list(self.keys))
 
@@ -298,7 +298,7 @@ class Checkpoint(Command):
     name: Annotated[str, Field(max_length=1000)] = ""
     """By which it is known; numbered if not given."""
 
-    def _apply(self, session: Session) -> dict[str, Any]:
+    def _apply(self, session: SessionCore) -> dict[str, Any]:
         made = session.checkpoint(self.name)
         session.hold(made)
         return {"name": made.name}
@@ -311,7 +311,7 @@ class Restore(Command):
 
     name: EntityName
 
-    def _apply(self, session: Session) -> None:
+    def _apply(self, session: SessionCore) -> None:
         kept = session.held.get(self.name)
         if kept is None:
             raise UsageError(unknown("checkpoint", self.name, session.held))
@@ -322,7 +322,7 @@ class Restore(Command):
 class State(Command):
     """Tell how the session is."""
 
-    def _apply(self, session: Session) -> dict[str, Any]:
+    def _apply(self, session: SessionCore) -> dict[str, Any]:
         robots = list(session.services.stage.prims("robot"))
         paths = {robot.path for robot in robots}
         dropped = session.services.dropped
@@ -346,7 +346,7 @@ class State(Command):
         }
 
 
-def _robot(session: Session, prim: Prim) -> dict[str, Any]:
+def _robot(session: SessionCore, prim: Prim) -> dict[str, Any]:
     """A robot, the namespace that its topics are in, and where it is."""
     state = session.services.world.entities.state(prim.entity_name)
     return {
@@ -361,7 +361,7 @@ def _robot(session: Session, prim: Prim) -> dict[str, Any]:
 class Quit(Command):
     """End the run, as Ctrl-C does."""
 
-    def _apply(self, session: Session) -> None:
+    def _apply(self, session: SessionCore) -> None:
         session.interrupt()
 
 

@@ -14,7 +14,7 @@ from graphengine.devices.stage import Prim, at_or_below
 from graphengine.format.errors import BadValueError, NodeError
 from graphengine.node.clock import Clock
 from graphengine.node.context.context import Context
-from graphengine.node.context.services import Services
+from graphengine.node.context.session_services import Services
 from graphengine.node.variable import Variable
 from graphengine.runtime.executor import Executor
 

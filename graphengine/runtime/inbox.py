@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 
-class Inbox:
+class ExternalInputs:
     """Reads the wall clock of this machine, and keeps nothing. A recorder and a replay extend it."""
 
     exact = False

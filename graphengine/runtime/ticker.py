@@ -11,10 +11,10 @@ from graphengine.devices.backend import World
 from graphengine.format.errors import GraphError, NodeError, TransportError
 from graphengine.messages.endpoints import Network
 from graphengine.node.clock import Clock
-from graphengine.node.context.services import Services
+from graphengine.node.context.session_services import Services
 from graphengine.node.node_class import Ending
 from graphengine.runtime.graph_run import GraphRun, make_clock, make_graph_run
-from graphengine.runtime.inbox import Inbox
+from graphengine.runtime.inbox import ExternalInputs
 
 ResetScope = Literal["time", "state", "spawned"]
 SCOPES: tuple[ResetScope, ...] = ("time", "state", "spawned")
@@ -73,7 +73,7 @@ class Ticker:
         self._on_tick = [run.executor for run in runs if not run.on_physics_step]
         self._on_step = [run.executor for run in runs if run.on_physics_step]
 
-    def run(self, inbox: Inbox) -> None:
+    def run(self, inbox: ExternalInputs) -> None:
         """One tick.
 
         Raises:
@@ -120,7 +120,7 @@ class Ticker:
                 advice = "a joint that can do more needs a wider <limit> in its description"
                 self.services.warn("", f"commands are clamped: {command}\n  {advice}")
 
-    def _freeze(self, inbox: Inbox) -> None:
+    def _freeze(self, inbox: ExternalInputs) -> None:
         """What has arrived before a tick is what the tick sees."""
         self.clock.wall_time = self.step_clock.wall_time = inbox.begin_tick()
         self.services.network.freeze()

@@ -26,16 +26,16 @@ from graphengine.format.permissions import Permissions
 from graphengine.format.spec import SceneSpec
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages.endpoints import Network
-from graphengine.node.context.services import Services
+from graphengine.node.context.session_services import Services
 from graphengine.node.dropped_values import BadValues, DroppedValues
 from graphengine.node.node_class import UNKNOWN_PRIM
 from graphengine.runtime import check
 from graphengine.runtime.roster import Roster
-from graphengine.runtime.session import Session
+from graphengine.runtime.session_core import SessionCore
 from graphengine.runtime.ticker import Ticker
+from graphengine.scene.graph_loading import GraphFile, find_use, resolve_uses, robot_uses, use_place
 from graphengine.scene.loaded_scene import LoadedScene, Options
 from graphengine.scene.scene_roster import SceneRoster
-from graphengine.scene.uses import GraphFile, find_use, resolve_uses, robot_uses, use_place
 
 if TYPE_CHECKING:
     from graphengine.physics.loading import LoadedWorld
@@ -200,7 +200,7 @@ def start(
     fault: Callable[[NodeError], None] | None = None,
     bad_values: BadValues = "drop",
     world: World | None = None,
-) -> Session:
+) -> SessionCore:
     """Make a session, stopped at time 0, with a world and nodes of its own; it closes the network.
 
     Args:
@@ -241,4 +241,4 @@ def start(
         network.close()
         world.close()
         raise
-    return Session(ticker, SceneRoster(scene, loaded, files, ticker) if loaded is not None else Roster())
+    return SessionCore(ticker, SceneRoster(scene, loaded, files, ticker) if loaded is not None else Roster())

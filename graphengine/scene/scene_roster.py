@@ -19,12 +19,12 @@ from graphengine.runtime import check
 from graphengine.runtime.graph_run import GraphRun
 from graphengine.runtime.roster import Roster
 from graphengine.runtime.ticker import Ticker
+from graphengine.scene.graph_loading import resolve_uses, robot_uses
 from graphengine.scene.loaded_scene import LoadedScene
-from graphengine.scene.uses import resolve_uses, robot_uses
 
 if TYPE_CHECKING:
     from graphengine.physics.loading import LoadedWorld
-    from graphengine.physics.model.robot import Robot
+    from graphengine.physics.model.robot import RobotInstance
 
 
 class SceneRoster(Roster):
@@ -38,7 +38,7 @@ class SceneRoster(Roster):
     """
 
     def __init__(self, scene: LoadedScene, world: LoadedWorld, files: Files, ticker: Ticker) -> None:
-        from graphengine.physics.population import Population  # not before a scene has brought MuJoCo in
+        from graphengine.physics.robot_spawner import Population  # not before a scene has brought MuJoCo in
 
         self._scene, self._files = scene, files
         self._robots, self._specified = world.robots, world.scenery.scene
@@ -108,11 +108,11 @@ class SceneRoster(Roster):
                 raise UsageError(f"{name} cannot be removed: {reader} of graph {run.name} reads something of it")
         return own
 
-    def save(self) -> Sequence[tuple[Robot, bool]]:
+    def save(self) -> Sequence[tuple[RobotInstance, bool]]:
         """The robots in their order, and which of them were spawned."""
         return [(robot, name in self.spawned) for name, robot in self._robots.items()]
 
-    def restore(self, saved: Sequence[tuple[Robot, bool]]) -> None:
+    def restore(self, saved: Sequence[tuple[RobotInstance, bool]]) -> None:
         """Put back the robots that were there when `save` was called, and remove the others."""
         pairs = zip(self._robots.values(), saved, strict=False)
         same = sum(1 for _ in itertools.takewhile(lambda pair: pair[0] is pair[1][0], pairs))

@@ -6,7 +6,7 @@ from typing import Any
 
 from graphengine.node.clock import Clock
 from graphengine.node.context.context import Context
-from graphengine.node.context.services import Services
+from graphengine.node.context.session_services import Services
 from graphengine.node.node_class import Node
 from graphengine.node.variable import Variable
 from graphengine.ros.network import LiveNetwork

@@ -27,7 +27,7 @@ from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.topic_endpoints import LivePublisher
 from graphengine.ros.transports.dds.dds import DdsTransport
-from graphengine.runtime.session import Session
+from graphengine.runtime.session_core import SessionCore
 from graphengine.scene import build
 
 DOMAIN = Domain(87, "LOCALHOST")
@@ -127,7 +127,7 @@ def main(simulated: float) -> None:
 
 
 def _round(
-    session: Session, simulated: float, steps: Stopwatch, rays: Stopwatch, lidars: list[Any]
+    session: SessionCore, simulated: float, steps: Stopwatch, rays: Stopwatch, lidars: list[Any]
 ) -> tuple[float, float, float, float, float, float]:
     """One measured stretch, then a recorded one whose messages the loops send again."""
     network: Any = session.services.network
@@ -145,20 +145,20 @@ def _round(
     return simulated / wall, step, scan, rest / ticks * 1e6, paced * scale, bare * scale
 
 
-def _wait_for_readers(session: Session) -> None:
+def _wait_for_readers(session: SessionCore) -> None:
     session.step(1)
     deadline = time.monotonic() + 20
     while not all(publisher.wanted for publisher in _publishers(session)) and time.monotonic() < deadline:
         time.sleep(0.05)
 
 
-def _publishers(session: Session) -> list[LivePublisher]:
+def _publishers(session: SessionCore) -> list[LivePublisher]:
     nodes = [node for run in session.graphs for node in run.executor.nodes]
     found = [getattr(node, "publisher", None) for node in nodes]
     return [publisher for publisher in found if isinstance(publisher, LivePublisher)]
 
 
-def _record(session: Session, simulated: float) -> Recorded:
+def _record(session: SessionCore, simulated: float) -> Recorded:
     """Run on, and note every message with its tick and writer."""
     recorded: Recorded = []
     original = LivePublisher.publish

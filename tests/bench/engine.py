@@ -26,7 +26,7 @@ from graphengine.messages.endpoints import Network
 from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Out
 from graphengine.node.clock import Clock
 from graphengine.node.context.context import Context
-from graphengine.node.context.services import Services
+from graphengine.node.context.session_services import Services
 from graphengine.runtime.executor import Executor
 from graphengine.runtime.graph_run import make_graph_run
 

@@ -33,7 +33,7 @@ from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transport import Transport
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.memory.memory import MemoryTransport
-from graphengine.runtime.session import Session
+from graphengine.runtime.session_core import SessionCore
 from graphengine.scene import build
 from graphengine.scene.loaded_scene import Options
 
@@ -199,12 +199,12 @@ def wait_for(network: LiveNetwork) -> None:
     time.sleep(1.0)
 
 
-def run(session: Session, peer: Neighbour | Stranger, minutes: int, pace: float | None) -> list[Held]:
+def run(session: SessionCore, peer: Neighbour | Stranger, minutes: int, pace: float | None) -> list[Held]:
     """What is held after each minute of simulation."""
     looks = []
     ticks = round(DRIVE_EVERY / session.clock.delta)
 
-    def drive(session: Session) -> bool:
+    def drive(session: SessionCore) -> bool:
         if session.clock.frame % ticks == 0:
             peer.drive()
         return True

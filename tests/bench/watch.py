@@ -20,8 +20,8 @@ from statistics import fmean, median
 
 from graphengine.messages.endpoints import EndpointClaim, QoS
 from graphengine.ros.domain import Domain
-from graphengine.ros.graph import Endpoint, Graph
 from graphengine.ros.network import LiveNetwork
+from graphengine.ros.network_graph import Endpoint, NetworkGraph
 from graphengine.ros.transport import Transport
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.memory.memory import MemoryTransport
@@ -52,9 +52,9 @@ class Played(MemoryTransport):
         super().__init__()
         self.present = list(present)
 
-    def graph(self, asked: object = None) -> Graph:
+    def graph(self, asked: object = None) -> NetworkGraph:
         """All that are present."""
-        return Graph(self.present)
+        return NetworkGraph(self.present)
 
 
 def ignore(_: bytes) -> None:

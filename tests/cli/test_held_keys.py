@@ -14,12 +14,12 @@ import pytest
 from graphengine.cli import held_keys
 from graphengine.cli.held_keys import RELEASE_AFTER, HeldTerminalKeys
 from graphengine.format.errors import UsageError
-from graphengine.runtime.inbox import Inbox
-from graphengine.runtime.session import Session
+from graphengine.runtime.inbox import ExternalInputs
+from graphengine.runtime.session_core import SessionCore
 from tests.compiler.harness import Play
 
 
-class Told(Inbox):
+class Told(ExternalInputs):
     """Remembers the keys that a session was told of."""
 
     def __init__(self) -> None:
@@ -29,7 +29,7 @@ class Told(Inbox):
         self.told.append((name, *arguments["keys"]))
 
 
-def listened() -> tuple[Session, list[tuple[str, ...]]]:
+def listened() -> tuple[SessionCore, list[tuple[str, ...]]]:
     """A session, and the keys that it is told of."""
     session = Play().session
     session.inbox = inbox = Told()

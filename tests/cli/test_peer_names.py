@@ -11,7 +11,7 @@ from graphengine.messages import messages, names
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
 from graphengine.ros.domain import Domain
-from graphengine.ros.graph import MAX_NAME, Endpoint, Graph
+from graphengine.ros.network_graph import MAX_NAME, Endpoint, NetworkGraph
 from graphengine.ros.tf_tree import FrameTree
 from graphengine.ros.transports.dds.dds import DdsTransport
 from tests.cli.harness import Graphrun
@@ -39,7 +39,7 @@ def test_every_name_of_an_endpoint_is_printable_and_short() -> None:
     end = Endpoint(b"", "publish", f"/{EVIL}", EVIL, QoS(), EVIL, EVIL, f"/{EVIL}")
     shown = (end.topic, end.message_type, end.type_hash, end.node, end.namespace, end.full_node)
     assert shown == (f"/{CLEAN}", CLEAN, CLEAN, CLEAN, f"/{CLEAN}", f"/{CLEAN}/{CLEAN}")
-    assert Graph([], services=[(EVIL, EVIL)]).services == [(CLEAN, CLEAN)]
+    assert NetworkGraph([], services=[(EVIL, EVIL)]).services == [(CLEAN, CLEAN)]
     assert len(Endpoint(b"", "publish", "/a" * MAX_NAME, STRING, QoS()).topic) == MAX_NAME
 
 

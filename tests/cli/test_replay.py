@@ -14,8 +14,8 @@ from graphengine.format.files import shipped
 from graphengine.format.spec import RobotUse
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
+from graphengine.runtime.command_queue import Desk
 from graphengine.runtime.commands import Delete, Spawn
-from graphengine.runtime.desk import Desk
 from graphengine.scene.loaded_scene import Options
 from tests.cli.harness import Graphrun
 from tests.jobs.harness import twist

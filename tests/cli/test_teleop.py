@@ -20,7 +20,7 @@ from graphengine.format.errors import UsageError
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
 from graphengine.ros.domain import Domain
-from graphengine.ros.graph import Endpoint, Graph
+from graphengine.ros.network_graph import Endpoint, NetworkGraph
 from graphengine.ros.transports.dds.dds import DdsTransport
 from tests.cli.harness import ROOT, Graphrun, command, environment
 from tests.waiting import PATIENCE
@@ -185,11 +185,11 @@ def reader(topic: str, message_type: str) -> Endpoint:
 
 def test_the_only_topic_that_takes_velocities_is_meant() -> None:
     others = [reader("/chatter", "std_msgs/msg/String"), Endpoint(b"", "publish", "/b/cmd_vel", TWIST, QoS())]
-    assert only_topic(Graph([reader("/a/cmd_vel", TWIST), *others])) == "/a/cmd_vel"
-    assert only_topic(Graph(others)) == "/cmd_vel"
+    assert only_topic(NetworkGraph([reader("/a/cmd_vel", TWIST), *others])) == "/a/cmd_vel"
+    assert only_topic(NetworkGraph(others)) == "/cmd_vel"
     two = [reader("/a/cmd_vel", TWIST), reader("/b/cmd_vel", STAMPED)]
     with pytest.raises(UsageError, match="write one of: /a/cmd_vel, /b/cmd_vel"):
-        only_topic(Graph(two))
+        only_topic(NetworkGraph(two))
 
 
 @pytest.mark.parametrize(
@@ -197,7 +197,7 @@ def test_the_only_topic_that_takes_velocities_is_meant() -> None:
 )
 def test_the_type_is_that_which_is_read(read: list[str], expected: str) -> None:
     ends = [reader("/cmd_vel", message_type) for message_type in read]
-    assert type_of("/cmd_vel", Graph([*ends, reader("/other", STAMPED)])) == expected
+    assert type_of("/cmd_vel", NetworkGraph([*ends, reader("/other", STAMPED)])) == expected
 
 
 def test_without_a_terminal_it_says_so(graphrun: Graphrun) -> None:

@@ -22,11 +22,11 @@ from graphengine.format.errors import NodeError
 from graphengine.format.files import Files
 from graphengine.messages.endpoints import EndpointClaim, Network, Publisher
 from graphengine.node.clock import Clock
-from graphengine.node.context.services import Services
+from graphengine.node.context.session_services import Services
 from graphengine.node.dropped_values import BadValues, DroppedValues
 from graphengine.runtime.graph_run import make_graph_run
 from graphengine.runtime.roster import Roster
-from graphengine.runtime.session import Session
+from graphengine.runtime.session_core import SessionCore
 from graphengine.runtime.ticker import Ticker
 from tests.compiler import nodes_for_tests
 
@@ -214,7 +214,7 @@ class Play:
             graph = planned(path, findings)
             assert graph is not None, "\n".join(finding.render() for finding in findings.items)
             ticker.add([graph])
-        self.session, self.clock = Session(ticker, Roster()), ticker.clock
+        self.session, self.clock = SessionCore(ticker, Roster()), ticker.clock
         self.journal.lines.clear()
 
     def node(self, node_id: str, graph: int = 0) -> Any:

@@ -10,7 +10,7 @@ from graphengine.compiler.budget import MAX_PARTS
 from graphengine.format import document
 from graphengine.format.diagnostics import MAX_GUESSES, Finding, Findings
 from graphengine.scene import build
-from graphengine.scene import uses as uses_of_graphs
+from graphengine.scene import graph_loading as uses_of_graphs
 
 
 def findings(folder: Path, **files: str) -> list[Finding]:

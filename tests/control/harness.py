@@ -7,15 +7,15 @@ import threading
 from collections.abc import Iterator
 from typing import Any
 
-from graphengine.runtime.desk import Desk
-from graphengine.runtime.session import Session
+from graphengine.runtime.command_queue import Desk
+from graphengine.runtime.session_core import SessionCore
 from tests.waiting import PATIENCE
 
 
 class Controlled:
     """A run of a session, from outside of its thread."""
 
-    def __init__(self, session: Session, **how: Any) -> None:
+    def __init__(self, session: SessionCore, **how: Any) -> None:
         self.session = session
         self.desk = session.desk = Desk()
         self.error: BaseException | None = None
@@ -40,7 +40,7 @@ class Controlled:
 
 
 @contextlib.contextmanager
-def controlled(session: Session, **how: Any) -> Iterator[Controlled]:
+def controlled(session: SessionCore, **how: Any) -> Iterator[Controlled]:
     run = Controlled(session, **how)
     try:
         yield run

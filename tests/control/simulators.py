@@ -8,12 +8,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from graphengine.control.offers import SERVICES
+from graphengine.control.service_host import SERVICES
 from graphengine.control.simulation_interfaces.server import SimulationInterfaces
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.ros.network import LiveNetwork
-from graphengine.ros.transport import ServiceClient, Transport
+from graphengine.ros.transport import Transport, TransportClient
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.scene import build
 from tests.control.harness import Controlled, controlled
@@ -34,7 +34,7 @@ class Client:
 
     def __init__(self, transport: Transport) -> None:
         self._transport = transport
-        self._clients: dict[str, tuple[ServiceClient, queue.Queue[bytes]]] = {}
+        self._clients: dict[str, tuple[TransportClient, queue.Queue[bytes]]] = {}
 
     def call(self, service: str, /, **fields: Any) -> Any:
         """Ask; nested fields are given with `__` for the dot."""

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from graphengine.format.errors import NodeError, StateError, UsageError
-from graphengine.runtime.desk import MAX_WAITING, SHARE, Desk
-from graphengine.runtime.session import Session
+from graphengine.runtime.command_queue import MAX_WAITING, SHARE, Desk
+from graphengine.runtime.session_core import SessionCore
 from tests.control.conftest import MakeTicking
 from tests.control.harness import controlled
 from tests.waiting import PATIENCE
@@ -58,7 +58,7 @@ def test_a_flood_of_commands_leaves_ticks_their_turn(ticking: MakeTicking) -> No
     now = [0.0]
     desk, session = Desk(lambda: now[0]), ticking().session
 
-    def take_long(_: Session) -> None:
+    def take_long(_: SessionCore) -> None:
         now[0] += SHARE
 
     asked = [desk.ask(take_long) for _ in range(3)]
@@ -77,7 +77,7 @@ def test_a_command_that_is_refused_leaves_the_run_going(ticking: MakeTicking) ->
         assert run.ask("state")["tick"] == 1
 
 
-def fail(_: Session) -> None:
+def fail(_: SessionCore) -> None:
     raise KeyError("left out")
 
 

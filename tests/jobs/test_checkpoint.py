@@ -124,7 +124,7 @@ def test_a_session_that_failed_goes_on_from_a_checkpoint() -> None:
 
 
 def test_of_many_checkpoints_the_one_that_was_not_used_for_longest_goes(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("graphengine.runtime.session.MAX_HELD", 2)
+    monkeypatch.setattr("graphengine.runtime.session_core.MAX_HELD", 2)
     with Job("dd100_flat") as job:
         for name in ("a", "b"):
             command("checkpoint", name=name)(job)

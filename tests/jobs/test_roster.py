@@ -22,7 +22,7 @@ from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.runtime.commands import Delete, Spawn
-from graphengine.runtime.session import Session
+from graphengine.runtime.session_core import SessionCore
 from graphengine.scene import build
 from tests.jobs.crowd import FIRST, LATE, ROBOT, physics, scene
 from tests.jobs.harness import ROOT, Job, assemble, nanoseconds
@@ -408,7 +408,7 @@ def test_within_a_tick_nothing_comes_or_goes_or_stops(tmp_path: Path) -> None:
         assert len(asked) == 6
         assert "/late" not in physics(job).stage
 
-        def come(running: Session) -> bool:
+        def come(running: SessionCore) -> bool:
             Spawn(name="late", use=LATE).apply(running)
             return False
 

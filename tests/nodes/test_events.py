@@ -13,7 +13,7 @@ from graphengine.nodes.action.keyboard import OnKeyboardInput, ReadKeyboardState
 from graphengine.nodes.action.logging import LogMessage, PrintText
 from graphengine.nodes.action.stage_events import OnClosing, OnImpulseEvent, OnLoaded, OnStageEvent
 from graphengine.runtime import commands
-from graphengine.runtime.inbox import Inbox
+from graphengine.runtime.inbox import ExternalInputs
 from graphengine.scene import build
 from graphengine.testing import RecordingContext
 from tests.nodes.harness import Player, ready
@@ -188,7 +188,7 @@ def test_keys_reach_a_graph_by_commands(play: Player) -> None:
         playing.command("press", keys="w")
 
 
-class Notes(Inbox):
+class Notes(ExternalInputs):
     """An inbox that remembers what a recorder would take down."""
 
     exact = False

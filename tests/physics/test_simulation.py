@@ -14,7 +14,7 @@ from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import PrimError
 from graphengine.format.spec import RobotUse
 from graphengine.physics.loading import LoadedWorld
-from graphengine.physics.population import Population
+from graphengine.physics.robot_spawner import Population
 from graphengine.physics.sensors.contact import BodyContactSensor
 from graphengine.physics.sensors.lidar import RayLidar
 from tests.physics.conftest import Ship

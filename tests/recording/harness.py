@@ -17,7 +17,7 @@ from graphengine.node.dropped_values import BadValues
 from graphengine.recording.recorder import Recorder
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
-from graphengine.runtime.session import Session
+from graphengine.runtime.session_core import SessionCore
 from graphengine.scene import build
 from graphengine.scene.loaded_scene import Options
 from tests.jobs.harness import Recorder as Listener
@@ -70,7 +70,9 @@ robots:
 class Run:
     """A recorded run, and what a listener heard of it."""
 
-    def __init__(self, session: Session, transport: MemoryTransport, recorder: Recorder, listener: Listener) -> None:
+    def __init__(
+        self, session: SessionCore, transport: MemoryTransport, recorder: Recorder, listener: Listener
+    ) -> None:
         self.session = session
         self.transport = transport
         self.recorder = recorder

@@ -25,7 +25,7 @@ from graphengine.recording.recorder import Recorder
 from graphengine.recording.writer import RecordingWriter
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
-from graphengine.runtime.inbox import Inbox
+from graphengine.runtime.inbox import ExternalInputs
 from graphengine.scene import build
 from tests.jobs.harness import Recorder as Listener
 from tests.jobs.harness import nanoseconds, twist
@@ -323,7 +323,7 @@ def test_while_recorded_a_paced_run_waits_for_its_pictures(tmp_path: Path) -> No
     def look(tick: int, run: Run) -> None:
         run.session.run(run.session.clock.delta, pace=100.0)
         paces.append(run.session.services.world.realtime)
-        run.session.inbox = Inbox()
+        run.session.inbox = ExternalInputs()
         run.session.run(run.session.clock.delta, pace=100.0)
         paces.append(run.session.services.world.realtime)
 

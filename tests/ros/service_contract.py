@@ -5,7 +5,7 @@ from __future__ import annotations
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.messages import decode, encode
-from graphengine.ros.transport import ServiceClient, ServiceServer
+from graphengine.ros.transport import TransportClient, TransportServer
 from tests.ros.contract import AnyTransport
 
 NAME = "/robot/add"
@@ -36,7 +36,7 @@ class Server:
 
     def __init__(self, transport: AnyTransport, name: str = NAME, qos: QoS = SERVICES) -> None:
         self.asked: list[tuple[bytes, str]] = []
-        self.end: ServiceServer = transport.server(name, TYPE, qos, self.take)
+        self.end: TransportServer = transport.server(name, TYPE, qos, self.take)
 
     def take(self, request_id: bytes, data: bytes) -> None:
         assert type(request_id) is type(data) is bytes
@@ -57,7 +57,7 @@ class Client:
 
     def __init__(self, transport: AnyTransport, name: str = NAME, qos: QoS = SERVICES) -> None:
         self.answers: dict[int, str] = {}
-        self.end: ServiceClient = transport.client(name, TYPE, qos, self.take)
+        self.end: TransportClient = transport.client(name, TYPE, qos, self.take)
 
     def take(self, number: int, data: bytes) -> None:
         assert type(data) is bytes

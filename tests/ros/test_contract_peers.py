@@ -11,7 +11,7 @@ from graphengine.format.errors import TransportError
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.messages import type_hash
 from graphengine.messages.qos import LATCHED
-from graphengine.ros.graph import discover
+from graphengine.ros.network_graph import discover
 from graphengine.ros.transport import Transport
 from tests.ros.conftest import StartPeer
 from tests.ros.contract import ALL, FAITHFUL, NETWORKED, RCLPY, STRING, Eventually, Inbox, Join, connect, text

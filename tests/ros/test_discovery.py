@@ -16,7 +16,7 @@ from graphengine.messages.endpoints import QoS
 from graphengine.messages.messages import Gid, NodeEntitiesInfo, ParticipantEntitiesInfo, String, encode
 from graphengine.messages.qos import LATCHED
 from graphengine.ros.domain import Domain
-from graphengine.ros.graph import discover
+from graphengine.ros.network_graph import discover
 from graphengine.ros.transports.dds import cyclone, discovery
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.dds.discovery import ros_type
@@ -132,7 +132,7 @@ def test_services_and_topics_of_others_are_no_topics_of_ros(alice: DdsTransport,
 def test_what_a_process_tells_of_itself_is_what_the_definition_says(
     participant: bytes, nodes: list[tuple[str, str, list[bytes], list[bytes]]]
 ) -> None:
-    data = discovery.announcement(participant, [discovery.Node(*node) for node in nodes])
+    data = discovery.announcement(participant, [discovery.DiscoveredNode(*node) for node in nodes])
 
     def gids(listed: list[bytes]) -> list[Any]:
         return [Gid(np.frombuffer(gid, np.uint8)) for gid in listed]

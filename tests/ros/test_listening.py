@@ -6,13 +6,13 @@ import threading
 
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
-from graphengine.ros.listening import CLOCK, Inbox, SimulationClock
+from graphengine.ros.cli_subscription import CLOCK, MessageQueue, SimulationClock
 from graphengine.ros.transports.memory.memory import MemoryTransport
 
 
 def test_messages_are_taken_oldest_first_with_the_time_of_their_arrival() -> None:
     times = iter((5, 7))
-    inbox = Inbox(10, lambda: next(times))
+    inbox = MessageQueue(10, lambda: next(times))
     inbox.deliver(b"a")
     inbox.deliver(b"b")
     taken = [inbox.take(0.0), inbox.take(0.0)]
@@ -21,7 +21,7 @@ def test_messages_are_taken_oldest_first_with_the_time_of_their_arrival() -> Non
 
 
 def test_where_too_many_wait_the_oldest_are_dropped_and_counted() -> None:
-    inbox = Inbox(2)
+    inbox = MessageQueue(2)
     for data in (b"a", b"b", b"c", b"d"):
         inbox.deliver(data)
     taken = [inbox.take(0.0), inbox.take(0.0)]
@@ -30,7 +30,7 @@ def test_where_too_many_wait_the_oldest_are_dropped_and_counted() -> None:
 
 
 def test_who_waits_is_woken_by_a_message() -> None:
-    inbox = Inbox(2)
+    inbox = MessageQueue(2)
     thread = threading.Timer(0.01, inbox.deliver, [b"a"])
     thread.start()
     arrival = inbox.take(20.0)

@@ -19,10 +19,10 @@ from graphengine.format.errors import TransportError
 from graphengine.messages import messages
 from graphengine.messages.endpoints import EndpointClaim, QoS
 from graphengine.ros.network import LiveNetwork
+from graphengine.ros.qos_diagnostics import Watch
 from graphengine.ros.transports.dds import cyclone_log
 from graphengine.ros.transports.dds.cyclone_log import CycloneLog
 from graphengine.ros.transports.memory.memory import MemoryTransport
-from graphengine.ros.watch import Watch
 from tests.messages.test_messages import random_message
 from tests.ros.conftest import StartPeer
 from tests.ros.contract import STRING, Eventually, Inbox, Join, needs_rclpy, text

@@ -13,7 +13,7 @@ from graphengine.messages import messages
 from graphengine.messages.endpoints import EndpointClaim, QoS
 from graphengine.ros.network import LOOK_EVERY, LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
-from graphengine.runtime.session import Session
+from graphengine.runtime.session_core import SessionCore
 from graphengine.scene import build
 
 IMAGE = "sensor_msgs/msg/Image"
@@ -50,7 +50,7 @@ class Taker:
         self.delivered.append((claim, list(arrived)))
 
 
-def clock_session(folder: Path, transport: MemoryTransport) -> Session:
+def clock_session(folder: Path, transport: MemoryTransport) -> SessionCore:
     path = folder / "clock.yaml"
     path.write_text(GRAPH)
     return build.start(build.load(path), LiveNetwork(lambda domain: transport, 0, print))

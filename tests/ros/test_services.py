@@ -10,7 +10,7 @@ import pytest
 from graphengine.format.errors import TransportError
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.interfaces import MessageTypeError
-from graphengine.ros.transport import ServiceServer
+from graphengine.ros.transport import TransportServer
 from tests.ros.contract import ALL, NETWORKED, RCLPY, AnyTransport, Eventually, Join
 from tests.ros.service_contract import NAME, TYPE, Client, Server, foreign, question, reply, rmw
 
@@ -66,7 +66,7 @@ def test_a_request_is_answered_long_after_others(pair: tuple[Client, Server], ev
 
 def test_a_server_may_answer_while_it_is_asked(join: Join, domain_id: int, eventually: Eventually) -> None:
     bob = join(domain_id, "bob")
-    server: ServiceServer = bob.server(
+    server: TransportServer = bob.server(
         NAME, TYPE, QoS(), lambda request_id, _: server.answer(request_id, reply("at once"))
     )
     client = Client(join(domain_id, "alice"))

@@ -9,11 +9,11 @@ from typing import cast
 import pytest
 
 from graphengine.messages.endpoints import EndpointClaim, QoS
-from graphengine.ros.graph import PATIENCE, Direction, Endpoint, Graph
-from graphengine.ros.misfits import MOST
+from graphengine.ros.endpoint_faults import MOST
 from graphengine.ros.network import LiveNetwork
+from graphengine.ros.network_graph import PATIENCE, Direction, Endpoint, NetworkGraph
+from graphengine.ros.qos_diagnostics import LONGEST_PERIOD, PERIOD, RECEIVE_BUFFER, REPORTED_A_TICK, SHARE, Watch
 from graphengine.ros.transports.memory.memory import MemoryTransport
-from graphengine.ros.watch import LONGEST_PERIOD, PERIOD, RECEIVE_BUFFER, REPORTED_A_TICK, SHARE, Watch
 from tests.ros.contract import Eventually
 
 TWIST, STAMPED, ODOMETRY = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped", "nav_msgs/msg/Odometry"
@@ -40,9 +40,9 @@ class Played(MemoryTransport):
         self.rival_services: list[str] = []
         self.looks = 0
 
-    def graph(self, asked: object = None) -> Graph:
+    def graph(self, asked: object = None) -> NetworkGraph:
         self.looks += 1
-        return Graph(self.present)
+        return NetworkGraph(self.present)
 
 
 class Watched:
@@ -304,7 +304,7 @@ def test_ticks_do_not_wait_for_a_look_and_the_end_of_the_session_does() -> None:
     threads = list[threading.Thread]()
 
     class Slow(Played):
-        def graph(self, asked: object = None) -> Graph:
+        def graph(self, asked: object = None) -> NetworkGraph:
             threads.append(threading.current_thread())
             begun.set()
             assert go_on.wait(20.0)

@@ -7,9 +7,9 @@ from collections.abc import Callable
 import pytest
 
 from graphengine.format.errors import StateError
-from graphengine.runtime.desk import Desk
+from graphengine.runtime.command_queue import Desk
 from graphengine.runtime.pacer import Pacer
-from graphengine.runtime.session import IDLE, Session
+from graphengine.runtime.session_core import IDLE, SessionCore
 from tests.compiler.conftest import MakePlay
 
 SHOWS_TIME = """
@@ -37,7 +37,7 @@ class Time:
 class ScriptedDesk(Desk):
     """A desk at which, each time that the session would sleep, the next thing happens."""
 
-    def __init__(self, time: Time, *script: Callable[[Session], object]) -> None:
+    def __init__(self, time: Time, *script: Callable[[SessionCore], object]) -> None:
         super().__init__(lambda: 0.0)
         self.time = time
         self.script = list(script)
@@ -62,7 +62,7 @@ def time(monkeypatch: pytest.MonkeyPatch) -> Time:
 def test_ticks_are_at_equal_distances_of_wall_time_however_long_they_take(play: MakePlay, time: Time) -> None:
     run, begun = play(SHOWS_TIME, tick_period=(1, 4)), []
 
-    def take(session: Session) -> bool:
+    def take(session: SessionCore) -> bool:
         begun.append(time.now)
         time.now += 0.1
         return True
@@ -75,7 +75,7 @@ def test_ticks_are_at_equal_distances_of_wall_time_however_long_they_take(play: 
 def test_a_run_that_cannot_keep_up_does_not_race_to_catch_up(play: MakePlay, time: Time) -> None:
     run = play(SHOWS_TIME, tick_period=(1, 4))
 
-    def stumble(session: Session) -> bool:
+    def stumble(session: SessionCore) -> bool:
         time.now += 10.0 if session.clock.frame == 2 else 0.0
         return True
 
@@ -97,7 +97,7 @@ def test_a_little_delay_is_made_up_for() -> None:
 def test_a_change_of_pace_counts_from_then_on(play: MakePlay, time: Time) -> None:
     run = play(SHOWS_TIME, tick_period=(1, 4))
 
-    def change(session: Session) -> bool:
+    def change(session: SessionCore) -> bool:
         if session.clock.frame == 2:
             session.pace = 0.1
         return True
@@ -111,7 +111,7 @@ def test_a_change_of_pace_counts_from_then_on(play: MakePlay, time: Time) -> Non
 
 def test_with_a_desk_a_run_sleeps_through_a_pause_and_goes_on(play: MakePlay, time: Time) -> None:
     run = play(SHOWS_TIME, tick_period=(1, 4))
-    desk = run.session.desk = ScriptedDesk(time, lambda _: None, lambda _: None, Session.play)
+    desk = run.session.desk = ScriptedDesk(time, lambda _: None, lambda _: None, SessionCore.play)
     run.session.run(0.5, paused=True)
     assert desk.waits == [IDLE] * 3
     assert run.lines() == ["Show 0.25", "Show 0.5"]
@@ -119,9 +119,9 @@ def test_with_a_desk_a_run_sleeps_through_a_pause_and_goes_on(play: MakePlay, ti
 
 def test_the_time_of_a_run_is_that_of_the_simulation_stops_and_all(play: MakePlay, time: Time) -> None:
     run = play(SHOWS_TIME, tick_period=(1, 4))
-    run.session.desk = desk = ScriptedDesk(time, Session.play)
+    run.session.desk = desk = ScriptedDesk(time, SessionCore.play)
 
-    def stop(session: Session) -> bool:
+    def stop(session: SessionCore) -> bool:
         if session.ticks == 2:
             session.stop()
         return True
@@ -135,11 +135,11 @@ def test_the_time_of_a_run_is_that_of_the_simulation_stops_and_all(play: MakePla
 def test_the_count_of_the_pace_begins_anew_after_a_pause(play: MakePlay, time: Time) -> None:
     run = play(SHOWS_TIME, tick_period=(1, 4))
 
-    def later(session: Session) -> None:
+    def later(session: SessionCore) -> None:
         time.now += 100.0
         session.play()
 
-    run.session.desk = desk = ScriptedDesk(time, Session.pause, later)
+    run.session.desk = desk = ScriptedDesk(time, SessionCore.pause, later)
     run.session.run(1.0, pace=1.0)
     assert desk.waits == pytest.approx([0.25, IDLE, 0.25, 0.25])
 
@@ -155,11 +155,11 @@ def test_what_is_asked_for_between_two_ticks_does_not_bring_the_next_one_forward
 def test_single_ticks_of_a_paced_run_do_not_wait_and_wait_for_their_pictures(play: MakePlay, time: Time) -> None:
     run, realtime = play(SHOWS_TIME, tick_period=(1, 4)), []
 
-    def look(session: Session) -> bool:
+    def look(session: SessionCore) -> bool:
         realtime.append(session.services.world.realtime)
         return True
 
-    run.session.desk = ScriptedDesk(time, lambda session: session.advance(3), Session.play)
+    run.session.desk = ScriptedDesk(time, lambda session: session.advance(3), SessionCore.play)
     run.session.run(1.0, pace=1.0, on_tick=look, paused=True)
     assert realtime == [False, False, False, False, False, True]  # two sleeps, three single ticks, one of the play
     assert time.now == 100.0
@@ -177,7 +177,7 @@ def test_a_session_that_plays_does_no_single_ticks(play: MakePlay) -> None:
 
 def test_an_interrupted_run_ends_wherever_it_is_and_may_begin_again(play: MakePlay, time: Time) -> None:
     run = play(SHOWS_TIME, tick_period=(1, 4))
-    run.session.desk = ScriptedDesk(time, Session.interrupt)
+    run.session.desk = ScriptedDesk(time, SessionCore.interrupt)
     run.session.run(paused=True)
     assert run.session.ticks == 0
     run.session.run(1.0)
@@ -187,7 +187,7 @@ def test_an_interrupted_run_ends_wherever_it_is_and_may_begin_again(play: MakePl
 def test_after_an_interruption_no_tick_begins(play: MakePlay, time: Time) -> None:
     run = play(SHOWS_TIME, tick_period=(1, 4))
     run.session.desk = desk = ScriptedDesk(time)
-    desk.ask(Session.interrupt)
+    desk.ask(SessionCore.interrupt)
     run.session.run()
     assert run.session.ticks == 0
 

@@ -17,7 +17,7 @@ from graphengine.node.node_class import Node
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.runtime.commands import Delete
-from graphengine.runtime.session import Session
+from graphengine.runtime.session_core import SessionCore
 from graphengine.scene import build
 from graphengine.scene.loaded_scene import LoadedScene
 from tests.jobs.harness import assemble, twist
@@ -34,7 +34,7 @@ class Sessions:
     def __init__(self, stack: ExitStack) -> None:
         self._stack = stack
 
-    def __call__(self, scene: LoadedScene) -> tuple[Session, MemoryTransport]:
+    def __call__(self, scene: LoadedScene) -> tuple[SessionCore, MemoryTransport]:
         transport = MemoryTransport(wants_all=True)
         session = build.start(scene, LiveNetwork(lambda _: transport, 0, print))
         return self._stack.enter_context(session), transport

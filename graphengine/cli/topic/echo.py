@@ -12,11 +12,11 @@ from graphengine.cli.live import Live, absolute, add_live_arguments, count, posi
 from graphengine.cli.topic.expression import Filter, make_filter
 from graphengine.cli.topic.qos_options import add_quality_arguments, quality_for
 from graphengine.format.wording import printable
-from graphengine.ros.graph import Endpoint
+from graphengine.ros.network_graph import Endpoint
 
 if TYPE_CHECKING:
     from graphengine.messages.definitions import Definitions
-    from graphengine.ros.listening import Inbox
+    from graphengine.ros.cli_subscription import MessageQueue
 
 TRUNCATED = 128
 """Elements and characters that are shown of longer arrays and texts."""
@@ -78,7 +78,7 @@ def _warn_of_other_definitions(publishers: list[Endpoint], message_type: str, kn
             print(f"WARNING: {what}: its messages are dropped", file=sys.stderr)
 
 
-def _arriving(inbox: Inbox, timeout: float | None) -> Iterator[bytes]:
+def _arriving(inbox: MessageQueue, timeout: float | None) -> Iterator[bytes]:
     """Messages until the time is up."""
     end = None if timeout is None else time.monotonic() + timeout
     while (arrival := inbox.take(None if end is None else max(0.0, end - time.monotonic()))) is not None:

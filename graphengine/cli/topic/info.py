@@ -6,7 +6,7 @@ import argparse
 import re
 
 from graphengine.cli.live import Live, absolute, add_live_arguments, show
-from graphengine.ros.graph import Endpoint
+from graphengine.ros.network_graph import Endpoint
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -7,7 +7,7 @@ import sys
 from typing import Literal
 
 from graphengine.cli.live import Live, add_live_arguments, is_hidden, show
-from graphengine.ros.graph import Graph
+from graphengine.ros.network_graph import NetworkGraph
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -39,7 +39,7 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _counts(graph: Graph, topics: list[str], direction: Literal["publish", "subscribe"]) -> str:
+def _counts(graph: NetworkGraph, topics: list[str], direction: Literal["publish", "subscribe"]) -> str:
     """A line for each topic that somebody writes, or reads."""
     lines = ["Published topics:" if direction == "publish" else "Subscribed topics:"]
     who = "publisher" if direction == "publish" else "subscriber"

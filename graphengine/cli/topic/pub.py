@@ -11,7 +11,7 @@ from graphengine.cli.live import POLL, Live, absolute, add_live_arguments, count
 from graphengine.cli.topic.qos_options import add_quality_arguments, quality
 from graphengine.format.errors import TransportError, UsageError
 from graphengine.messages.qos import mismatch
-from graphengine.ros.graph import Endpoint, Graph
+from graphengine.ros.network_graph import Endpoint, NetworkGraph
 
 PATIENCE = 1.0
 """Seconds between two lines that tell what is waited for."""
@@ -89,7 +89,7 @@ def _wait_for_readers(live: Live, offer: Endpoint, wanted: int, limit: float | N
         TransportError: they do not within so many seconds.
     """
 
-    def found(graph: Graph) -> int:
+    def found(graph: NetworkGraph) -> int:
         return sum(map(offer.serves, graph.subscribers(offer.topic)))
 
     begun, why = time.monotonic(), ""
@@ -111,7 +111,7 @@ def _wait_for_readers(live: Live, offer: Endpoint, wanted: int, limit: float | N
         graph = live.graph_now()
 
 
-def _mismatches(graph: Graph, offer: Endpoint) -> str:
+def _mismatches(graph: NetworkGraph, offer: Endpoint) -> str:
     """Why readers of the topic do not match, a line for each; or which topic may be meant."""
     lines = []
     for end in graph.subscribers(offer.topic):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from graphengine.cli.live import count, seconds
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import mismatch
-from graphengine.ros.graph import Endpoint
+from graphengine.ros.network_graph import Endpoint
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

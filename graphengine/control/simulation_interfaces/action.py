@@ -11,15 +11,15 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from typing import Any
 
-from graphengine.control.offers import SERVICES, Offers
+from graphengine.control.service_host import SERVICES, Offers
 from graphengine.control.simulation_interfaces import states
 from graphengine.control.simulation_interfaces.results import FAILED, OK, text_of
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
 from graphengine.ros.transport import Transport
+from graphengine.runtime.command_queue import Desk
 from graphengine.runtime.commands import MAX_TICKS
-from graphengine.runtime.desk import Desk
 
 TYPE = "simulation_interfaces/action/SimulateSteps"
 _STATUS = QoS(history="keepLast", depth=1, reliability="reliable", durability="transientLocal")

@@ -16,7 +16,7 @@ from graphengine.format.spec import Orientation
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.runtime.commands import Delete, Move
-from graphengine.runtime.session import Session
+from graphengine.runtime.session_core import SessionCore
 
 WORLD = "world"
 INVALID_POSE_OF_STATE = 101
@@ -28,12 +28,12 @@ _CATEGORIES: Mapping[EntityKind, int] = {"object": 0, "robot": 1, "static": 5}
 _KNOWN_CATEGORIES = (0, 1, 2, 4, 5)
 
 
-def get_entities(session: Session, request: Any, response: Any) -> None:
+def get_entities(session: SessionCore, request: Any, response: Any) -> None:
     """Answer GetEntities."""
     response.entities = [entity.name for entity in _matching(session, request.filters)]
 
 
-def get_entities_states(session: Session, request: Any, response: Any) -> None:
+def get_entities_states(session: SessionCore, request: Any, response: Any) -> None:
     """Answer GetEntitiesStates."""
     get_entities(session, request, response)
     for name in response.entities:
@@ -42,12 +42,12 @@ def get_entities_states(session: Session, request: Any, response: Any) -> None:
         response.states.append(state)
 
 
-def get_entity_state(session: Session, request: Any, response: Any) -> None:
+def get_entity_state(session: SessionCore, request: Any, response: Any) -> None:
     """Answer GetEntityState."""
     _write_state(session, request.entity, response.state)
 
 
-def set_entity_state(session: Session, request: Any, response: Any) -> None:
+def set_entity_state(session: SessionCore, request: Any, response: Any) -> None:
     """Answer SetEntityState, with a warning where it has come into something; accelerations follow from forces."""
     entity, state = _entity(session, request.entity), request.state
     if state.header.frame_id not in ("", WORLD):
@@ -65,7 +65,7 @@ def set_entity_state(session: Session, request: Any, response: Any) -> None:
     response.result.error_message = "".join(move.apply(session)["warnings"])
 
 
-def delete_entity(session: Session, request: Any, response: Any) -> None:
+def delete_entity(session: SessionCore, request: Any, response: Any) -> None:
     """Answer DeleteEntity."""
     entity = _entity(session, request.entity)
     if session.services.stage.find(entity.prim_path).kind != "robot":
@@ -75,12 +75,12 @@ def delete_entity(session: Session, request: Any, response: Any) -> None:
     Delete(name=entity.name).apply(session)
 
 
-def get_entity_info(session: Session, request: Any, response: Any) -> None:
+def get_entity_info(session: SessionCore, request: Any, response: Any) -> None:
     """Answer GetEntityInfo."""
     response.info = _info(session, _entity(session, request.entity))
 
 
-def set_entity_info(session: Session, request: Any, response: Any) -> None:
+def set_entity_info(session: SessionCore, request: Any, response: Any) -> None:
     """Answer SetEntityInfo; it is kept for as long as the entity is there."""
     if request.info.category.category not in _KNOWN_CATEGORIES:
         legal = ", ".join(map(str, _KNOWN_CATEGORIES))
@@ -89,7 +89,7 @@ def set_entity_info(session: Session, request: Any, response: Any) -> None:
     prim.facts["entity_info"] = request.info
 
 
-def get_entity_bounds(session: Session, request: Any, response: Any) -> None:
+def get_entity_bounds(session: SessionCore, request: Any, response: Any) -> None:
     """Answer GetEntityBounds: a box in the entity's own frame, or none where it has no geometry that ends."""
     box = session.services.world.entities.bounds(_entity(session, request.entity).name, own=True)
     if box is not None:
@@ -97,7 +97,7 @@ def get_entity_bounds(session: Session, request: Any, response: Any) -> None:
         response.bounds.points = [messages.Vector3(*box.high), messages.Vector3(*box.low)]
 
 
-def pose_in_world(session: Session, stamped: Any, invalid: int) -> Pose:
+def pose_in_world(session: SessionCore, stamped: Any, invalid: int) -> Pose:
     """What a PoseStamped means: its frame is the world, or an entity.
 
     Raises:
@@ -128,7 +128,7 @@ def plain_pose(pose: Any, invalid: int) -> Pose:
     return position, orientation
 
 
-def _matching(session: Session, wanted: Any) -> list[Entity]:
+def _matching(session: SessionCore, wanted: Any) -> list[Entity]:
     """The entities that an EntityFilters means, in their order."""
     overlaps = filters.overlap(wanted.bounds)
     entities = {entity.name: entity for entity in session.services.world.entities.all()}
@@ -147,7 +147,7 @@ def _matching(session: Session, wanted: Any) -> list[Entity]:
     return found
 
 
-def _entity(session: Session, name: str) -> Entity:
+def _entity(session: SessionCore, name: str) -> Entity:
     """The entity of a name, or of a prim path.
 
     Raises:
@@ -160,7 +160,7 @@ def _entity(session: Session, name: str) -> Entity:
     raise UnknownEntityError(f"no entity {name!r}")
 
 
-def _info(session: Session, entity: Entity) -> Any:
+def _info(session: SessionCore, entity: Entity) -> Any:
     """An EntityInfo: what somebody set, else what is known."""
     given = session.services.stage.find(entity.prim_path).facts.get("entity_info")
     if given is not None:
@@ -170,7 +170,7 @@ def _info(session: Session, entity: Entity) -> Any:
     return info
 
 
-def _write_state(session: Session, name: str, message: Any) -> None:
+def _write_state(session: SessionCore, name: str, message: Any) -> None:
     state: EntityState = session.services.world.entities.state(name)
     message.header = messages.header(session.time, WORLD)
     message.pose = messages.Pose(messages.Point(*state.position), messages.Quaternion(*state.orientation))

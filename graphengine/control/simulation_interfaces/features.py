@@ -10,7 +10,7 @@ import numpy as np
 from graphengine.control.simulation_interfaces.resources import FORMATS
 from graphengine.control.simulation_interfaces.results import UNSUPPORTED, RefusedError
 from graphengine.format.version import __version__
-from graphengine.runtime.session import Session
+from graphengine.runtime.session_core import SessionCore
 from graphengine.scene.loaded_scene import LoadedScene
 
 OF_SERVICES: Mapping[str, tuple[int, ...]] = {
@@ -34,10 +34,10 @@ OF_SERVICES: Mapping[str, tuple[int, ...]] = {
 """Codes of SimulatorFeatures that a service stands for."""
 
 
-def get_features(scene: LoadedScene, offered: Sequence[str]) -> Callable[[Session, Any, Any], None]:
+def get_features(scene: LoadedScene, offered: Sequence[str]) -> Callable[[SessionCore, Any, Any], None]:
     """What answers GetSimulatorFeatures; `offered` grows while services are offered."""
 
-    def answer(session: Session, request: Any, response: Any) -> None:
+    def answer(session: SessionCore, request: Any, response: Any) -> None:
         codes = sorted(code for name in offered for code in OF_SERVICES.get(name, ()))
         response.features.features = np.array(codes, np.uint16)
         response.features.spawn_formats = list(FORMATS) if "spawn_entity" in offered else []
@@ -46,15 +46,15 @@ def get_features(scene: LoadedScene, offered: Sequence[str]) -> Callable[[Sessio
     return answer
 
 
-def unsupported(session: Session, request: Any, response: Any) -> None:
+def unsupported(session: SessionCore, request: Any, response: Any) -> None:
     """Answer what this simulator does not do."""
     raise RefusedError(UNSUPPORTED, "not a feature of this simulator, or of a session without a scene")
 
 
-def get_current_world(scene: LoadedScene) -> Callable[[Session, Any, Any], None]:
+def get_current_world(scene: LoadedScene) -> Callable[[SessionCore, Any, Any], None]:
     """What answers GetCurrentWorld."""
 
-    def answer(session: Session, request: Any, response: Any) -> None:
+    def answer(session: SessionCore, request: Any, response: Any) -> None:
         assert scene.world is not None
         spec = scene.world.scenery.scene.spec
         response.world.name = spec.scene

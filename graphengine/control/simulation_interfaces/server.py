@@ -6,16 +6,16 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from typing import Any
 
-from graphengine.control.offers import Offers
 from graphengine.control.parameters import Parameters
+from graphengine.control.service_host import Offers
 from graphengine.control.simulation_interfaces import entities, features, states
 from graphengine.control.simulation_interfaces.action import SimulateSteps
 from graphengine.control.simulation_interfaces.results import OK, code_of, text_of
 from graphengine.control.simulation_interfaces.spawning import Spawning
 from graphengine.messages.interfaces import MessageTypeError
 from graphengine.ros.transport import Transport
-from graphengine.runtime.desk import Desk
-from graphengine.runtime.session import Session
+from graphengine.runtime.command_queue import Desk
+from graphengine.runtime.session_core import SessionCore
 from graphengine.scene.loaded_scene import LoadedScene
 
 PACKAGE = "simulation_interfaces"
@@ -23,7 +23,7 @@ PACKAGE = "simulation_interfaces"
 _LEFT_OUT = ("get_available_worlds", "load_world", "unload_world", "get_named_poses", "get_named_pose_bounds")
 """Services that say so, which is better than to let callers wait: a session has one world, and a scene names no poses."""
 
-Answer = Callable[[Session, Any, Any], None]
+Answer = Callable[[SessionCore, Any, Any], None]
 """Fills in an answer, in the session's thread; what it raises becomes the answer's result."""
 
 

@@ -15,7 +15,7 @@ from graphengine.format.errors import CheckError, GraphError, PhysicsError, Reco
 from graphengine.format.spec import Orientation, RobotUse
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.runtime.commands import Spawn
-from graphengine.runtime.session import Session
+from graphengine.runtime.session_core import SessionCore
 from graphengine.scene.loaded_scene import LoadedScene
 
 _NAME_NOT_UNIQUE, _NAME_INVALID = 101, 102
@@ -31,12 +31,12 @@ class Spawning:
     def __init__(self, scene: LoadedScene) -> None:
         self._scene = scene
 
-    def spawn_entity(self, session: Session, request: Any, response: Any) -> None:
+    def spawn_entity(self, session: SessionCore, request: Any, response: Any) -> None:
         """Answer SpawnEntity."""
         name, warning = self._spawn(session, request, request.uri, request.resource_string)
         response.entity_name, response.result.error_message = name, warning
 
-    def spawn_entities(self, session: Session, request: Any, response: Any) -> None:
+    def spawn_entities(self, session: SessionCore, request: Any, response: Any) -> None:
         """Answer SpawnEntities, one by one; what failed keeps no other from coming."""
         if len(request.spawn_requests) > MAX_AT_ONCE:
             raise RefusedError(_SOME_FAILED, f"more than {MAX_AT_ONCE} entities at once")
@@ -57,7 +57,7 @@ class Spawning:
         if failed:
             raise RefusedError(_SOME_FAILED, f"{failed} of {len(request.spawn_requests)} did not come")
 
-    def get_spawnables(self, session: Session, request: Any, response: Any) -> None:
+    def get_spawnables(self, session: SessionCore, request: Any, response: Any) -> None:
         """Answer GetSpawnables."""
         found, unknown = spawnables(self._scene, request.sources)
         for uri, description in found:
@@ -68,7 +68,7 @@ class Spawning:
             names = ", ".join(source[:200] for source in unknown[:20])
             response.result.error_message = f"not folders that may be read: {names}"
 
-    def _spawn(self, session: Session, request: Any, uri: str, text: str) -> tuple[str, str]:
+    def _spawn(self, session: SessionCore, request: Any, uri: str, text: str) -> tuple[str, str]:
         """Let an entity come; its name, and a warning where it is in something."""
         use = use_of(self._scene, uri, text)
         name = _free_name(session, request.name or name_of(use), allow_renaming=request.allow_renaming)
@@ -91,7 +91,7 @@ class Spawning:
             raise RefusedError(_INVALID_POSE, str(error)) from error
 
 
-def _free_name(session: Session, wanted: str, *, allow_renaming: bool) -> str:
+def _free_name(session: SessionCore, wanted: str, *, allow_renaming: bool) -> str:
     """A name that nothing has, the wanted one if possible."""
     if not wanted and not allow_renaming:
         raise RefusedError(_NAME_INVALID, "no name, and the resource has none either")

@@ -7,7 +7,7 @@ from typing import Any
 from graphengine.control.simulation_interfaces.results import FAILED, RefusedError
 from graphengine.format.errors import GraphError, RecordingError
 from graphengine.runtime.commands import MAX_TICKS, Command, Pause, Play, Quit, Reset, Scope, Step, Stop
-from graphengine.runtime.session import Session
+from graphengine.runtime.session_core import SessionCore
 
 STOPPED, PLAYING, PAUSED, QUITTING = range(4)
 _STATES = {"stopped": STOPPED, "playing": PLAYING, "paused": PAUSED, "failed": PAUSED}
@@ -17,12 +17,12 @@ _ALREADY, _TRANSITION_FAILED, _INCORRECT_TRANSITION = 101, 102, 103
 _SCOPES: dict[int, Scope] = {1: "time", 2: "state", 4: "spawned"}
 
 
-def get_state(session: Session, request: Any, response: Any) -> None:
+def get_state(session: SessionCore, request: Any, response: Any) -> None:
     """Answer GetSimulationState."""
     response.state.state = _STATES[session.state]
 
 
-def set_state(session: Session, request: Any, response: Any) -> None:
+def set_state(session: SessionCore, request: Any, response: Any) -> None:
     """Answer SetSimulationState; what quits stops first."""
     target = request.state.state
     if target == _STATES[session.state]:
@@ -41,7 +41,7 @@ def set_state(session: Session, request: Any, response: Any) -> None:
         Quit().apply(session)
 
 
-def reset(session: Session, request: Any, response: Any) -> None:
+def reset(session: SessionCore, request: Any, response: Any) -> None:
     """Answer ResetSimulation: a bit for each scope, none for all of them."""
     wanted = [scope for bit, scope in _SCOPES.items() if request.scope & bit]
     if request.scope and not wanted:
@@ -49,12 +49,12 @@ def reset(session: Session, request: Any, response: Any) -> None:
     Reset(scope=tuple(wanted) or ("all",)).apply(session)
 
 
-def step(session: Session, request: Any, response: Any) -> None:
+def step(session: SessionCore, request: Any, response: Any) -> None:
     """Answer StepSimulation: single ticks of a simulation that is paused, and is so again afterwards."""
     run_steps(session, request.steps)
 
 
-def run_steps(session: Session, count: int) -> None:
+def run_steps(session: SessionCore, count: int) -> None:
     """Let a paused session run single ticks.
 
     Raises:

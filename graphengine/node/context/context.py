@@ -10,9 +10,9 @@ import numpy as np
 
 from graphengine.format.stateful import Shared
 from graphengine.node.clock import Clock
-from graphengine.node.context.endpoints import OwnedEndpoints
-from graphengine.node.context.handles import WorldHandles
-from graphengine.node.context.services import Services
+from graphengine.node.context.device_access import WorldHandles
+from graphengine.node.context.endpoint_access import OwnedEndpoints
+from graphengine.node.context.session_services import Services
 from graphengine.node.keys import Keyboard
 from graphengine.node.mailbox import EventQueue, Mailbox
 from graphengine.node.variable import Variable, find_variable

@@ -27,7 +27,7 @@ from graphengine.format.diagnostics import Findings
 from graphengine.format.stateful import Stateful
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.drives import Drive, position_servo, servos, velocity_servo
-from graphengine.physics.model.robot import Robot
+from graphengine.physics.model.robot import RobotInstance
 
 Floats = NDArray[np.float64]
 
@@ -100,7 +100,7 @@ class ForceLimits(Stateful):
         self._data.qfrc_applied[self._dofs] = own - (forces - legal)
 
 
-def tell_limits(limits: ForceLimits, robots: Mapping[str, Robot], findings: Findings) -> None:
+def tell_limits(limits: ForceLimits, robots: Mapping[str, RobotInstance], findings: Findings) -> None:
     """Tell what the maximum forces that robot files state come to."""
     told: set[tuple[int, str]] = set()
     for name, inertia in zip(limits.joints, limits.inertias.tolist(), strict=True):

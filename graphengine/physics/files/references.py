@@ -48,7 +48,7 @@ class _Mesh:
     why: str = ""
 
 
-class _Kind(NamedTuple):
+class _FileKind(NamedTuple):
     """A mesh file, links followed; the suffix that it is named by; whether it is looked at."""
 
     path: Path
@@ -69,7 +69,7 @@ class Library:
         self.assets: dict[str, bytes] = {}
         self.models: dict[str, bytes] = {}
         self._keys: dict[Path, str] = {}
-        self._meshes: dict[_Kind, _Mesh] = {}
+        self._meshes: dict[_FileKind, _Mesh] = {}
         self._heaviest = 0.0
         """Cells of the heaviest model so far, as `bounds` counts them."""
         self._unfolded = 0
@@ -101,17 +101,17 @@ class Library:
             shapes: the meshes, and whether each is a visual.
             packages: where they lie.
         """
-        kinds: dict[Element, _Kind] = {}
+        kinds: dict[Element, _FileKind] = {}
         for element, visual in shapes:
             reference = element.get("filename")
             self.outcomes[reference] = "missing"
             path = self._find(element, "filename", packages.places(reference), "S103", packages)
             if path is not None:
-                kinds[element] = _Kind(path.resolve(), path.suffix.lower(), visual)
+                kinds[element] = _FileKind(path.resolve(), path.suffix.lower(), visual)
         self._load(dict.fromkeys(kind for kind in kinds.values() if kind not in self._meshes))
         return {element: self._files(element, kind) for element, kind in kinds.items()}
 
-    def _files(self, element: Element, kind: _Kind) -> list[MeshFile]:
+    def _files(self, element: Element, kind: _FileKind) -> list[MeshFile]:
         """The files of a mesh that was loaded; what is wrong with it is told."""
         reference, mesh = element.get("filename"), self._meshes[kind]
         self.outcomes[reference] = mesh.outcome
@@ -120,9 +120,9 @@ class Library:
             self.findings.add(code, what.format(reference, mesh.why), element.place("filename"))
         return mesh.files
 
-    def _load(self, kinds: Iterable[_Kind]) -> None:
+    def _load(self, kinds: Iterable[_FileKind]) -> None:
         """Read meshes; those that MuJoCo cannot read are converted, all at once."""
-        foreign: dict[_Kind, Foreign] = {}
+        foreign: dict[_FileKind, Foreign] = {}
         for kind in sorted(kinds):  # a file that is looked at and collided with follows itself
             try:
                 data = self._mesh_data(kind)
@@ -144,7 +144,7 @@ class Library:
                 files = [MeshFile(self._keep(f"{kind.path.stem}.msh", part.data), part.colour) for part in became]
                 self._meshes[kind] = _Mesh("converted", files)
 
-    def _mesh_data(self, kind: _Kind) -> bytes:
+    def _mesh_data(self, kind: _FileKind) -> bytes:
         if kind.path in self._keys:
             return self.assets[self._keys[kind.path]]
         if kind.suffix not in meshes.READABLE:

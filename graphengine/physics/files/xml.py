@@ -90,7 +90,7 @@ def parse(raw: bytes, name: str, findings: Findings, code: str) -> Element | Non
     if len(raw) > MAX_BYTES:
         findings.add(code, f"{name!r} is larger than {MAX_BYTES // 1_000_000} MB", Span(Source(name, ()), 1, 1))
         return None
-    builder = _Builder(source)
+    builder = _TreeBuilder(source)
     try:
         builder.parser.Parse(raw, True)
     except xml.parsers.expat.ExpatError as error:
@@ -105,7 +105,7 @@ def parse(raw: bytes, name: str, findings: Findings, code: str) -> Element | Non
     return None
 
 
-class _Builder:
+class _TreeBuilder:
     """Turns expat's calls into elements."""
 
     def __init__(self, source: Source) -> None:

@@ -24,10 +24,10 @@ from graphengine.physics.files.packages import Packages, package_of
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, mujoco_says, write
 from graphengine.physics.model.extents import extents
-from graphengine.physics.model.fleet import Placement
-from graphengine.physics.model.prims import add_robot
-from graphengine.physics.model.robot import Robot, load_robot
+from graphengine.physics.model.fleet_expansion import RobotPlacement
+from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_model import robot_spec
+from graphengine.physics.model.robot_prims import add_robot
 
 _FLOOR_FRICTION = 1.0
 _MESHES = ("mesh", "texture")
@@ -68,7 +68,7 @@ class Imported:
         use: the robot file as a scene of its project names it.
     """
 
-    robot: Robot
+    robot: RobotInstance
     free: bool
     lowest: float | None
     library: Library
@@ -88,7 +88,7 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     told = [_near(folder, origin.target) for folder in packages]
     text = compose(urdf, name, origin.told, _near(path, origin.target), told, fixed_base=origin.fixed_base)
     file = robot_file(text, origin.target, findings)
-    placement = Placement(name, f"/{name}", name, RobotUse(use=str(origin.target)), NOWHERE, None)
+    placement = RobotPlacement(name, f"/{name}", name, RobotUse(use=str(origin.target)), NOWHERE, None)
     robot = load_robot(placement, file, files, findings, urdf) if file is not None else None
     library = Library(files, findings)
     spec = robot_spec(robot, library, _FLOOR_FRICTION, findings) if robot is not None else None

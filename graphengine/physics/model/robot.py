@@ -16,15 +16,15 @@ from graphengine.physics.description.robot_file import RobotFile
 from graphengine.physics.description.source import read_description
 from graphengine.physics.description.urdf import Urdf, UrdfJoint, shape_of
 from graphengine.physics.files.xml import write
-from graphengine.physics.model.disabled import Disabled, disable_joints
 from graphengine.physics.model.drives import Drive, drive_of, in_si
-from graphengine.physics.model.fleet import Placement
+from graphengine.physics.model.fleet_expansion import RobotPlacement
+from graphengine.physics.model.joint_disabling import Disabled, disable_joints
 from graphengine.physics.model.materials import NO_FLOOR_FRICTION
 from graphengine.physics.model.profiles import SensorProfile, read_profiles
 
 
 @dataclass(slots=True, eq=False, repr=False)
-class Robot:
+class RobotInstance:
     """One robot of a scene.
 
     Attributes:
@@ -39,7 +39,7 @@ class Robot:
         floor: friction of what it stands on.
     """
 
-    placement: Placement
+    placement: RobotPlacement
     file: RobotFile
     urdf: Urdf
     urdf_text: str
@@ -92,8 +92,8 @@ class Robot:
 
 
 def load_robot(
-    placement: Placement, file: RobotFile, files: Files, findings: Findings, urdf: Urdf | None = None
-) -> Robot | None:
+    placement: RobotPlacement, file: RobotFile, files: Files, findings: Findings, urdf: Urdf | None = None
+) -> RobotInstance | None:
     """Check a robot file against its description, read unless given; what is wrong goes to `findings`."""
     urdf = urdf or read_description(file, files, findings)
     profiles = read_profiles(file, files, findings)
@@ -110,7 +110,7 @@ def load_robot(
     drives = _drives(file, urdf, disabled, findings)
     _check_colliders(file, urdf, findings)
     text = '<?xml version="1.0"?>\n' + write(urdf.element)[0] + "\n"
-    return Robot(placement, file, urdf, text, profiles, tuple(urdf.moving()), drives, disabled)
+    return RobotInstance(placement, file, urdf, text, profiles, tuple(urdf.moving()), drives, disabled)
 
 
 def _known(what: str, name: str, legal: Iterable[str], span: Span, findings: Findings) -> None:

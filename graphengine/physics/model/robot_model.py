@@ -16,7 +16,7 @@ from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element
 from graphengine.physics.model.drives import Drive, position_servo, velocity_servo
 from graphengine.physics.model.materials import against_floor, sentences
-from graphengine.physics.model.robot import Robot
+from graphengine.physics.model.robot import RobotInstance
 
 _HARD_SOLREF, _HARD_SOLIMP = (0.004, 1.0), (0.99, 0.999)
 """Of joint limits: a drive that pushes against one with 1e4 N m/rad is 0.3 mrad beyond it, with MuJoCo's defaults 40."""
@@ -26,7 +26,7 @@ _TIGHT_SOLIMP = (0.999, 0.9999)
 """Impedance of that constraint: a follower that carries 30 N strays by micrometres."""
 
 
-def robot_spec(robot: Robot, library: Library, floor: float, findings: Findings) -> mujoco.MjSpec | None:
+def robot_spec(robot: RobotInstance, library: Library, floor: float, findings: Findings) -> mujoco.MjSpec | None:
     """The robot as MuJoCo's editable model, None when something is wrong with it.
 
     Args:
@@ -65,7 +65,7 @@ def _unused(name: str, taken: Collection[str]) -> str:
     return name
 
 
-def _turn_round(element: Element, robot: Robot) -> dict[str, Pose]:
+def _turn_round(element: Element, robot: RobotInstance) -> dict[str, Pose]:
     """Hang the links above the one that moves freely on that one, as MuJoCo has only topmost bodies move freely.
 
     They are frames on fixed joints, of which parent and child change places. New poses come back, for bodies of the model.
@@ -81,7 +81,7 @@ def _turn_round(element: Element, robot: Robot) -> dict[str, Pose]:
     return poses
 
 
-def _equip_joints(spec: mujoco.MjSpec, robot: Robot) -> None:
+def _equip_joints(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
     """Limits that hold, rotors, drives, and ties between joints."""
     for joint in robot.moving:
         driven = spec.joint(joint.name)
@@ -126,7 +126,7 @@ def _collides(geom: mujoco.MjsGeom) -> bool:
     return bool(geom.contype or geom.conaffinity)
 
 
-def _shape_wheels(spec: mujoco.MjSpec, robot: Robot) -> None:
+def _shape_wheels(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
     """An ellipsoid touches the floor in one point; the two at the rims of a cylinder scrub in a turn."""
     for link, shape in robot.spec.wheel_colliders.items():
         for geom in spec.body(link).geoms:
@@ -136,7 +136,7 @@ def _shape_wheels(spec: mujoco.MjSpec, robot: Robot) -> None:
                 geom.size = [radius, radius, half_width]
 
 
-def _group_geoms(spec: mujoco.MjSpec, robot: Robot) -> None:
+def _group_geoms(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
     """Colliders are drawn only where a link has no visual."""
     for link in robot.urdf.links:
         geoms = list(spec.body(link).geoms)
@@ -145,7 +145,7 @@ def _group_geoms(spec: mujoco.MjSpec, robot: Robot) -> None:
             geom.group = PICTURES if not _collides(geom) else RAYS if drawn else RAYS_AND_PICTURES
 
 
-def _apply_materials(spec: mujoco.MjSpec, robot: Robot, floor: float, findings: Findings) -> None:
+def _apply_materials(spec: mujoco.MjSpec, robot: RobotInstance, floor: float, findings: Findings) -> None:
     for name, material in robot.spec.materials.items():
         for link in material.bind:
             contact = against_floor(material, floor, wheel=link in robot.spec.wheel_colliders)
@@ -157,7 +157,7 @@ def _apply_materials(spec: mujoco.MjSpec, robot: Robot, floor: float, findings: 
             findings.add("N103", text, robot.file.key_span("materials", name), *left_out)
 
 
-def _exclude_contacts(spec: mujoco.MjSpec, robot: Robot) -> None:
+def _exclude_contacts(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
     """Keep colliders of one robot, which often overlap, from colliding with each other, as Isaac's importer does.
 
     Where they may, those that a joint connects still do not, as in PhysX; MuJoCo sees to that, but for joints on a fixed base.
@@ -192,7 +192,7 @@ def _keep_awake(spec: mujoco.MjSpec) -> None:
             trees += body.bodies
 
 
-def _prune(spec: mujoco.MjSpec, robot: Robot) -> None:
+def _prune(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
     """Delete links that are frames only: nothing to simulate, and their poses are those of what carries them."""
     for link in reversed(list(robot.urdf.depth_first())):
         body = spec.body(link.name)

@@ -20,20 +20,20 @@ from graphengine.physics.description.robot_file import read_robot
 from graphengine.physics.engine import REFUSALS, mujoco
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, mujoco_says, place_of
-from graphengine.physics.model.fleet import Placement
-from graphengine.physics.model.housings import add_housings
+from graphengine.physics.model.fleet_expansion import RobotPlacement
 from graphengine.physics.model.materials import NO_FLOOR_FRICTION
-from graphengine.physics.model.robot import Robot, load_robot
+from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_model import robot_spec
+from graphengine.physics.model.sensor_bodies import add_housings
 
 _DEGREE_OF_FREEDOM = re.compile(r"\bDOF (\d+)")
 
 
 @dataclass(frozen=True, slots=True)
-class _Kind:
+class _RobotKind:
     """What one robot file stands for: a robot somewhere, and its model."""
 
-    robot: Robot
+    robot: RobotInstance
     model: mujoco.MjSpec
 
 
@@ -55,7 +55,7 @@ class Scenery:
         self._world = world
         self._lines = lines
         self._floor = _floor_friction(world) if world is not None else NO_FLOOR_FRICTION
-        self._kinds: dict[str, _Kind | None] = {}
+        self._kinds: dict[str, _RobotKind | None] = {}
         """By path of the file, or by the text of the description."""
 
     def copy(self, files: Files) -> Scenery:
@@ -64,7 +64,7 @@ class Scenery:
         made.library, made._kinds = self.library.copy(files), dict(self._kinds)
         return made
 
-    def robot(self, placement: Placement, findings: Findings) -> Robot | None:
+    def robot(self, placement: RobotPlacement, findings: Findings) -> RobotInstance | None:
         """A robot at its place; each robot file is read once, and what is wrong with it told once."""
         use = placement.use.use
         if is_text(use):
@@ -81,11 +81,11 @@ class Scenery:
         kind = self._kinds[key]
         return replace(kind.robot, placement=placement, floor=self._floor) if kind is not None else None
 
-    def _place_of(self, placement: Placement) -> Span | None:
+    def _place_of(self, placement: RobotPlacement) -> Span | None:
         """Where the scene names a robot's file; nowhere for one that comes later."""
         return self.scene.document.span("robots", placement.key, "use") if placement.key else None
 
-    def forget(self, robots: Mapping[str, Robot]) -> None:
+    def forget(self, robots: Mapping[str, RobotInstance]) -> None:
         """Read anew what was wrong, and the texts that no robot is made of."""
         used = {id(robot.file) for robot in robots.values()}
         self._kinds = {
@@ -94,7 +94,7 @@ class Scenery:
             if kind is not None and (id(kind.robot.file) in used or not is_text(key))
         }
 
-    def _read(self, path: Path, placement: Placement, findings: Findings) -> _Kind | None:
+    def _read(self, path: Path, placement: RobotPlacement, findings: Findings) -> _RobotKind | None:
         self.library.findings = findings  # whoever asks for a robot is told, not who asked for the first
         files, use, urdf, model = self.library.files, placement.use.use, None, None
         if is_mjcf(use):
@@ -111,9 +111,11 @@ class Scenery:
         if is_mjcf(use) or urdf is not None:
             self._tell_joints(robot, model, placement, findings)
         add_housings(model, robot)
-        return _Kind(robot, model)
+        return _RobotKind(robot, model)
 
-    def _tell_joints(self, robot: Robot, model: mujoco.MjSpec, placement: Placement, findings: Findings) -> None:
+    def _tell_joints(
+        self, robot: RobotInstance, model: mujoco.MjSpec, placement: RobotPlacement, findings: Findings
+    ) -> None:
         """Tell what graphs can do with the joints of a description that is used without a robot file."""
         free = mujoco.mjtJoint.mjJNT_FREE
         brought = [joint.name or "one without a name" for joint in model.joints if joint.type != free]
@@ -131,7 +133,7 @@ class Scenery:
             "joints of a MuJoCo model are not read; a robot file of its URDF names them" if unknown else "",
         )
 
-    def compile(self, robots: Mapping[str, Robot], findings: Findings) -> mujoco.MjModel | None:
+    def compile(self, robots: Mapping[str, RobotInstance], findings: Findings) -> mujoco.MjModel | None:
         """One model of the world and robots from `robot`; None when MuJoCo refuses."""
         whole = self._assembled(robots, findings)
         if whole is None:
@@ -147,7 +149,7 @@ class Scenery:
             self._warned(str(warning.message), model, robots, findings)
         return model
 
-    def _assembled(self, robots: Mapping[str, Robot], findings: Findings) -> mujoco.MjSpec | None:
+    def _assembled(self, robots: Mapping[str, RobotInstance], findings: Findings) -> mujoco.MjSpec | None:
         """The world with robots attached, which share meshes and textures where these are equal; None when MuJoCo refuses.
 
         MuJoCo takes files that have one name for equal. Attaching gives those of each robot names of their own, unless the
@@ -174,7 +176,9 @@ class Scenery:
         whole.assets = self.library.assets
         return whole if len(findings.errors) == before else None
 
-    def _warned(self, text: str, model: mujoco.MjModel, robots: Mapping[str, Robot], findings: Findings) -> None:
+    def _warned(
+        self, text: str, model: mujoco.MjModel, robots: Mapping[str, RobotInstance], findings: Findings
+    ) -> None:
         """Tell what MuJoCo thinks of a model that it compiled, at the joint if it numbers one."""
         sentence, number = text.partition(" Time =")[0], _DEGREE_OF_FREEDOM.search(text)
         span, where = self.scene.document.key_span("world"), ""
@@ -185,7 +189,7 @@ class Scenery:
             span = element.span if (element := _element(name, robots)) is not None else span
         findings.add("W205", f"MuJoCo: {sentence}", span, where)
 
-    def _refused(self, error: Exception, robots: Mapping[str, Robot], findings: Findings) -> None:
+    def _refused(self, error: Exception, robots: Mapping[str, RobotInstance], findings: Findings) -> None:
         """Tell MuJoCo's sentence where its element stands: in a robot's description if the name says so, else in the world."""
         message, name, line = mujoco_says(error)
         element = _element(name, robots)
@@ -195,7 +199,7 @@ class Scenery:
             findings.add("S106", f"MuJoCo: {message}", place_of(self._lines, line))
 
 
-def _element(name: str, robots: Mapping[str, Robot]) -> Element | None:
+def _element(name: str, robots: Mapping[str, RobotInstance]) -> Element | None:
     """What a robot's description calls so, or the whole description; None for what belongs to no robot."""
     owner, _, rest = name.partition("/")
     if owner not in robots:

@@ -9,7 +9,7 @@ import numpy as np
 
 from graphengine.devices.stage import Stage
 from graphengine.physics.engine import mujoco
-from graphengine.physics.model.prims import prim_name
+from graphengine.physics.model.robot_prims import prim_name
 
 
 def add_world(stage: Stage, model: mujoco.MjModel, robots: Collection[str]) -> None:

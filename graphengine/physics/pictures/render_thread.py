@@ -24,7 +24,7 @@ from graphengine.devices.rotation import Pose
 from graphengine.format.errors import RenderError
 from graphengine.format.stateful import Stateful
 from graphengine.physics.engine import mujoco
-from graphengine.physics.model.housings import housing_of
+from graphengine.physics.model.sensor_bodies import housing_of
 from graphengine.physics.pictures import opengl
 from graphengine.physics.pictures.bounding_boxes import BoundingBoxes
 from graphengine.physics.pictures.frame_capture import FrameCapture, Lens, Shot

@@ -16,7 +16,7 @@ from graphengine.devices.contact import ContactReading, ContactSensor
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive
 from graphengine.physics.dynamics.handle_table import Handle
-from graphengine.physics.dynamics.handles import CarriedPrim
+from graphengine.physics.dynamics.motion_handles import CarriedPrim
 from graphengine.physics.engine import mujoco
 from graphengine.physics.sensors.implementations import Profile, implements
 

@@ -19,7 +19,7 @@ from graphengine.devices.rotation import unrotate
 from graphengine.devices.sensor import Quaternion, Vector3
 from graphengine.devices.stage import Prim
 from graphengine.physics.dynamics.handle_table import Handle
-from graphengine.physics.dynamics.handles import CarriedPrim
+from graphengine.physics.dynamics.motion_handles import CarriedPrim
 from graphengine.physics.sensors.implementations import Deviation, Offsets, Profile, Rate, implements
 from graphengine.physics.sensors.sampling import Sampling
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.physics.engine import OWN, mujoco
+from graphengine.physics.sensors.plane_culling import PlaneSlice
 from graphengine.physics.sensors.rays import GROUPS_SEEN, Floats, Integers, own_geoms, visible_geoms
-from graphengine.physics.sensors.slice import PlaneSlice
 
 
 class MultiRays:

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
 
-from graphengine.devices.seeds import key_of
+from graphengine.devices.random_streams import key_of
 from graphengine.devices.stage import Prim
 from graphengine.physics.dynamics.handle_table import Handle
-from graphengine.physics.dynamics.handles import CarriedPrim
+from graphengine.physics.dynamics.motion_handles import CarriedPrim
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore

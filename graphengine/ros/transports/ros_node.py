@@ -14,7 +14,7 @@ from graphengine.format.stateful import Stateful
 from graphengine.messages import messages, names, qos
 from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.ros.domain import Domain
-from graphengine.ros.graph import full_name
+from graphengine.ros.network_graph import full_name
 from graphengine.ros.transport import Writer
 
 ROSOUT = ("/rosout", "rcl_interfaces/msg/Log", qos.ROSOUT)

@@ -10,7 +10,7 @@ from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import CheckError, UsageError
 from graphengine.format.spec import RobotUse
 from graphengine.physics.loading import LoadedWorld
-from graphengine.physics.population import Population
+from graphengine.physics.robot_spawner import Population
 from tests.physics.harness import CART, Project
 
 BOX = """<robot name="crate">

@@ -15,7 +15,7 @@ from graphengine.physics.dynamics.force_limits import ForceLimits
 from graphengine.physics.engine import mujoco
 from graphengine.physics.loading import LoadedWorld
 from graphengine.physics.model.drives import Drive, position_servo, velocity_servo
-from graphengine.physics.population import Population
+from graphengine.physics.robot_spawner import Population
 from tests.physics.harness import CART, ROBOT, Project
 
 STEP = 1 / 240

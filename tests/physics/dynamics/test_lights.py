@@ -17,7 +17,7 @@ from graphengine.format.spec import RobotUse
 from graphengine.node.prims.stage_prims import Prims
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.world_prims import add_world
-from graphengine.physics.population import Population
+from graphengine.physics.robot_spawner import Population
 from graphengine.physics.simulation import Simulation
 from tests.physics.harness import FLOOR, Project
 from tests.physics.pictures.harness import EYE, FORWARD, camera_of, needs_opengl

@@ -17,10 +17,10 @@ from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import PhysicsError
 from graphengine.format.spec import RobotUse
-from graphengine.physics.dynamics.placing import PlacedBody
+from graphengine.physics.dynamics.held_bodies import PlacedBody
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.world_prims import add_world
-from graphengine.physics.population import Population
+from graphengine.physics.robot_spawner import Population
 from graphengine.physics.simulation import Simulation
 from tests.physics.conftest import Ship
 from tests.physics.harness import CART, Project, yaw_of

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from graphengine.devices.sensor import Vector3
 from graphengine.devices.stage import Stage
 from graphengine.format.errors import UsageError
-from graphengine.physics.population import Population
+from graphengine.physics.robot_spawner import Population
 from graphengine.physics.simulation import Simulation
 from tests.physics.dynamics.things import BALL, SHELF, SPACE, add, run, world
 from tests.physics.harness import Project

@@ -8,7 +8,7 @@ import pytest
 
 from graphengine.devices.entity import Move
 from graphengine.format.errors import PhysicsError, UsageError
-from graphengine.physics.population import Population
+from graphengine.physics.robot_spawner import Population
 from graphengine.physics.sensors.imu import InertialUnit
 from graphengine.physics.sensors.lidar import RayLidar
 from tests.physics.conftest import Ship

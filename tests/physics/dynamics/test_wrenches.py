@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from graphengine.devices.stage import Stage
-from graphengine.physics.dynamics.handles import Joints
+from graphengine.physics.dynamics.motion_handles import Joints
 from graphengine.physics.engine import mujoco
 from graphengine.physics.simulation import Simulation
 

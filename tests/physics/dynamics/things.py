@@ -5,7 +5,7 @@ from __future__ import annotations
 from graphengine.format.diagnostics import Findings
 from graphengine.format.spec import RobotUse
 from graphengine.physics.loading import LoadedWorld
-from graphengine.physics.population import Population
+from graphengine.physics.robot_spawner import Population
 from graphengine.physics.simulation import Simulation
 from tests.physics.harness import Project
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from graphengine.format.spec import RobotUse
-from graphengine.physics.model.fleet import place
+from graphengine.physics.model.fleet_expansion import place
 from tests.physics.harness import Project
 
 SCENE = "scene: test\nworld: world.xml\nrobots:\n"

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from graphengine.format.diagnostics import Findings
 from graphengine.format.spec import RobotUse
 from graphengine.physics.loading import LoadedWorld
-from graphengine.physics.model.housings import housing_of
-from graphengine.physics.population import Population
+from graphengine.physics.model.sensor_bodies import housing_of
+from graphengine.physics.robot_spawner import Population
 from graphengine.physics.sensors.contact import BodyContactSensor
 from graphengine.physics.sensors.lidar import RayLidar
 from graphengine.physics.sensors.rays import RaysChoice

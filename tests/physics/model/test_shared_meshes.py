@@ -14,7 +14,7 @@ from graphengine.format.diagnostics import Findings
 from graphengine.format.spec import RobotUse
 from graphengine.physics.engine import mujoco
 from graphengine.physics.loading import LoadedWorld
-from graphengine.physics.population import Population
+from graphengine.physics.robot_spawner import Population
 from graphengine.physics.sensors.camera import PinholeCamera
 from graphengine.physics.sensors.lidar import RayLidar
 from tests.physics.harness import CART, Project

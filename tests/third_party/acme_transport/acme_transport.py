@@ -11,14 +11,14 @@ from functools import partial
 from typing import Any
 
 from graphengine.messages.endpoints import QoS
-from graphengine.ros.graph import Direction, Graph
+from graphengine.ros.network_graph import Direction, NetworkGraph
 from graphengine.ros.transport import (
     JoinOptions,
     Reader,
-    ServiceClient,
-    ServiceServer,
     Transport,
+    TransportClient,
     TransportKind,
+    TransportServer,
     Writer,
 )
 from graphengine.ros.transports.ends import RosEnd
@@ -74,7 +74,7 @@ class AcmeTransport(RosNode):
 
     def server(
         self, service: str, service_type: str, qos: QoS, deliver: Callable[[bytes, bytes], None]
-    ) -> ServiceServer:
+    ) -> TransportServer:
         """A server of a service."""
         self._admit(service)
         end = _Server(service, self._remove, self, deliver)
@@ -83,7 +83,9 @@ class AcmeTransport(RosNode):
         self._readers.append(end)
         return end
 
-    def client(self, service: str, service_type: str, qos: QoS, deliver: Callable[[int, bytes], None]) -> ServiceClient:
+    def client(
+        self, service: str, service_type: str, qos: QoS, deliver: Callable[[int, bytes], None]
+    ) -> TransportClient:
         """A client of a service."""
         self._admit(service)
         end = _Client(service, self._remove, self, deliver)
@@ -91,13 +93,13 @@ class AcmeTransport(RosNode):
         self._readers.append(end)
         return end
 
-    def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> Graph:
+    def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> NetworkGraph:
         """Who writes and reads which topic."""
         self._admit()
         found = self._hub.memory.graph(asked)
         owned = [(end, *self._hub.owners[end.gid]) for end in found.endpoints]
         ends = [replace(end, node=node, namespace=namespace) for end, node, namespace in owned]
-        return Graph(ends, services=found.services)
+        return NetworkGraph(ends, services=found.services)
 
     def take(self, end: _Hearing, source: bytes, message: tuple[Any, ...]) -> None:
         """Deliver a message, unless its endpoint was closed since it arrived."""

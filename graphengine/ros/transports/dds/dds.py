@@ -25,7 +25,7 @@ from graphengine.format.errors import TransportError
 from graphengine.messages import names
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import PARAMETER_EVENTS, settled
-from graphengine.ros.graph import Direction, Graph
+from graphengine.ros.network_graph import Direction, NetworkGraph
 from graphengine.ros.transports.dds import cyclone, dds_services, discovery
 from graphengine.ros.transports.dds.cyclone_log import LOG
 from graphengine.ros.transports.dds.dds_endpoints import DdsEnd, DdsReader, DdsWriter, gid_of
@@ -43,7 +43,7 @@ _End = TypeVar("_End", bound=DdsEnd)
 
 
 @dataclass(slots=True)
-class _Topic:
+class _DdsTopic:
     """A DDS topic, for all endpoints that are open on it."""
 
     message_type: str
@@ -59,7 +59,7 @@ class DdsTransport(RosNode):
         self.spin_time = 0.0 if domain.discovery_range == "OFF" else 0.5
         self._hearing = threading.Lock()
         """Held while the graph is searched, which may take long; it is taken before the other lock."""
-        self._topics: dict[str, _Topic] = {}
+        self._topics: dict[str, _DdsTopic] = {}
         self._service_numbers = itertools.count(1)
         self._delivering: DdsEnd | None = None
         self._discovery: Discovery | None = None
@@ -133,7 +133,7 @@ class DdsTransport(RosNode):
         """By topic or service, how many messages were dropped; participants of this process in one domain share the count."""
         return Counter(LOG.malformed(self._domain.id)) + Counter(super().malformed)
 
-    def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> Graph:
+    def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> NetworkGraph:
         """Who writes and reads which topic, as far as it is known.
 
         Raises:
@@ -173,7 +173,7 @@ class DdsTransport(RosNode):
             made = make(self._participant, entity, qos=policies)
         except DDSException as error:
             raise TransportError(f"{shown} cannot be opened: {error}") from error
-        self._topics.setdefault(topic, _Topic(message_type, entity)).endpoints += 1
+        self._topics.setdefault(topic, _DdsTopic(message_type, entity)).endpoints += 1
         return made
 
     def _pair(self, role: str, service: str, service_type: str, qos: QoS) -> Pair:
@@ -214,12 +214,12 @@ class DdsTransport(RosNode):
         if not self._topics[topic].endpoints:
             cyclone.delete(self._topics.pop(topic).entity)
 
-    def _node(self) -> discovery.Node:
+    def _node(self) -> discovery.DiscoveredNode:
         readers = [end.gids[0] for end in self._readers]
         writers = [end.gids[-1] for end in (*self._writers, *self._readers) if not isinstance(end, DdsReader)]
-        return discovery.Node(self._namespace, self._name, readers, writers)
+        return discovery.DiscoveredNode(self._namespace, self._name, readers, writers)
 
-    def _announce(self, *nodes: discovery.Node) -> None:
+    def _announce(self, *nodes: discovery.DiscoveredNode) -> None:
         cyclone.write(self._told, discovery.announcement(self._gid, nodes))
 
     def _receive(self) -> None:

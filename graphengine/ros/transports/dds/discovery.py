@@ -18,7 +18,7 @@ from cyclonedds.core import InstanceState
 from graphengine.format.errors import TransportError
 from graphengine.messages import messages, names
 from graphengine.messages.qos import LATCHED
-from graphengine.ros.graph import Direction, Endpoint, Graph
+from graphengine.ros.network_graph import Direction, Endpoint, NetworkGraph
 from graphengine.ros.transports import vendors
 from graphengine.ros.transports.dds import cyclone
 
@@ -37,7 +37,7 @@ _PREFIX = 12
 
 
 @dataclass(frozen=True, slots=True)
-class Node:
+class DiscoveredNode:
     """A node of a process, with the GIDs of its endpoints."""
 
     namespace: str
@@ -46,7 +46,7 @@ class Node:
     writers: Sequence[bytes]
 
 
-def announcement(participant: bytes, nodes: Sequence[Node]) -> bytes:
+def announcement(participant: bytes, nodes: Sequence[DiscoveredNode]) -> bytes:
     """A message of `TYPE`: who a process is. It is sent again for each endpoint that comes or goes.
 
     A codec that knows every type takes a microsecond for each GID, which is seconds where a thousand topics are opened.
@@ -88,10 +88,10 @@ class Discovery:
         """Names and types, by endpoints that send or take requests."""
         self._servers: dict[bytes, str] = {}
         """Services by the endpoints that take requests."""
-        self._graph: Graph | None = None
+        self._graph: NetworkGraph | None = None
         """What was known at the last look; None once more was heard."""
 
-    def graph(self) -> Graph:
+    def graph(self) -> NetworkGraph:
         """What is known by now."""
         self._hear_nodes()  # first: a participant that is gone takes with it what it told before
         self._hear_participants()
@@ -106,13 +106,13 @@ class Discovery:
         """How many servers each service has, as of the last look."""
         return Counter(self._servers.values())
 
-    def _drawn(self) -> Graph:
+    def _drawn(self) -> NetworkGraph:
         owners = {gid: node for nodes in self._nodes.values() for gid, node in nodes.items()}
         owned = [(end, *owners.get(end.gid, ("", ""))) for end in self._endpoints.values() if end is not None]
         found = [replace(end, node=node, namespace=namespace) for end, node, namespace in owned]
         heard = {gid[:_PREFIX] for gid in self._endpoints}
         complete = self._silent <= heard and owners.keys() <= self._endpoints.keys()
-        return Graph(found, complete, not self._silent, self._services.values())
+        return NetworkGraph(found, complete, not self._silent, self._services.values())
 
     def _hear_participants(self) -> None:
         for sample in _samples(self._participants):

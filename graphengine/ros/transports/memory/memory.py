@@ -15,7 +15,7 @@ from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import mismatch, settled
-from graphengine.ros.graph import Direction, Endpoint, Graph
+from graphengine.ros.network_graph import Direction, Endpoint, NetworkGraph
 from graphengine.ros.transports.memory.memory_services import MemoryClient, MemoryServer
 
 
@@ -78,7 +78,7 @@ class MemoryReader:
 
 
 @dataclass(slots=True)
-class _Topic:
+class _MemoryTopic:
     """Who writes and reads a topic, and what was written to it."""
 
     writers: list[MemoryWriter] = field(default_factory=list)
@@ -110,7 +110,7 @@ class MemoryTransport:
         """GID of the writer of the message that is being delivered; empty for one that was injected."""
         self._closed = False
         self._numbers = itertools.count()
-        self._topics: defaultdict[str, _Topic] = defaultdict(_Topic)
+        self._topics: defaultdict[str, _MemoryTopic] = defaultdict(_MemoryTopic)
         self._services: list[MemoryServer | MemoryClient] = []
         """All servers and clients that are open."""
 
@@ -215,7 +215,7 @@ class MemoryTransport:
         for client, state in zip(self._clients, calls, strict=False):
             client.calls.restore(state)
 
-    def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> Graph:
+    def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> NetworkGraph:
         """Who writes and reads which topic; there are no nodes.
 
         Raises:
@@ -230,7 +230,9 @@ class MemoryTransport:
         for name, direction in wanted:
             if topic := self._topics.get(name):
                 ends += topic.writers if direction == "publish" else topic.readers
-        return Graph(map(self._described, ends), services={(end.service, end.service_type) for end in self._services})
+        return NetworkGraph(
+            map(self._described, ends), services={(end.service, end.service_type) for end in self._services}
+        )
 
     def new_gid(self) -> bytes:
         """A GID that no other endpoint has."""

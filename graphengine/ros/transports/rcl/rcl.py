@@ -15,7 +15,7 @@ from graphengine.format.errors import TransportError
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.interfaces import MessageTypeError
 from graphengine.ros.domain import Domain
-from graphengine.ros.graph import Direction, Graph
+from graphengine.ros.network_graph import Direction, NetworkGraph
 from graphengine.ros.transports.rcl.rcl_endpoints import RclEnd, RclReader, RclWriter
 from graphengine.ros.transports.rcl.rcl_profiles import part_of_action, to_endpoint, to_profile
 from graphengine.ros.transports.rcl.rcl_services import RclClient, RclServer
@@ -104,7 +104,7 @@ class RclTransport(RosNode):
         """
         return self._open(RclClient(service, self._remove, deliver, self._node), service_type, qos)
 
-    def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> Graph:
+    def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> NetworkGraph:
         """Who writes and reads which topic, as far as it is known; it is the faster the less is asked for.
 
         Raises:
@@ -127,7 +127,7 @@ class RclTransport(RosNode):
                 self._admit()
                 found += [to_endpoint(topic, info) for info in ask[direction](topic)]
         known = [(name, kind) for name, kinds in services for kind in kinds]
-        return Graph(found, named=all(end.node for end in found), services=known)
+        return NetworkGraph(found, named=all(end.node for end in found), services=known)
 
     def _leave(self) -> None:
         # Work is what ends a wait for work.

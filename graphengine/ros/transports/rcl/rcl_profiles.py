@@ -7,7 +7,7 @@ from typing import Any
 
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import settled
-from graphengine.ros.graph import Endpoint
+from graphengine.ros.network_graph import Endpoint
 
 _UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"
 """What rclpy calls the node of an endpoint before the node's process told of it."""

@@ -13,7 +13,7 @@ from typing import Any, Protocol, TypeAlias
 from graphengine.messages.definitions import Definitions, another_definition
 from graphengine.messages.endpoints import EndpointClaim, QoS
 from graphengine.messages.qos import mismatch, policy_json, short_of
-from graphengine.ros.graph import PATIENCE, Direction, Endpoint, Graph
+from graphengine.ros.network_graph import PATIENCE, Direction, Endpoint, NetworkGraph
 from graphengine.ros.transport import Transport
 from graphengine.ros.transports.vendors import CYCLONE, FAST_DDS
 
@@ -82,7 +82,7 @@ class Finder:
         self.published = published_types(graph, choosing)
         nameless = {peer.gid for where in asked for peer in graph.ends(*where) if not peer.node}
         self._nameless = {gid: self._nameless.get(gid, now) for gid in nameless}
-        known = Graph(peer for peer in graph.endpoints if self._is_known(peer, now))
+        known = NetworkGraph(peer for peer in graph.endpoints if self._is_known(peer, now))
         comparison = _Comparison(ends, known, self._transport.node, self._definitions)
         found = [text for end in ends for text in self._new(end.claim.topic, self._faults(end, comparison), MOST)]
         self._mistyped |= comparison.mistyped
@@ -126,7 +126,7 @@ class Finder:
         return 0 < self._buffer * ROOM < end.largest
 
 
-def published_types(graph: Graph, topics: Iterable[str]) -> dict[str, set[str]]:
+def published_types(graph: NetworkGraph, topics: Iterable[str]) -> dict[str, set[str]]:
     """Types that are published on each of some topics."""
     return {topic: {peer.message_type for peer in graph.publishers(topic)} for topic in topics}
 
@@ -141,7 +141,7 @@ class _Comparison:
         definitions: message types of the session.
     """
 
-    def __init__(self, ends: Sequence[End], graph: Graph, node: str, definitions: Definitions) -> None:
+    def __init__(self, ends: Sequence[End], graph: NetworkGraph, node: str, definitions: Definitions) -> None:
         self._graph = graph
         self._node = node
         self._definitions = definitions

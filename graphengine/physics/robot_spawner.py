@@ -12,8 +12,8 @@ from dataclasses import replace
 from graphengine.format.diagnostics import Findings
 from graphengine.format.spec import RobotUse
 from graphengine.physics.loading import LoadedWorld
-from graphengine.physics.model.fleet import Placement, place
-from graphengine.physics.model.prims import add_robot
+from graphengine.physics.model.fleet_expansion import RobotPlacement, place
+from graphengine.physics.model.robot_prims import add_robot
 from graphengine.physics.model.scenery import body_names
 
 
@@ -38,7 +38,7 @@ class Population:
         self.put(self._placement(name, use, findings), findings)
         self._loaded.stage.find(self._loaded.robots[name].prim_path).facts["spawned"] = True
 
-    def put(self, placement: Placement, findings: Findings) -> None:
+    def put(self, placement: RobotPlacement, findings: Findings) -> None:
         """The same for a place that was found before."""
         loaded, name = self._loaded, placement.name
         loaded.scenery.forget(loaded.robots)
@@ -57,7 +57,7 @@ class Population:
             raise
         loaded.robots[name] = robot
 
-    def _placement(self, name: str, use: RobotUse, findings: Findings) -> Placement:
+    def _placement(self, name: str, use: RobotUse, findings: Findings) -> RobotPlacement:
         """Where a robot is to be put; nothing else has its name."""
         placement, *others = place(name, use)
         if others or placement.name != name:

@@ -69,7 +69,7 @@ class Endpoint:
         return same and not mismatch(self.qos, other.qos)
 
 
-class Graph:
+class NetworkGraph:
     """All endpoints at one moment, in order of topic and direction.
 
     Args:
@@ -94,9 +94,11 @@ class Graph:
         for end in self.endpoints:
             self._ends.setdefault((end.topic, end.direction), []).append(end)
 
-    def without(self, node: str) -> Graph:
+    def without(self, node: str) -> NetworkGraph:
         """The same as if a node were not there."""
-        return Graph((end for end in self.endpoints if end.full_node != node), self.complete, self.named, self.services)
+        return NetworkGraph(
+            (end for end in self.endpoints if end.full_node != node), self.complete, self.named, self.services
+        )
 
     def types(self) -> dict[str, list[str]]:
         """Types of each topic, of which there should be one."""
@@ -121,10 +123,10 @@ class Graph:
 def discover(
     transport: Transport,
     seconds: float | None = None,
-    enough: Callable[[Graph], object] = lambda graph: False,
+    enough: Callable[[NetworkGraph], object] = lambda graph: False,
     *,
     names: bool = False,
-) -> Graph:
+) -> NetworkGraph:
     """The graph when it is enough, or else after some time.
 
     Args:

@@ -14,7 +14,7 @@ from typing import Any
 
 from graphengine.format.errors import GraphError, RecordingError, StateError, UsageError
 from graphengine.runtime.commands import parse
-from graphengine.runtime.session import Session
+from graphengine.runtime.session_core import SessionCore
 
 MAX_WAITING = 1000
 """Maximum number of waiting commands; more are refused."""
@@ -22,7 +22,7 @@ SHARE = 0.01
 """CPU time for commands between two ticks, s; the other commands wait for the next tick."""
 
 
-Action = Callable[[Session], Any]
+Action = Callable[[SessionCore], Any]
 """Something to do with a session: a command's `apply`, or a query; returns the result."""
 
 
@@ -67,7 +67,7 @@ class Desk:
             answer.set_exception(error)
         return answer
 
-    def serve(self, session: Session) -> None:
+    def serve(self, session: SessionCore) -> None:
         """Carry out the commands that have arrived; those that arrive meanwhile, or exceed `SHARE`, wait for the next tick."""
         self._end_steps(session)
         waiting = len(self._taken) + self._arrived.qsize()
@@ -80,7 +80,7 @@ class Desk:
                 self._do(*request, session)
                 self._end_steps(session)
 
-    def _do(self, action: Action, answer: Future[Any], session: Session) -> None:
+    def _do(self, action: Action, answer: Future[Any], session: SessionCore) -> None:
         advancing = session.advancing
         try:
             result = action(session)
@@ -103,7 +103,7 @@ class Desk:
             else:
                 answer.set_result(result)
 
-    def _end_steps(self, session: Session) -> None:
+    def _end_steps(self, session: SessionCore) -> None:
         """Complete the command `step` when its ticks ran or were cut short."""
         if self._stepping is None or session.advancing:
             return

@@ -22,7 +22,7 @@ from graphengine.format.spec import GraphUse
 
 if TYPE_CHECKING:
     from graphengine.physics.description.robot_file import RobotFile
-    from graphengine.physics.model.robot import Robot
+    from graphengine.physics.model.robot import RobotInstance
 
 MAX_SCENE_PARTS = 100_000
 """Nodes, wires and variables of all graphs of a scene; a dd100 has 70."""
@@ -42,7 +42,9 @@ class GraphFile:
     """By an option, whatever the files say."""
 
 
-def robot_uses(robot: Robot, stage: Stage, files: Files, findings: Findings, *, robot_state: bool) -> list[GraphFile]:
+def robot_uses(
+    robot: RobotInstance, stage: Stage, files: Files, findings: Findings, *, robot_state: bool
+) -> list[GraphFile]:
     """The graphs of a robot, in the order of its file."""
     uses: list[GraphFile] = []
     prim = stage.find(robot.prim_path)

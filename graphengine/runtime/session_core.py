@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from graphengine.format.errors import StateError, TransportError, UsageError
 from graphengine.runtime.graph_run import GraphRun
-from graphengine.runtime.inbox import Inbox
+from graphengine.runtime.inbox import ExternalInputs
 from graphengine.runtime.pacer import Pacer
 from graphengine.runtime.roster import Roster
 from graphengine.runtime.ticker import SCOPES, ResetScope, Ticker
 
 if TYPE_CHECKING:
-    from graphengine.runtime.desk import Desk
+    from graphengine.runtime.command_queue import Desk
 
 SessionState = Literal["stopped", "playing", "paused", "failed"]
 
@@ -30,7 +30,7 @@ MAX_HELD = 1000
 
 
 @dataclass(frozen=True, eq=False)
-class Checkpoint:
+class SavedSession:
     """The whole state of a session."""
 
     name: str
@@ -41,7 +41,7 @@ class Checkpoint:
     play: tuple[SessionState, str, bool]
 
 
-class Session:
+class SessionCore:
     """Decides when ticks run. `commands` says what else can be done with a session between two ticks.
 
     Not thread-safe: only `interrupt` may be called from another thread; use the desk for everything else. Within a tick a session
@@ -59,7 +59,7 @@ class Session:
         self.step_clock = ticker.step_clock
         self.roster = roster
         self.state: SessionState = "stopped"
-        self.inbox = Inbox()
+        self.inbox = ExternalInputs()
         """Reads the wall clock and takes commands; to be exchanged before the first tick."""
         self.desk: Desk | None = None
         """Where others ask for what can be done; with one, a run goes on while it is paused or stopped."""
@@ -69,7 +69,7 @@ class Session:
         self.interrupted = self._ended = False
         self._failure = ""
         self._checkpoints = 0
-        self.held: dict[str, Checkpoint] = {}
+        self.held: dict[str, SavedSession] = {}
         """Checkpoints that commands asked for, by name."""
 
     @property
@@ -87,7 +87,7 @@ class Session:
         """Seconds of simulation since play."""
         return self.clock.time
 
-    def checkpoint(self, name: str = "") -> Checkpoint:
+    def checkpoint(self, name: str = "") -> SavedSession:
         """Keep a copy of the whole state, between two ticks; a picture that is being drawn is waited for.
 
         Args:
@@ -101,18 +101,18 @@ class Session:
         self._checkpoints += 1
         name = name or f"checkpoint_{self._checkpoints}"
         play = self.state, self._failure, self._ended
-        made = Checkpoint(name, self._ticker, self.roster.save(), self._ticker.save(), play)
+        made = SavedSession(name, self._ticker, self.roster.save(), self._ticker.save(), play)
         self.inbox.command("checkpoint", {"name": name})
         return made
 
-    def hold(self, checkpoint: Checkpoint) -> None:
+    def hold(self, checkpoint: SavedSession) -> None:
         """Keep a checkpoint for commands, which name it; of more than `MAX_HELD` the one that was not used for longest goes."""
         self.held.pop(checkpoint.name, None)
         self.held[checkpoint.name] = checkpoint
         if len(self.held) > MAX_HELD:
             del self.held[next(iter(self.held))]
 
-    def restore(self, kept: Checkpoint) -> None:
+    def restore(self, kept: SavedSession) -> None:
         """Go back to a checkpoint, between two ticks; what follows is the same, byte by byte, over memory.
 
         Ticks and recordings go on counting, and messages that have left the process are not taken back.
@@ -195,7 +195,7 @@ class Session:
         self,
         seconds: float | None = None,
         pace: float | None = None,
-        on_tick: Callable[[Session], bool] | None = None,
+        on_tick: Callable[[SessionCore], bool] | None = None,
         *,
         paused: bool = False,
     ) -> None:
@@ -222,7 +222,7 @@ class Session:
         finally:
             self.interrupted = False
 
-    def _run(self, last: float, on_tick: Callable[[Session], bool] | None) -> None:
+    def _run(self, last: float, on_tick: Callable[[SessionCore], bool] | None) -> None:
         """Ticks until a number of them ran, the run is interrupted, or it ends because nobody can let it go on."""
         while self._serve() and self.ticks < last:
             paced = self._pacer if self.state == "playing" else None
@@ -353,7 +353,7 @@ class Session:
         self.services.network.close()
         self.services.world.close()
 
-    def __enter__(self) -> Session:
+    def __enter__(self) -> SessionCore:
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -10,7 +10,7 @@ from graphengine.format.errors import TransportError
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
-from graphengine.ros.transport import ServiceServer, Transport
+from graphengine.ros.transport import Transport, TransportServer
 
 SERVICES = QoS(history="keepLast", depth=10, reliability="reliable", durability="volatile")
 """As rcl has it by default."""
@@ -34,7 +34,7 @@ class Offers:
     def __init__(self, transport: Transport, complain: Callable[[str], None]) -> None:
         self._transport = transport
         self._complain = complain
-        self._servers: dict[str, ServiceServer] = {}
+        self._servers: dict[str, TransportServer] = {}
         self._malformed: set[str] = set()
 
     def add(

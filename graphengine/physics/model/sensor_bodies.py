@@ -6,9 +6,9 @@ from graphengine.devices.poses import carrier
 from graphengine.devices.stage import Prim, Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.physics.engine import RAYS_AND_PICTURES, mujoco
-from graphengine.physics.model.prims import add_robot
 from graphengine.physics.model.profiles import ShapeSpec
-from graphengine.physics.model.robot import Robot
+from graphengine.physics.model.robot import RobotInstance
+from graphengine.physics.model.robot_prims import add_robot
 
 
 def housing_of(prim: Prim) -> str:
@@ -18,7 +18,7 @@ def housing_of(prim: Prim) -> str:
     return name + prim.path.removeprefix(above)
 
 
-def add_housings(model: mujoco.MjSpec, robot: Robot) -> None:
+def add_housings(model: mujoco.MjSpec, robot: RobotInstance) -> None:
     """Give each sensor that has an appearance a body of its own, on the one that carries the sensor.
 
     Args:

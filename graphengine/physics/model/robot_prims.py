@@ -16,7 +16,7 @@ from graphengine.format.errors import AmbiguousPrimError, PrimError
 from graphengine.format.spec import MaterialSpec, SensorSpec
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.physics.model.profiles import RigProfile
-from graphengine.physics.model.robot import Robot
+from graphengine.physics.model.robot import RobotInstance
 from graphengine.physics.sensors.implementations import Profile
 
 
@@ -52,7 +52,7 @@ def within(stage: Stage, robot: str, reference: str) -> Prim:
     return named[0]
 
 
-def add_robot(stage: Stage, robot: Robot, bodies: Collection[str], findings: Findings) -> None:
+def add_robot(stage: Stage, robot: RobotInstance, bodies: Collection[str], findings: Findings) -> None:
     """Define a robot's prims.
 
     Args:
@@ -61,11 +61,11 @@ def add_robot(stage: Stage, robot: Robot, bodies: Collection[str], findings: Fin
         bodies: names in the physics model; a link that is not among them is a frame.
         findings: takes prims that do not exist or exist twice.
     """
-    _Builder(stage, robot, bodies, findings).build()
+    _PrimBuilder(stage, robot, bodies, findings).build()
 
 
-class _Builder:
-    def __init__(self, stage: Stage, robot: Robot, bodies: Collection[str], findings: Findings) -> None:
+class _PrimBuilder:
+    def __init__(self, stage: Stage, robot: RobotInstance, bodies: Collection[str], findings: Findings) -> None:
         self.stage = stage
         self.robot = robot
         self.bodies = bodies

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from graphengine.devices.backend import World
-from graphengine.devices.seeds import key_of
+from graphengine.devices.random_streams import key_of
 from graphengine.devices.stage import Stage, at_or_below
 from graphengine.format.permissions import Permissions
 from graphengine.messages.endpoints import EndpointClaim, Network, ServiceServer

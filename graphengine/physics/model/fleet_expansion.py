@@ -13,7 +13,7 @@ from graphengine.format.spec_reader import Loaded
 
 
 @dataclass(frozen=True, slots=True)
-class Placement:
+class RobotPlacement:
     """One robot to be put into a scene.
 
     Attributes:
@@ -33,9 +33,9 @@ class Placement:
     namespace: str | None
 
 
-def placements(scene: Loaded[SceneSpec], findings: Findings) -> list[Placement]:
+def placements(scene: Loaded[SceneSpec], findings: Findings) -> list[RobotPlacement]:
     """The robots of a scene, in file order; names and namespaces that collide go to `findings`."""
-    found: dict[str, Placement] = {}
+    found: dict[str, RobotPlacement] = {}
     for key, use in scene.spec.robots.items():
         for placement in place(key, use):
             name, span = placement.name, scene.document.key_span("robots", key)
@@ -54,17 +54,17 @@ def placements(scene: Loaded[SceneSpec], findings: Findings) -> list[Placement]:
     return list(found.values())
 
 
-def place(key: str, use: RobotUse) -> Iterator[Placement]:
+def place(key: str, use: RobotUse) -> Iterator[RobotPlacement]:
     """The robots that one entry of a scene stands for."""
     start: Pose = (use.position, from_orientation(use.orientation))
     at = use.at or f"/{key}"
     if use.count is None and use.places is None:
-        yield Placement(key, at, key, use, start, _fill(use.namespace, key, 0))
+        yield RobotPlacement(key, at, key, use, start, _fill(use.namespace, key, 0))
         return
     for index, pose in enumerate(_poses(use, start)):
         name, path = f"{key}_{index:04}", f"{at}_{index:04}"
         namespace = _fill("{name}" if use.namespace is None else use.namespace, name, index)
-        yield Placement(name, path, key, use, pose, namespace)
+        yield RobotPlacement(name, path, key, use, pose, namespace)
 
 
 def _poses(use: RobotUse, start: Pose) -> Iterator[Pose]:

@@ -24,14 +24,14 @@ from graphengine.physics.model.extents import extents
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
-    from graphengine.physics.dynamics.handles import CarriedPrim
+    from graphengine.physics.dynamics.motion_handles import CarriedPrim
 
 MOST = 1e6
 """Of every number that comes from outside, in SI units: a thousand kilometres, a hundred tons' weight."""
 REST: Vector3 = (0.0, 0.0, 0.0)
 
 
-class Entities:
+class MujocoEntities:
     """What stands in a simulation.
 
     Args:

@@ -15,7 +15,7 @@ from graphengine.messages.endpoints import (
     ServiceServer,
     Subscription,
 )
-from graphengine.node.context.services import Services
+from graphengine.node.context.session_services import Services
 
 
 class EndpointOptions(TypedDict, total=False):

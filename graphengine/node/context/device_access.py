@@ -15,7 +15,7 @@ from graphengine.format.errors import ContextError, PrimError
 from graphengine.format.kinds import DEVICES
 from graphengine.format.wording import listing
 from graphengine.node.context.render_product import ProductCamera, RenderProduct
-from graphengine.node.context.services import Services
+from graphengine.node.context.session_services import Services
 from graphengine.node.context.transform_tree import expand
 from graphengine.node.prims.stage_prims import PrimAttribute, Prims
 

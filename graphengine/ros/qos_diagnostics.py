@@ -12,7 +12,7 @@ from pathlib import Path
 
 from graphengine.format.errors import TransportError
 from graphengine.messages.definitions import DEFINITIONS, Definitions
-from graphengine.ros.misfits import End, Finder, published_types
+from graphengine.ros.endpoint_faults import End, Finder, published_types
 from graphengine.ros.transport import Transport
 
 PERIOD, LONGEST_PERIOD = 0.5, 5.0

@@ -33,7 +33,7 @@ class Arrival:
     time: int
 
 
-class Inbox:
+class MessageQueue:
     """Messages that wait to be looked at; where too many wait, the oldest are dropped and counted.
 
     Args:
