@@ -103,7 +103,6 @@ def pinhole(size: tuple[int, int], horizontal_fov: float) -> tuple[float, float,
     child="Camera",
     orientation=LOOKING_FORWARD,
     in_rigs=True,
-    ticks_only=True,
 )
 class CameraStub(Stub):
     """A camera that delivers what tests show it, at first nothing; `requests` counts how often it was asked to capture."""

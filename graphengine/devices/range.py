@@ -45,7 +45,7 @@ class RangeSensor(TickSensor, Protocol):
         """The newest sample, cast when first asked for in its tick and shared by all who ask."""
 
 
-@device("range", RangeSensor, usd="RangeSensor", title="a range sensor", ticks_only=True)
+@device("range", RangeSensor, usd="RangeSensor", title="a range sensor")
 class RangeSensorStub(Stub):
     """A range sensor that measures what tests write, at first nothing in its cone."""
 
