@@ -95,14 +95,7 @@ def pinhole(size: tuple[int, int], horizontal_fov: float) -> tuple[float, float,
 
 
 @device(
-    "camera",
-    Camera,
-    usd="Camera",
-    title="a camera",
-    rank=2,
-    child="Camera",
-    orientation=LOOKING_FORWARD,
-    in_rigs=True,
+    "camera", Camera, usd="Camera", title="a camera", rank=2, child="Camera", orientation=LOOKING_FORWARD, in_rigs=True
 )
 class CameraStub(Stub):
     """A camera that delivers what tests show it, at first nothing; `requests` counts how often it was asked to capture."""

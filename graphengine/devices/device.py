@@ -106,8 +106,7 @@ def device(
     """
 
     def register(stub: Callable[..., D]) -> Callable[..., D]:
-        bases = getattr(interface, "__mro__", ())
-        entry = Device(kind=kind, stub=stub, ticks_only=TickSensor in bases, **facts)
+        entry = Device(kind=kind, stub=stub, ticks_only=TickSensor in getattr(interface, "__mro__", ()), **facts)
         DEVICES.add(kind, entry, rank)
         DEVICE_OF[interface] = DEVICE_OF[stub] = entry
         return stub
