@@ -76,7 +76,7 @@ class Device:
         child: name of the device's prim below its mount's; empty where the mount's prim is the device's.
         orientation: of the child in the mount's frame.
         in_rigs: whether a rig may have parts of this kind.
-        ticks_only: whether it is a `TickSensor`, which graphs on physics steps cannot read.
+        ticks_only: whether it has at most one sample a tick, so that graphs on physics steps cannot read it.
     """
 
     kind: str
