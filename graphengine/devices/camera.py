@@ -95,15 +95,7 @@ def pinhole(size: tuple[int, int], horizontal_fov: float) -> tuple[float, float,
 
 
 @device(
-    "camera",
-    Camera,
-    usd="Camera",
-    title="a camera",
-    rank=2,
-    child="Camera",
-    orientation=LOOKING_FORWARD,
-    in_rigs=True,
-    ticks_only=True,
+    "camera", Camera, usd="Camera", title="a camera", rank=2, child="Camera", orientation=LOOKING_FORWARD, in_rigs=True
 )
 class CameraStub(Stub):
     """A camera that delivers pictures set by tests, at first none; `requests` counts calls of `request`."""

@@ -106,7 +106,7 @@ def device(
     """
 
     def register(stub: Callable[..., D]) -> Callable[..., D]:
-        entry = Device(kind=kind, stub=stub, **facts)
+        entry = Device(kind=kind, stub=stub, ticks_only=TickSensor in getattr(interface, "__mro__", ()), **facts)
         DEVICES.add(kind, entry, rank)
         DEVICE_OF[interface] = DEVICE_OF[stub] = entry
         return stub

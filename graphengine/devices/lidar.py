@@ -67,7 +67,7 @@ def beam_directions(angles: tuple[float, float, float], elevations: NDArray[np.f
     return directions
 
 
-@device("lidar", Lidar, usd="OmniLidar", title="a lidar", rank=1, child="Lidar", ticks_only=True)
+@device("lidar", Lidar, usd="OmniLidar", title="a lidar", rank=1, child="Lidar")
 class LidarStub(Stub):
     """A lidar whose sample tests set with `see`, at first no returns; `casts` counts calls of `scan`."""
 

@@ -45,7 +45,7 @@ class RangeSensor(TickSensor, Protocol):
         """The newest sample, cast at the first call in its tick and shared by all callers."""
 
 
-@device("range", RangeSensor, usd="RangeSensor", title="a range sensor", ticks_only=True)
+@device("range", RangeSensor, usd="RangeSensor", title="a range sensor")
 class RangeSensorStub(Stub):
     """A range sensor whose reading tests set with `measure`, at first nothing in its cone."""
 
