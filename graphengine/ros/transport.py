@@ -61,6 +61,14 @@ class TransportKind:
     missing: Callable[[], str | None] = lambda: None
 
 
+Deliver = Callable[[bytes], None]
+"""Takes a CDR message."""
+DeliverRequest = Callable[[bytes, bytes], None]
+"""Takes a request's identity, which `answer` takes, and its CDR message."""
+DeliverResponse = Callable[[int, bytes], None]
+"""Takes the number of a call, and the CDR message that answers it."""
+
+
 class Writer(Protocol):
     """One topic to write encoded messages to."""
 
@@ -143,24 +151,21 @@ class Transport(Protocol):
     def writer(self, topic: str, message_type: str, qos: QoS) -> Writer:
         """A writer on a topic such as `/dd100_0000/odom`; `message_type` as in `nav_msgs/msg/Odometry`."""
 
-    def reader(self, topic: str, message_type: str, qos: QoS, deliver: Callable[[bytes], None]) -> Reader:
+    def reader(self, topic: str, message_type: str, qos: QoS, deliver: Deliver) -> Reader:
         """A reader that calls `deliver` with each CDR message, from a thread of the transport or from its caller's."""
 
-    def server(
-        self, service: str, service_type: str, qos: QoS, deliver: Callable[[bytes, bytes], None]
-    ) -> ServiceServer:
+    def server(self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest) -> ServiceServer:
         """A server of a service such as `/get_map`; `service_type` as in `nav_msgs/srv/GetMap`.
 
         Args:
             service: absolute.
             service_type: what is asked and answered.
             qos: of requests and answers alike.
-            deliver: called with each request's identity, which `answer` takes, and its CDR message, from a thread of the
-                transport or from a client's.
+            deliver: called with each request, from a thread of the transport or from a client's.
         """
 
-    def client(self, service: str, service_type: str, qos: QoS, deliver: Callable[[int, bytes], None]) -> ServiceClient:
-        """A client of a service; `deliver` is called with the number of a call and the CDR message that answers it."""
+    def client(self, service: str, service_type: str, qos: QoS, deliver: DeliverResponse) -> ServiceClient:
+        """A client of a service."""
 
     @property
     def foreign_services(self) -> Mapping[str, str]:
