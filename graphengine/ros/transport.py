@@ -6,7 +6,7 @@ A package brings a transport by a `TransportKind`, which an entry point of the g
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
 from graphengine.messages.endpoints import QoS
@@ -15,6 +15,12 @@ from graphengine.ros.graph import Direction, Graph
 
 if TYPE_CHECKING:
     from graphengine.messages.definitions import Definitions
+
+
+def _shipped_definitions() -> Definitions:
+    from graphengine.messages.definitions import DEFINITIONS
+
+    return DEFINITIONS
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,15 +33,16 @@ class JoinOptions:
         node_namespace: absolute; `/` for none.
         environ: variables of the environment, such as RMW_IMPLEMENTATION.
         definitions: message types.
-        patient: writers wait for reliable readers that do not keep up, in place of overwriting messages.
+        patient: writers wait for reliable readers that do not keep up, up to 100 ms a message, in place of overwriting what
+            they did not get; for runs that have the time. Only dds heeds it.
         because: the reason why this transport was chosen, for its description; empty where the user named it.
     """
 
     domain: Domain
-    node_name: str
-    node_namespace: str
-    environ: Mapping[str, str]
-    definitions: Definitions
+    node_name: str = "graphengine"
+    node_namespace: str = "/"
+    environ: Mapping[str, str] = field(default_factory=dict)
+    definitions: Definitions = field(default_factory=_shipped_definitions)
     patient: bool = False
     because: str = ""
 
