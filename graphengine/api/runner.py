@@ -22,7 +22,7 @@ from graphengine.messages.names import check_namespace
 from graphengine.node.dropped_values import BadValues
 from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
-from graphengine.ros.transport import Transport, Writer
+from graphengine.ros.transport import JoinOptions, Transport, Writer
 from graphengine.ros.transports.select import AUTO, find_transport, open_transport
 from graphengine.runtime.command_queue import Desk
 from graphengine.runtime.commands import parse
@@ -151,15 +151,15 @@ class Runner:
 
     def _open_domain(self, domain: Domain, number: int) -> Transport:
         options = self.options
-        return open_transport(
-            options.transport,
+        joined = JoinOptions(
             replace(domain, id=number),
             re.sub(r"\A(?![A-Za-z])", "graph_", re.sub(r"[^A-Za-z0-9_]", "_", self.scene.path.stem)),
             options.simulation_interfaces or "/",
-            environ=os.environ,
-            definitions=self.scene.definitions,
+            os.environ,
+            self.scene.definitions,
             patient=options.patient,
         )
+        return open_transport(options.transport, joined)
 
     def _reaches_others(self) -> bool:
         name = self.options.transport

@@ -171,10 +171,11 @@ def _files(given: Path, arguments: argparse.Namespace) -> Files:
 def _remote(arguments: argparse.Namespace) -> tuple[str, str]:
     """The description from the network, and where it came from."""
     from graphengine.ros import description
+    from graphengine.ros.transport import JoinOptions
     from graphengine.ros.transports.select import open_transport
 
     domain = Domain.from_environment(os.environ)
-    transport = open_transport(arguments.transport, domain, "graphrun_import_urdf", environ=os.environ)
+    transport = open_transport(arguments.transport, JoinOptions(domain, "graphrun_import_urdf", environ=os.environ))
     try:
         print(f"waiting for {arguments.node or arguments.topic}; {transport.description}", file=sys.stderr)
         if arguments.node:

@@ -78,17 +78,14 @@ class Live:
 
     def __init__(self, arguments: argparse.Namespace, node: str | None = None) -> None:
         from graphengine.messages.definitions import DEFINITIONS
+        from graphengine.ros.transport import JoinOptions
         from graphengine.ros.transports.select import open_transport
 
         name = node or f"_graphrun_{os.getpid()}"
         self.definitions: Definitions = DEFINITIONS.extended(message_paths(arguments), installed_packages())
-        self.transport: Transport = open_transport(
-            arguments.transport,
-            Domain.from_environment(os.environ),
-            name,
-            environ=os.environ,
-            definitions=self.definitions,
-        )
+        domain = Domain.from_environment(os.environ)
+        joined = JoinOptions(domain, name, environ=os.environ, definitions=self.definitions)
+        self.transport: Transport = open_transport(arguments.transport, joined)
         self._node = f"/{name}"
         self._spin_time: float | None = arguments.spin_time
         self._before: dict[int, Any] = {}

@@ -118,6 +118,16 @@ class Graph:
             instance.reads = tuple(_key(key, variables) for key in node.reads())
             instance.writes = tuple(_key(key, variables) for key in node.writes())
 
+    def source(self, wire: Wire) -> tuple[Instance, Port]:
+        """Where a wire begins."""
+        instance = self.instances[wire.source]
+        return instance, instance.cls.fields[wire.source_field]
+
+    def target(self, wire: Wire) -> tuple[Instance, Port]:
+        """Where a wire ends."""
+        instance = self.instances[wire.target]
+        return instance, instance.cls.fields[wire.target_field]
+
     def by_id(self, node_id: str) -> Instance:
         """The instance of a node's name."""
         return next(instance for instance in self.instances if instance.id == node_id)

@@ -39,9 +39,8 @@ def settle_types(graph: Graph, findings: Findings) -> None:
     checked: list[Wire] = []
     untold: list[Wire] = []
     for wire in graph.data_wires:
-        source, target = graph.instances[wire.source], graph.instances[wire.target]
-        gives = known_type(source, source.cls.fields[wire.source_field])
-        takes = known_type(target, target.cls.fields[wire.target_field])
+        source, into = graph.source(wire)[0], graph.target(wire)[1]
+        gives, takes = known_type(*graph.source(wire)), known_type(*graph.target(wire))
         converter = types.conversion(gives, takes) if gives and takes else None
         told = wire.source in unknown or source.settled.get(wire.source_field) == types.ANY
         if told and (gives is None or gives == types.ANY != takes):
@@ -53,7 +52,7 @@ def settle_types(graph: Graph, findings: Findings) -> None:
             remedy = f"give {source.id} values instead, below `inputs:`"
             findings.add("G213", message, wire.entry.source.span, remedy, related=wire.entry.via)
         elif takes is None or converter is None:
-            legal = takes or target.cls.fields[wire.target_field].type
+            legal = takes or into.type
             hint = "put a converter node between them" if gives.is_number else ""
             if isinstance(legal, PortType) and (gives.base, legal.base) in _BETWEEN and not gives.array:
                 hint = f"put {_BETWEEN[gives.base, legal.base]} between them"
@@ -150,15 +149,12 @@ def _settle_node(graph: Graph, instance: Instance, refused: dict[int, ValueError
 
 
 def _settle_target(graph: Graph, wire: Wire) -> bool:
-    source, target = graph.instances[wire.source], graph.instances[wire.target]
-    out, into = source.cls.fields[wire.source_field], target.cls.fields[wire.target_field]
-    return _choose(target, into, known_type(source, out), widening=True)
+    return _choose(*graph.target(wire), known_type(*graph.source(wire)), widening=True)
 
 
 def _settle_source(graph: Graph, wire: Wire) -> bool:
-    source, target = graph.instances[wire.source], graph.instances[wire.target]
-    out, into = source.cls.fields[wire.source_field], target.cls.fields[wire.target_field]
-    takes = known_type(target, into)
+    source, out = graph.source(wire)
+    takes = known_type(*graph.target(wire))
     if takes == types.ANY and isinstance(out.type, UnionType) and not _depends_on_inputs(source):
         takes = out.type.alternatives[0]
     return _choose(source, out, takes, widening=False)
@@ -183,8 +179,7 @@ def _tell_unsettled(graph: Graph, findings: Findings, refusing: set[int]) -> set
             wire = wires.get((instance.index, port.field))
             if wire is not None:
                 behind.setdefault(wire.source, []).append(instance.index)
-                source = graph.instances[wire.source]
-                if known_type(source, source.cls.fields[wire.source_field]) is not None:  # of a type that does not fit
+                if known_type(*graph.source(wire)) is not None:  # of a type that does not fit
                     unknown.add(instance.index)
                 continue
             if (instance.id, port.name) in declared:

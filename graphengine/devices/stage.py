@@ -226,11 +226,9 @@ class Stage:
     def stands_for_robot(self, prim: Prim) -> Prim | None:
         """The robot, if the prim is its root prim, base link or articulation root; else None."""
         robot = self.robot_of(prim)
-        if robot is None:
-            return None
-        if prim is robot or prim.path in (robot.facts.get("base_link"), robot.facts.get("articulation_root")):
+        if robot is None or prim is robot:
             return robot
-        return None
+        return robot if prim.path in (robot.facts.get("base_link"), robot.facts.get("articulation_root")) else None
 
     def namespaces(self, path: str) -> list[str]:
         """Non-empty `isaac:namespace` values from the root down to a path, which need not exist."""

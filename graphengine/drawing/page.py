@@ -9,11 +9,10 @@ import base64
 import hashlib
 from collections.abc import Sequence
 from importlib import resources
+from string import Template
 
 from graphengine.drawing import svg
 from graphengine.drawing.view_model import GraphView
-
-_HINT = "Drag or arrow keys: move. Wheel, + and -: zoom. 0: everything. Tab: next node. Click: what it is."
 
 
 def draw(views: Sequence[GraphView]) -> str:
@@ -35,29 +34,8 @@ def draw(views: Sequence[GraphView]) -> str:
             "form-action 'none'",
         )
     )
-    return f"""<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="{policy}">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>{title}</title>
-<style>{style}</style>
-</head>
-<body>
-<header>
-<button id="closer" aria-label="zoom in">+</button>
-<button id="farther" aria-label="zoom out">&minus;</button>
-<button id="whole">everything</button>
-<p>{_HINT}</p>
-</header>
-<main id="drawing">
-{drawing}</main>
-<pre id="about" tabindex="0" role="status">{title}</pre>
-<script>{script}</script>
-</body>
-</html>
-"""
+    page = Template(folder.joinpath("page.html").read_text(encoding="utf-8"))
+    return page.substitute(policy=policy, title=title, style=style, drawing=drawing, script=script)
 
 
 def _digest(text: str) -> str:

@@ -9,7 +9,9 @@ from __future__ import annotations
 import html
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
+from importlib import resources
 from itertools import pairwise
+from string import Template
 
 from graphengine.drawing.geometry import Point, Route
 from graphengine.drawing.nested_layout import arrange
@@ -47,59 +49,13 @@ _TIPS = {
     "refused": "wrong-tip",
 }
 
-STYLE = f"""
-svg {{ font-family: {FONTS}; background: #ffffff }}
-.page {{ fill: #ffffff }}
-text {{ fill: #1f2328; font-size: {PORT_SIZE:g}px }}
-.title {{ font-size: {_TITLE_SIZE:g}px; font-weight: bold }}
-.name {{ font-size: {NAME_SIZE:g}px; font-weight: bold }}
-.type, .sign {{ font-size: {TYPE_SIZE:g}px; fill: #59636e }}
-.caption {{ fill: #59636e }}
-.value {{ fill: #0b4f9e }}
-.box {{ fill: #ffffff; stroke: #818b98; stroke-width: 1.2 }}
-.head {{ fill: #e7ecf1 }}
-.event .head {{ fill: #d5f0db }}
-.data .head {{ fill: #dcebfc }}
-.latent .head {{ fill: #ece4fb }}
-.group {{ fill: #f3f5f8; stroke: #818b98; stroke-width: 1.2; stroke-dasharray: 2 3 }}
-.error .box {{ stroke: #d1242f; stroke-width: 3 }}
-.warning .box {{ stroke: #b56a00; stroke-width: 2.4 }}
-.mark {{ font-size: {TYPE_SIZE:g}px; font-weight: bold }}
-text.error {{ fill: #b31d28 }}
-text.warning {{ fill: #8a5200 }}
-.wire {{ fill: none; stroke-linejoin: round }}
-.exec, .later {{ stroke: #1f2328; stroke-width: 2.6 }}
-.later {{ stroke-dasharray: 9 5 }}
-.data-wire {{ stroke: #0969da; stroke-width: 1.3 }}
-.circle {{ stroke: #d1242f; stroke-width: 3.2 }}
-.refused {{ stroke: #d1242f; stroke-dasharray: 3 4 }}
-.exec-tip {{ fill: #1f2328; stroke: #1f2328 }}
-.data-tip {{ fill: #ffffff; stroke: #0969da; stroke-width: 1.3 }}
-.wrong-tip {{ fill: #d1242f; stroke: #d1242f }}
-@media (prefers-color-scheme: dark) {{
-svg {{ background: #0d1117 }}
-.page {{ fill: #0d1117 }}
-text {{ fill: #f0f6fc }}
-.type, .sign, .caption {{ fill: #b1bac4 }}
-.value {{ fill: #8fc2ff }}
-.box {{ fill: #161b22; stroke: #7d8590 }}
-.head {{ fill: #2a313c }}
-.event .head {{ fill: #173d26 }}
-.data .head {{ fill: #16365c }}
-.latent .head {{ fill: #3b2a63 }}
-.group {{ fill: #12171e; stroke: #7d8590 }}
-.error .box {{ stroke: #ff6a69 }}
-.warning .box {{ stroke: #e3a008 }}
-text.error {{ fill: #ff9a94 }}
-text.warning {{ fill: #f0b72f }}
-.exec, .later {{ stroke: #f0f6fc }}
-.data-wire {{ stroke: #58a6ff }}
-.exec-tip {{ fill: #f0f6fc; stroke: #f0f6fc }}
-.data-tip {{ fill: #0d1117; stroke: #58a6ff }}
-.circle, .refused {{ stroke: #ff6a69 }}
-.wrong-tip {{ fill: #ff6a69; stroke: #ff6a69 }}
-}}
-"""
+STYLE = "\n" + Template(resources.files(__package__).joinpath("svg.css").read_text(encoding="utf-8")).substitute(
+    fonts=FONTS,
+    title_size=f"{_TITLE_SIZE:g}",
+    name_size=f"{NAME_SIZE:g}",
+    type_size=f"{TYPE_SIZE:g}",
+    port_size=f"{PORT_SIZE:g}",
+)
 """Of every drawing. What knows no media queries draws the light one."""
 
 
@@ -156,9 +112,8 @@ def _rectangle(x: float, y: float, wide: float, high: float) -> str:
     return f'x="{_number(x)}" y="{_number(y)}" width="{_number(wide)}" height="{_number(high)}"'
 
 
-def _text(x: float, y: float, text: str, kind: str, *, end: bool = False) -> str:
-    anchor = ' text-anchor="end"' if end else ""
-    return f'<text class="{kind}" x="{_number(x)}" y="{_number(y)}"{anchor}>{escape(text)}</text>'
+def _text(x: float, y: float, text: str, kind: str) -> str:
+    return f'<text class="{kind}" x="{_number(x)}" y="{_number(y)}">{escape(text)}</text>'
 
 
 def _draw_graph(view: GraphView) -> _DrawnGraph:

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import did_you_mean
 
@@ -94,6 +95,24 @@ class Files:
                 return self.shown(place)
         looked = f"looked in {str(places[0].parent)!r}, and among the graphs and scenes that ship"
         raise NotFoundError(f"no file {reference!r}", self._near(reference, places), looked)
+
+    def look_up(
+        self, reference: str, folder: Path, findings: Findings, span: Span | None, owner: str = ""
+    ) -> Path | None:
+        """The file that `find` returns; where there is none, None and a finding.
+
+        Args:
+            reference: as the file names it.
+            folder: of the file that names it.
+            findings: takes the error.
+            span: where it is named.
+            owner: what it is named for, in front of the message.
+        """
+        try:
+            return self.find(reference, folder)
+        except NotFoundError as error:
+            findings.add("S101", f"{owner}{error.message}", span, *error.help)
+            return None
 
     def shown(self, path: Path) -> Path:
         """The path as messages name it: from the working directory where it lies below it."""

@@ -31,13 +31,13 @@ def _worth_comparing(name: str, legal: Iterable[str]) -> list[str]:
     return alike[max(0, place - _BESIDE) : place + _BESIDE]
 
 
-def did_you_mean(name: str, legal: Iterable[str], wording: str = "did you mean {}?") -> str:
+def did_you_mean(name: str, legal: Iterable[str]) -> str:
     """A suggestion when a legal name is near, else the empty string."""
-    return _did_you_mean(name[:200], tuple(_worth_comparing(name[:200], legal)), wording)
+    return _did_you_mean(name[:200], tuple(_worth_comparing(name[:200], legal)))
 
 
 @functools.lru_cache(maxsize=200)
-def _did_you_mean(name: str, names: Sequence[str], wording: str) -> str:
+def _did_you_mean(name: str, names: Sequence[str]) -> str:
     near = difflib.get_close_matches(name, names, n=3, cutoff=0.6)
     if near:
         scores = {other: difflib.SequenceMatcher(None, other, name).ratio() for other in near}
@@ -46,7 +46,7 @@ def _did_you_mean(name: str, names: Sequence[str], wording: str) -> str:
     else:
         folded = {n.lower(): n for n in names}
         near = [folded[name.lower()]] if name.lower() in folded else []
-    return wording.format(" or ".join(repr(n) for n in near)) if near else ""
+    return f"did you mean {' or '.join(map(repr, near))}?" if near else ""
 
 
 def unknown(what: str, name: str, legal: Iterable[str]) -> str:

@@ -132,9 +132,7 @@ class _Exporter:
     def _wires(self) -> Iterator[str]:
         wires = sorted([*self.graph.data_wires, *self.graph.exec_wires], key=lambda wire: wire.order)
         for wire in wires:
-            source, target = self.graph.instances[wire.source], self.graph.instances[wire.target]
-            start = self._end(source, source.cls.fields[wire.source_field])
-            end = self._end(target, target.cls.fields[wire.target_field])
+            start, end = self._end(*self.graph.source(wire)), self._end(*self.graph.target(wire))
             yield f"({text(start)}, {text(end)})"
 
     def _end(self, instance: Instance, port: Port) -> str:

@@ -6,20 +6,17 @@ as well as below `share/` where it is installed.
 
 from __future__ import annotations
 
-import os
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from graphengine.messages.interfaces import KINDS, MAX_BYTES, TypeName
+from graphengine.format.ros_packages import manifest_name, walk
+from graphengine.messages.interfaces import KINDS, TypeName
 
 MAX_DEPTH = 6
 """Folders below a given one in which packages are looked for."""
-MAX_FOLDERS = 20_000
 
-_MANIFEST_NAME = re.compile(rb"<name>\s*([\w.-]+)\s*</name>")
-_IGNORED = ("COLCON_IGNORE", "AMENT_IGNORE")
+_IGNORED = frozenset(("COLCON_IGNORE", "AMENT_IGNORE"))
 
 
 @dataclass(slots=True)
@@ -62,23 +59,16 @@ class Folders:
 
 
 def _walk(folder: Path) -> Iterator[Path]:
-    for count, (place, folders, names) in enumerate(os.walk(folder)):
-        depth = len(Path(place).relative_to(folder).parts)
-        ignored = depth > 0 and any(name in names for name in _IGNORED)
-        folders[:] = [] if ignored or depth >= MAX_DEPTH else sorted(f for f in folders if not f.startswith("."))
-        if not ignored:
-            yield from (Path(place, name) for name in sorted(names))
-        if count >= MAX_FOLDERS:
-            return
+    for place, names in walk(folder, MAX_DEPTH, _is_ignored):
+        if place == folder or not _is_ignored(names):
+            yield from (place / name for name in sorted(names))
+
+
+def _is_ignored(names: Sequence[str]) -> bool:
+    return not _IGNORED.isdisjoint(names)
 
 
 def _package_of(folder: Path, kind: str) -> str:
     """The package whose definitions lie in a folder: what its manifest says, else the folder's own name."""
     root = folder.parent if folder.name == kind else folder
-    manifest = root / "package.xml"
-    if manifest.is_file():
-        with manifest.open("rb") as file:
-            found = _MANIFEST_NAME.search(file.read(MAX_BYTES))
-        if found:
-            return found[1].decode("ascii", "replace")
-    return root.name
+    return manifest_name(root) or root.name

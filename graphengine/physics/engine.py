@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import re
+import warnings
 
 import numpy as np
 
@@ -30,12 +31,8 @@ REFUSALS = (ValueError, RuntimeError, MemoryError, mujoco.FatalError, mujoco.Une
 """What MuJoCo raises of a model that it cannot read, build or find memory for."""
 
 
-def _ignore(_: str) -> None:
-    """Take a warning that is counted elsewhere."""
-
-
 if mujoco.get_mju_user_warning() is None:
-    mujoco.set_mju_user_warning(_ignore)
+    mujoco.set_mju_user_warning(lambda _: None)  # they are counted elsewhere
 
 RAYS_AND_PICTURES = 0
 """Geom group of what both rays and cameras see."""
@@ -73,6 +70,14 @@ def round_weights(model: mujoco.MjModel) -> None:
     """
     for weights in (model.body_invweight0, model.dof_invweight0, model.tendon_invweight0):
         weights[:] = weights.astype(np.float32)
+
+
+def compiled(spec: mujoco.MjSpec) -> tuple[mujoco.MjModel, list[str]]:
+    """The model of a description, and what MuJoCo warns of; raises one of REFUSALS where it refuses."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        model = spec.compile()
+    return model, [str(warning.message) for warning in caught]
 
 
 def data_at_start(model: mujoco.MjModel) -> mujoco.MjData:

@@ -6,7 +6,7 @@ A package brings a transport by a `TransportKind`, which an entry point of the g
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
 from graphengine.messages.endpoints import QoS
@@ -15,6 +15,12 @@ from graphengine.ros.network_graph import Direction, NetworkGraph
 
 if TYPE_CHECKING:
     from graphengine.messages.definitions import Definitions
+
+
+def _shipped_definitions() -> Definitions:
+    from graphengine.messages.definitions import DEFINITIONS
+
+    return DEFINITIONS
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,15 +33,16 @@ class JoinOptions:
         node_namespace: absolute; `/` for none.
         environ: variables of the environment, such as RMW_IMPLEMENTATION.
         definitions: message types.
-        patient: writers wait for reliable readers that do not keep up, in place of overwriting messages.
+        patient: writers wait for reliable readers that do not keep up, up to 100 ms a message, in place of overwriting what
+            they did not get; for runs that have the time. Only dds heeds it.
         because: the reason why this transport was chosen, for its description; empty where the user named it.
     """
 
     domain: Domain
-    node_name: str
-    node_namespace: str
-    environ: Mapping[str, str]
-    definitions: Definitions
+    node_name: str = "graphengine"
+    node_namespace: str = "/"
+    environ: Mapping[str, str] = field(default_factory=dict)
+    definitions: Definitions = field(default_factory=_shipped_definitions)
     patient: bool = False
     because: str = ""
 
@@ -59,6 +66,14 @@ class TransportKind:
     reaches_others: bool = True
     auto: int | None = None
     missing: Callable[[], str | None] = lambda: None
+
+
+Deliver = Callable[[bytes], None]
+"""Takes a CDR message."""
+DeliverRequest = Callable[[bytes, bytes], None]
+"""Takes a request's identity, which `answer` takes, and its CDR message."""
+DeliverResponse = Callable[[int, bytes], None]
+"""Takes the number of a call, and the CDR message that answers it."""
 
 
 class Writer(Protocol):
@@ -143,26 +158,21 @@ class Transport(Protocol):
     def writer(self, topic: str, message_type: str, qos: QoS) -> Writer:
         """A writer on a topic such as `/dd100_0000/odom`; `message_type` as in `nav_msgs/msg/Odometry`."""
 
-    def reader(self, topic: str, message_type: str, qos: QoS, deliver: Callable[[bytes], None]) -> Reader:
+    def reader(self, topic: str, message_type: str, qos: QoS, deliver: Deliver) -> Reader:
         """A reader that calls `deliver` with each CDR message, from a thread of the transport or from its caller's."""
 
-    def server(
-        self, service: str, service_type: str, qos: QoS, deliver: Callable[[bytes, bytes], None]
-    ) -> TransportServer:
+    def server(self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest) -> TransportServer:
         """A server of a service such as `/get_map`; `service_type` as in `nav_msgs/srv/GetMap`.
 
         Args:
             service: absolute.
             service_type: what is asked and answered.
             qos: of requests and answers alike.
-            deliver: called with each request's identity, which `answer` takes, and its CDR message, from a thread of the
-                transport or from a client's.
+            deliver: called with each request, from a thread of the transport or from a client's.
         """
 
-    def client(
-        self, service: str, service_type: str, qos: QoS, deliver: Callable[[int, bytes], None]
-    ) -> TransportClient:
-        """A client of a service; `deliver` is called with the number of a call and the CDR message that answers it."""
+    def client(self, service: str, service_type: str, qos: QoS, deliver: DeliverResponse) -> TransportClient:
+        """A client of a service."""
 
     @property
     def foreign_services(self) -> Mapping[str, str]:

@@ -21,7 +21,7 @@ from graphengine.devices.stage import Stage, at_or_below
 from graphengine.format import document, spec_reader
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import NodeError, UsageError
-from graphengine.format.files import Files, NotFoundError
+from graphengine.format.files import Files
 from graphengine.format.permissions import Permissions
 from graphengine.format.spec import SceneSpec
 from graphengine.format.wording import did_you_mean, listing
@@ -116,10 +116,7 @@ def _graph_uses(scene: LoadedScene, path: Path, found: document.Document) -> tup
     name = str(data.get("graph", "graph"))
     scene_path = options.scene
     if scene_path is None and isinstance(data.get("scene"), str) and data["scene"]:
-        try:
-            scene_path = files.find(data["scene"], path.parent)
-        except NotFoundError as error:
-            scene.findings.add("S101", f"scene: {error.message}", found.span("scene"), *error.help)
+        scene_path = files.look_up(data["scene"], path.parent, scene.findings, found.span("scene"), "scene: ")
     uses = [GraphFile(path, name, {}, "")]
     given = document.load(options.scene, Findings()) if options.scene is not None else None
     if given is not None and spec_reader.kind_of(given) in ("graph", "robot"):

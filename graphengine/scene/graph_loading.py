@@ -17,7 +17,7 @@ from graphengine.compiler.substitution import Use
 from graphengine.devices.stage import Stage, normalize
 from graphengine.format import document
 from graphengine.format.diagnostics import Findings
-from graphengine.format.files import Files, NotFoundError
+from graphengine.format.files import Files
 from graphengine.format.spec import GraphUse
 
 if TYPE_CHECKING:
@@ -71,12 +71,8 @@ def find_use(
     use: GraphUse, name: str, place: Use, folder: Path, bindings: Mapping[str, Any], files: Files, findings: Findings
 ) -> list[GraphFile]:
     """The graph file that a scene or robot file names; none, and a finding, if it is not there."""
-    try:
-        path = files.find(use.use, folder)
-    except NotFoundError as error:
-        findings.add("S101", f"graph {name!r}: {error.message}", place.span, *error.help)
-        return []
-    return [GraphFile(path, name, {**bindings, **use.parameters}, use.at, place)]
+    path = files.look_up(use.use, folder, findings, place.span, f"graph {name!r}: ")
+    return [GraphFile(path, name, {**bindings, **use.parameters}, use.at, place)] if path is not None else []
 
 
 def resolve_uses(

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -88,41 +88,53 @@ class MakeMatrix4(_MakeMatrix, type="omni.graph.nodes.MakeMatrix4"):
     matrix: Any = Out(type=matrices(4))
 
 
-class BreakMatrix2(TypedNode, type="omni.graph.nodes.BreakMatrix2"):
+class _BreakMatrix(TypedNode):
+    """The rows of a matrix of `size` rows, or of each in an array."""
+
+    size: ClassVar[int]
+    matrix: Any
+
+    def width(self) -> int:
+        """Numbers of a row that are put out."""
+        return self.size
+
+    def result_type(self, given: Mapping[str, PortType]) -> PortType:
+        """Rows of that many numbers."""
+        return PortType("double", self.width(), given["matrix"].array)
+
+    def compute(self) -> None:
+        """Take it apart."""
+        columns = [slice(start, start + self.width()) for start in range(0, self.size**2, self.size)]
+        whole = self.matrix
+        for name, part in zip("xyzw", columns, strict=False):
+            setattr(self, name, whole[part] if type(whole) is tuple else np.ascontiguousarray(whole[:, part]))
+
+
+class BreakMatrix2(_BreakMatrix, type="omni.graph.nodes.BreakMatrix2"):
     """The two rows of a matrix."""
+
+    size = 2
 
     matrix: Any = In(type=matrices(2), required=True)
     x: Any = Out(type=with_arrays("double[2]"), doc="first row")
     y: Any = Out(type=with_arrays("double[2]"), doc="second row")
 
-    def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """Rows of two numbers."""
-        return PortType("double", 2, given["matrix"].array)
 
-    def compute(self) -> None:
-        """Take it apart."""
-        self.x, self.y = _rows(self.matrix, 2)
-
-
-class BreakMatrix3(TypedNode, type="omni.graph.nodes.BreakMatrix3"):
+class BreakMatrix3(_BreakMatrix, type="omni.graph.nodes.BreakMatrix3"):
     """The three rows of a matrix."""
+
+    size = 3
 
     matrix: Any = In(type=matrices(3), required=True)
     x: Any = Out(type=with_arrays("double[3]"), doc="first row")
     y: Any = Out(type=with_arrays("double[3]"), doc="second row")
     z: Any = Out(type=with_arrays("double[3]"), doc="third row")
 
-    def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """Rows of three numbers."""
-        return PortType("double", 3, given["matrix"].array)
 
-    def compute(self) -> None:
-        """Take it apart."""
-        self.x, self.y, self.z = _rows(self.matrix, 3)
-
-
-class BreakMatrix4(TypedNode, type="omni.graph.nodes.BreakMatrix4"):
+class BreakMatrix4(_BreakMatrix, type="omni.graph.nodes.BreakMatrix4"):
     """The four rows of a matrix, whole or but for their last numbers."""
+
+    size = 4
 
     matrix: Any = In(type=matrices(4), required=True)
     output_type: Token = In(default="double[4]", tokens=("double[3]", "double[4]"), setup=True)
@@ -131,22 +143,9 @@ class BreakMatrix4(TypedNode, type="omni.graph.nodes.BreakMatrix4"):
     z: Any = Out(type=with_arrays("double[4]|double[3]"), doc="third row")
     w: Any = Out(type=with_arrays("double[4]|double[3]"), doc="fourth row")
 
-    def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """Rows as long as the output type says."""
-        return PortType("double", self._width(), given["matrix"].array)
-
-    def _width(self) -> int:
+    def width(self) -> int:
+        """As the output type says."""
         return int(self.output_type[-2])
-
-    def compute(self) -> None:
-        """Take it apart."""
-        self.x, self.y, self.z, self.w = _rows(self.matrix, 4, self._width())
-
-
-def _rows(matrix: Any, size: int, width: int | None = None) -> Any:
-    """The rows of one matrix, or of each in an array, as far as a width."""
-    columns = [slice(size * row, size * row + (width or size)) for row in range(size)]
-    return [matrix[part] if type(matrix) is tuple else np.ascontiguousarray(matrix[:, part]) for part in columns]
 
 
 _FACTORS = "|".join((with_arrays(f"{REAL_TUPLES}|{MATRICES}"), DECIMAL_TUPLES.removeprefix(f"{REAL_TUPLES}|"), FRAMES))

@@ -32,52 +32,47 @@ def _vectors(count: int) -> str:
     return with_arrays("|".join(f"{base}[{count}]" for base in (*REALS.split("|"), "int")))
 
 
-class BreakVector2(Node, type="omni.graph.nodes.BreakVector2"):
+class _BreakVector(Node):
+    """The components of a vector, or of each in an array."""
+
+    tuple_in: Any
+    x: Any = Out(type=_COMPONENTS, couple="number", component=True)
+    y: Any = Out(type=_COMPONENTS, couple="number", component=True)
+
+    def compute(self) -> None:
+        """Take it apart."""
+        vectors = self.tuple_in
+        components = vectors if type(vectors) is tuple else np.ascontiguousarray(vectors.T)
+        for name, component in zip("xyzw", components, strict=False):
+            setattr(self, name, component)
+
+
+class BreakVector2(_BreakVector, type="omni.graph.nodes.BreakVector2"):
     """The two components of a vector, whatever its role."""
 
     tuple_in: Any = In(type=_vectors(2), name="tuple", couple="number", required=True, doc=_VECTOR)
-    x: Any = Out(type=_COMPONENTS, couple="number", component=True)
-    y: Any = Out(type=_COMPONENTS, couple="number", component=True)
-
-    def compute(self) -> None:
-        """Take it apart."""
-        self.x, self.y = _components(self.tuple_in)
 
 
-class BreakVector3(Node, type="omni.graph.nodes.BreakVector3"):
+class BreakVector3(_BreakVector, type="omni.graph.nodes.BreakVector3"):
     """The three components of a vector, whatever its role."""
 
     tuple_in: Any = In(type=_vectors(3), name="tuple", couple="number", required=True, doc=_VECTOR)
-    x: Any = Out(type=_COMPONENTS, couple="number", component=True)
-    y: Any = Out(type=_COMPONENTS, couple="number", component=True)
     z: Any = Out(type=_COMPONENTS, couple="number", component=True)
 
-    def compute(self) -> None:
-        """Take it apart."""
-        self.x, self.y, self.z = _components(self.tuple_in)
 
-
-class BreakVector4(Node, type="omni.graph.nodes.BreakVector4"):
+class BreakVector4(_BreakVector, type="omni.graph.nodes.BreakVector4"):
     """The four components of a vector, whatever its role."""
 
     tuple_in: Any = In(type=_vectors(4), name="tuple", couple="number", required=True, doc=_VECTOR)
-    x: Any = Out(type=_COMPONENTS, couple="number", component=True)
-    y: Any = Out(type=_COMPONENTS, couple="number", component=True)
     z: Any = Out(type=_COMPONENTS, couple="number", component=True)
     w: Any = Out(type=_COMPONENTS, couple="number", component=True)
-
-    def compute(self) -> None:
-        """Take it apart."""
-        self.x, self.y, self.z, self.w = _components(self.tuple_in)
-
-
-def _components(vectors: Any) -> Any:
-    """The numbers of one vector, or the columns of an array of them."""
-    return vectors if type(vectors) is tuple else np.ascontiguousarray(vectors.T)
 
 
 class _MakeVector(Elementwise):
     """A vector of its components."""
+
+    x: Any = In(type=_COMPONENTS, required=True, doc="number, or array of numbers")
+    y: Any = In(type=_COMPONENTS, required=True, doc="number, or array of numbers")
 
     @staticmethod
     def operation(*components: Any) -> Any:
@@ -99,16 +94,12 @@ class _MakeVector(Elementwise):
 class MakeVector2(_MakeVector, type="omni.graph.nodes.MakeVector2"):
     """A vector of two components; of arrays, an array of vectors."""
 
-    x: Any = In(type=_COMPONENTS, required=True, doc="number, or array of numbers")
-    y: Any = In(type=_COMPONENTS, required=True, doc="number, or array of numbers")
     tuple_out: Any = Out(type=_vectors(2), name="tuple", doc="(x, y)")
 
 
 class MakeVector3(_MakeVector, type="omni.graph.nodes.MakeVector3"):
     """A vector of three components; of arrays, an array of vectors."""
 
-    x: Any = In(type=_COMPONENTS, required=True, doc="number, or array of numbers")
-    y: Any = In(type=_COMPONENTS, required=True, doc="number, or array of numbers")
     z: Any = In(type=_COMPONENTS, required=True, doc="number, or array of numbers")
     tuple_out: Any = Out(type=_vectors(3), name="tuple", doc="(x, y, z)")
 
@@ -116,8 +107,6 @@ class MakeVector3(_MakeVector, type="omni.graph.nodes.MakeVector3"):
 class MakeVector4(_MakeVector, type="omni.graph.nodes.MakeVector4"):
     """A vector of four components; of arrays, an array of vectors."""
 
-    x: Any = In(type=_COMPONENTS, required=True, doc="number, or array of numbers")
-    y: Any = In(type=_COMPONENTS, required=True, doc="number, or array of numbers")
     z: Any = In(type=_COMPONENTS, required=True, doc="number, or array of numbers")
     w: Any = In(type=_COMPONENTS, required=True, doc="number, or array of numbers")
     tuple_out: Any = Out(type=_vectors(4), name="tuple", doc="(x, y, z, w)")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 import numpy as np
@@ -150,9 +151,10 @@ def _class(name: str) -> type[Any]:
 
 
 class BoxPublisher(SensorPublisher):
-    """A publisher of boxes from bytes; a subclass gives `record` and `detections`."""
+    """A publisher of boxes from bytes; a subclass gives their `record`, and `make`, which makes a message of them."""
 
     record: ClassVar[np.dtype[Any]]
+    make: ClassVar[Callable[[messages.Header, NDArray[Any]], Any]]
 
     frame_id: String = In(default="sim_camera", setup=True)
     data: UChars = In(doc="records, one after the other")
@@ -162,11 +164,7 @@ class BoxPublisher(SensorPublisher):
         size = self.record.itemsize
         if len(self.data) % size:
             raise BadValueError("data", len(self.data), f"of {size} bytes a box")
-        return self.detections(self.header(), np.ascontiguousarray(self.data).view(self.record))
-
-    def detections(self, header: messages.Header, boxes: NDArray[Any]) -> Any:
-        """The message of boxes."""
-        raise NotImplementedError
+        return type(self).make(self.header(), np.ascontiguousarray(self.data).view(self.record))
 
 
 class ROS2PublishBbox2D(BoxPublisher, type="isaacsim.ros2.bridge.ROS2PublishBbox2D"):
@@ -178,12 +176,9 @@ class ROS2PublishBbox2D(BoxPublisher, type="isaacsim.ros2.bridge.ROS2PublishBbox
 
     message_type: ClassVar[str] = DETECTIONS
     record: ClassVar[np.dtype[Any]] = BOX
+    make = detections
 
     topic_name: String = In(default="bbox2d", setup=True)
-
-    def detections(self, header: messages.Header, boxes: NDArray[Any]) -> Any:
-        """The message of boxes."""
-        return detections(header, boxes)
 
 
 class ROS2PublishBbox3D(BoxPublisher, type="isaacsim.ros2.bridge.ROS2PublishBbox3D"):
@@ -196,9 +191,6 @@ class ROS2PublishBbox3D(BoxPublisher, type="isaacsim.ros2.bridge.ROS2PublishBbox
 
     message_type: ClassVar[str] = DETECTIONS_3D
     record: ClassVar[np.dtype[Any]] = BOX_3D
+    make = detections_3d
 
     topic_name: String = In(default="bbox3d", setup=True)
-
-    def detections(self, header: messages.Header, boxes: NDArray[Any]) -> Any:
-        """The message of boxes."""
-        return detections_3d(header, boxes)

@@ -9,14 +9,23 @@ from graphengine.messages.endpoints import Publisher, Subscription
 from graphengine.node import BadValueError, Bound, Context, ExecIn, In, Node, String, UInt64
 
 
-class TopicNode(Node):
-    """A node that is executed and opens topics, whose namespace and QoS its ports give."""
+class NetworkNode(Node):
+    """A node that is executed and is on the network, in a domain and a namespace that its ports give."""
 
     exec_in = ExecIn()
     context: UInt64 = In(default=0, setup=True, doc="handle from a ROS2Context; 0 is the session's domain")
     node_namespace: String = In(
         default="", setup=True, doc="used as it is; empty for `isaac:namespace` of the prims above"
     )
+
+    def endpoint(self) -> dict[str, Any]:
+        """What the ports say of a topic or service besides its type and name."""
+        return {"namespace": self.node_namespace, "ros_context": self.context}
+
+
+class TopicNode(NetworkNode):
+    """A node that opens topics, whose QoS its ports give."""
+
     qos_profile: String = In(
         default="", setup=True, doc="JSON from a ROS2QoSProfile; empty for reliable, volatile, queueSize"
     )
@@ -32,12 +41,7 @@ class TopicNode(Node):
 
     def endpoint(self) -> dict[str, Any]:
         """What the ports say of a topic besides its type and name."""
-        return {
-            "namespace": self.node_namespace,
-            "qos_profile": self.qos_profile,
-            "queue_size": self.queue_size,
-            "ros_context": self.context,
-        }
+        return {**super().endpoint(), "qos_profile": self.qos_profile, "queue_size": self.queue_size}
 
 
 class PublisherNode(TopicNode):

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Any
 
-from graphengine.format.errors import GraphError
-from graphengine.messages import messages
+from graphengine.format.errors import ContextError, GraphError
+from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import ServiceServer
-from graphengine.node import Bound, Context, ExecIn, ExecOut, Fire, In, Node, Prims, String, UInt64
+from graphengine.node import Bound, Context, ExecOut, Fire, In, Prims, String
+from graphengine.nodes.ros2.publisher import NetworkNode
 from graphengine.nodes.touched import ANY, WIRED
 
 _PACKAGE = "isaac_ros2_messages/srv"
+Ask = Callable[[Prims, Any], Sequence[Any]]
 
 
-class ROS2ServicePrim(Node, type="isaacsim.ros2.bridge.ROS2ServicePrim", gated=True):
+class ROS2ServicePrim(NetworkNode, type="isaacsim.ros2.bridge.ROS2ServicePrim", gated=True):
     """Lists prims and their attributes, reads an attribute and writes one, for services of isaac_ros2_messages.
 
     Values are JSON, quaternions [w, x, y, z] and angles degrees, as USD has them. Attributes are the ones that stand for
@@ -24,11 +26,6 @@ class ROS2ServicePrim(Node, type="isaacsim.ros2.bridge.ROS2ServicePrim", gated=T
     by service, each in order.
     """
 
-    exec_in = ExecIn()
-    context: UInt64 = In(default=0, setup=True, doc="handle from a ROS2Context; 0 is the session's domain")
-    node_namespace: String = In(
-        default="", setup=True, doc="used as it is; empty for `isaac:namespace` of the prims above"
-    )
     prims_service_name: String = In(default="get_prims", setup=True, doc="GetPrims: a prim and all below it")
     get_attributes_service_name: String = In(
         default="get_prim_attributes", setup=True, doc="GetPrimAttributes: names and types"
@@ -42,24 +39,21 @@ class ROS2ServicePrim(Node, type="isaacsim.ros2.bridge.ROS2ServicePrim", gated=T
 
     def setup(self, context: Context) -> None:
         """Offer the services."""
-        prims, offer = context.stage(), partial(self.offer, context)
-        self.served = (
-            (offer("GetPrims", self.prims_service_name), partial(get_prims, prims)),
-            (offer("GetPrimAttributes", self.get_attributes_service_name), partial(get_attributes, prims)),
-            (offer("GetPrimAttribute", self.get_attribute_service_name), partial(get_attribute, prims)),
-            (offer("SetPrimAttribute", self.set_attribute_service_name), partial(set_attribute, prims)),
+        prims = context.stage()
+        asked = (
+            ("GetPrims", self.prims_service_name, get_prims),
+            ("GetPrimAttributes", self.get_attributes_service_name, get_attributes),
+            ("GetPrimAttribute", self.get_attribute_service_name, get_attribute),
+            ("SetPrimAttribute", self.set_attribute_service_name, set_attribute),
+        )
+        self.served = tuple(
+            (self.offer(context, kind, name), partial(respond, kind, ask, prims)) for kind, name, ask in asked
         )
 
     def offer(self, context: Context, name: str, service: str) -> ServiceServer:
         """One of the services."""
-        return context.service_server(
-            f"{_PACKAGE}/{name}",
-            service,
-            namespace=self.node_namespace,
-            collects_namespace=True,
-            qos_profile=self.qos_profile,
-            ros_context=self.context,
-        )
+        facts = {**self.endpoint(), "collects_namespace": True, "qos_profile": self.qos_profile}
+        return context.service_server(f"{_PACKAGE}/{name}", service, **facts)
 
     def writes(self) -> Iterable[str]:
         """Any attribute of any prim."""
@@ -75,49 +69,50 @@ class ROS2ServicePrim(Node, type="isaacsim.ros2.bridge.ROS2ServicePrim", gated=T
         return fired
 
 
-def get_prims(prims: Prims, request: Any) -> Any:
+def respond(kind: str, ask: Ask, prims: Prims, request: Any) -> Any:
+    """The response to a request; an empty one that says why, where the request is refused.
+
+    Args:
+        kind: of the service.
+        ask: returns the fields of the response before `success`.
+        prims: of the stage.
+        request: of the service.
+    """
+    response = DEFINITIONS.initial(f"{_PACKAGE}/{kind}_Response")
+    try:
+        return type(response)(*ask(prims, request), True, "")
+    except GraphError as error:
+        response.message = "; ".join(line.strip() for line in str(error).splitlines())
+        return response
+
+
+def get_prims(prims: Prims, request: Any) -> Sequence[Any]:
     """Paths and types of a prim and of all below it."""
-    response = messages.message_class(f"{_PACKAGE}/GetPrims_Response")
-    try:
-        found = prims.below(request.path)
-    except GraphError as error:
-        return response([], [], False, _told(error))
-    return response([path for path, _ in found], [kind for _, kind in found], True, "")
+    found = prims.below(request.path)
+    return [path for path, _ in found], [kind for _, kind in found]
 
 
-def get_attributes(prims: Prims, request: Any) -> Any:
+def get_attributes(prims: Prims, request: Any) -> Sequence[Any]:
     """Names and types of a prim's attributes; they are displayed by their names."""
-    response = messages.message_class(f"{_PACKAGE}/GetPrimAttributes_Response")
-    try:
-        found = prims.attributes(request.path)
-    except GraphError as error:
-        return response([], [], [], False, _told(error))
-    return response(list(found), list(found), list(found.values()), True, "")
+    found = prims.attributes(request.path)
+    return list(found), list(found), list(found.values())
 
 
-def get_attribute(prims: Prims, request: Any) -> Any:
-    """The value of an attribute."""
-    response = messages.message_class(f"{_PACKAGE}/GetPrimAttribute_Response")
-    try:
-        kind, value = prims.read(request.path, request.attribute)
-    except GraphError as error:
-        return response("", "", False, _told(error))
-    return response(json.dumps(value), kind, True, "")
+def get_attribute(prims: Prims, request: Any) -> Sequence[Any]:
+    """The value of an attribute, and its type."""
+    kind, value = prims.read(request.path, request.attribute)
+    return json.dumps(value), kind
 
 
-def set_attribute(prims: Prims, request: Any) -> Any:
-    """Change an attribute."""
-    response = messages.message_class(f"{_PACKAGE}/SetPrimAttribute_Response")
+def set_attribute(prims: Prims, request: Any) -> Sequence[Any]:
+    """Change an attribute.
+
+    Raises:
+        ContextError: the value is not JSON.
+    """
     try:
         value = json.loads(request.value)
     except (ValueError, RecursionError) as error:
-        return response(False, f"the value is not JSON: {error}")
-    try:
-        prims.write(request.path, request.attribute, value)
-    except GraphError as error:
-        return response(False, _told(error))
-    return response(True, "")
-
-
-def _told(error: GraphError) -> str:
-    return "; ".join(line.strip() for line in str(error).splitlines())
+        raise ContextError(f"the value is not JSON: {error}") from error
+    prims.write(request.path, request.attribute, value)
+    return ()

@@ -9,11 +9,11 @@ from graphengine.devices.motion import FrameLink
 from graphengine.devices.sensor import Quaternion, Vector3
 from graphengine.messages import messages
 from graphengine.messages.endpoints import Publisher
-from graphengine.node import Bound, Context, ContextError, ExecIn, In, Node, RobotDescription, State
-from graphengine.node.types import Double3s, Double4s, Quaterniond, String, Target, Tokens, UInt64, Vector3d
+from graphengine.node import Bound, Context, ContextError, In, RobotDescription, State
+from graphengine.node.types import Double3s, Double4s, Quaterniond, String, Target, Tokens, Vector3d
 from graphengine.nodes.checked import same_length
 from graphengine.nodes.core.transforms import pose_of
-from graphengine.nodes.ros2.publisher import PublisherNode, header, send, stamp
+from graphengine.nodes.ros2.publisher import NetworkNode, PublisherNode, header, send, stamp
 from graphengine.nodes.touched import reading_poses
 
 
@@ -122,14 +122,9 @@ def linked(time: float, links: Iterable[FrameLink]) -> list[messages.TransformSt
     return [transform(time, link.parent_name, link.child_name, *pose_of(link)) for link in links]
 
 
-class RobotStatePublisher(Node, type="graphengine.ros2.RobotStatePublisher"):
+class RobotStatePublisher(NetworkNode, type="graphengine.ros2.RobotStatePublisher"):
     """Publishes what robot_state_publisher would: the description, fixed joints latched, moving links at a rate."""
 
-    exec_in = ExecIn()
-    context: UInt64 = In(default=0, setup=True, doc="handle from a ROS2Context; 0 is the session's domain")
-    node_namespace: String = In(
-        default="", setup=True, doc="used as it is; empty for `isaac:namespace` of the prims above"
-    )
     target_prim: Target = In(required=True, setup=True, doc="prim that stands for the robot")
     time_stamp: float = In(default=0.0, unit="s")
     publish_frequency: float = In(default=20.0, gt=0.0, setup=True, unit="Hz", doc="of the moving links")
@@ -144,7 +139,7 @@ class RobotStatePublisher(Node, type="graphengine.ros2.RobotStatePublisher"):
     def setup(self, context: Context) -> None:
         """Open the three topics."""
         self.description = context.robot_description(self.target_prim[0])
-        common: dict[str, Any] = {"namespace": self.node_namespace, "ros_context": self.context}
+        common = self.endpoint()
         tf: dict[str, Any] = {**common, "outermost_namespace": True}
         fixed = [(parent, child) for parent, child, _, _ in self.description.fixed]
         moving = [(link.parent_name, link.child_name) for link in self.description.moving]

@@ -24,6 +24,7 @@ from graphengine.messages.endpoints import QoS
 from graphengine.recording.recorder import Recorder
 from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
+from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.scene import build
 from tests.jobs.bad_messages import TOPICS, bad_messages, write_scene
@@ -50,7 +51,7 @@ def run(path: Path, folder: Path, count: int, domain: Domain) -> bool:
     """Send the messages, and print what became of them; whether the run lived."""
     assembly = build.load(write_scene(folder))
     network = LiveNetwork(
-        lambda _: DdsTransport(domain, "bad", "/"), domain.id, lambda complaint: None, assembly.definitions
+        lambda _: DdsTransport(JoinOptions(domain, "bad", "/")), domain.id, lambda complaint: None, assembly.definitions
     )
     draw = np.random.default_rng(0)
     made = {topic: bad_messages(kind, draw) for topic, kind in TOPICS.items()}
@@ -59,7 +60,7 @@ def run(path: Path, folder: Path, count: int, domain: Domain) -> bool:
         Recorder(session, network, assembly, path) as recorder,
     ):
         arrivals = Arrivals(recorder)
-        peer = DdsTransport(domain, "peer", "/")
+        peer = DdsTransport(JoinOptions(domain, "peer", "/"))
         writers = {topic: peer.writer(topic, kind, QoS()) for topic, kind in TOPICS.items()}
         deadline = time.monotonic() + 10.0
         while time.monotonic() < deadline and not all(arrivals.counts[topic] for topic in TOPICS):

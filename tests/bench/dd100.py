@@ -26,6 +26,7 @@ from graphengine.physics.simulation import Simulation
 from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.topic_endpoints import LivePublisher
+from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.runtime.session_core import SessionCore
 from graphengine.scene import build
@@ -72,7 +73,7 @@ class TimedLidar:
 
 def read_everything(topics: list[str]) -> None:
     """The second process: a reader on each `topic=type`, until it is killed."""
-    transport = DdsTransport(DOMAIN, "reader")
+    transport = DdsTransport(JoinOptions(DOMAIN, "reader"))
     for entry in topics:
         topic, message_type = entry.split("=")
         transport.reader(topic, message_type, LATCHED if topic.endswith("static") else QoS(), lambda data: None)
@@ -91,7 +92,7 @@ def main(simulated: float) -> None:
     assembly = build.load(find_given("dd100_warehouse", "scenes"))
     topics = {f"{claim.topic}={claim.message_type}" for claim in assembly.claims if claim.direction == "publish"}
     reader = subprocess.Popen([sys.executable, __file__, "--read", *sorted(topics)], stdout=subprocess.PIPE, text=True)
-    network = LiveNetwork(lambda domain: DdsTransport(DOMAIN, "bench"), DOMAIN.id, print)
+    network = LiveNetwork(lambda domain: DdsTransport(JoinOptions(DOMAIN, "bench")), DOMAIN.id, print)
     world: Any = Simulation
     rays, steps, lidars = Stopwatch(), Stopwatch(), []
     make_device, step = world.device, world.step

@@ -33,7 +33,7 @@ from graphengine.nodes.ros2.state import ROS2PublishClock, ROS2PublishJointState
 from graphengine.nodes.ros2.transforms import ROS2PublishRawTransformTree
 from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
-from graphengine.ros.transport import Transport
+from graphengine.ros.transport import JoinOptions, Transport
 from graphengine.ros.transports import rcl
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.rcl.rcl import RclTransport
@@ -158,13 +158,13 @@ def keep_to(core: int) -> None:
 
 def join(name: str) -> Transport:
     """What the reader reads with: rclpy where it is installed."""
-    return DdsTransport(DOMAIN, name) if rcl.import_error() else RclTransport(DOMAIN, name)
+    return DdsTransport(JoinOptions(DOMAIN, name)) if rcl.import_error() else RclTransport(JoinOptions(DOMAIN, name))
 
 
 def read_everything(topics: Sequence[str]) -> None:
     """The other process: reads each `topic=type` until its input ends."""
     keep_to(-1)
-    transport: Transport = DdsTransport(DOMAIN, "reader") if topics[0] == "dds" else join("reader")
+    transport: Transport = DdsTransport(JoinOptions(DOMAIN, "reader")) if topics[0] == "dds" else join("reader")
     for entry in topics[1:]:
         topic, message_type = entry.split("=")
         transport.reader(topic, message_type, QoS(), lambda data: None)
@@ -196,8 +196,8 @@ def reading(how: str, topics: Sequence[str], matched: Callable[[], bool]) -> Ite
 
 def compare(turns: int) -> None:
     """The ways in turns, without a reader and with one."""
-    network = LiveNetwork(lambda _: DdsTransport(DOMAIN, "ours"), DOMAIN.id, print)
-    theirs = None if rcl.import_error() else RclTransport(DOMAIN, "theirs")
+    network = LiveNetwork(lambda _: DdsTransport(JoinOptions(DOMAIN, "ours")), DOMAIN.id, print)
+    theirs = None if rcl.import_error() else RclTransport(JoinOptions(DOMAIN, "theirs"))
     keep_to(0)
     print(
         f"us of processor and clock for a message, medians of {turns}; {theirs.description if theirs else 'no rclpy'}"
@@ -292,7 +292,7 @@ def report(name: str, reader: str, found: dict[str, list[tuple[float, float]]]) 
 
 def fleet() -> None:
     """Twenty robots' topics at 60 Hz: all that this process uses of the processor, which does nothing besides."""
-    network = LiveNetwork(lambda _: DdsTransport(DOMAIN, "fleet"), DOMAIN.id, print)
+    network = LiveNetwork(lambda _: DdsTransport(JoinOptions(DOMAIN, "fleet")), DOMAIN.id, print)
     every: list[Any] = [ROS2PublishClock()]
     claims = [connect(network, every[0], "/clock")]
     for number in range(ROBOTS):

@@ -30,7 +30,7 @@ from graphengine.messages.endpoints import EndpointClaim, QoS
 from graphengine.messages.qos import LATCHED
 from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
-from graphengine.ros.transport import Transport
+from graphengine.ros.transport import JoinOptions, Transport
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.runtime.session_core import SessionCore
@@ -116,7 +116,7 @@ class Stranger:
 
 def be_a_stranger(domain: Domain, topics: Sequence[str]) -> None:
     """The other process: drives until its input ends, reads until nothing more comes, and tells its counts."""
-    transport = DdsTransport(domain, "peer")
+    transport = DdsTransport(JoinOptions(domain, "peer"))
     peer, reading = Peer(transport, topics), threading.Thread(target=sys.stdin.read, daemon=True)
     print("ready", flush=True)
     reading.start()
@@ -176,7 +176,9 @@ def main(arguments: argparse.Namespace) -> int:
     topics = sorted({f"{claim.topic}={claim.message_type}" for claim in assembly.claims})
     remote = arguments.transport == "dds"
     hurried, domain = arguments.rate == "max", Domain(arguments.domain, "LOCALHOST")
-    transport: Transport = DdsTransport(domain, "soak", patient=hurried) if remote else MemoryTransport(keeps=False)
+    transport: Transport = (
+        DdsTransport(JoinOptions(domain, "soak", patient=hurried)) if remote else MemoryTransport(keeps=False)
+    )
     network, tally = LiveNetwork(lambda _: transport, domain.id, print), Tally()
     with build.start(assembly, network) as session:
         peer = Stranger(domain, topics) if remote else Neighbour(transport, topics)

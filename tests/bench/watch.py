@@ -22,7 +22,7 @@ from graphengine.messages.endpoints import EndpointClaim, QoS
 from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.network_graph import Endpoint, NetworkGraph
-from graphengine.ros.transport import Transport
+from graphengine.ros.transport import JoinOptions, Transport
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.scene import build
@@ -171,7 +171,7 @@ def run(name: str, folder: Path, transport: Transport, seconds: float, peers: bo
 
 def listen(topics: Sequence[str]) -> None:
     """Read topics over DDS until the input ends."""
-    transport = DdsTransport(Domain(int(os.environ["DOMAIN"]), "LOCALHOST"), "rviz")
+    transport = DdsTransport(JoinOptions(Domain(int(os.environ["DOMAIN"]), "LOCALHOST"), "rviz"))
     for topic, _, message_type in (text.partition("=") for text in topics):
         transport.reader(topic, message_type, QoS(), ignore)
     sys.stdin.read()
@@ -199,7 +199,7 @@ def main() -> None:
     seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 60.0
     with tempfile.TemporaryDirectory() as folder:
         run("memory", Path(folder), MemoryTransport(wants_all=True, keeps=False), seconds, peers=False)
-        run("dds", Path(folder), DdsTransport(DOMAIN, "session"), seconds, peers=True)
+        run("dds", Path(folder), DdsTransport(JoinOptions(DOMAIN, "session")), seconds, peers=True)
 
 
 if __name__ == "__main__":

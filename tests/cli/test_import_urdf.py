@@ -13,6 +13,7 @@ from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import LATCHED
 from graphengine.ros.domain import Domain
+from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.select import open_transport
 from tests.cli.harness import ROOT, Graphrun, Result
 from tests.jobs.harness import Job
@@ -423,7 +424,7 @@ def test_a_description_on_the_network_is_written_beside_the_robot_file(
     graphrun: Graphrun, cart: Path, domain: Domain
 ) -> None:
     """As robot_state_publisher latches it, over DDS."""
-    transport = open_transport("dds", domain, "robot_state_publisher")
+    transport = open_transport("dds", JoinOptions(domain, "robot_state_publisher"))
     writer = transport.writer("/robot_description", "std_msgs/msg/String", LATCHED)
     text = URDF.replace("../meshes", "package://cart/meshes")
     writer.write(messages.encode(messages.message_class("std_msgs/msg/String")(data=text)))
@@ -444,7 +445,7 @@ def test_a_topic_on_which_nothing_arrives_is_told(graphrun: Graphrun, cart: Path
 
 
 def test_the_parameter_of_a_node_is_read_without_ros(graphrun: Graphrun, cart: Path, domain: Domain) -> None:
-    transport = open_transport("dds", domain, "robot_state_publisher")
+    transport = open_transport("dds", JoinOptions(domain, "robot_state_publisher"))
 
     def answer(request_id: bytes, data: bytes) -> None:
         known = DEFINITIONS

@@ -13,6 +13,7 @@ from graphengine.messages.endpoints import QoS
 from graphengine.ros.domain import Domain
 from graphengine.ros.network_graph import MAX_NAME, Endpoint, NetworkGraph
 from graphengine.ros.tf_tree import FrameTree
+from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
 from tests.cli.harness import Graphrun
 
@@ -26,7 +27,7 @@ def evil(domain_id: int, monkeypatch: pytest.MonkeyPatch) -> Iterator[DdsTranspo
     """A peer with this node name, whose message type has another definition."""
     with monkeypatch.context() as patch:
         patch.setattr(names, "check_node_name", lambda *_: None)
-        transport = DdsTransport(Domain(domain_id, "OFF"), EVIL)
+        transport = DdsTransport(JoinOptions(Domain(domain_id, "OFF"), EVIL))
         patch.setattr(type(DEFINITIONS), "type_hash", lambda self, name: "RIHS01_" + 64 * "0")
         transport.writer("/chatter", STRING, QoS(durability="transientLocal")).write(
             messages.encode(messages.String("a\x1b[31m"))

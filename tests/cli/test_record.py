@@ -16,6 +16,7 @@ from graphengine.format.files import shipped
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
 from graphengine.ros.domain import Domain
+from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
 from tests.cli.harness import Graphrun, live, process
 from tests.jobs.harness import twist
@@ -99,7 +100,7 @@ def test_a_file_that_may_not_grow_ends_the_run_and_keeps_what_there_is(graphrun:
 def test_a_run_over_dds_is_the_same(graphrun: Graphrun, domain_id: int, tmp_path: Path) -> None:
     path, odometry = tmp_path / "out.mcap", list[bytes]()
     env = {"ROS_DOMAIN_ID": str(domain_id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-    peer = DdsTransport(Domain(domain_id, "LOCALHOST"), "peer")
+    peer = DdsTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), "peer"))
     try:
         writer = peer.writer(CMD_VEL, "geometry_msgs/msg/Twist", QoS())
         peer.reader(ODOM, ODOMETRY, QoS(), odometry.append)

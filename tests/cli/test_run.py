@@ -14,6 +14,7 @@ from graphengine.devices.dry_world import DryWorld
 from graphengine.messages.endpoints import QoS
 from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
+from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
 from tests.cli.harness import ROOT, Graphrun, live, process
 from tests.waiting import PATIENCE, eventually
@@ -276,7 +277,7 @@ def test_a_run_that_is_to_outlive_its_terminal_does() -> None:
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_takes_the_endpoints_off_the_network(number: signal.Signals, domain_id: int) -> None:
     env = {"ROS_DOMAIN_ID": str(domain_id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-    peer = DdsTransport(Domain(domain_id, "LOCALHOST"), "peer")
+    peer = DdsTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), "peer"))
     try:
         writer = peer.writer("/dd100_0000/cmd_vel", "geometry_msgs/msg/Twist", QoS())
         with live("run", "dd100_flat", "--transport", "dds", env=env) as run:

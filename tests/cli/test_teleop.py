@@ -21,6 +21,7 @@ from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
 from graphengine.ros.domain import Domain
 from graphengine.ros.network_graph import Endpoint, NetworkGraph
+from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
 from tests.cli.harness import ROOT, Graphrun, command, environment
 from tests.waiting import PATIENCE
@@ -32,7 +33,7 @@ class Robot:
     """A peer that takes velocities."""
 
     def __init__(self, domain: Domain) -> None:
-        self.transport = DdsTransport(domain, "robot")
+        self.transport = DdsTransport(JoinOptions(domain, "robot"))
         self.heard: list[Any] = []
 
     def listen(self, topic: str, message_type: str) -> None:

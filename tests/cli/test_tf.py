@@ -14,6 +14,7 @@ from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import LATCHED
 from graphengine.ros.domain import Domain
+from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
 from tests.cli.harness import Graphrun
 
@@ -27,7 +28,7 @@ def domain(domain_id: int) -> Domain:
 
 @pytest.fixture
 def peer(domain: Domain) -> Iterator[DdsTransport]:
-    transport = DdsTransport(domain, "peer")
+    transport = DdsTransport(JoinOptions(domain, "peer"))
     yield transport
     transport.close()
 
@@ -95,7 +96,7 @@ def test_where_nothing_is_heard_it_says_where_something_is(tree: Graphrun, peer:
 
 def test_what_is_wrong_is_warned_of(tree: Graphrun, peer: DdsTransport, domain: Domain) -> None:
     latch(peer, "/tf_static", ("odom", "base"), ("chassis", "laser"))
-    other = DdsTransport(domain, "other")
+    other = DdsTransport(JoinOptions(domain, "other"))
     latch(other, "/tf_static", ("map", "base"))
     other.writer("/tf_static", TF, QoS())
     result, strict = tree(), tree("--strict")

@@ -26,6 +26,7 @@ from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import LATCHED
 from graphengine.ros.domain import Domain
+from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
 from tests.cli.harness import Graphrun, command, environment, live
 from tests.waiting import PATIENCE, eventually
@@ -36,7 +37,7 @@ SENSOR = QoS(depth=5, reliability="bestEffort")
 
 @pytest.fixture
 def peer(domain_id: int) -> Iterator[DdsTransport]:
-    transport = DdsTransport(Domain(domain_id, "OFF"), "peer", "/robots")
+    transport = DdsTransport(JoinOptions(Domain(domain_id, "OFF"), "peer", "/robots"))
     yield transport
     transport.close()
 
@@ -414,7 +415,7 @@ def test_without_ros_rclpy_is_refused_with_the_reason(graphrun: Graphrun, monkey
 @pytest.fixture
 def ticking(domain_id: int) -> Iterator[None]:
     """A peer that says 50 times a second what time it is."""
-    transport = DdsTransport(Domain(domain_id, "LOCALHOST"), "peer")
+    transport = DdsTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), "peer"))
     writer = transport.writer("/pose", "geometry_msgs/msg/PoseStamped", QoS())
     stop = threading.Event()
 

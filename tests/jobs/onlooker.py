@@ -9,6 +9,7 @@ from functools import partial
 
 from graphengine.messages.endpoints import QoS
 from graphengine.ros.domain import Domain
+from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
 
 TWIST, ODOMETRY = "geometry_msgs/msg/Twist", "nav_msgs/msg/Odometry"
@@ -42,4 +43,4 @@ def look(transport: DdsTransport, robots: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    look(DdsTransport(Domain.from_environment(os.environ), "onlooker"), sys.argv[1:])
+    look(DdsTransport(JoinOptions(Domain.from_environment(os.environ), "onlooker")), sys.argv[1:])

@@ -16,6 +16,7 @@ from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import LATCHED
 from graphengine.ros.domain import Domain
+from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
 from tests.waiting import PATIENCE, eventually
 
@@ -33,7 +34,7 @@ class Listener:
     """A second participant: the newest message of each topic, and a way to drive."""
 
     def __init__(self, domain_id: int) -> None:
-        self.transport = DdsTransport(Domain(domain_id, "LOCALHOST"), "listener")
+        self.transport = DdsTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), "listener"))
         self.newest: dict[str, Any] = {}
         for topic, message_type in TOPICS.items():
             qos = LATCHED if topic.endswith("tf_static") else QoS()

@@ -20,6 +20,7 @@ from graphengine.messages.endpoints import QoS
 from graphengine.node import Context, ExecIn, Node
 from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
+from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.runtime.commands import Delete, Spawn
 from graphengine.runtime.session_core import SessionCore
@@ -466,7 +467,7 @@ def test_another_process_sees_its_topics_come_and_go(tmp_path: Path, domain_id: 
     domain = Domain(domain_id, "LOCALHOST")
     where = {"ROS_DOMAIN_ID": str(domain.id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "PYTHONPATH": str(ROOT)}
     command = [sys.executable, "-m", "tests.jobs.onlooker", "one", "late"]
-    network = LiveNetwork(lambda _: DdsTransport(domain, "crowd"), 0, print)
+    network = LiveNetwork(lambda _: DdsTransport(JoinOptions(domain, "crowd")), 0, print)
     told: list[str] = []
     with (
         subprocess.Popen(command, env={**os.environ, **where}, stdout=subprocess.PIPE, text=True) as onlooker,

@@ -15,6 +15,7 @@ import pytest
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
 from graphengine.ros.domain import Domain
+from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports import rcl
 from graphengine.ros.transports.dds.dds import DdsTransport
 from tests.cli.harness import live
@@ -86,7 +87,7 @@ def test_a_graph_answers_another_process(around: Surroundings) -> None:
         answers.append((number, answer.success, answer.message))
 
     with live("run", around.graph(LIGHT), "--transport", "dds", env=around.variables) as running:
-        transport = DdsTransport(around.domain, "peer")
+        transport = DdsTransport(JoinOptions(around.domain, "peer"))
         try:
             client = transport.client("/light", SET_BOOL, QoS(), keep)
             assert eventually(lambda: client.ready), running.said
@@ -101,7 +102,7 @@ def test_a_graph_answers_another_process(around: Surroundings) -> None:
 def test_a_graph_asks_a_server_that_comes_later(around: Surroundings) -> None:
     asked: list[bool] = []
     said: list[str] = []
-    transport = DdsTransport(around.domain, "peer")
+    transport = DdsTransport(JoinOptions(around.domain, "peer"))
     made = threading.Event()
 
     def respond(request_id: bytes, data: bytes) -> None:

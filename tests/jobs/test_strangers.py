@@ -9,6 +9,7 @@ import pytest
 
 from graphengine.messages.endpoints import QoS
 from graphengine.ros.domain import Domain
+from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
 from tests.cli.harness import live
 
@@ -20,7 +21,7 @@ def environment(domain_id: int) -> dict[str, str]:
 
 @pytest.fixture
 def rviz(environment: dict[str, str]) -> Iterator[DdsTransport]:
-    transport = DdsTransport(Domain.from_environment(environment), "rviz")
+    transport = DdsTransport(JoinOptions(Domain.from_environment(environment), "rviz"))
     yield transport
     transport.close()
 

@@ -15,6 +15,7 @@ from hypothesis import settings
 
 import graphengine
 from graphengine.ros.domain import Domain
+from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.ros.transports.select import open_transport
 from tests import waiting
@@ -44,7 +45,7 @@ def join(kind: str) -> Iterator[Callable[[int, str], AnyTransport]]:
             transport = in_memory.setdefault(domain_id, MemoryTransport())
         else:
             side = kind.partition(" to ")[0] if name == "alice" else kind.rpartition(" to ")[2]
-            transport = cast(AnyTransport, open_transport(side, domain, name))
+            transport = cast(AnyTransport, open_transport(side, JoinOptions(domain, name)))
         joined.append(transport)
         return transport
 

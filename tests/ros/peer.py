@@ -11,6 +11,7 @@ from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.messages import String, encode
 from graphengine.ros.domain import Domain
+from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
 
 STRING = "std_msgs/msg/String"
@@ -63,6 +64,6 @@ def crowd(transport: DdsTransport) -> None:
 
 if __name__ == "__main__":
     part = {"echo": echo, "ask": ask, "flood": flood, "crowd": crowd}[sys.argv[1]]
-    joined = DdsTransport(Domain.from_environment(os.environ), f"peer_{sys.argv[1]}")
+    joined = DdsTransport(JoinOptions(Domain.from_environment(os.environ), f"peer_{sys.argv[1]}"))
     part(joined)
     joined.close()

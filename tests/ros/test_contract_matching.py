@@ -11,7 +11,7 @@ from graphengine.messages.endpoints import QoS
 from graphengine.messages.interfaces import MessageTypeError
 from graphengine.messages.qos import LATCHED
 from graphengine.ros.domain import MAX_DOMAIN_ID, Domain
-from graphengine.ros.transport import Transport
+from graphengine.ros.transport import JoinOptions, Transport
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.rcl.rcl import RclTransport
 from tests.ros.contract import ALL, FAITHFUL, RCLPY, STRING, Eventually, Inbox, Join, connect, text
@@ -149,7 +149,7 @@ def test_a_type_that_does_not_exist_cannot_be_opened(join: Join, domain_id: int)
 def test_names_that_ros_refuses_are_refused(kind: str, domain_id: int, name: str, namespace: str) -> None:
     make = DdsTransport if kind == "dds" else RclTransport
     with pytest.raises(TopicError):
-        make(Domain(domain_id, "LOCALHOST"), name, namespace)
+        make(JoinOptions(Domain(domain_id, "LOCALHOST"), name, namespace))
 
 
 @pytest.fixture
@@ -174,7 +174,7 @@ def test_domains_do_not_hear_each_other(elsewhere: int, join: Join, domain_id: i
 @pytest.mark.parametrize("number", [0, MAX_DOMAIN_ID])
 def test_the_first_and_the_last_domain_can_be_joined(kind: str, number: int, eventually: Eventually) -> None:
     make = DdsTransport if kind == "dds" else RclTransport
-    transport = make(Domain(number, "OFF"), "alice")
+    transport = make(JoinOptions(Domain(number, "OFF"), "alice"))
     try:
         inbox = Inbox()
         transport.reader("/chatter", STRING, QoS(), inbox)

@@ -22,6 +22,7 @@ from graphengine.messages.endpoints import QoS
 from graphengine.messages.messages import String, decode, encode, type_hash
 from graphengine.messages.qos import LATCHED
 from graphengine.ros.domain import Domain
+from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds import cyclone, discovery
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.dds.idl import dds_name, idl_type
@@ -43,7 +44,7 @@ def domain(domain_id: int) -> Domain:
 
 @pytest.fixture
 def alice(domain: Domain) -> Iterator[DdsTransport]:
-    transport = DdsTransport(domain, "alice", "/robots")
+    transport = DdsTransport(JoinOptions(domain, "alice", "/robots"))
     yield transport
     transport.close()
 
@@ -90,7 +91,7 @@ def test_what_comes_while_the_process_is_busy_is_all_delivered(alice: DdsTranspo
 def test_a_patient_writer_loses_what_it_counts_as_given_up_and_nothing_else(
     domain: Domain, start_peer: StartPeer, eventually: Eventually
 ) -> None:
-    patient, heard, number = DdsTransport(domain, "patient", patient=True), set(), 0
+    patient, heard, number = DdsTransport(JoinOptions(domain, "patient", patient=True)), set(), 0
     patient.reader("/pong", STRING, QoS(), lambda data: heard.add(data[8:10]))
     ping = patient.writer("/ping", STRING, QoS(depth=2))
     process = start_peer("echo", domain.id)
@@ -228,7 +229,7 @@ def test_a_topic_that_was_left_may_get_another_type(alice: DdsTransport) -> None
 
 def test_one_process_is_in_a_domain_with_one_configuration(alice: DdsTransport, domain: Domain) -> None:
     with pytest.raises(TransportError, match="already in domain"):
-        DdsTransport(Domain(domain.id, "SUBNET"), "bob")
+        DdsTransport(JoinOptions(Domain(domain.id, "SUBNET"), "bob"))
 
 
 def test_close_leaves_no_thread_and_no_socket(domain: Domain, eventually: Eventually) -> None:
@@ -237,7 +238,7 @@ def test_close_leaves_no_thread_and_no_socket(domain: Domain, eventually: Eventu
         return sum(target.startswith("socket:") for target in links)
 
     python_threads, threads, open_sockets = threading.active_count(), len(os.listdir("/proc/self/task")), sockets()
-    transport = DdsTransport(domain, "alice")
+    transport = DdsTransport(JoinOptions(domain, "alice"))
     transport.reader("/chatter", STRING, QoS(), lambda data: None)
     assert len(os.listdir("/proc/self/task")) > threads
     assert sockets() > open_sockets
@@ -249,9 +250,10 @@ def test_close_leaves_no_thread_and_no_socket(domain: Domain, eventually: Eventu
 
 def test_a_process_that_ends_without_closing_leaves_the_graph(graph: Graph, eventually: Eventually) -> None:
     program = f"""
+from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.domain import Domain
-DdsTransport(Domain({graph.domain.id}, "LOCALHOST"), "careless")
+DdsTransport(JoinOptions(Domain({graph.domain.id}, "LOCALHOST"), "careless"))
 input()
 raise SystemExit(3)
 """
@@ -272,7 +274,7 @@ def test_a_transport_that_could_not_be_made_leaves_nothing_behind(
     before = len(os.listdir("/proc/self/task"))
     monkeypatch.setattr(DdsTransport, "_announce", fail)
     with pytest.raises(TransportError, match="on purpose"):
-        DdsTransport(domain, "alice")
+        DdsTransport(JoinOptions(domain, "alice"))
     assert eventually(lambda: len(os.listdir("/proc/self/task")) <= before)  # threads that ended are listed a moment
 
 

@@ -21,6 +21,7 @@ from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.messages import String, encode, type_hash
 from graphengine.ros.domain import Domain
+from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds import cyclone, dds
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.dds.dds_services import identity, with_header, without_header
@@ -37,7 +38,7 @@ CLIENT = 0xE20D1623AAF666E7
 
 @pytest.fixture
 def bob(domain_id: int) -> Iterator[DdsTransport]:
-    transport = DdsTransport(Domain(domain_id, "LOCALHOST"), "bob")
+    transport = DdsTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), "bob"))
     yield transport
     transport.close()
 

@@ -14,6 +14,7 @@ from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import LATCHED
 from graphengine.ros.description import from_node, from_topic
 from graphengine.ros.domain import Domain
+from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports import rcl
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.memory.memory import MemoryTransport
@@ -79,7 +80,7 @@ def parameters(transport: MemoryTransport | DdsTransport, node: str, *texts: str
 
 
 def test_the_parameter_of_a_node_is_read_over_dds(domain_id: int) -> None:
-    node, client = (DdsTransport(Domain(domain_id, "LOCALHOST"), name) for name in ("publisher", "client"))
+    node, client = (DdsTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), name)) for name in ("publisher", "client"))
     parameters(node, "/publisher", TEXT)
     parameters(node, "/a/other")
     assert from_node(client, "publisher", timeout=60) == TEXT
@@ -131,7 +132,7 @@ def test_the_parameter_of_a_node_is_read(domain_id: int, own: str) -> None:
     thread.start()
     if own == "dds" and rmw() != "rmw_cyclonedds_cpp":
         pytest.skip("services do not cross between RMWs")
-    client = (RclTransport if own == "rclpy" else DdsTransport)(domain, "client")
+    client = (RclTransport if own == "rclpy" else DdsTransport)(JoinOptions(domain, "client"))
     assert from_node(client, "publisher", timeout=60) == TEXT
     assert from_node(client, "/dd100_0000/publisher_", timeout=60) == f"{TEXT} "
     for name in ("/other", "/number"):
@@ -156,7 +157,7 @@ def test_a_node_that_does_not_answer_is_told(domain_id: int) -> None:
     with discovery(domain):
         context.init(args=[], domain_id=domain_id)
     busy = Node("busy", context=context)  # which nobody spins
-    client = RclTransport(domain, "client")
+    client = RclTransport(JoinOptions(domain, "client"))
     with pytest.raises(TransportError, match=r"node /busy does not answer within 1 s"):
         from_node(client, "/busy", timeout=1)
     client.close()

@@ -17,6 +17,7 @@ from graphengine.messages.messages import Gid, NodeEntitiesInfo, ParticipantEnti
 from graphengine.messages.qos import LATCHED
 from graphengine.ros.domain import Domain
 from graphengine.ros.network_graph import discover
+from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds import cyclone, discovery
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.dds.discovery import ros_type
@@ -37,7 +38,7 @@ def domain(domain_id: int) -> Domain:
 
 @pytest.fixture
 def alice(domain: Domain) -> Iterator[DdsTransport]:
-    transport = DdsTransport(domain, "alice")
+    transport = DdsTransport(JoinOptions(domain, "alice"))
     yield transport
     transport.close()
 
@@ -97,7 +98,7 @@ def test_rubbish_about_nodes_is_passed_over(
 ) -> None:
     liar = join("").write(discovery.TOPIC)
     assert cyclone.write(liar, encode(String("rubbish"))) == 0
-    bob = DdsTransport(domain, "bob")
+    bob = DdsTransport(JoinOptions(domain, "bob"))
     bob.writer("/chatter", STRING, QoS())
     assert eventually(lambda: [end.node for end in alice.graph().publishers("/chatter")] == ["bob"])
     bob.close()
@@ -109,7 +110,7 @@ def test_a_node_that_came_and_went_between_two_looks_leaves_nothing(
     ready: list[bytes] = []
     alice.reader("/chatter", STRING, LATCHED, ready.append)
     alice.graph()
-    bob = DdsTransport(domain, "bob")
+    bob = DdsTransport(JoinOptions(domain, "bob"))
     bob.writer("/chatter", STRING, LATCHED).write(encode(String("told")))
     assert eventually(lambda: ready)
     bob.close()

@@ -10,6 +10,7 @@ from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.messages import decode, encode
 from graphengine.ros.domain import Domain
+from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.rcl.rcl import RclTransport
 from tests.ros.contract import Eventually, Join, needs_rclpy
 from tests.ros.service_contract import NAME, Client, Server, foreign, rmw
@@ -20,7 +21,7 @@ def fast(domain_id: int) -> Iterator[RclTransport]:
     """A node on Fast DDS."""
     if rmw() != "rmw_fastrtps_cpp":
         pytest.skip("RMW_IMPLEMENTATION is not rmw_fastrtps_cpp")
-    transport = RclTransport(Domain(domain_id, "LOCALHOST"), "fast")
+    transport = RclTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), "fast"))
     yield transport
     transport.close()
 

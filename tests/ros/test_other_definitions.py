@@ -17,6 +17,7 @@ from graphengine.messages.interfaces import element_of
 from graphengine.messages.messages import decode, encode
 from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
+from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.rcl.rcl import RclTransport
 from tests.ros.contract import RCLPY_MISSING, Eventually, Inbox, text
@@ -45,7 +46,7 @@ class Side:
         typed.type_hash = lambda message_type: (  # type: ignore[method-assign]
             self.known.type_hash(message_type) if announced is None else announced
         )
-        self.transport = DdsTransport(Domain(domain_id, "LOCALHOST"), side, definitions=typed)
+        self.transport = DdsTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), side, definitions=typed))
 
     def message(self, kind: str, first: int, second: float) -> bytes:
         message = self.known.initial(kind)
@@ -121,8 +122,8 @@ def test_rclpy_drops_the_messages_of_a_topic_while_one_of_another_definition_is_
     domain_id: int, tmp_path: Path, peer: str, eventually: Eventually
 ) -> None:
     domain, said, known = Domain(domain_id, "LOCALHOST"), list[str](), definitions(tmp_path, "ours")
-    transport = RclTransport(domain, "ours", definitions=known)
-    bob = (DdsTransport if peer == "dds" else RclTransport)(domain, "bob")
+    transport = RclTransport(JoinOptions(domain, "ours", definitions=known))
+    bob = (DdsTransport if peer == "dds" else RclTransport)(JoinOptions(domain, "bob"))
     network = LiveNetwork(lambda domain: transport, 0, said.append, known)
     subscription = network.subscription(EndpointClaim("/World/hears", "graph", "/chatter", STRING, "subscribe", QoS()))
     writer = bob.writer("/chatter", STRING, QoS())

@@ -14,6 +14,7 @@ import pytest
 import graphengine
 from graphengine.messages.endpoints import QoS
 from graphengine.ros.domain import DiscoveryRange, Domain
+from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
 from tests.ros.conftest import StartPeer
 from tests.ros.contract import STRING, Eventually, Inbox, text
@@ -25,13 +26,14 @@ ISOLATED = ["unshare", "--map-root-user", "--net", "sh", "-c"]
 CALL = """
 import os, subprocess, sys, time
 from graphengine.messages.endpoints import QoS
+from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.domain import Domain
 from graphengine.messages.messages import String, encode
 
 peer = subprocess.Popen([sys.executable, sys.argv[1], "echo"], stdin=subprocess.PIPE)
 heard = []
-alice = DdsTransport(Domain.from_environment(os.environ), "alice")
+alice = DdsTransport(JoinOptions(Domain.from_environment(os.environ), "alice"))
 alice.reader("/pong", "std_msgs/msg/String", QoS(), heard.append)
 ping = alice.writer("/ping", "std_msgs/msg/String", QoS())
 deadline = time.monotonic() + 60.0
@@ -44,11 +46,12 @@ sys.exit(0 if heard else "nobody answered")
 """
 JOIN = """
 from graphengine.format.errors import TransportError
+from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.domain import Domain
 
 try:
-    DdsTransport(Domain(1, "LOCALHOST"), "alice")
+    DdsTransport(JoinOptions(Domain(1, "LOCALHOST"), "alice"))
 except TransportError as error:
     print(error)
 """
@@ -92,7 +95,7 @@ def test_without_any_interface_that_is_up_the_domain_cannot_be_joined() -> None:
 
 @pytest.fixture(params=["LOCALHOST", "SUBNET"])
 def alice(request: pytest.FixtureRequest, domain_id: int) -> Iterator[DdsTransport]:
-    transport = DdsTransport(Domain(domain_id, request.param), "alice")
+    transport = DdsTransport(JoinOptions(Domain(domain_id, request.param), "alice"))
     yield transport
     transport.close()
 

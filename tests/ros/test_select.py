@@ -8,6 +8,7 @@ import pytest
 
 from graphengine.format.errors import TransportError
 from graphengine.ros.domain import Domain
+from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports import rcl, select
 from graphengine.ros.transports.select import open_transport, transport_helps
 
@@ -23,12 +24,12 @@ def domain(domain_id: int) -> Domain:
 
 
 def test_memory_joins_nothing(domain: Domain) -> None:
-    assert open_transport("memory", domain).description == "memory: nothing leaves this process"
+    assert open_transport("memory", JoinOptions(domain)).description == "memory: nothing leaves this process"
 
 
 @pytest.mark.usefixtures("without_rclpy")
 def test_without_rclpy_dds_is_chosen_and_says_why(domain: Domain) -> None:
-    transport = open_transport("auto", domain, "alice")
+    transport = open_transport("auto", JoinOptions(domain, "alice"))
     assert transport.description.startswith(f"dds (Eclipse Cyclone DDS), domain {domain.id}, discovery range OFF; ")
     assert "chosen because rclpy cannot be imported (ModuleNotFoundError: " in transport.description
     transport.close()
@@ -38,7 +39,7 @@ def test_where_no_ros_is_sourced_nothing_sounds_like_a_fault(domain: Domain, mon
     for name in ("rclpy", *(name for name in sys.modules if name.startswith("rclpy."))):
         monkeypatch.delitem(sys.modules, name, raising=False)
     monkeypatch.setattr(sys, "path", [path for path in sys.path if not (Path(path) / "rclpy").is_dir()])
-    transport = open_transport("auto", domain, "alice")
+    transport = open_transport("auto", JoinOptions(domain, "alice"))
     assert transport.description.endswith("chosen because rclpy cannot be imported (no ROS 2 is sourced)")
     transport.close()
 
@@ -46,12 +47,12 @@ def test_where_no_ros_is_sourced_nothing_sounds_like_a_fault(domain: Domain, mon
 @pytest.mark.usefixtures("without_rclpy")
 def test_rclpy_that_is_asked_for_and_missing_is_an_error(domain: Domain) -> None:
     with pytest.raises(TransportError, match="rclpy cannot be used: ModuleNotFoundError"):
-        open_transport("rclpy", domain)
+        open_transport("rclpy", JoinOptions(domain))
 
 
 def test_a_name_that_no_transport_has_is_an_error_that_lists_them(domain: Domain) -> None:
     with pytest.raises(TransportError, match=r"no transport 'udp'\n.*dds, memory, rclpy"):
-        open_transport("udp", domain)
+        open_transport("udp", JoinOptions(domain))
 
 
 def test_the_transports_of_a_checkout_are_known_without_its_metadata(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -75,22 +76,22 @@ def test_without_cyclonedds_the_error_says_what_to_do(
 ) -> None:
     monkeypatch.setitem(sys.modules, "cyclonedds", None)
     with pytest.raises(TransportError, match=r"dds needs cyclonedds, which cannot be imported[^$]*--transport memory"):
-        open_transport(name, domain)
+        open_transport(name, JoinOptions(domain))
 
 
 @pytest.mark.ros
 @pytest.mark.skipif(rcl.import_error() is not None, reason=str(rcl.import_error()))
 def test_with_rclpy_rclpy_is_chosen_and_says_why(domain_id: int) -> None:
-    transport = open_transport("auto", Domain(domain_id, "LOCALHOST"), "alice")
+    transport = open_transport("auto", JoinOptions(Domain(domain_id, "LOCALHOST"), "alice"))
     assert transport.description.startswith("rclpy (rmw_")
     assert transport.description.endswith("chosen because rclpy is installed")
     transport.close()
 
 
 def test_dds_says_that_peers_of_zenoh_cannot_be_reached(domain: Domain) -> None:
-    transport = open_transport("dds", domain, environ={"RMW_IMPLEMENTATION": "rmw_zenoh_cpp"})
+    transport = open_transport("dds", JoinOptions(domain, environ={"RMW_IMPLEMENTATION": "rmw_zenoh_cpp"}))
     assert "RMW_IMPLEMENTATION is rmw_zenoh_cpp, whose peers" in transport.description
     transport.close()
-    transport = open_transport("dds", domain, environ={"RMW_IMPLEMENTATION": "rmw_fastrtps_cpp"})
+    transport = open_transport("dds", JoinOptions(domain, environ={"RMW_IMPLEMENTATION": "rmw_fastrtps_cpp"}))
     assert "RMW" not in transport.description
     transport.close()

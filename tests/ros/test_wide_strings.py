@@ -14,6 +14,7 @@ from graphengine.messages.endpoints import QoS
 from graphengine.messages.interfaces import MessageTypeError
 from graphengine.messages.messages import MessageError, decode, encode
 from graphengine.ros.domain import Domain
+from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.rcl.rcl import RclTransport, discovery
 from tests.ros.contract import RCLPY_MISSING, Eventually
@@ -77,7 +78,9 @@ def test_single_wide_characters_are_not_supported(tmp_path: Path, field: str) ->
 
 
 def test_wide_strings_cross_between_two_nodes(known: Definitions, domain_id: int, eventually: Eventually) -> None:
-    alice, bob = (DdsTransport(Domain(domain_id, "LOCALHOST"), name, definitions=known) for name in ("alice", "bob"))
+    alice, bob = (
+        DdsTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), name, definitions=known)) for name in ("alice", "bob")
+    )
     heard: list[str] = []
     bob.reader("/wide", WIDE, QoS(), lambda data: heard.append(decode(data, WIDE, known).data))
     writer = alice.writer("/wide", WIDE, QoS())
@@ -113,7 +116,7 @@ def test_wide_strings_cross_to_and_from_a_node_of_ros(
     ours: list[str] = []
     talk = node.create_publisher(WString, "/theirs", 10)
     node.create_subscription(WString, "/ours", lambda message: theirs.append(message.data), 10)
-    transport = (DdsTransport if own == "dds" else RclTransport)(domain, "ours", definitions=known)
+    transport = (DdsTransport if own == "dds" else RclTransport)(JoinOptions(domain, "ours", definitions=known))
     transport.reader("/theirs", WIDE, QoS(), lambda data: ours.append(decode(data, WIDE, known).data))
     writer = transport.writer("/ours", WIDE, QoS())
     assert eventually(lambda: writer.matched)

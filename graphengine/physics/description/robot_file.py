@@ -7,7 +7,7 @@ from typing import Any
 
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.document import Document
-from graphengine.format.files import Files, NotFoundError
+from graphengine.format.files import Files
 from graphengine.format.spec import RobotSpec
 from graphengine.format.spec_reader import Loaded, read, validate
 
@@ -60,11 +60,10 @@ def read_robot(path: Path, files: Files, findings: Findings) -> RobotFile | None
         if not loaded.spec.extends:
             break
         span = loaded.document.span("extends")
-        try:
-            paths.append(files.find(loaded.spec.extends, loaded.folder))
-        except NotFoundError as error:
-            findings.add("S101", error.message, span, *error.help)
+        extended = files.look_up(loaded.spec.extends, loaded.folder, findings, span)
+        if extended is None:
             return None
+        paths.append(extended)
         if paths[-1].resolve() in [path.resolve() for path in paths[:-1]] or len(paths) > MAX_CHAIN:
             way = " extends ".join(path.name for path in paths)
             findings.add(

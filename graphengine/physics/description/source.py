@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from graphengine.format.diagnostics import Findings
-from graphengine.format.files import Files, NotFoundError
+from graphengine.format.files import Files
 from graphengine.physics.description import xacro
 from graphengine.physics.description.robot_file import RobotFile
 from graphengine.physics.description.urdf import Urdf
@@ -20,13 +20,9 @@ def read_description(file: RobotFile, files: Files, findings: Findings) -> Urdf 
         span = file.chain[0].document.span().part(0, 1)
         findings.add("G107", "missing key 'urdf'", span, "the file of the description")
         return None
-    try:
-        path = files.find(file.spec.urdf, file.folder("urdf"))
-    except NotFoundError as error:
-        findings.add("S101", error.message, file.span("urdf"), *error.help)
-        return None
-    packages = _packages(path, file, files, findings)
-    if packages is None:
+    path = files.look_up(file.spec.urdf, file.folder("urdf"), findings, file.span("urdf"))
+    packages = _packages(path, file, files, findings) if path is not None else None
+    if path is None or packages is None:
         return None
     root = read(path, findings, "S103")
     if root is None:

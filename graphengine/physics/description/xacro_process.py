@@ -97,7 +97,7 @@ class Expansion:
             xacro._global_symbols["python"].pop(name, None)
         for name in ("check_attrs", "reqd_attrs", "eval_all", "process_include", "grab_property", "grab_macro"):
             setattr(xacro, name, self._followed(getattr(xacro, name)))
-        xacro.handle_macro_call = self._call(xacro.handle_macro_call)
+        xacro.handle_macro_call = self._followed(self._call(xacro.handle_macro_call))
         substitution_args._eval_find = self._find
         substitution_args._eval_env = self._environment
 
@@ -110,9 +110,7 @@ class Expansion:
         return follow
 
     def _call(self, function: Callable[..., Any]) -> Callable[..., Any]:
-        @functools.wraps(function)
         def call(node: minidom.Element, *rest: Any) -> Any:
-            self.node = node
             self.calls.append(node)
             result = function(node, *rest)
             self.calls.pop()

@@ -6,25 +6,20 @@ lies in the package that it names, then in the folders that the robot file names
 
 from __future__ import annotations
 
-import os
-import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from urllib.parse import unquote
 
 from graphengine.format.files import Files, shipped
+from graphengine.format.ros_packages import MANIFEST, manifest_name, walk
 from graphengine.format.wording import did_you_mean, listing
 
 SCHEMES = ("package://", "model://")
 """Beginnings of a reference into a package."""
 MAX_DEPTH = 4
 """Folders below a search path in which packages are looked for, as in `src/repository/package`."""
-MAX_FOLDERS = 20_000
 REMEDY = "give its folder: package_paths in the robot file, --package-path of import-urdf"
 """What to do about a package that is not found."""
-MAX_MANIFEST_BYTES = 100_000
-
-_NAME = re.compile(rb"<name>\s*([\w.-]+)\s*</name>")
 
 
 class Packages:
@@ -103,13 +98,11 @@ class Packages:
 
     def _name_of(self, folder: Path) -> str | None:
         """What a folder's manifest calls the package; None without a manifest that may be read."""
-        manifest = folder / "package.xml"
+        manifest = folder / MANIFEST
         if not self.files.may_read(manifest) or not manifest.is_file():
             return None
         self.files.note(manifest)
-        with manifest.open("rb") as file:
-            found = _NAME.search(file.read(MAX_MANIFEST_BYTES))
-        return found[1].decode("ascii", "replace") if found else None
+        return manifest_name(folder)
 
 
 def package_of(reference: str) -> str | None:
@@ -120,10 +113,4 @@ def package_of(reference: str) -> str | None:
 
 def _below(path: Path) -> Iterator[Path]:
     """Folders of a tree, nearest to its top first within each branch; what lies in a package is none of them."""
-    for count, (folder, folders, names) in enumerate(os.walk(path)):
-        yield Path(folder)
-        depth = len(Path(folder).relative_to(path).parts)
-        inside = "package.xml" in names and depth > 0
-        folders[:] = [] if inside or depth >= MAX_DEPTH else sorted(f for f in folders if not f.startswith("."))
-        if count >= MAX_FOLDERS:
-            return
+    return (folder for folder, _ in walk(path, MAX_DEPTH, lambda names: MANIFEST in names))

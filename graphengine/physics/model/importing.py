@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +18,7 @@ from graphengine.physics.description.implicit_robot_file import robot_file
 from graphengine.physics.description.robot_file_writer import compose
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.description.urdf_reader import read_urdf
-from graphengine.physics.engine import REFUSALS, mujoco
+from graphengine.physics.engine import REFUSALS, compiled, mujoco
 from graphengine.physics.files.packages import Packages, package_of
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, mujoco_says, write
@@ -114,17 +113,15 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
 
 def _compiled(spec: mujoco.MjSpec, urdf: Urdf, findings: Findings) -> mujoco.MjModel | None:
     try:
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always")
-            model = spec.compile()
+        model, told = compiled(spec)
     except REFUSALS as error:
         message, name, _ = mujoco_says(error)
         owners = (name, name.rsplit(".", 2)[0])  # a geom is named by its link and two numbers
         places = (element.span for element in urdf.element.walk() if element.get("name") in owners)
         findings.add("S106", f"MuJoCo: {message}: {name!r}", next(places, urdf.element.span))
         return None
-    for warning in caught:
-        findings.add("W205", f"MuJoCo: {str(warning.message).partition(' Time =')[0]}", urdf.element.span)
+    for text in told:
+        findings.add("W205", f"MuJoCo: {text.partition(' Time =')[0]}", urdf.element.span)
     return model
 
 

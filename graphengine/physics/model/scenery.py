@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import copy
 import re
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from graphengine.format.diagnostics import Findings, Span
-from graphengine.format.files import Files, NotFoundError
+from graphengine.format.files import Files
 from graphengine.format.spec import SceneSpec
 from graphengine.format.spec_reader import Loaded
 from graphengine.format.wording import listing
 from graphengine.physics.description.implicit_robot_file import SUFFIXES, is_text, read_bare
 from graphengine.physics.description.mjcf import is_mjcf, read_mjcf
 from graphengine.physics.description.robot_file import read_robot
-from graphengine.physics.engine import REFUSALS, mujoco
+from graphengine.physics.engine import REFUSALS, compiled, mujoco
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, mujoco_says, place_of
 from graphengine.physics.model.fleet_expansion import RobotPlacement
@@ -70,12 +69,10 @@ class Scenery:
         if is_text(use):
             path, key = self.scene.folder / "description", use
         else:
-            try:
-                path = self.library.files.find(use, self.scene.folder)
-            except NotFoundError as error:
-                findings.add("S101", error.message, self._place_of(placement), *error.help)
+            found = self.library.files.look_up(use, self.scene.folder, findings, self._place_of(placement))
+            if found is None:
                 return None
-            key = str(path)
+            path, key = found, str(found)
         if key not in self._kinds:
             self._kinds[key] = self._read(path, placement, findings)
         kind = self._kinds[key]
@@ -139,14 +136,12 @@ class Scenery:
         if whole is None:
             return None
         try:
-            with warnings.catch_warnings(record=True) as caught:
-                warnings.simplefilter("always")
-                model = whole.compile()
+            model, told = compiled(whole)
         except REFUSALS as error:
             self._refused(error, robots, findings)
             return None
-        for warning in caught:
-            self._warned(str(warning.message), model, robots, findings)
+        for text in told:
+            self._warned(text, model, robots, findings)
         return model
 
     def _assembled(self, robots: Mapping[str, RobotInstance], findings: Findings) -> mujoco.MjSpec | None:

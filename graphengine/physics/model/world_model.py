@@ -5,7 +5,6 @@ from __future__ import annotations
 from fractions import Fraction
 
 from graphengine.format.diagnostics import Findings, Span
-from graphengine.format.files import NotFoundError
 from graphengine.format.spec import PhysicsSpec, SceneSpec
 from graphengine.format.spec_reader import Loaded
 from graphengine.physics.description.mjcf import parse
@@ -31,12 +30,8 @@ def world_spec(
         library: reads the world and what it refers to.
         findings: takes what is wrong, in which case there is no world, and notes on options that are overruled.
     """
-    try:
-        path = library.files.find(scene.spec.world, scene.folder)
-    except NotFoundError as error:
-        findings.add("S101", error.message, scene.document.span("world"), *error.help)
-        return None, []
-    root = library.world(path)
+    path = library.files.look_up(scene.spec.world, scene.folder, findings, scene.document.span("world"))
+    root = library.world(path) if path is not None else None
     if root is None:
         return None, []
     spec, lines = parse(root, library)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from graphengine.devices.poses import pose_of
 from graphengine.devices.stage import Stage
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.robot_prims import prim_name
@@ -23,8 +24,8 @@ def add_world(stage: Stage, model: mujoco.MjModel, robots: Collection[str]) -> N
             continue
         path = f"{paths[parent]}/{prim_name(body.name)}"
         paths[index] = path if path not in stage else f"{path}_{index}"
-        w, x, y, z = body.quat.tolist()
-        stage.add(paths[index], "body", position=tuple(body.pos.tolist()), orientation=(x, y, z, w), body=body.name)
+        position, orientation = pose_of(body.pos, body.quat)
+        stage.add(paths[index], "body", position=position, orientation=orientation, body=body.name)
     for number, index in enumerate(world_lights(model, robots)):
         _add_light(stage, model, index, number, paths[int(model.light_bodyid[index])])
 
@@ -35,16 +36,11 @@ def _add_light(stage: Stage, model: mujoco.MjModel, index: int, number: int, abo
     path = f"{above}/{prim_name(light.name or f'light_{number}')}"
     turn = np.empty(4)
     mujoco.mju_quatZ2Vec(turn, -light.dir)
-    w, x, y, z = turn.tolist()
+    position, orientation = pose_of(light.pos, turn)
     facts: dict[str, Any] = {name: tuple(getattr(light, name).tolist()) for name in ("diffuse", "ambient", "specular")}
     facts |= {"number": number, "directional": bool(light.type[0] == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL.value)}
-    stage.add(
-        path if path not in stage else f"{path}_light_{number}",
-        "light",
-        position=tuple(light.pos.tolist()),
-        orientation=(x, y, z, w),
-        facts=facts,
-    )
+    path = path if path not in stage else f"{path}_light_{number}"
+    stage.add(path, "light", position=position, orientation=orientation, facts=facts)
 
 
 def world_lights(model: mujoco.MjModel, robots: Collection[str]) -> list[int]:

@@ -39,30 +39,30 @@ class Shape(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class HalfSpaces:
-    """All that lies behind planes: the points p with `normals` p <= `offsets`."""
+class HalfSpace:
+    """All that lies behind a plane: the points p with `normal` p <= `offset`."""
 
-    normals: Floats
-    offsets: Floats
+    normal: Floats
+    offset: float
 
     def bounds(self) -> tuple[Floats, Floats]:
         """None: what has no end does not widen a map."""
         return np.full(2, np.inf), np.full(2, -np.inf)
 
     def draw(self, canvas: Canvas, window: Window) -> None:
-        """Occupy the cells that a plane leaves behind it somewhere between the window's heights."""
+        """Occupy the cells that the plane leaves behind it somewhere between the window's heights."""
         rows = np.arange(canvas.grid.rows)
         south, north = canvas.grid.bands(rows)
-        for (nx, ny, nz), offset in zip(self.normals.tolist(), self.offsets.tolist(), strict=True):
-            rest = offset - min(nz * (window[0] + MARGIN), nz * (window[1] - MARGIN))
-            rest = rest - np.minimum(ny * south, ny * north)  # nx x <= rest
-            everywhere = np.full(len(rows), np.inf)
-            if abs(nx) > 1e-12:
-                border = rest / nx
-                low, high = (-everywhere, border) if nx > 0 else (border, everywhere)
-            else:
-                low, high = np.where(rest >= 0, -np.inf, np.inf), everywhere
-            canvas.fill(rows, low, high)
+        nx, ny, nz = self.normal.tolist()
+        height = min(nz * (window[0] + MARGIN), nz * (window[1] - MARGIN))
+        rest = self.offset - height - np.minimum(ny * south, ny * north)  # nx x <= rest
+        everywhere = np.full(len(rows), np.inf)
+        if abs(nx) > 1e-12:
+            border = rest / nx
+            low, high = (-everywhere, border) if nx > 0 else (border, everywhere)
+        else:
+            low, high = np.where(rest >= 0, -np.inf, np.inf), everywhere
+        canvas.fill(rows, low, high)
 
 
 def seen_or_solid(model: mujoco.MjModel) -> tuple[Bools, Bools]:
@@ -105,7 +105,7 @@ def _plane(model: mujoco.MjModel, data: mujoco.MjData, geom: int, solid: bool) -
     x, y, _ = model.geom_size[geom].tolist()  # half the sides, 0 without end
     if solid or x * y == 0:
         normal = data.geom_xmat[geom].reshape(3, 3)[:, 2]
-        return HalfSpaces(normal[None], np.array([normal @ data.geom_xpos[geom]]))
+        return HalfSpace(normal, float(normal @ data.geom_xpos[geom]))
     corners = _placed(data, geom, np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]]))
     return Triangles.skin(corners[[[0, 1, 2], [0, 2, 3]]])
 

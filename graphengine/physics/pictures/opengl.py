@@ -13,7 +13,7 @@ import functools
 import os
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
-from typing import Any, Protocol
+from typing import Any
 
 from graphengine.format.errors import RenderError
 
@@ -50,15 +50,7 @@ class _UnusableError(Exception):
     """A library is there and does not do what it should."""
 
 
-class _Platform(Protocol):
-    def context(self) -> AbstractContextManager[None]:
-        """OpenGL for the calling thread."""
-
-    def address(self, function: str) -> int:
-        """Where a function of OpenGL is."""
-
-
-def _own_platform() -> _Platform:
+def _own_platform() -> _Egl | _OSMesa:
     platform, process = _platform()
     if process != os.getpid():  # the driver's threads are not in the copy, which would wait for them for ever
         raise RenderError(
@@ -69,7 +61,7 @@ def _own_platform() -> _Platform:
 
 
 @functools.cache
-def _platform() -> tuple[_Platform, int]:
+def _platform() -> tuple[_Egl | _OSMesa, int]:
     """The first platform that works, and the process it was opened in.
 
     MuJoCo looks its functions up once a process, so it stays with that one.

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.devices.poses import pose_of
 from graphengine.devices.rotation import Pose, rotate
 from graphengine.devices.sensor import Quaternion, Vector3
 from graphengine.devices.stage import Prim
@@ -112,16 +113,14 @@ def _through(simulation: Simulation, camera: int, size: Size) -> View:
     low, high = _bounds(simulation)
     turn = np.empty(4)
     mujoco.mju_mat2Quat(turn, data.cam_xmat[camera])
-    w, x, y, z = turn.tolist()
     position = data.cam_xpos[camera]
     far = max(FARTHEST, float(np.linalg.norm(high - low) + np.linalg.norm((low + high) / 2 - position)))
-    pose: Pose = (tuple(position.tolist()), (x, y, z, w))
     if model.cam_projection[camera] == mujoco.mjtProjection.mjPROJ_ORTHOGRAPHIC:
         lens = Lens.plan(size, float(model.cam_fovy[camera]) / 2, 0.01, far)
     else:
         focal = size[1] / 2 / math.tan(math.radians(model.cam_fovy[camera]) / 2)
         lens = Lens.pinhole(size, focal, 0.05, far)
-    return View(pose, lens, tuple(((low + high) / 2).tolist()), float(np.linalg.norm(high - low)))
+    return View(pose_of(position, turn), lens, tuple(((low + high) / 2).tolist()), float(np.linalg.norm(high - low)))
 
 
 def _from_above(simulation: Simulation, size: Size) -> View:
@@ -207,6 +206,4 @@ def _looking(eye: Floats, target: Floats) -> Pose:
     right /= np.linalg.norm(right)
     turn = np.empty(4)
     mujoco.mju_mat2Quat(turn, np.stack([right, np.cross(back, right), back], axis=1).reshape(-1))
-    w, x, y, z = turn.tolist()
-    ex, ey, ez = eye.tolist()
-    return (ex, ey, ez), (x, y, z, w)
+    return pose_of(eye, turn)

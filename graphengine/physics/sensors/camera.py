@@ -114,9 +114,7 @@ class PinholeCamera(Sampled):
         near, far = self.clip
         self._lens = Lens.pinhole(size, self.intrinsics[0], min(near, NEAREST), far)
         self._pending: deque[_Exposure] = deque()
-        self._skipped = 0
-        self._segmented = False
-        self._delivery: tuple[int, Picture | None] = (0, None)
+        self.reset()
         self._studio = simulation.studio
         self._studio.expect(self._lens)
         super().__init__(simulation, prim)
@@ -134,7 +132,7 @@ class PinholeCamera(Sampled):
         self._pending.clear()
         self._skipped = 0
         self._segmented = False
-        self._delivery = (0, None)
+        self._delivery: tuple[int, Picture | None] = (0, None)
 
     @property
     def labels(self) -> Mapping[int, str]:

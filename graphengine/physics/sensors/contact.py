@@ -18,7 +18,7 @@ from graphengine.format.spec import NotNegative, Positive
 from graphengine.physics.dynamics.handle_table import Handle
 from graphengine.physics.dynamics.motion_handles import CarriedPrim
 from graphengine.physics.engine import mujoco
-from graphengine.physics.sensors.implementations import Profile, implements
+from graphengine.physics.sensors.implementations import Profile, check_less, implements
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
@@ -37,10 +37,7 @@ class ContactProfile(Profile):
 
     @model_validator(mode="after")
     def _feels_something(self) -> ContactProfile:
-        if not self.threshold < self.limit:
-            raise ValueError(
-                f"threshold must be less than limit, and {self.threshold:g} is not less than {self.limit:g}"
-            )
+        check_less(threshold=self.threshold, limit=self.limit)
         return self
 
 
@@ -56,7 +53,7 @@ class BodyContactSensor(Handle):
         self._limit: float = prim.facts["limit"]
         self._radius: float = prim.facts["radius"] or math.inf
         self._mount = CarriedPrim(simulation, prim)
-        self._of_step, self._of_tick = np.zeros(3), np.zeros(3)
+        self.reset()
         super().__init__(simulation, prim)
 
     def bind(self) -> None:

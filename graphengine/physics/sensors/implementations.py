@@ -19,6 +19,17 @@ Offset = Annotated[float, Field(ge=-1000.0, le=1000.0)]
 Offsets = Annotated[tuple[Offset, Offset, Offset], Field(strict=False)]
 
 
+def check_less(**bounds: float) -> None:
+    """Check that the first of two figures, given by name, is less than the second.
+
+    Raises:
+        ValueError: it is not.
+    """
+    (low, least), (high, most) = bounds.items()
+    if not least < most:
+        raise ValueError(f"{low} must be less than {high}, and {least:g} is not less than {most:g}")
+
+
 class Profile(Spec):
     """The section of a sensor profile that has the figures of one kind of device."""
 

@@ -58,13 +58,12 @@ class _Samples:
 
     def __init__(self, sampling: Sampling, steps: int) -> None:
         self.sampling = sampling
-        self.newest: _Mean | None = None
         self._steps = steps
-        self._sums, self._added = [0.0] * 9, 0
+        self.reset()
 
     def reset(self) -> None:
         """Begin anew."""
-        self.newest = None
+        self.newest: _Mean | None = None
         self._sums, self._added = [0.0] * 9, 0
 
     def add(self, step: int, values: Sequence[float], orientation: Quaternion) -> None:

@@ -20,7 +20,7 @@ from graphengine.devices.lidar import Lidar, Scan, beam_directions
 from graphengine.devices.sensor import Quaternion
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive, Spec
-from graphengine.physics.sensors.implementations import Deviation, Profile, Rate, implements
+from graphengine.physics.sensors.implementations import Deviation, Profile, Rate, check_less, implements
 from graphengine.physics.sensors.rays import Floats, Integers, geom_colours
 from graphengine.physics.sensors.sampling import S, TickSampled
 
@@ -77,6 +77,18 @@ class RingsSpec(Spec):
         return tuple(self.first_deg + step * ring for ring in range(self.count))
 
 
+def check_distances(resolution: float, **bounds: float) -> None:
+    """Check the resolution (m), and the nearest and the farthest distance (m, given by name), of a sensor.
+
+    Raises:
+        ValueError: the bounds are not in this order, or the resolution is too fine or too coarse.
+    """
+    check_less(**bounds)
+    _, (farthest, far) = bounds.items()
+    if resolution and not 1e-6 <= resolution < far:
+        raise ValueError(f"resolution is a micrometre at least and less than {farthest}, or 0")
+
+
 class LidarProfile(Profile):
     """A ray-casting range sensor."""
 
@@ -94,10 +106,7 @@ class LidarProfile(Profile):
 
     @model_validator(mode="after")
     def _in_bounds(self) -> LidarProfile:
-        if not self.near < self.far:
-            raise ValueError(f"near must be less than far, and {self.near:g} is not less than {self.far:g}")
-        if self.resolution and not 1e-6 <= self.resolution < self.far:
-            raise ValueError("resolution is a micrometre at least and less than far, or 0")
+        check_distances(self.resolution, near=self.near, far=self.far)
         rings = len(self.elevations)
         if rings * self.beams.count > MAX_BEAMS:
             raise ValueError(

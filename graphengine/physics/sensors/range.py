@@ -17,7 +17,7 @@ from graphengine.devices.range import RangeReading, RangeSensor
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive
 from graphengine.physics.sensors.implementations import Deviation, Profile, Rate, implements
-from graphengine.physics.sensors.lidar import RaySensor
+from graphengine.physics.sensors.lidar import RaySensor, check_distances
 from graphengine.physics.sensors.rays import Floats
 
 if TYPE_CHECKING:
@@ -40,12 +40,7 @@ class RangeProfile(Profile):
 
     @model_validator(mode="after")
     def _in_bounds(self) -> RangeProfile:
-        if not self.min_range < self.max_range:
-            raise ValueError(
-                f"min_range must be less than max_range, and {self.min_range:g} is not less than {self.max_range:g}"
-            )
-        if self.resolution and not 1e-6 <= self.resolution < self.max_range:
-            raise ValueError("resolution is a micrometre at least and less than max_range, or 0")
+        check_distances(self.resolution, min_range=self.min_range, max_range=self.max_range)
         return self
 
     def facts(self) -> dict[str, Any]:

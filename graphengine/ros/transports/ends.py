@@ -10,6 +10,9 @@ from graphengine.format.errors import TransportError
 
 _log = logging.getLogger(__name__)
 
+Remove = Callable[[Any], None]
+"""Takes an end out of its node."""
+
 
 class RosEnd:
     """A writer, reader, server or client, until it is closed.
@@ -22,7 +25,7 @@ class RosEnd:
     peer = ""
     """What the peers of a service's end are: `client` or `server`; empty for a writer or reader."""
 
-    def __init__(self, name: str, remove: Callable[[Any], None]) -> None:
+    def __init__(self, name: str, remove: Remove) -> None:
         self.name = name
         self.malformed = 0
         """Messages that were dropped because they are none of its type."""

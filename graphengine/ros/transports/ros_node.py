@@ -12,10 +12,8 @@ from typing import Any
 from graphengine.format.errors import TransportError
 from graphengine.format.stateful import Stateful
 from graphengine.messages import messages, names, qos
-from graphengine.messages.definitions import DEFINITIONS, Definitions
-from graphengine.ros.domain import Domain
 from graphengine.ros.network_graph import full_name
-from graphengine.ros.transport import Writer
+from graphengine.ros.transport import JoinOptions, Writer
 
 ROSOUT = ("/rosout", "rcl_interfaces/msg/Log", qos.ROSOUT)
 """Topic, type and QoS of the log of ROS 2, which `ros2 topic echo /rosout` and rqt_console show."""
@@ -27,13 +25,7 @@ class RosNode(Stateful):
     """A ROS 2 node. A subclass joins the network in `_join`, and adds each `RosEnd` that it opens to its writers or readers.
 
     Args:
-        domain: where to be.
-        node_name: as `ros2 node list` shows it.
-        node_namespace: absolute; `/` for none.
-        because: why this transport was chosen, for the description.
-        definitions: message types.
-        patient: writers wait for reliable readers that do not keep up, up to 100 ms a message, in place of overwriting what
-            they did not get; for runs that have the time. Only dds heeds it.
+        options: where to be, and as what.
 
     Raises:
         TopicError: ROS 2 would refuse the name or the namespace.
@@ -42,24 +34,13 @@ class RosNode(Stateful):
 
     _rosout: Writer
 
-    def __init__(
-        self,
-        domain: Domain,
-        node_name: str,
-        node_namespace: str = "/",
-        because: str = "",
-        definitions: Definitions = DEFINITIONS,
-        *,
-        patient: bool = False,
-    ) -> None:
-        names.check_node_name(node_name)
-        names.check_namespace(node_namespace)
-        self.node = full_name(node_namespace, node_name)
-        self._domain = domain
-        self._name = node_name
-        self._namespace = node_namespace
-        self._definitions = definitions
-        self._patient = patient
+    def __init__(self, options: JoinOptions) -> None:
+        self._domain, self._name, self._namespace = options.domain, options.node_name, options.node_namespace
+        names.check_node_name(self._name)
+        names.check_namespace(self._namespace)
+        self.node = full_name(self._namespace, self._name)
+        self._definitions = options.definitions
+        self._patient = options.patient
         self._lock = threading.RLock()
         self._closed = False
         self._writers: list[Any] = []
@@ -67,7 +48,7 @@ class RosNode(Stateful):
         """Readers, and the servers and clients of services."""
         self._mistyped = Counter[str]()
         """Number of messages of another definition that closed readers dropped, by topic."""
-        self.description = f"{self._join()}, {domain}" + (f"; {because}" if because else "")
+        self.description = f"{self._join()}, {self._domain}" + (f"; {options.because}" if options.because else "")
         atexit.register(self.close)
 
     def _join(self) -> str:

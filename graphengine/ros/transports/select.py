@@ -4,19 +4,13 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-from collections.abc import Mapping
+from dataclasses import replace
 from importlib.metadata import EntryPoint, entry_points
-from types import MappingProxyType
-from typing import TYPE_CHECKING
 
 from graphengine.format.errors import TransportError
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.ros import transports
-from graphengine.ros.domain import Domain
 from graphengine.ros.transport import JoinOptions, Transport, TransportKind
-
-if TYPE_CHECKING:
-    from graphengine.messages.definitions import Definitions
 
 GROUP = "graphengine.transports"
 AUTO = "auto"
@@ -56,40 +50,21 @@ def find_transport(name: str) -> TransportKind:
     return kind
 
 
-def open_transport(
-    name: str,
-    domain: Domain,
-    node_name: str = "graphengine",
-    node_namespace: str = "/",
-    environ: Mapping[str, str] = MappingProxyType({}),
-    definitions: Definitions | None = None,
-    *,
-    patient: bool = False,
-) -> Transport:
+def open_transport(name: str, options: JoinOptions) -> Transport:
     """Join a domain as one ROS 2 node; the transport's description says what was chosen, and why.
 
     Args:
         name: of the transport; `auto` takes the first that can be used, which is rclpy where ROS 2 is sourced, else dds.
-        domain: where to be.
-        node_name: as `JoinOptions` has it, and so are the others.
-        node_namespace: absolute.
-        environ: variables of the environment.
-        definitions: those that ship when None; rclpy knows those that are installed, and no others.
-        patient: only dds heeds it.
+        options: where to be, and as what.
 
     Raises:
         TopicError: ROS 2 would refuse the node's name or namespace.
         TransportError: the domain cannot be joined, or `find_transport` says why.
     """
-    from graphengine.messages.definitions import DEFINITIONS
-
     kind, because = _chosen() if name == AUTO else (find_transport(name), "")
     if name != AUTO and (missing := _missing(kind)) is not None:
         raise TransportError(f"{name} cannot be used: {missing}")
-    chosen = JoinOptions(
-        domain, node_name, node_namespace, environ, definitions or DEFINITIONS, patient=patient, because=because
-    )
-    return kind.open(chosen)
+    return kind.open(replace(options, because=because))
 
 
 def _chosen() -> tuple[TransportKind, str]:

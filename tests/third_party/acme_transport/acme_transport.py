@@ -186,8 +186,7 @@ class _Client(_Hearing):
 
 
 def _open(options: JoinOptions) -> Transport:
-    node = options.node_name, options.node_namespace
-    return AcmeTransport(options.domain, *node, options.because, options.definitions)
+    return AcmeTransport(options)
 
 
 TRANSPORT = TransportKind("acme", "other nodes of the same process", _open, reaches_others=False)

@@ -1,6 +1,7 @@
 """The transport over DDS without ROS."""
 
 import importlib
+from dataclasses import replace
 
 from graphengine.ros.transport import JoinOptions, Transport, TransportKind
 
@@ -11,8 +12,7 @@ def _open(options: JoinOptions) -> Transport:
     rmw = options.environ.get("RMW_IMPLEMENTATION", "")
     zenoh = f"RMW_IMPLEMENTATION is {rmw}, whose peers do not speak DDS and cannot be reached" if "zenoh" in rmw else ""
     because = "; ".join(filter(None, (options.because, zenoh)))
-    node = options.node_name, options.node_namespace
-    return DdsTransport(options.domain, *node, because, options.definitions, patient=options.patient)
+    return DdsTransport(replace(options, because=because))
 
 
 def _missing() -> str | None:

@@ -26,6 +26,7 @@ from graphengine.messages import names
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import PARAMETER_EVENTS, settled
 from graphengine.ros.network_graph import Direction, NetworkGraph
+from graphengine.ros.transport import Deliver, DeliverRequest, DeliverResponse
 from graphengine.ros.transports.dds import cyclone, dds_services, discovery
 from graphengine.ros.transports.dds.cyclone_log import LOG
 from graphengine.ros.transports.dds.dds_endpoints import DdsEnd, DdsReader, DdsWriter, gid_of
@@ -92,7 +93,7 @@ class DdsTransport(RosNode):
             entity = self._endpoint(DataWriter, f"rt{topic}", message_type, policies)
             return self._open(DdsWriter(topic, self._remove, entity))
 
-    def reader(self, topic: str, message_type: str, qos: QoS, deliver: Callable[[bytes], None]) -> DdsReader:
+    def reader(self, topic: str, message_type: str, qos: QoS, deliver: Deliver) -> DdsReader:
         """A reader on a topic; `deliver` runs in the transport's thread, and should do little.
 
         Raises:
@@ -103,7 +104,7 @@ class DdsTransport(RosNode):
             agrees = partial(self._definitions.agrees, message_type)
             return self._open(DdsReader(topic, self._remove, entity, agrees, deliver))
 
-    def server(self, service: str, service_type: str, qos: QoS, deliver: Callable[[bytes, bytes], None]) -> DdsServer:
+    def server(self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest) -> DdsServer:
         """A server of a service; `deliver` runs in the transport's thread, and should do little.
 
         Raises:
@@ -113,7 +114,7 @@ class DdsTransport(RosNode):
             pair = self._pair("service", service, service_type, qos)
             return self._open(DdsServer(service, self._remove, pair, deliver))
 
-    def client(self, service: str, service_type: str, qos: QoS, deliver: Callable[[int, bytes], None]) -> DdsClient:
+    def client(self, service: str, service_type: str, qos: QoS, deliver: DeliverResponse) -> DdsClient:
         """A client of a service; `deliver` runs in the transport's thread, and should do little.
 
         Raises:

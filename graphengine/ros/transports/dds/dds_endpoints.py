@@ -8,8 +8,9 @@ from typing import Any, ClassVar
 
 from cyclonedds.core import DDSException, DDSStatus
 
+from graphengine.ros.transport import Deliver
 from graphengine.ros.transports.dds import cyclone
-from graphengine.ros.transports.ends import RosEnd
+from graphengine.ros.transports.ends import Remove, RosEnd
 
 
 def gid_of(entity: Any) -> bytes:
@@ -29,7 +30,7 @@ class DdsEnd(RosEnd):
     statuses: ClassVar[tuple[int, ...]]
     """What wakes the transport's thread, for each entity."""
 
-    def __init__(self, name: str, remove: Callable[[Any], None], *entities: Any) -> None:
+    def __init__(self, name: str, remove: Remove, *entities: Any) -> None:
         super().__init__(name, remove)
         self.entities = entities
         self.gids = tuple(map(gid_of, entities))
@@ -59,7 +60,7 @@ class DdsWriter(DdsEnd):
 
     statuses = (DDSStatus.PublicationMatched,)
 
-    def __init__(self, name: str, remove: Callable[[Any], None], entity: Any) -> None:
+    def __init__(self, name: str, remove: Remove, entity: Any) -> None:
         super().__init__(name, remove, entity)
         self.matched = False
         self.entity = entity
@@ -102,14 +103,7 @@ class DdsReader(DdsEnd):
 
     statuses = (DDSStatus.DataAvailable,)
 
-    def __init__(
-        self,
-        name: str,
-        remove: Callable[[Any], None],
-        entity: Any,
-        agrees: Callable[[str], bool],
-        deliver: Callable[[bytes], None],
-    ) -> None:
+    def __init__(self, name: str, remove: Remove, entity: Any, agrees: Callable[[str], bool], deliver: Deliver) -> None:
         super().__init__(name, remove, entity)
         self.source = b""
         """GID of the writer of the message that is being delivered; empty when it is gone already."""

@@ -18,10 +18,12 @@ from typing import Any, NamedTuple
 from cyclonedds.core import DDSException, DDSStatus
 
 from graphengine.messages.definitions import another_definition
+from graphengine.ros.transport import DeliverRequest, DeliverResponse
 from graphengine.ros.transports import vendors
 from graphengine.ros.transports.calls import Calls
 from graphengine.ros.transports.dds import cyclone
 from graphengine.ros.transports.dds.dds_endpoints import DdsEnd
+from graphengine.ros.transports.ends import Remove
 
 _ENCAPSULATION = 4
 """Bytes before every CDR message, of which the second tells the byte order."""
@@ -81,7 +83,7 @@ class _DdsService(DdsEnd):
 
     statuses = (DDSStatus.DataAvailable | DDSStatus.SubscriptionMatched, DDSStatus.PublicationMatched)
 
-    def __init__(self, name: str, remove: Callable[[Any], None], pair: Pair) -> None:
+    def __init__(self, name: str, remove: Remove, pair: Pair) -> None:
         super().__init__(name, remove, pair.reader, pair.writer)
         self._pair = pair
         self._ended = False
@@ -174,9 +176,7 @@ class DdsServer(_DdsService):
 
     peer = "client"
 
-    def __init__(
-        self, name: str, remove: Callable[[Any], None], pair: Pair, deliver: Callable[[bytes, bytes], None]
-    ) -> None:
+    def __init__(self, name: str, remove: Remove, pair: Pair, deliver: DeliverRequest) -> None:
         super().__init__(name, remove, pair)
         self._deliver = deliver
         self._held: deque[tuple[int, bytes]] = deque(maxlen=_MAX_HELD)
@@ -225,9 +225,7 @@ class DdsClient(_DdsService):
 
     peer = "server"
 
-    def __init__(
-        self, name: str, remove: Callable[[Any], None], pair: Pair, deliver: Callable[[int, bytes], None]
-    ) -> None:
+    def __init__(self, name: str, remove: Remove, pair: Pair, deliver: DeliverResponse) -> None:
         super().__init__(name, remove, pair)
         self.ready = False
         self._handle = cyclone.unsigned(pair.writer.get_instance_handle())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections import defaultdict, deque
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, get_args
@@ -16,6 +16,7 @@ from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import mismatch, settled
 from graphengine.ros.network_graph import Direction, Endpoint, NetworkGraph
+from graphengine.ros.transport import Deliver, DeliverRequest, DeliverResponse
 from graphengine.ros.transports.memory.memory_services import MemoryClient, MemoryServer
 
 
@@ -64,7 +65,7 @@ class MemoryReader:
     topic: str
     message_type: str
     qos: QoS
-    deliver: Callable[[bytes], None]
+    deliver: Deliver
     gid: bytes
 
     def matches(self, writer: MemoryWriter) -> bool:
@@ -127,7 +128,7 @@ class MemoryTransport:
         self._topics[topic].writers.append(writer)
         return writer
 
-    def reader(self, topic: str, message_type: str, qos: QoS, deliver: Callable[[bytes], None]) -> MemoryReader:
+    def reader(self, topic: str, message_type: str, qos: QoS, deliver: Deliver) -> MemoryReader:
         """A reader on a topic; `deliver` runs in the thread that writes.
 
         Raises:
@@ -145,9 +146,7 @@ class MemoryTransport:
                 deliver(data)
         return reader
 
-    def server(
-        self, service: str, service_type: str, qos: QoS, deliver: Callable[[bytes, bytes], None]
-    ) -> MemoryServer:
+    def server(self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest) -> MemoryServer:
         """A server of a service; `deliver` runs in the thread that calls.
 
         Raises:
@@ -158,7 +157,7 @@ class MemoryTransport:
         self._services.append(server)
         return server
 
-    def client(self, service: str, service_type: str, qos: QoS, deliver: Callable[[int, bytes], None]) -> MemoryClient:
+    def client(self, service: str, service_type: str, qos: QoS, deliver: DeliverResponse) -> MemoryClient:
         """A client of a service; `deliver` runs in the thread that answers.
 
         Raises:

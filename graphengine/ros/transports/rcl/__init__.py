@@ -20,8 +20,7 @@ def import_error() -> str | None:
 def _open(options: JoinOptions) -> Transport:
     from graphengine.ros.transports.rcl.rcl import RclTransport
 
-    node = options.node_name, options.node_namespace
-    return RclTransport(options.domain, *node, options.because, options.definitions)
+    return RclTransport(options)
 
 
 TRANSPORT = TransportKind("rclpy", "ROS 2 programs by the ROS 2 that is sourced", _open, auto=1, missing=import_error)

@@ -7,7 +7,7 @@ import logging
 import os
 import threading
 import warnings
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from functools import partial
 from typing import Any, TypeVar, get_args
 
@@ -16,6 +16,7 @@ from graphengine.messages.endpoints import QoS
 from graphengine.messages.interfaces import MessageTypeError
 from graphengine.ros.domain import Domain
 from graphengine.ros.network_graph import Direction, NetworkGraph
+from graphengine.ros.transport import Deliver, DeliverRequest, DeliverResponse
 from graphengine.ros.transports.rcl.rcl_endpoints import RclEnd, RclReader, RclWriter
 from graphengine.ros.transports.rcl.rcl_profiles import part_of_action, to_endpoint, to_profile
 from graphengine.ros.transports.rcl.rcl_services import RclClient, RclServer
@@ -72,7 +73,7 @@ class RclTransport(RosNode):
         events = PublisherEventCallbacks(matched=writer.count, use_default_callbacks=False)
         return self._open(writer, message_type, qos, event_callbacks=events)
 
-    def reader(self, topic: str, message_type: str, qos: QoS, deliver: Callable[[bytes], None]) -> RclReader:
+    def reader(self, topic: str, message_type: str, qos: QoS, deliver: Deliver) -> RclReader:
         """A reader on a topic; `deliver` runs in the transport's thread.
 
         Raises:
@@ -84,7 +85,7 @@ class RclTransport(RosNode):
         events = SubscriptionEventCallbacks(use_default_callbacks=False)
         return self._open(reader, message_type, qos, callback=reader.receive, event_callbacks=events, raw=True)
 
-    def server(self, service: str, service_type: str, qos: QoS, deliver: Callable[[bytes, bytes], None]) -> RclServer:
+    def server(self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest) -> RclServer:
         """A server of a service; `deliver` runs in the transport's thread.
 
         Raises:
@@ -96,7 +97,7 @@ class RclTransport(RosNode):
             server.begin()
         return server
 
-    def client(self, service: str, service_type: str, qos: QoS, deliver: Callable[[int, bytes], None]) -> RclClient:
+    def client(self, service: str, service_type: str, qos: QoS, deliver: DeliverResponse) -> RclClient:
         """A client of a service; `deliver` runs in the transport's thread.
 
         Raises:

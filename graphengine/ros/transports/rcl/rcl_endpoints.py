@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from graphengine.ros.transports.ends import RosEnd
+from graphengine.ros.transport import Deliver
+from graphengine.ros.transports.ends import Remove, RosEnd
 
 
 class RclEnd(RosEnd):
@@ -14,7 +15,7 @@ class RclEnd(RosEnd):
     kind: str
     """What rclpy calls it, as in `create_publisher`."""
 
-    def __init__(self, name: str, remove: Callable[[Any], None]) -> None:
+    def __init__(self, name: str, remove: Remove) -> None:
         super().__init__(name, remove)
         self.entity: Any = None
         """rclpy's object; None once it is closed."""
@@ -82,13 +83,7 @@ class RclReader(RclEnd):
     """Number of publishers when their definitions were last compared."""
     agrees = True
 
-    def __init__(
-        self,
-        name: str,
-        remove: Callable[[Any], None],
-        fits: Callable[[RclReader], bool],
-        deliver: Callable[[bytes], None],
-    ) -> None:
+    def __init__(self, name: str, remove: Remove, fits: Callable[[RclReader], bool], deliver: Deliver) -> None:
         super().__init__(name, remove)
         self._fits = fits
         self._deliver = deliver

@@ -13,8 +13,10 @@ from functools import partial
 from typing import Any
 
 from graphengine.messages import names
+from graphengine.ros.transport import DeliverRequest, DeliverResponse
 from graphengine.ros.transports import vendors
 from graphengine.ros.transports.calls import Calls
+from graphengine.ros.transports.ends import Remove
 from graphengine.ros.transports.rcl.rcl_endpoints import RclEnd
 
 
@@ -28,9 +30,7 @@ class _RclService(RclEnd):
         node: of rclpy.
     """
 
-    def __init__(
-        self, name: str, remove: Callable[[Any], None], deliver: Callable[[Any, bytes], None], node: Any
-    ) -> None:
+    def __init__(self, name: str, remove: Remove, deliver: Callable[[Any, bytes], None], node: Any) -> None:
         super().__init__(name, remove)
         self._deliver = deliver
         self._node = node
@@ -66,9 +66,7 @@ class RclServer(_RclService):
     kind = "service"
     peer = "client"
 
-    def __init__(
-        self, name: str, remove: Callable[[Any], None], deliver: Callable[[bytes, bytes], None], node: Any
-    ) -> None:
+    def __init__(self, name: str, remove: Remove, deliver: DeliverRequest, node: Any) -> None:
         super().__init__(name, remove, deliver, node)
         self._begun = threading.Event()
         self._calls = Calls()
@@ -115,9 +113,7 @@ class RclClient(_RclService):
     kind = "client"
     peer = "server"
 
-    def __init__(
-        self, name: str, remove: Callable[[Any], None], deliver: Callable[[int, bytes], None], node: Any
-    ) -> None:
+    def __init__(self, name: str, remove: Remove, deliver: DeliverResponse, node: Any) -> None:
         super().__init__(name, remove, deliver, node)
         self._calls = Calls(self._give_up)
         """Futures that rclpy keeps until they are answered."""
