@@ -1,4 +1,4 @@
-"""Services that show the prims of the stage, and change some of their attributes."""
+"""Services that list prims of the stage, and read and write attributes."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ _PACKAGE = "isaac_ros2_messages/srv"
 
 
 class ROS2ServicePrim(Node, type="isaacsim.ros2.bridge.ROS2ServicePrim", gated=True):
-    """Lists prims and their attributes, reads an attribute and writes one, for services of isaac_ros2_messages.
+    """Offers services of isaac_ros2_messages to list prims and attributes, and to read and write attributes.
 
-    Values are JSON, quaternions [w, x, y, z] and angles degrees, as USD has them. Attributes are the ones that stand for
-    something here; those that cannot be changed while the simulation runs answer so. Requests of a tick are answered service
-    by service, each in order.
+    Values are JSON; quaternions are [w, x, y, z] and angles degrees, as in USD. Attributes are those of the simulation; a write
+    to an attribute that cannot change during a simulation is refused. Requests of a tick are answered service by service,
+    each in order.
     """
 
     exec_in = ExecIn()
     context: UInt64 = In(default=0, setup=True, doc="handle from a ROS2Context; 0 is the session's domain")
     node_namespace: String = In(
-        default="", setup=True, doc="used as it is; empty for `isaac:namespace` of the prims above"
+        default="", setup=True, doc="used unchanged; empty: `isaac:namespace` of the ancestor prims"
     )
-    prims_service_name: String = In(default="get_prims", setup=True, doc="GetPrims: a prim and all below it")
+    prims_service_name: String = In(default="get_prims", setup=True, doc="GetPrims: a prim and its descendants")
     get_attributes_service_name: String = In(
         default="get_prim_attributes", setup=True, doc="GetPrimAttributes: names and types"
     )
-    get_attribute_service_name: String = In(default="get_prim_attribute", setup=True, doc="GetPrimAttribute")
-    set_attribute_service_name: String = In(default="set_prim_attribute", setup=True, doc="SetPrimAttribute")
+    get_attribute_service_name: String = In(default="get_prim_attribute", setup=True, doc="GetPrimAttribute: a value")
+    set_attribute_service_name: String = In(default="set_prim_attribute", setup=True, doc="SetPrimAttribute: a change")
     qos_profile: String = In(default="", setup=True, doc="JSON from a ROS2QoSProfile; empty for reliable, volatile, 10")
-    exec_out = ExecOut(doc="fires when a request was answered")
+    exec_out = ExecOut(doc="fires after requests were answered")
 
     served: tuple[tuple[ServiceServer, Callable[[Any], Any]], ...] = Bound()
 
@@ -51,7 +51,7 @@ class ROS2ServicePrim(Node, type="isaacsim.ros2.bridge.ROS2ServicePrim", gated=T
         )
 
     def offer(self, context: Context, name: str, service: str) -> ServiceServer:
-        """One of the services."""
+        """Open one of the services."""
         return context.service_server(
             f"{_PACKAGE}/{name}",
             service,
@@ -62,11 +62,11 @@ class ROS2ServicePrim(Node, type="isaacsim.ros2.bridge.ROS2ServicePrim", gated=T
         )
 
     def writes(self) -> Iterable[str]:
-        """Any attribute of any prim."""
+        """The attributes of all prims."""
         return WIRED, ANY
 
     def compute(self) -> Fire:
-        """Answer what was asked."""
+        """Answer the requests of this tick."""
         fired: Fire = None
         for server, respond in self.served:
             for request_id, request in server.take():
@@ -76,7 +76,7 @@ class ROS2ServicePrim(Node, type="isaacsim.ros2.bridge.ROS2ServicePrim", gated=T
 
 
 def get_prims(prims: Prims, request: Any) -> Any:
-    """Paths and types of a prim and of all below it."""
+    """Answer with the paths and types of a prim and its descendants."""
     response = messages.message_class(f"{_PACKAGE}/GetPrims_Response")
     try:
         found = prims.below(request.path)
@@ -86,7 +86,7 @@ def get_prims(prims: Prims, request: Any) -> Any:
 
 
 def get_attributes(prims: Prims, request: Any) -> Any:
-    """Names and types of a prim's attributes; they are displayed by their names."""
+    """Answer with names, display names (equal to the names) and types of a prim's attributes."""
     response = messages.message_class(f"{_PACKAGE}/GetPrimAttributes_Response")
     try:
         found = prims.attributes(request.path)
@@ -96,7 +96,7 @@ def get_attributes(prims: Prims, request: Any) -> Any:
 
 
 def get_attribute(prims: Prims, request: Any) -> Any:
-    """The value of an attribute."""
+    """Answer with the value of an attribute."""
     response = messages.message_class(f"{_PACKAGE}/GetPrimAttribute_Response")
     try:
         kind, value = prims.read(request.path, request.attribute)
@@ -106,7 +106,7 @@ def get_attribute(prims: Prims, request: Any) -> Any:
 
 
 def set_attribute(prims: Prims, request: Any) -> Any:
-    """Change an attribute."""
+    """Set an attribute and answer with the outcome."""
     response = messages.message_class(f"{_PACKAGE}/SetPrimAttribute_Response")
     try:
         value = json.loads(request.value)
