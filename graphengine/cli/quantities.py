@@ -1,4 +1,4 @@
-"""Times, rates, angles and vectors as a command line writes them."""
+"""Parsers for times, rates, angles and vectors on the command line."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from graphengine.runtime.pacer import SLOWEST
 
 
 def duration(text: str) -> float:
-    """Seconds of `10`, `10s`, `500ms`, `2min`."""
+    """Parse `10`, `10s`, `500ms` or `2min` to seconds."""
     match = re.fullmatch(r"([0-9]*\.?[0-9]+)(s|ms|min|)", text.strip())
     if match is None:
         raise argparse.ArgumentTypeError(f"{text.strip()!r} is not a time; write 10, 10s, 500ms or 2min")
@@ -19,7 +19,7 @@ def duration(text: str) -> float:
 
 
 def rate(text: str) -> float:
-    """Seconds of simulation in a second of wall time; infinite for `max`."""
+    """Parse a rate to seconds of simulation per second of wall time; `max` is infinity."""
     named = {"realtime": 1.0, "max": math.inf}
     try:
         factor = named[text] if text in named else float(text)
@@ -33,7 +33,7 @@ def rate(text: str) -> float:
 
 
 def whole(text: str) -> int:
-    """A whole number."""
+    """Parse an integer."""
     try:
         return int(text)
     except ValueError:
@@ -41,7 +41,7 @@ def whole(text: str) -> int:
 
 
 def number(text: str) -> float:
-    """A finite number."""
+    """Parse a finite number."""
     try:
         value = float(text)
     except ValueError:
@@ -52,7 +52,7 @@ def number(text: str) -> float:
 
 
 def angle(text: str) -> float:
-    """Radians of `1.57`, `1.57rad`, `90deg`."""
+    """Parse `1.57`, `1.57rad` or `90deg` to radians."""
     match = re.fullmatch(r"([-+.e0-9]+)(rad|deg|)", text.strip())
     if match is None:
         raise argparse.ArgumentTypeError(f"{text.strip()!r} is not an angle; write 1.57, 1.57rad or 90deg")
@@ -60,11 +60,11 @@ def angle(text: str) -> float:
 
 
 def vector(*sizes: int, item: Callable[[str], float] = number) -> Callable[[str], tuple[float, ...]]:
-    """What reads `1,2,0`.
+    """A parser for vectors such as `1,2,0`.
 
     Args:
-        sizes: how many numbers there may be.
-        item: what reads one.
+        sizes: legal numbers of components.
+        item: parser for one component.
     """
 
     def read(text: str) -> tuple[float, ...]:

@@ -1,4 +1,4 @@
-"""Keys as they are pressed, one by one, from a terminal that is given back as it was."""
+"""Single key presses from a terminal, whose settings are restored afterwards."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ _KEY = re.compile(r"\x1b[\[O][0-9;]*([A-Za-z~])|(.)", re.DOTALL)
 
 
 class TerminalKeyboard:
-    """A terminal that neither shows nor gathers what is typed, where Ctrl-C is a key as others are.
+    """A terminal without echo and line buffering, in which Ctrl-C is an ordinary key.
 
     Args:
-        signals: leave Ctrl-C what it is elsewhere.
+        signals: let Ctrl-C send its signal.
 
     Raises:
-        UsageError: the standard input is no terminal.
+        UsageError: the standard input is not a terminal.
     """
 
     def __init__(self, *, signals: bool = False) -> None:
         if sys.stdin is None or not sys.stdin.isatty():
-            raise UsageError("keys are read from a terminal, and the standard input is none")
+            raise UsageError("keys are read from a terminal, but the standard input is not one")
         self._file = sys.stdin.fileno()
         self._left_out = termios.ECHO | termios.ICANON | (0 if signals else termios.ISIG)
         self._before: list[Any] = []
@@ -50,7 +50,7 @@ class TerminalKeyboard:
             termios.tcsetattr(self._file, termios.TCSAFLUSH, self._before)
 
     def pressed(self, timeout: float) -> list[str]:
-        """Keys that were pressed, waiting so many seconds for the first; arrows by name, others as their character."""
+        """Keys pressed since the last call, after waiting up to `timeout` s for one; arrows by name, others as characters."""
         ready, _, _ = select.select([self._file], [], [], timeout)
         if not ready:
             return []

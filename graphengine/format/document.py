@@ -361,7 +361,7 @@ class _ValueBuilder:
         if key in frame.value.data:
             first = frame.value.keys[key]
             self.findings.add(
-                "G103", f"key {key[:80]!r} stands twice", span, "rename or remove one", related=[(first, "first here")]
+                "G103", f"key {key[:80]!r} occurs twice", span, "rename or remove one", related=[(first, "first here")]
             )
         elif not frame.drop:
             frame.value.data[key] = value

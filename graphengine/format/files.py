@@ -92,7 +92,7 @@ class Files:
                     )
                 self.note(place)
                 return self.shown(place)
-        looked = f"looked in {str(places[0].parent)!r}, and among the graphs and scenes that ship"
+        looked = f"looked in {str(places[0].parent)!r}, and among the included graphs and scenes"
         raise NotFoundError(f"no file {reference!r}", self._near(reference, places), looked)
 
     def shown(self, path: Path) -> Path:

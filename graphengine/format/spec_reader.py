@@ -101,7 +101,7 @@ def _report(model: type[Spec], document: Document, error: dict[str, Any], findin
         parent = location[:-1]
         span = document.key_span(*parent) if parent else document.span().part(0, 1)
         meaning = _description(model, location)
-        findings.add(code, message, span, f"it stands for: {meaning}" if meaning else "")
+        findings.add(code, message, span, f"meaning: {meaning}" if meaning else "")
     elif is_key:
         legal_name = re.sub(r"\A(?=[0-9])", "_", re.sub(r"[^A-Za-z0-9_]", "_", str(error["input"])))
         fits = kind == "string_pattern_mismatch" and legal_name

@@ -19,7 +19,7 @@ class IsaacComputeOdometry(Node, type="isaacsim.core.nodes.IsaacComputeOdometry"
     """
 
     exec_in = ExecIn()
-    chassis_prim: Target = In(required=True, setup=True, doc="rigid body, or a prim that one carries")
+    chassis_prim: Target = In(required=True, setup=True, doc="rigid body, or a prim that is fixed to one")
     exec_out = ExecOut()
     position: Vector3d = Out(unit="m", doc="in the start frame")
     orientation: Quaterniond = Out(default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w), relative to the start")

@@ -100,4 +100,4 @@ def test_no_other_module_writes_files() -> None:
         str(path.relative_to(package)) for path in package.rglob("*.py") if writing.search(path.read_text("utf-8"))
     }
     # What a recording holds is laid out in a new folder that is nobody else's.
-    assert found == {"format/output.py", "recording/writer.py", "recording/sources.py"}
+    assert found == {"format/atomic_write.py", "recording/writer.py", "recording/sources.py"}

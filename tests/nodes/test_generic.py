@@ -119,7 +119,7 @@ def test_the_same_message_gives_the_same_class() -> None:
 
 @pytest.mark.parametrize("missing", ["messagePackage", "messageName"])
 def test_without_a_message_there_are_no_ports(missing: str) -> None:
-    with pytest.raises(ContextError, match="it has no message") as caught:
+    with pytest.raises(ContextError, match="it names no message") as caught:
         grown(ROS2Publisher, {**names(TWIST), missing: ""}, DEFINITIONS)
     assert caught.value.code == "G208"
 
