@@ -1,4 +1,4 @@
-"""Resources of the process that C libraries take for granted: without them they abort it, so that Python cannot report it."""
+"""Checks of process resources without which C libraries abort the process instead of reporting an error."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ SMALLEST = 320_000_000
 
 
 def has_address_space(size: int) -> bool:
-    """Whether `ulimit -v` and the machine leave room for this many bytes more; none of them are used."""
+    """Whether `ulimit -v` and the machine allow this many more bytes; none are kept."""
     try:
         mmap.mmap(-1, size, mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS, mmap.PROT_READ).close()
     except (OSError, MemoryError):
@@ -19,7 +19,7 @@ def has_address_space(size: int) -> bool:
 
 
 def has_descriptors(number: int) -> bool:
-    """Whether `ulimit -n` and the machine let the process open this many files more."""
+    """Whether `ulimit -n` and the machine allow this many more open files."""
     opened: list[int] = []
     try:
         while len(opened) < number:

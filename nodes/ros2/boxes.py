@@ -161,7 +161,7 @@ class BoxPublisher(SensorPublisher):
         """Build the message from the bytes."""
         size = self.record.itemsize
         if len(self.data) % size:
-            raise BadValueError("data", len(self.data), f"of {size} bytes a box")
+            raise BadValueError("data", len(self.data), f"of {size} bytes per box")
         return self.detections(self.header(), np.ascontiguousarray(self.data).view(self.record))
 
     def detections(self, header: messages.Header, boxes: NDArray[Any]) -> Any:

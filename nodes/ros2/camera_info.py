@@ -153,7 +153,7 @@ class ROS2CameraInfoHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraIn
         (x, y, z), (qx, qy, qz, _) = link.fixed
         if max(abs(qx), abs(qy), abs(qz)) > _PARALLEL / 2 or max(abs(y), abs(z)) > _PARALLEL * abs(x):
             legal = "the axes have to be parallel, and the cameras side by side"
-            raise ContextError(f"{pair} are no rectified stereo pair", path, legal)
+            raise ContextError(f"{pair} are not a rectified stereo pair", path, legal)
         if x <= 0.0:
             raise ContextError(f"{right.prim_path} is not to the right of {left.prim_path}", path, "exchange the two")
         return x

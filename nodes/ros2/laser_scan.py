@@ -46,7 +46,7 @@ class ROS2PublishLaserScan(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publi
             raise BadValueError("numRows", self.num_rows, "1, as a LaserScan is one row of beams")
         beams = len(self.linear_depth_data)
         if not beams or beams != self.num_cols:
-            raise BadValueError("linearDepthData, numCols", [beams, self.num_cols], "as many, and not none")
+            raise BadValueError("linearDepthData, numCols", [beams, self.num_cols], "equal in number and not empty")
         turn = 1.0 / self.rotation_rate if self.rotation_rate else 0.0
         near, far = self.depth_range
         first, last = self.azimuth_range
@@ -73,5 +73,5 @@ class ROS2PublishLaserScan(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publi
         if not len(given):
             return np.where((ranges > 0.0) & np.isfinite(ranges), np.float32(255), np.float32(0))
         if len(given) != beams:
-            raise BadValueError("intensitiesData, linearDepthData", [len(given), beams], "one a beam")
+            raise BadValueError("intensitiesData, linearDepthData", [len(given), beams], "one per beam")
         return given.astype(np.float32)

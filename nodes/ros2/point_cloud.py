@@ -92,7 +92,7 @@ def _port(name: str) -> str:
 def _points_in(buffer: Buffer) -> NDArray[np.float32]:
     size = memoryview(buffer).nbytes
     if size % 12:
-        raise BadValueError("dataPtr", size, "of 12 bytes a point, three float32")
+        raise BadValueError("dataPtr", size, "of 12 bytes per point, three float32")
     return np.frombuffer(buffer, np.dtype("<f4")).reshape(-1, 3)
 
 

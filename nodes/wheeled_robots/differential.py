@@ -90,9 +90,7 @@ def lint_wheel_geometry(context: LintContext) -> None:
             context.findings.add("W201", what, span, effect, f"write wheelRadius: {known[0]:g}")
         distance = robot.facts.get("wheel_distance")
         if distance and _differs(node.wheel_distance, distance):
-            effect = (
-                f"turns will come out at {abs(node.wheel_distance) / distance:.3g} of the commanded turn rate"
-            )
+            effect = f"turns will come out at {abs(node.wheel_distance) / distance:.3g} of the commanded turn rate"
             span = controller.entry.span("inputs", "wheelDistance")
             what = (
                 f"wheelDistance is {node.wheel_distance:g} m, but the wheels of {robot.path} are {distance:g} m apart"

@@ -119,7 +119,7 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
         angles = self.one_a_wheel("mecanumAngles", self.mecanum_angles).tolist()
         orientations = self.wheel_orientations.tolist()
         if len(orientations) != len(angles):
-            raise BadValueError("wheelOrientations, wheelPositions", [len(orientations), len(angles)], "one a wheel")
+            raise BadValueError("wheelOrientations, wheelPositions", [len(orientations), len(angles)], "one per wheel")
         up = _unit("upAxis", self.up_axis)
         for angle, orientation in zip(angles, orientations, strict=True):
             w, x, y, z = _unit("wheelOrientations", orientation)
@@ -133,7 +133,7 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
         """The values of an input, one per wheel; a single value is repeated."""
         wheels = len(self.wheel_positions)
         if len(values) not in (1, wheels):
-            raise BadValueError(f"{name}, wheelPositions", [len(values), wheels], "one a wheel, or one for all")
+            raise BadValueError(f"{name}, wheelPositions", [len(values), wheels], "one per wheel, or one for all")
         return np.broadcast_to(values, wheels)
 
 
