@@ -1,1 +1,1 @@
-"""The node library: one family a file, one class a node type."""
+"""The node library: one family per file, one class per node type."""

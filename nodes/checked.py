@@ -1,4 +1,4 @@
-"""Checks of values that came over wires, for nodes that cannot use every value of a port's type."""
+"""Checks of input values from wires, for nodes that cannot use every value of a port's type."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ T = TypeVar("T")
 
 
 def finite(port: str, value: T) -> T:
-    """Return a number, or a tuple of numbers, that is finite.
+    """Return a number or a tuple of numbers after checking that it is finite.
 
     Raises:
         BadValueError: it is not.
@@ -28,10 +28,10 @@ def finite(port: str, value: T) -> T:
 
 
 def one_of(port: str, value: str, legal: Collection[str]) -> str:
-    """Return a text that is one of the legal ones.
+    """Return a text after checking that it is legal.
 
     Raises:
-        BadValueError: it is not.
+        BadValueError: a number is infinite or NaN.
     """
     if value not in legal:
         raise BadValueError(port, value, f"one of {', '.join(legal)}")
@@ -39,10 +39,10 @@ def one_of(port: str, value: str, legal: Collection[str]) -> str:
 
 
 def same_length(**arrays: Any) -> None:
-    """Refuse arrays, by the names of their ports, that differ in length.
+    """Check that arrays, given by port name, have the same length.
 
     Raises:
-        BadValueError: they do.
+        BadValueError: the lengths differ.
     """
     lengths = list(map(len, arrays.values()))
     if len(set(lengths)) > 1:
@@ -50,10 +50,10 @@ def same_length(**arrays: Any) -> None:
 
 
 def check_outcome(node: Node, *outcome: float) -> None:
-    """Refuse the inputs of a node where one is NaN, or where a number that follows from them is not finite.
+    """Check that no input of a node is NaN and no output is infinite or NaN.
 
     Raises:
-        BadValueError: it names the inputs that are NaN or infinite; without any, all numbers among the inputs.
+        BadValueError: names the inputs that are NaN or infinite, or all numeric inputs if none is.
     """
     inputs, numbers = _numbers(type(node))
     given_numbers = numbers(node)
@@ -68,7 +68,7 @@ def check_outcome(node: Node, *outcome: float) -> None:
 
 @functools.cache
 def _numbers(cls: type[Node]) -> tuple[list[tuple[str, str]], Callable[[Node], tuple[float, ...]]]:
-    """Names and fields of the real inputs of a class, which has two or more single ones, and a getter of these."""
+    """Names and fields of the real inputs of a class with two or more single ones, and a getter of their values."""
     inputs = [port for port in cls.fields.values() if port.side == "inputs"]
     real = [port for port in inputs if isinstance(port.type, PortType) and port.type.base in ("double", "float")]
     single = [port.field for port in real if isinstance(port.default, float)]

@@ -1,4 +1,4 @@
-"""What nodes have in common that read the clock of their graph."""
+"""The base of nodes that read the clock of their graph."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from graphengine.node import Bound, Clock, Context, Node
 
 
 class ClockNode(Node):
-    """A node that reads the clock."""
+    """Base of nodes that read the clock."""
 
     clock: Clock = Bound()
 

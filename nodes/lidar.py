@@ -1,4 +1,4 @@
-"""A lidar's samples as arrays (`isaacsim.sensors.rtx` and `isaacsim.sensors.physx`)."""
+"""Samples of lidars as arrays (`isaacsim.sensors.rtx` and `isaacsim.sensors.physx`)."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from graphengine.node.types import Buffer, Float, Float2, Floats, Int, Point3fs,
 
 
 def beams_of_a_ring(lidar: Lidar) -> int:
-    """How many beams each ring of a lidar has."""
+    """Number of beams in each ring of a lidar."""
     return len(lidar.directions) // len(lidar.elevations)
 
 
 def level_ring(lidar: Lidar) -> slice:
-    """Where a sample holds the ring that is nearest to the sensor's xy plane."""
+    """The indices, in a sample, of the ring nearest to the sensor's xy plane."""
     ring, beams = int(np.argmin(np.abs(lidar.elevations))), beams_of_a_ring(lidar)
     return slice(ring * beams, (ring + 1) * beams)
 
 
 def points_of(lidar: Lidar, scan: Scan, beams: NDArray[np.intp]) -> NDArray[np.float64]:
-    """Where some beams of a sample hit, in the sensor's frame, m, shape (n, 3)."""
+    """Points hit by the given beams of a sample, in the sensor's frame, m, shape (n, 3)."""
     points: NDArray[np.float64] = lidar.directions[beams] * scan.ranges[beams, None]
     return points
 
 
 class LidarNode(Node):
-    """A node that fires once for each sample of a lidar; a subclass binds `lidar`, has an `exec_out` and gives `put_out`."""
+    """Base of nodes that fire once for each sample of a lidar; a subclass binds `lidar` and defines `exec_out` and `put_out`."""
 
     exec_out: ClassVar[ExecOut]
 
@@ -38,7 +38,7 @@ class LidarNode(Node):
     last: int = State(default=-1)
 
     def compute(self) -> Fire:
-        """Hand on the sample of this tick, if there is one and it was not yet."""
+        """Output the sample of this tick and fire, if there is a new one."""
         if not self.lidar.due or self.lidar.index == self.last:
             return None
         scan = self.lidar.scan()
@@ -47,24 +47,24 @@ class LidarNode(Node):
         return self.exec_out
 
     def put_out(self, scan: Scan) -> None:
-        """Hand on a sample."""
+        """Set the outputs from a sample."""
         raise NotImplementedError
 
 
 class BeamsNode(LidarNode):
-    """A node that puts out ranges, and the angles they were taken at."""
+    """Base of nodes that output ranges and the angles of their beams."""
 
-    horizontal_fov: Float = Out(default=0.0, unit="deg", doc="from the first beam to the last")
-    horizontal_resolution: Float = Out(default=0.0, unit="deg", doc="between two beams")
-    depth_range: Float2 = Out(default=(0.0, 0.0), unit="m", doc="nearest and farthest distance reported")
-    rotation_rate: Float = Out(default=0.0, unit="Hz", doc="samples a second; all beams of one are of one instant")
-    linear_depth_data: Floats = Out(unit="m", doc="row after row, one range a beam, inf where nothing was hit")
-    intensities_data: UChars = Out(doc="one a beam")
-    num_cols: Int = Out(default=0, doc="beams of a row")
-    azimuth_range: Float2 = Out(default=(0.0, 0.0), unit="deg", doc="of the first and the last beam")
+    horizontal_fov: Float = Out(default=0.0, unit="deg", doc="angle from the first beam to the last")
+    horizontal_resolution: Float = Out(default=0.0, unit="deg", doc="angle between two beams")
+    depth_range: Float2 = Out(default=(0.0, 0.0), unit="m", doc="smallest and largest range")
+    rotation_rate: Float = Out(default=0.0, unit="Hz", doc="samples per second; all beams are cast at one instant")
+    linear_depth_data: Floats = Out(unit="m", doc="one per beam, row after row; inf is no hit")
+    intensities_data: UChars = Out(doc="one per beam")
+    num_cols: Int = Out(default=0, doc="number of beams in a row")
+    azimuth_range: Float2 = Out(default=(0.0, 0.0), unit="deg", doc="azimuth of the first and the last beam")
 
     def put_out_beams(self, scan: Scan, beams: slice) -> None:
-        """Hand on some rows of a sample."""
+        """Set the outputs from the given beams of a sample."""
         first, last, increment = np.degrees(self.lidar.angles).tolist()
         self.horizontal_fov, self.horizontal_resolution, self.azimuth_range = last - first, increment, (first, last)
         self.depth_range, self.rotation_rate = self.lidar.ranges, self.lidar.rate
@@ -74,14 +74,14 @@ class BeamsNode(LidarNode):
 
 
 class IsaacComputeRTXLidarFlatScan(BeamsNode, type="isaacsim.sensors.rtx.IsaacComputeRTXLidarFlatScan", gated=True):
-    """Ranges of the ring nearest to a lidar's plane; fires once for each sample.
+    """Reads the ring nearest to a lidar's xy plane; fires once for each sample.
 
-    They come from the lidar behind the render product: buffers of the reference's renderer have no effect.
+    The lidar is that of the render product; inputs for buffers of the reference's renderer have no effect.
     """
 
     exec_in = ExecIn(name="exec")
     render_product_path: Token = In(
-        required=True, setup=True, doc="of IsaacCreateRenderProduct, or a lidar's prim path"
+        required=True, setup=True, doc="path from IsaacCreateRenderProduct, or a lidar's prim path"
     )
     data_ptr: Buffer = In(default=0)
     cuda_device_index: Int = In(default=-1)
@@ -96,7 +96,7 @@ class IsaacComputeRTXLidarFlatScan(BeamsNode, type="isaacsim.sensors.rtx.IsaacCo
     intensity_data_type: Float = In(default=0.0)
     intensity_buffer_size: UInt64 = In(default=0)
     num_rows: Int = Out(default=1)
-    exec_out = ExecOut(name="exec", doc="fires on a sample")
+    exec_out = ExecOut(name="exec", doc="fires for each sample")
 
     level: slice = Bound()
 
@@ -106,28 +106,28 @@ class IsaacComputeRTXLidarFlatScan(BeamsNode, type="isaacsim.sensors.rtx.IsaacCo
         self.level = level_ring(self.lidar)
 
     def put_out(self, scan: Scan) -> None:
-        """Hand on the ring."""
+        """Set the outputs from the ring."""
         self.put_out_beams(scan, self.level)
 
 
 class IsaacReadLidarBeams(BeamsNode, type="isaacsim.sensors.physx.IsaacReadLidarBeams", gated=True):
-    """Ranges of all rings of a lidar, one ring a row; fires once for each sample. All beams are of one instant."""
+    """Reads the ranges of all rings of a lidar, one ring per row; fires once for each sample."""
 
     exec_in = ExecIn()
     lidar_prim: Target = In(required=True, setup=True)
-    vertical_fov: Float = Out(default=0.0, unit="deg", doc="from the lowest ring to the highest")
-    vertical_resolution: Float = Out(default=0.0, unit="deg", doc="between two rings, on average")
-    beam_time_data: Floats = Out(unit="s", doc="since the sample's time, one a beam")
-    num_rows: Int = Out(default=0, doc="rings")
-    zenith_range: Float2 = Out(default=(0.0, 0.0), unit="deg", doc="of the lowest and the highest ring")
-    exec_out = ExecOut(doc="fires on a sample")
+    vertical_fov: Float = Out(default=0.0, unit="deg", doc="angle from the lowest ring to the highest")
+    vertical_resolution: Float = Out(default=0.0, unit="deg", doc="mean angle between two rings")
+    beam_time_data: Floats = Out(unit="s", doc="time since the sample's time, one per beam; always 0")
+    num_rows: Int = Out(default=0, doc="number of rings")
+    zenith_range: Float2 = Out(default=(0.0, 0.0), unit="deg", doc="elevation of the lowest and the highest ring")
+    exec_out = ExecOut(doc="fires for each sample")
 
     def setup(self, context: Context) -> None:
         """Bind the lidar."""
         self.lidar = context.device(Lidar, self.lidar_prim[0])
 
     def put_out(self, scan: Scan) -> None:
-        """Hand on all rings."""
+        """Set the outputs from all rings."""
         self.put_out_beams(scan, slice(None))
         rings = np.degrees(self.lidar.elevations)
         low, high = float(rings.min()), float(rings.max())
@@ -137,17 +137,17 @@ class IsaacReadLidarBeams(BeamsNode, type="isaacsim.sensors.physx.IsaacReadLidar
 
 
 class IsaacReadLidarPointCloud(LidarNode, type="isaacsim.sensors.physx.IsaacReadLidarPointCloud", gated=True):
-    """Points that a lidar hit, in its own frame; fires once for each sample."""
+    """Reads the points hit by a lidar, in the sensor's frame; fires once for each sample."""
 
     exec_in = ExecIn()
     lidar_prim: Target = In(required=True, setup=True)
-    exec_out = ExecOut(doc="fires on a sample")
-    data: Point3fs = Out(unit="m", doc="points of all rings")
+    exec_out = ExecOut(doc="fires for each sample")
+    data: Point3fs = Out(unit="m", doc="hit points of all rings")
 
     def setup(self, context: Context) -> None:
         """Bind the lidar."""
         self.lidar = context.device(Lidar, self.lidar_prim[0])
 
     def put_out(self, scan: Scan) -> None:
-        """Hand on the points."""
+        """Set the output to the points."""
         self.data = points_of(self.lidar, scan, np.flatnonzero(np.isfinite(scan.ranges))).astype(np.float32)

@@ -1,4 +1,4 @@
-"""Sensors of the physics (`isaacsim.sensors.physics`)."""
+"""IMUs, contact sensors and joint states (`isaacsim.sensors.physics`)."""
 
 from __future__ import annotations
 
@@ -12,31 +12,31 @@ from graphengine.node.types import Doubles, Float, Quaterniond, Target, Tokens, 
 
 
 class IsaacReadIMU(Node, type="isaacsim.sensors.physics.IsaacReadIMU", gated=True):
-    """What an inertial unit measured; fires once for each of its samples.
+    """Reads an IMU; fires once for each of its samples.
 
-    Acceleration and angular velocity are means since the sample before, in the sensor's frame; orientation is that at the
-    sample's time. A graph that runs at every physics step gets samples of a unit that is faster than ticks.
+    Acceleration and angular velocity are means since the previous sample, in the sensor's frame; orientation is that at the
+    sample's time. A graph that runs at every physics step can read an IMU that is faster than ticks.
     """
 
     exec_in = ExecIn()
-    imu_prim: Target = In(required=True, setup=True, doc="prim of the inertial unit")
-    use_latest_data: bool = In(default=False, doc="without effect, as in the reference")
-    read_gravity: bool = In(default=True, doc="whether linAcc has what gravity adds to an accelerometer")
+    imu_prim: Target = In(required=True, setup=True, doc="prim of the IMU")
+    use_latest_data: bool = In(default=False, doc="no effect, as in the reference")
+    read_gravity: bool = In(default=True, doc="whether linAcc includes gravity, as an accelerometer does")
     exec_out = ExecOut()
     sensor_time: Float = Out(unit="s", doc="simulation time of the sample")
-    lin_acc: Vector3d = Out(unit="m/s2", doc="at rest and upright (0, 0, 9.81), without gravity 0")
+    lin_acc: Vector3d = Out(unit="m/s2", doc="(0, 0, 9.81) at rest and upright, or 0 without gravity")
     ang_vel: Vector3d = Out(unit="rad/s")
-    orientation: Quaterniond = Out(default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w), of the sensor in the world frame")
+    orientation: Quaterniond = Out(default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w), sensor in the world frame")
 
     imu: Imu = Bound()
     last: int = State(default=-1)
 
     def setup(self, context: Context) -> None:
-        """Bind the unit."""
+        """Bind the IMU."""
         self.imu = context.device(Imu, self.imu_prim[0])
 
     def compute(self) -> Fire:
-        """Hand on the newest sample, if there is one and it was not yet."""
+        """Output the newest sample and fire, if it is new."""
         sample = self.imu.sample()
         if sample.index == self.last:
             return None
@@ -49,11 +49,11 @@ class IsaacReadIMU(Node, type="isaacsim.sensors.physics.IsaacReadIMU", gated=Tru
 
 
 class IsaacReadContactSensor(Node, type="isaacsim.sensors.physics.IsaacReadContactSensor"):
-    """What a contact sensor feels: the mean force of the tick, or of the physics step in a graph that runs at each."""
+    """Reads a contact sensor: the mean force over the tick, or over the physics step in a graph that runs at each."""
 
     exec_in = ExecIn()
     cs_prim: Target = In(required=True, setup=True, doc="prim of the contact sensor")
-    use_latest_data: bool = In(default=False, doc="without effect, as in the reference")
+    use_latest_data: bool = In(default=False, doc="no effect, as in the reference")
     exec_out = ExecOut()
     sensor_time: Float = Out(default=0.0, unit="s", doc="simulation time of the reading")
     in_contact: bool = Out(default=False, doc="whether the force reaches the sensor's threshold")
@@ -72,7 +72,7 @@ class IsaacReadContactSensor(Node, type="isaacsim.sensors.physics.IsaacReadConta
 
 
 class IsaacReadJointState(Node, type="isaacsim.sensors.physics.IsaacReadJointState"):
-    """The state of all joints of a robot, for ROS2PublishJointState; by their own names, without `isaac:nameOverride`."""
+    """Reads the state of all joints of a robot, by their own names, without `isaac:nameOverride`; for ROS2PublishJointState."""
 
     exec_in = ExecIn()
     prim: Target = In(required=True, setup=True, doc="prim that stands for the robot")
@@ -81,9 +81,9 @@ class IsaacReadJointState(Node, type="isaacsim.sensors.physics.IsaacReadJointSta
     joint_names: Tokens = Out(doc="in the articulation's order")
     joint_positions: Doubles = Out(unit="rad, m")
     joint_velocities: Doubles = Out(unit="rad/s, m/s")
-    joint_efforts: Doubles = Out(unit="N m, N", doc="what drives and commanded efforts exert")
-    joint_dof_types: UChars = Out(doc="0 for a joint that turns, 1 for one that slides")
-    stage_meters_per_unit: Float = Out(default=0.0, unit="m", doc="length of a stage unit; once it is read always 1")
+    joint_efforts: Doubles = Out(unit="N m, N", doc="sum of drive forces and commanded efforts")
+    joint_dof_types: UChars = Out(doc="0 for a revolute joint, 1 for a prismatic one")
+    stage_meters_per_unit: Float = Out(default=0.0, unit="m", doc="length of a stage unit; always 1 after a compute")
 
     articulation: Articulation = Bound()
     clock: Clock = Bound()

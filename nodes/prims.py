@@ -1,13 +1,13 @@
 """Attributes and poses of prims (`omni.graph.nodes`).
 
-Attributes are those that something here stands behind, under USD's names and in USD's units: `xformOp:translate` (m) and
+Available are the attributes that the simulation has, under USD's names and in USD's units: `xformOp:translate` (m) and
 `xformOp:orient` relative to the parent prim, `physics:mass` (kg), `physics:jointEnabled`, `clippingRange` of cameras,
-`isaac:namespace` and `isaac:nameOverride`; of a joint that turns `state:angular:physics:position` and `:velocity` and, where its
-drive has them, `drive:angular:physics:targetPosition` and `targetVelocity`, in degrees; of one that slides the same with
+`isaac:namespace` and `isaac:nameOverride`; of revolute joints `state:angular:physics:position` and `:velocity` and, if the
+drive has them, `drive:angular:physics:targetPosition` and `targetVelocity`, in degrees; of prismatic joints the same with
 `linear`, in m; of /physicsScene `physics:gravityDirection` and `physics:gravityMagnitude` (m/s2); of a robot's materials
 `physics:staticFriction` and `physics:dynamicFriction`; of the world's lights `inputs:intensity`, 1 at the start, and
-`inputs:color`. Where a robot or a free body is, what drives are told, gravity, friction and lights can be written; the static
-friction does nothing, as MuJoCo has one friction and the dynamic one is taken for it.
+`inputs:color`. Writable are poses of robots and free bodies, drive targets, gravity, friction and lights. Static friction has
+no effect, as MuJoCo has only one friction, which is the dynamic one.
 """
 
 from __future__ import annotations
@@ -23,26 +23,26 @@ from graphengine.node.types import Double3, PortType, Target, Token
 from graphengine.node.usd_types import type_of_attribute
 from graphengine.nodes.touched import ANY, WIRED, attribute_of, drives_of, reading_poses
 
-_UNUSED = "means nothing here: there is one value, that of now, and no layers"
+_UNUSED = "no effect: only the present value exists, without time samples and layers"
 
 
 class PrimNode(Node):
-    """A node that has to do with a prim, which is given as a target or by its path."""
+    """Base of nodes for a prim that is given as a target or by its path."""
 
-    prim: Target = In(default=(), setup=True, required="prim", doc="the prim, while usePath is false")
-    prim_path: Token = In(default="", setup=True, required="prim", doc="path of the prim, while usePath is true")
+    prim: Target = In(default=(), setup=True, required="prim", doc="the prim, if usePath is false")
+    prim_path: Token = In(default="", setup=True, required="prim", doc="path of the prim, if usePath is true")
 
     use_path: bool
 
     def given(self) -> str:
-        """Path of the prim as far as it is known; empty where a wire decides it."""
+        """Path of the prim, or empty if it comes from a wire."""
         return self.prim_path if self.use_path else next(iter(self.prim), "")
 
     def path(self) -> str:
         """Path of the prim.
 
         Raises:
-            ContextError: there is none.
+            ContextError: no prim is given.
         """
         path = self.given()
         if not path:
@@ -56,25 +56,25 @@ class PrimNode(Node):
 
 
 class AttributeNode(PrimNode):
-    """A node that has to do with an attribute of a prim."""
+    """Base of nodes for an attribute of a prim."""
 
-    name: Token = In(default="", setup=True, required=True, doc="of the attribute, as USD calls it: xformOp:translate")
+    name: Token = In(default="", setup=True, required=True, doc="USD name of the attribute, such as xformOp:translate")
     use_path: bool = In(default=False, setup=True)
 
     attribute: PrimAttribute = Bound()
 
 
 class ReadPrimAttribute(AttributeNode, type="omni.graph.nodes.ReadPrimAttribute", volatile=True):
-    """The value of an attribute of a prim."""
+    """Reads an attribute of a prim."""
 
     usd_timecode: Any = In(type="timecode", unit="s", doc=_UNUSED)
     value: Any = Out(type="any", doc="of the attribute's type; quaternions are (x, y, z, w)")
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """The attribute's type, which its name tells.
+        """The attribute's type, which follows from its name.
 
         Raises:
-            ContextError: no prim has one of that name.
+            ContextError: no prim has an attribute of this name.
         """
         return {"value": type_of_attribute(self.name)} if self.name else {}
 
@@ -82,16 +82,16 @@ class ReadPrimAttribute(AttributeNode, type="omni.graph.nodes.ReadPrimAttribute"
         """Bind the attribute.
 
         Raises:
-            ContextError: there is no such prim, or it has no such attribute.
+            ContextError: the prim or the attribute does not exist.
         """
         self.attribute = context.attribute(self.path(), self.name)
 
     def compute(self) -> None:
-        """Read it."""
+        """Read the value."""
         self.value = self.attribute.read()
 
     def reads(self) -> Iterable[str]:
-        """The attribute, which of a drive a controller may have told too."""
+        """The attribute, and for a drive target the drives of the robot."""
         path = self.given()
         if not path or not self.name:
             return ANY, WIRED
@@ -100,20 +100,20 @@ class ReadPrimAttribute(AttributeNode, type="omni.graph.nodes.ReadPrimAttribute"
 
 
 class WritePrimAttribute(AttributeNode, type="omni.graph.nodes.WritePrimAttribute"):
-    """Changes an attribute of a prim; who reads it later in the same pass sees it."""
+    """Writes an attribute of a prim; nodes that read it later in the same pass get the new value."""
 
     exec_in = ExecIn()
-    value: Any = In(required=True, doc="to be written; numbers of any type will do where the attribute has numbers")
+    value: Any = In(required=True, doc="value to write; numeric attributes take numbers of any type")
     usd_write_back: bool = In(default=True, doc=_UNUSED)
     layer_identifier: Token = In(default="", doc=_UNUSED)
     exec_out = ExecOut()
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Nothing; what cannot become the attribute's value is told before the run.
+        """Return no types; only check before the run that the value can be converted to the attribute's type.
 
         Raises:
-            ContextError: no prim has an attribute of that name.
-            ValueError: texts for numbers, or so many numbers that do not go together.
+            ContextError: no prim has an attribute of this name.
+            ValueError: the types are incompatible, such as text and numbers, or differ in the number of components.
         """
         given, wanted = known.get("value"), type_of_attribute(self.name) if self.name else None
         if given is not None and wanted is not None:
@@ -126,15 +126,15 @@ class WritePrimAttribute(AttributeNode, type="omni.graph.nodes.WritePrimAttribut
         """Bind the attribute.
 
         Raises:
-            ContextError: there is no such prim or attribute, or it cannot be changed while the simulation runs.
+            ContextError: the prim or attribute does not exist, or it cannot change during a simulation.
         """
         self.attribute = context.attribute(self.path(), self.name, writable=True)
 
     def compute(self) -> None:
-        """Write it.
+        """Write the value.
 
         Raises:
-            BadValueError: the value is of another type, not finite, or beyond what the attribute can be.
+            BadValueError: the value has another type, is not finite, or is out of the attribute's range.
         """
         try:
             self.attribute.write(self.value)
@@ -148,7 +148,7 @@ class WritePrimAttribute(AttributeNode, type="omni.graph.nodes.WritePrimAttribut
 
 
 class PosedNode(PrimNode, volatile=True):
-    """A node that reads where a prim is in the world."""
+    """Base of nodes that read the world pose of a prim."""
 
     use_path: bool = In(default=True, setup=True)
 
@@ -158,17 +158,17 @@ class PosedNode(PrimNode, volatile=True):
         """Bind the prim.
 
         Raises:
-            ContextError: there is no such prim.
+            ContextError: the prim does not exist.
         """
         self.frame = context.frame(self.path())
 
     def reads(self) -> Iterable[str]:
-        """The pose."""
+        """The pose of the prim."""
         return reading_poses([self.given()] if self.given() else [])
 
 
 class GetPrimLocalToWorldTransform(PosedNode, type="omni.graph.nodes.GetPrimLocalToWorldTransform"):
-    """Pose of a prim in the world as a matrix for row vectors, with the position (m) in its last row."""
+    """Reads the world pose of a prim as a matrix for row vectors, with the position (m) in its last row."""
 
     local_to_world_transform: Any = Out(type="matrixd[4]")
 
@@ -178,7 +178,7 @@ class GetPrimLocalToWorldTransform(PosedNode, type="omni.graph.nodes.GetPrimLoca
 
 
 class GetPrimDirectionVector(PosedNode, type="omni.graph.nodes.GetPrimDirectionVector"):
-    """Where the axes of a prim point to in the world, called as those of a camera: x is right, y is up and -z is forward."""
+    """Reads the directions of a prim's axes in the world, with a camera's names: x is right, y is up, -z is forward."""
 
     backward_vector: Double3 = Out(doc="z")
     down_vector: Double3 = Out(doc="-y")
@@ -188,7 +188,7 @@ class GetPrimDirectionVector(PosedNode, type="omni.graph.nodes.GetPrimDirectionV
     up_vector: Double3 = Out(doc="y")
 
     def compute(self) -> None:
-        """Turn the axes."""
+        """Rotate the axes into the world frame."""
         _, orientation = self.frame.pose()
         self.right_vector, self.left_vector = (rotate(orientation, (sign, 0.0, 0.0)) for sign in (1.0, -1.0))
         self.up_vector, self.down_vector = (rotate(orientation, (0.0, sign, 0.0)) for sign in (1.0, -1.0))
@@ -196,7 +196,7 @@ class GetPrimDirectionVector(PosedNode, type="omni.graph.nodes.GetPrimDirectionV
 
 
 class ReadPrimLocalTransform(Node, type="omni.graph.nodes.ReadPrimLocalTransform", volatile=True):
-    """Pose of a prim relative to its parent prim as a matrix for row vectors, with the position (m) in its last row."""
+    """Reads the pose of a prim relative to its parent as a matrix for row vectors, with the position (m) in its last row."""
 
     prim: Target = In(required=True, setup=True, doc="any prim")
     value: Any = Out(type="matrixd[4]", doc="row by row")
@@ -208,7 +208,7 @@ class ReadPrimLocalTransform(Node, type="omni.graph.nodes.ReadPrimLocalTransform
         """Bind the prim's pose.
 
         Raises:
-            ContextError: there is no such prim, or it has no pose.
+            ContextError: the prim does not exist, or it has no pose.
         """
         self.translate = context.attribute(self.prim[0], "xformOp:translate")
         self.orient = context.attribute(self.prim[0], "xformOp:orient")
@@ -218,12 +218,12 @@ class ReadPrimLocalTransform(Node, type="omni.graph.nodes.ReadPrimLocalTransform
         self.value = matrix_of((self.translate.read(), self.orient.read()))
 
     def reads(self) -> Iterable[str]:
-        """The pose."""
+        """The pose of the prim."""
         return reading_poses(self.prim)
 
 
 def matrix_of(pose: Pose) -> tuple[float, ...]:
-    """A pose as a matrix M by which a row vector is turned and moved, p' = p M: the axes, row by row, then the position."""
+    """A pose as a matrix M that transforms a row vector p to p M: three rows with the axes, one with the position."""
     position, orientation = pose
     axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     rows = [(*rotate(orientation, axis), 0.0) for axis in axes]

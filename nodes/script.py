@@ -8,8 +8,8 @@
           def compute(db):
               db.outputs.command = [db.inputs.speed, db.inputs.speed]
 
-A script is code of whoever wrote the file, so it runs only when whoever runs the graph allowed it by `--allow-scripts`; it is
-then not confined in any way. Without that a check refuses the graph.
+Scripts are code of the file's author, so they run only if the user allows it with `--allow-scripts`, and then without a sandbox.
+Without the option, `check` reports an error.
 """
 
 from __future__ import annotations
@@ -33,22 +33,22 @@ Log = Callable[[Literal["info", "warning", "error"], str], None]
 
 
 class Attributes(python.SimpleNamespace):
-    """Values by the names that a graph declared."""
+    """Values by the names declared in the graph."""
 
     def __getattr__(self, name: str) -> Any:
-        """There is none of that name."""
+        """Raise AttributeError: the name is not declared."""
         near = did_you_mean(name, vars(self)) or listing(vars(self), "declared")
         raise AttributeError(f"the node declares no {name!r}; {near}")
 
 
 class Database:
-    """What a script sees of its node.
+    """The argument `db` of a script's functions: the node's inputs, outputs and state.
 
     Attributes:
-        inputs: values by the names of the declared inputs; arrays cannot be changed.
-        outputs: by the names of the declared outputs; what `compute` leaves there is what the outputs carry.
-        per_instance_state: anything that the script keeps, until the simulation stops.
-        internal_state: the same.
+        inputs: values of the declared inputs, by name; arrays are read-only.
+        outputs: values of the declared outputs, by name; read after `compute`.
+        per_instance_state: a place for state of the script, cleared when the simulation stops.
+        internal_state: the same object.
     """
 
     def __init__(self, log: Log) -> None:
@@ -58,31 +58,31 @@ class Database:
         self._log = log
 
     def log_info(self, message: object) -> None:
-        """Tell the user."""
+        """Log a message."""
         self._log("info", str(message))
 
     def log_warning(self, message: object) -> None:
-        """Warn the user."""
+        """Log a warning."""
         self._log("warning", str(message))
 
     def log_error(self, message: object) -> None:
-        """Tell the user of an error; the run goes on."""
+        """Log an error; the run continues."""
         self._log("error", str(message))
 
     log_warn = log_warning
 
 
 class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
-    """Runs Python: `compute(db)` whenever it is executed, before the first time `setup(db)`, at a stop `cleanup(db)`.
+    """Runs a Python script: `compute(db)` at each execution, `setup(db)` before the first, `cleanup(db)` at a stop.
 
-    Fires execOut unless `compute` returns False. Inputs and outputs of the script are those that `attributes` declares.
+    Fires execOut unless `compute` returns False. `attributes` declares the inputs and outputs of the script.
     """
 
     exec_in = ExecIn()
-    script: String = In(default="", setup=True, doc="the code, while usePath is false")
+    script: String = In(default="", setup=True, doc="the code, if usePath is false")
     use_path: bool = In(default=False, setup=True)
     script_path: Token = In(
-        default="", setup=True, doc="file with the code, while usePath is true; from the graph file's folder"
+        default="", setup=True, doc="file with the code, if usePath is true; relative to the graph file's folder"
     )
     attributes: Tokens = In(
         default=(), extension=True, doc='"inputs:NAME TYPE" and "outputs:NAME TYPE", as "inputs:speed double"'
@@ -98,14 +98,14 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
         """The declared inputs and outputs.
 
         Raises:
-            ValueError: a declaration is none, or a name is taken.
+            ValueError: a declaration is invalid, or the node already has a port of that name.
         """
         declared = literals.get("attributes", ())
         fields: dict[str, Any] = {}
         for text in declared if isinstance(declared, list | tuple) else ():
             side, name, port_type = _declaration(text)
             if f"{side}:{name}" in cls.ports or f"{side}_{name}" in fields:
-                raise ValueError(f"{text!r}: {side}:{name} is there already")
+                raise ValueError(f"{text!r}: {side}:{name} already exists")
             make = In if side == "inputs" else Out
             fields[f"{side}_{name}"] = make(type=str(port_type), name=name, doc="declared by the graph")
         return fields
@@ -114,7 +114,7 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
         """Compile the script.
 
         Raises:
-            ContextError: scripts are not allowed, the file cannot be read, or it is no Python.
+            ContextError: scripts are not allowed, the file cannot be read, or the script has a syntax error.
         """
         self.running = None
         context.allow_scripts()
@@ -136,9 +136,9 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
         """Run the script.
 
         Raises:
-            RuntimeError: the script raised; in which line.
-            TypeError: it gave an output that is not declared, or what its type does not take.
-            ValueError: likewise, out of range.
+            RuntimeError: the script raised an exception; the message names the line.
+            TypeError: the script set an undeclared output, or a value of the wrong type.
+            ValueError: the script set a value out of range.
         """
         first = self.running is None
         namespace, db = self.running = self.running or ({"__name__": "__script__"}, Database(self.log))
@@ -170,7 +170,7 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
                 raise type(error)(f"db.outputs.{name} is {port_type}: {error}, got {value!r}") from None
 
     def save(self) -> Any:
-        """The node's values, and copies of the script's variables and of what it keeps in `db`.
+        """The node's values, and copies of the script's variables and of the state in `db`.
 
         Raises:
             TypeError: a variable of the script cannot be copied, such as an open file.
@@ -178,7 +178,7 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
         return super().save(), self.running, _copied(self.running) if self.running is not None else ()
 
     def restore(self, saved: Any) -> None:
-        """Go back to what `save` returned; functions of the script see its variables as they were then."""
+        """Return to a saved state; the script's functions then use the saved variables."""
         values, self.running, kept = saved
         super().restore(values)
         if self.running is not None:
@@ -187,7 +187,7 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
                 place.update(variables)
 
     def reset(self) -> None:
-        """Let the script clean up and forget it."""
+        """Call the script's `cleanup`, and discard its state."""
         if self.running is not None:
             try:
                 self._call_own("cleanup")
@@ -195,7 +195,7 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
                 self.running = None
 
     def _call_own(self, name: str) -> Any:
-        """Call a function of the script, if it has one of that name."""
+        """Call a function of the script, if the script defines it."""
         assert self.running is not None
         namespace, db = self.running
         function = namespace.get(name)
@@ -219,13 +219,13 @@ _Running = tuple[dict[str, Any], Database]
 
 
 def _places(running: _Running) -> list[dict[str, Any]]:
-    """Where a script keeps what it knows: its variables, and what `db` holds."""
+    """The dictionaries that hold a script's state: its variables, and those of `db`."""
     namespace, db = running
     return [namespace, *(vars(part) for part in (db.inputs, db.outputs, db.per_instance_state))]
 
 
 def _copied(running: _Running, kept: Sequence[dict[str, Any]] | None = None) -> list[dict[str, Any]]:
-    """Copies of what a script knows, or of what was kept of it; modules and `db` itself stay what they are.
+    """Copies of a script's state or of a saved state; modules and `db` itself are not copied.
 
     Raises:
         TypeError: a variable cannot be copied.
@@ -243,7 +243,7 @@ def _copied(running: _Running, kept: Sequence[dict[str, Any]] | None = None) -> 
 
 
 def declared(node: ScriptNode, side: Literal["inputs", "outputs"]) -> list[Port]:
-    """The ports that a graph declared for its script."""
+    """The ports on one side that a graph declared for its script."""
     own = ScriptNode.fields
     return [port for field, port in type(node).fields.items() if port.side == side and field not in own]
 
@@ -252,7 +252,7 @@ def _declaration(text: object) -> tuple[str, str, PortType]:
     """Side, name and type of `inputs:speed double`.
 
     Raises:
-        ValueError: it is something else.
+        ValueError: the text is not a declaration.
     """
     path, _, type_name = text.partition(" ") if isinstance(text, str) else ("", "", "")
     side, _, name = path.partition(":")
@@ -267,7 +267,7 @@ def _declaration(text: object) -> tuple[str, str, PortType]:
 
 
 def _shared(value: Any) -> Any:
-    """An input as a script may see it: an array that others have too cannot be written to."""
+    """An input value for a script, with arrays as read-only views."""
     if isinstance(value, np.ndarray):
         value = value.view()
         value.setflags(write=False)

@@ -1,7 +1,7 @@
-"""Keys of what nodes read and change in the world, by which a pass puts readers and writers of one thing in order.
+"""Keys of world resources that nodes read and change; a pass orders the readers and writers of each key.
 
-Poses hang together along the tree, so that those of one robot, or of all prims below `/World`, are one thing. Where a wire
-decides which prim it is, the key is not known before the run: such a reader reads what any writer writes, and vice versa.
+Poses depend on each other along the tree, so all poses of a robot, or below `/World`, share one key. If the prim comes from a
+wire, the key is unknown before the run: such a reader is ordered after all writers, and such a writer before all readers.
 """
 
 from __future__ import annotations
@@ -17,28 +17,28 @@ WIRED = UNKNOWN_PRIM
 
 
 def pose_of(path: str) -> str:
-    """The pose of a prim."""
+    """Key of the pose of a prim."""
     return f"pose:{_root(path)}"
 
 
 def drives_of(path: str) -> str:
-    """What the drives of a robot are told."""
+    """Key of the drive targets of a robot."""
     _, first, *below = path.split("/") if path.startswith("/") else ("", path)
     return f"drives:/{first}/{below[0]}" if first == "World" and below else f"drives:/{first}"
 
 
 def attribute_of(path: str, name: str) -> str:
-    """One attribute of a prim."""
+    """Key of one attribute of a prim."""
     return pose_of(path) if name.startswith("xformOp:") else f"prim:{path.replace('/Geometry/', '/')}.{name}"
 
 
 def reading_poses(paths: Iterable[str]) -> tuple[str, ...]:
-    """What a node reads that reads poses of prims; none of which are known if there are no paths."""
+    """Keys for a node that reads poses of prims; no paths mean that the prims are unknown."""
     return (*(dict.fromkeys(map(pose_of, paths)) or (ANY,)), WIRED)
 
 
 def writing_poses(paths: Iterable[str]) -> tuple[str, ...]:
-    """What a node changes that puts prims somewhere; none of which are known if there are no paths."""
+    """Keys for a node that moves prims; no paths mean that the prims are unknown."""
     return (*(dict.fromkeys(map(pose_of, paths)) or (WIRED,)), ANY)
 
 

@@ -8,13 +8,13 @@ from typing import Any
 from graphengine.node import Bound, Context, ExecIn, ExecOut, In, Node, Out, PortType, Target, Token, Variable
 from graphengine.node.variable import find_variable
 
-_IGNORED = "means nothing, as in the reference"
+_IGNORED = "no effect, as in the reference"
 
 
 class VariableNode(Node):
-    """A node that has to do with one variable of its graph, whose type is that of `value`."""
+    """Base of nodes for a graph variable, whose type is that of `value`."""
 
-    variable_name: Token = In(default="", setup=True, required=True, doc="one of the graph's `variables:`")
+    variable_name: Token = In(default="", setup=True, required=True, doc="name of one of the graph's `variables:`")
     graph: Target = In(default=(), doc=_IGNORED)
     target_path: Token = In(default="", doc=_IGNORED)
 
@@ -24,7 +24,7 @@ class VariableNode(Node):
         """Bind the variable.
 
         Raises:
-            ContextError: the graph has none of that name.
+            ContextError: the graph has no variable of this name.
         """
         self.variable = context.variable(self.variable_name)
 
@@ -32,7 +32,7 @@ class VariableNode(Node):
         """The variable's type.
 
         Raises:
-            ContextError: the graph has none of that name.
+            ContextError: the graph has no variable of this name.
         """
         if not self.variable_name:
             return {}
@@ -41,12 +41,12 @@ class VariableNode(Node):
 
 
 class ReadVariable(VariableNode, type="omni.graph.core.ReadVariable", volatile=True):
-    """The value of a variable."""
+    """Reads a variable of the graph."""
 
-    value: Any = Out(type="any", doc="what was last written, or the default")
+    value: Any = Out(type="any", doc="last written value, or the default")
 
     def compute(self) -> None:
-        """Read it."""
+        """Read the value."""
         self.value = self.variable.value
 
     def reads(self) -> Iterable[str]:
@@ -55,15 +55,15 @@ class ReadVariable(VariableNode, type="omni.graph.core.ReadVariable", volatile=T
 
 
 class WriteVariable(VariableNode, type="omni.graph.core.WriteVariable"):
-    """Writes a variable; who reads it later in the same pass sees it."""
+    """Writes a variable of the graph; nodes that read it later in the same pass get the new value."""
 
     exec_in = ExecIn()
-    value_in: Any = In(type="any", name="value", required=True, doc="to be written")
+    value_in: Any = In(type="any", name="value", required=True, doc="value to write")
     exec_out = ExecOut()
-    value_out: Any = Out(type="any", name="value", doc="what was written")
+    value_out: Any = Out(type="any", name="value", doc="the written value")
 
     def compute(self) -> None:
-        """Write it."""
+        """Write the value."""
         self.variable.value = self.value_out = self.value_in
 
     def writes(self) -> Iterable[str]:

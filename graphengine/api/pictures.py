@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from graphengine.physics.simulation import Simulation
 
 SIZE = (1280, 720)
-"""Of a view without one, pixels."""
+"""Default size of pictures of a view, pixels."""
 
 
 def simulated(world: World) -> Simulation:
@@ -33,7 +33,7 @@ def simulated(world: World) -> Simulation:
     from graphengine.physics.simulation import Simulation
 
     if not isinstance(world, Simulation):
-        raise UsageError("a graph without a scene, and nothing is to be seen; give one with --scene")
+        raise UsageError("a graph without a scene has nothing to draw; give a scene with --scene")
     return world
 
 

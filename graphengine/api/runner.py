@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from graphengine.recording.recorder import Recorder
 
 Log = Callable[[str, str, str], None]
-"""Takes severity, prim path and text of a message."""
+"""A function that receives severity, prim path and text of a message."""
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -79,9 +79,9 @@ def check_recording(path: Path, *, force: bool) -> None:
         UsageError: the name does not end in `.mcap`, its folder does not exist, or the file exists and `force` is not set.
     """
     if path.suffix != ".mcap" or not path.parent.is_dir() or path.is_dir():
-        raise UsageError(f"{path}: write the name of a file in a folder that is there, such as out.mcap")
+        raise UsageError(f"{path}: write the name of a file in an existing folder, such as out.mcap")
     if path.exists() and not force:
-        raise UsageError(f"{path}: already there; --force writes over it")
+        raise UsageError(f"{path}: already exists; --force overwrites it")
 
 
 class Runner:
@@ -219,7 +219,7 @@ class Runner:
         """
         if not self._lock.acquire(blocking=False):
             raise StateError(
-                "another thread uses this session; any thread may call submit and interrupt, no other method"
+                "another thread uses this session; only submit and interrupt may be called from any thread"
             )
 
     def leave(self) -> None:
@@ -318,7 +318,7 @@ class Runner:
         self.enter()
         try:
             if self.running:
-                raise StateError("the session runs: it cannot be closed from `until`")
+                raise StateError("the session is running: `until` must not close it")
             self.closed = True
             self._closing.close()
         finally:
@@ -345,7 +345,7 @@ class _Ticking:
 
     def __enter__(self) -> None:
         if self._runner.running:
-            raise StateError("the session runs: ticks cannot be asked for from `until`")
+            raise StateError("the session is running: `until` must not run ticks")
         self._runner.running = True
         own = threading.current_thread() is threading.main_thread()
         if own and signal.getsignal(signal.SIGINT) is signal.default_int_handler:

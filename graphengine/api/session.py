@@ -94,7 +94,7 @@ class Session:
         """
         count = operator.index(ticks)
         if count < 0:
-            raise UsageError(f"ticks: expected a number that is not negative, got {count}")
+            raise UsageError(f"ticks: expected 0 or more, got {count}")
         self._runner.step(count)
 
     @acting

@@ -234,8 +234,8 @@ def _find(
         same = [other for other in names if other.rpartition("/")[2] == full.rpartition("/")[2]]
         near = f"did you mean {' or '.join(map(repr, same[:5]))}?" if same else did_you_mean(full, names)
         what = "service" if "serve" in directions else "topic"
-        hint = near or listing(names, f"{what}s that graphs know")
-        raise UsageError(f"no graph knows {what} {full!r}\n  {hint}\n  or give its type: type='package/…/Name'")
+        hint = near or listing(names, f"{what}s that graphs use")
+        raise UsageError(f"no graph uses {what} {full!r}\n  {hint}\n  or give its type: type='package/…/Name'")
     wanted = full_type(given) if isinstance(given, str) else getattr(given, "__msgtype__", "")
     if given is not None and not wanted:
         raise UsageError(f"type: expected a message type such as 'nav_msgs/msg/Odometry', or its class, got {given!r}")

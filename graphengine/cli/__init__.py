@@ -1,4 +1,4 @@
-"""`graphrun`: one module a verb. Nothing heavy is imported until a verb runs."""
+"""The command `graphrun`: one module per verb. Heavy modules are imported only when a verb runs."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from graphengine.format.version import __version__
 
 VERBS = {
     "run": "run a scene or a graph",
-    "ctl": "ask a running session for something: pause, step, reset, spawn, push",
-    "replay": "a recorded run once more, compared byte by byte",
-    "check": "tell everything that is wrong with scenes and graphs",
-    "show": "what a graph is made of, in which order it runs, what was generated",
-    "snapshot": "a picture of a scene, from above, of a robot or by one of its cameras",
-    "map": "an occupancy map of a scene, as nav2's map_server reads it",
-    "import": "graphs of an Isaac Sim script or USD stage as YAML",
-    "export": "a graph as a script that builds it in Isaac Sim",
-    "import-urdf": "a robot file from a URDF, a xacro file, or the description of a running ROS 2 system",
-    "topics": "what a scene would say and hear, without running it: topics, types, QoS, frames, rates",
-    "topic": "topics of a live network, with or without ROS: list, info, echo, hz, delay, pub",
-    "tf": "the tree of frames on a live network",
+    "ctl": "control a running session: pause, step, reset, spawn, push",
+    "replay": "replay a recorded run and compare the output byte by byte",
+    "check": "report all errors and warnings in scenes and graphs",
+    "show": "show a graph's nodes and wires, its schedule, its generated code or a drawing",
+    "snapshot": "render a picture of a scene, from above, in perspective or by one of its cameras",
+    "map": "make an occupancy map of a scene for nav2's map_server",
+    "import": "convert the graphs of an Isaac Sim script or USD stage to YAML",
+    "export": "convert a graph to a script that builds it in Isaac Sim",
+    "import-urdf": "make a robot file from a URDF, a xacro file, or the description of a running ROS 2 system",
+    "topics": "list the topics and services of a scene without running it: types, QoS, frames, rates",
+    "topic": "inspect topics of a live network, with or without ROS: list, info, echo, hz, delay, pub",
+    "tf": "show the frame tree of a live network",
     "teleop": "drive a robot from the keyboard",
-    "nodes": "node types and their ports",
-    "schema": "JSON Schema of the three kinds of file, for editors",
+    "nodes": "list node types and their ports",
+    "schema": "print the JSON Schema of a kind of file, for editors",
 }
 
 OUT_OF_MEMORY = 3
@@ -41,12 +41,12 @@ MODULES = {"import": "import_graph"}
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser that reports a mistake as the verbs do: in one sentence that cannot steer a terminal, with what is near."""
+    """A parser that reports errors in one sentence, with suggestions and without control characters."""
 
     def parse_known_args(  # type: ignore[override]  # typeshed's overloads say no more
         self, args: Sequence[str] | None = None, namespace: Any = None
     ) -> tuple[Any, list[str]]:
-        """Parse, and refuse options that the parser of the verb does not know, which knows those that are near."""
+        """Parse arguments; unknown options are reported by the verb's parser, which can suggest near ones."""
         parsed, unknown = super().parse_known_args(args, namespace)
         if unknown:
             options = [word.partition("=")[0] for word in unknown if word.startswith("--")]
@@ -54,7 +54,7 @@ class Parser(argparse.ArgumentParser):
         return parsed, unknown
 
     def error(self, message: str) -> NoReturn:
-        """Tell what is wrong with the command line, and leave with 2."""
+        """Print an error of the command line and exit with code 2."""
         from graphengine.cli.common import clean
 
         if choice := _CHOICE.search(message):
@@ -63,10 +63,10 @@ class Parser(argparse.ArgumentParser):
 
 
 class Version(argparse.Action):
-    """Prints the version; with `--verbose`, on whichever side, also what this machine can confine strangers' files with."""
+    """Prints the version; with `--verbose` before or after it, also how this machine can confine untrusted files."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
-        """Print it, and leave with 0."""
+        """Print the version and exit with code 0."""
         print(f"graphrun {__version__}")
         if parser.get_default("verbose"):
             from graphengine.sandbox.borders import describe
@@ -79,7 +79,7 @@ _CHOICE = re.compile(r"invalid choice: '(.*)' \(choose from (.*)\)")
 
 
 def _hint(words: Iterable[str], legal: Iterable[str]) -> str:
-    """A line with what may be meant, for each word to which something is near."""
+    """Suggestions for misspelt words, one line per word that has a near one."""
     from graphengine.format.wording import did_you_mean
 
     names = list(legal)
@@ -87,13 +87,13 @@ def _hint(words: Iterable[str], legal: Iterable[str]) -> str:
 
 
 def make_parser(verb: str | None = None) -> argparse.ArgumentParser:
-    """The command line; only the verb that is meant brings its arguments."""
+    """The parser of the command line; only the given verb adds its arguments."""
     parser = Parser(
         prog="graphrun", description="OmniGraph-style ActionGraphs in YAML, run against MuJoCo, seen by ROS 2."
     )
     parser.add_argument("--version", action=Version, nargs=0, help="show the version and exit")
     parser.add_argument(
-        "--verbose", action="store_true", help="with --version: the borders around strangers' files too"
+        "--verbose", action="store_true", help="with --version: show also how this machine can confine untrusted files"
     )
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
     for name, summary in VERBS.items():
@@ -106,11 +106,11 @@ def make_parser(verb: str | None = None) -> argparse.ArgumentParser:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """The program, with the arguments of the command line, or with these.
+    """Run the program with the given arguments, or with those of the command line.
 
     Returns:
-        0: as it should be, also after Ctrl-C in a run; 1: errors in files or in the run; 2: a command line that makes no
-        sense; 3: too little memory; 130: Ctrl-C before there was a run, or a result.
+        0: success, also after Ctrl-C in a run; 1: errors in files or in the run; 2: invalid command line; 3: out of
+        memory; 130: Ctrl-C before a run or a result.
     """
     if arguments is None:  # called by `graphrun`, not by a test or another program in its own process
         gc.set_threshold(10_000)  # collections at the default take a sixth of the start, and free almost nothing
@@ -125,7 +125,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _execute(parsed: argparse.Namespace) -> int:
-    """The verb's own exit code, or that of what it raised, which is told."""
+    """Execute the verb; return its exit code, or print its exception and return that one's code."""
     from graphengine.cli.common import clean, explain
     from graphengine.format.errors import CheckError, GraphError, UsageError
     from graphengine.format.process_limits import SMALLEST, has_address_space

@@ -1,4 +1,4 @@
-"""`graphrun check`: every mistake of every file, at once."""
+"""`graphrun check`: report all errors of all files at once."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ ORDER = ("scene", "robot", "graph", "unreadable")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Arguments of the verb."""
+    """Add the arguments of the verb."""
     add_file_arguments(parser, many=True)
     parser.add_argument("--strict", action="store_true", help="warnings count as errors")
     parser.add_argument("--format", choices=("text", "json"), default="text", help="for people, or for programs")
-    parser.epilog = "Of a folder, every scene, robot and graph file in it is checked, those in its folders too."
+    parser.epilog = "For a folder, all scene, robot and graph files in it and its subfolders are checked."
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """0 without errors, 1 with."""
+    """Check the files; return 0 without errors, 1 with errors."""
     options = make_options(arguments)
     findings = Findings()
     files = graphs = 0
@@ -49,7 +49,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _check(given: Sequence[tuple[str, Path]], options: Options, findings: Findings) -> int:
-    """Check files with their kinds, except those that an earlier one uses; returns the number of graphs."""
+    """Check files of given kinds, except those used by an earlier file; return the number of graphs."""
     from graphengine.scene import build
 
     graphs, used = 0, set[Path]()
@@ -64,10 +64,10 @@ def _check(given: Sequence[tuple[str, Path]], options: Options, findings: Findin
 
 
 def _in_folder(folder: Path) -> list[tuple[str, Path]]:
-    """Scenes, robots, graphs and YAML that cannot be read, in this order: what a scene uses is checked as it uses it.
+    """Scenes, robots, graphs and unreadable YAML files of a folder, in this order; files used by a scene are checked with it.
 
     Raises:
-        UsageError: there are none.
+        UsageError: the folder has no such file.
     """
     from graphengine.format import document, spec_reader
 

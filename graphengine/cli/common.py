@@ -1,4 +1,4 @@
-"""Shared parts of verbs: finding the given file, `--set`, and printing findings."""
+"""Shared parts of verbs: the given file, `--set`, permissions, and printing of findings."""
 
 from __future__ import annotations
 
@@ -23,28 +23,28 @@ if TYPE_CHECKING:
 
 
 def add_file_arguments(parser: argparse.ArgumentParser, *, many: bool = False) -> None:
-    """The file, and what may be changed about it from outside."""
-    what = "a scene or graph file, or the name of one that ships, such as dd100_warehouse or dd100/cmd_vel"
+    """Add the arguments for a file and the options that change how it is loaded."""
+    what = "a scene or graph file, or the name of an included one, such as dd100_warehouse or dd100/cmd_vel"
     parser.add_argument("files" if many else "file", metavar="SCENE|GRAPH", nargs="+" if many else None, help=what)
     parser.add_argument("--scene", metavar="SCENE", help="scene to put a single graph into")
     add_repeatable(parser, "--set", "NODE.PORT=VALUE", "value of an input; [ROBOT/][GRAPH/]NODE.PORT, globs allowed")
-    state = "publish what robot_state_publisher would, for every robot"
+    state = "publish the topics of robot_state_publisher for each robot"
     parser.add_argument("--robot-state", action="store_true", help=state)
-    rays = "what lidars see with; `fast` needs numba, and `auto` takes it where it serves"
+    rays = "ray casting of lidars; `fast` needs numba, `auto` takes `fast` where possible"
     parser.add_argument("--rays", choices=("auto", "mujoco", "fast"), default="auto", help=rays)
-    parser.add_argument("--seed", type=whole, default=0, help="of every random generator (default 0)")
+    parser.add_argument("--seed", type=whole, default=0, help="seed of all random generators (default 0)")
     add_allow_argument(parser)
     add_import_argument(parser)
     add_permission_arguments(parser)
 
 
 def add_repeatable(parser: argparse._ActionsContainer, option: str, metavar: str, what: str, **more: Any) -> None:
-    """An option that may be given several times; without it the list is empty."""
+    """Add an option that may be repeated; its default is an empty list."""
     parser.add_argument(option, metavar=metavar, action="append", default=[], help=what, **more)
 
 
 class _Transports:
-    """What `--transport` takes, looked up when one is given and when help is printed: packages may bring more."""
+    """The choices of `--transport`, looked up when they are needed, since packages can add transports."""
 
     def __init__(self, reaching_others: bool) -> None:
         self._reaching_others = reaching_others
@@ -62,50 +62,50 @@ class _Transports:
 
 
 def add_transport_argument(parser: argparse.ArgumentParser, what: str = "", *, reaching_others: bool = True) -> None:
-    """How to reach ROS 2; `reaching_others` leaves out the transports whose messages stay in the process."""
-    what = f"how to reach ROS 2{what} (default auto): %(choices)s"
+    """Add `--transport`; `reaching_others` leaves out transports whose messages stay in the process."""
+    what = f"connection to ROS 2{what} (default auto): %(choices)s"
     choices: Any = _Transports(reaching_others)
     parser.add_argument("--transport", metavar="NAME", choices=choices, default="auto", help=what)
 
 
 def add_import_argument(parser: argparse.ArgumentParser) -> None:
-    """Modules with further node types."""
-    add_repeatable(parser, "--import", "MODULE", "Python module with node types", dest="modules")
+    """Add `--import` for modules with node types."""
+    add_repeatable(parser, "--import", "MODULE", "Python module with additional node types", dest="modules")
 
 
 def add_permission_arguments(parser: argparse.ArgumentParser) -> None:
-    """What graphs may do beyond their folder."""
-    variable = "variable of the environment that graphs may read; IsaacReadEnvVar reads no other"
+    """Add the permissions of graphs: `--env` and `--allow-scripts`."""
+    variable = "environment variable that graphs may read with IsaacReadEnvVar"
     add_repeatable(parser, "--env", "NAME", variable)
-    scripts = "let graphs run the Python in their ScriptNodes, which is not confined: read it before"
+    scripts = "let graphs run the Python code of their ScriptNodes without a sandbox: read the code first"
     parser.add_argument("--allow-scripts", action="store_true", help=scripts)
 
 
 def environment(arguments: argparse.Namespace) -> dict[str, str]:
-    """Values of the variables that `--env` names; those that there are not are empty."""
+    """Values of the variables given by `--env`; unset ones are empty."""
     return {name: os.environ.get(name, "") for name in arguments.env}
 
 
 def add_allow_argument(parser: argparse.ArgumentParser) -> None:
-    """Where files and message types may be read from, beside the folder of the given file and what is installed."""
-    what = "folder that files may also be read from"
+    """Add `--allow` and `--msg-path` for folders of files and message types."""
+    what = "additional folder that files may be read from"
     add_repeatable(parser, "--allow", "FOLDER", what, type=Path)
     add_message_path(parser)
 
 
 def add_message_path(parser: argparse.ArgumentParser) -> None:
-    """Where message types lie that neither ship nor are installed."""
+    """Add `--msg-path` for message types that are neither included nor installed."""
     what = "message types: a package, a folder with packages, or one .msg, .srv or .action file"
     add_repeatable(parser, "--msg-path", "PATH", what, type=Path)
 
 
 def clean(text: str) -> str:
-    """Lines that cannot steer a terminal."""
+    """The text without control characters other than line breaks."""
     return "".join(c if c.isprintable() or c == "\n" else "\N{REPLACEMENT CHARACTER}" for c in text)
 
 
 def explain(error: GraphError) -> str:
-    """What went wrong; for a node that raised, also the lines of Python where it did."""
+    """The message of an error; for an exception in a node, also its Python traceback."""
     from graphengine.runtime import executor
 
     cause = error.__cause__
@@ -121,10 +121,10 @@ def counted(number: int, thing: str) -> str:
 
 
 def make_options(arguments: argparse.Namespace) -> Options:
-    """Options of `add_file_arguments`.
+    """The options given by the arguments of `add_file_arguments`.
 
     Raises:
-        UsageError: a `--set` without a value, a folder that is none, or a module that cannot be imported.
+        UsageError: a `--set` has no value, a folder does not exist, or a module cannot be imported.
     """
     return dataclasses.replace(
         reading_options(arguments),
@@ -140,10 +140,10 @@ def make_options(arguments: argparse.Namespace) -> Options:
 
 
 def reading_options(arguments: argparse.Namespace) -> Options:
-    """Options of `add_allow_argument`, and of the machine: where files may be read from, and how they are shown.
+    """The options given by the arguments of `add_allow_argument` and by the machine.
 
     Raises:
-        UsageError: a file or folder that is not there.
+        UsageError: a file or folder does not exist.
     """
     from graphengine.scene.loaded_scene import Options
 
@@ -155,10 +155,10 @@ def reading_options(arguments: argparse.Namespace) -> Options:
 
 
 def message_paths(arguments: argparse.Namespace) -> list[Path]:
-    """What `--msg-path` names.
+    """The paths given by `--msg-path`.
 
     Raises:
-        UsageError: nothing is there.
+        UsageError: a path does not exist.
     """
     given: list[Path] = arguments.msg_path
     for path in given:
@@ -168,7 +168,7 @@ def message_paths(arguments: argparse.Namespace) -> list[Path]:
 
 
 def make_registry(modules: Sequence[str]) -> Any:
-    """The installed node types and those of the user's modules."""
+    """A registry of the installed node types and those of the user's modules."""
     from graphengine.compiler.registry import default_registry
 
     registry = default_registry().copy()  # others in this process share the original
@@ -185,7 +185,7 @@ def make_registry(modules: Sequence[str]) -> Any:
 
 
 def _failure(error: BaseException, name: str) -> str:
-    """Why a module could not be imported, and in which line of the user's own."""
+    """The reason why a module could not be imported, with the line in the user's code."""
     if isinstance(error, ModuleNotFoundError) and name.endswith(".py"):
         return f"write the name of the module, {name.removesuffix('.py')}"
     what = str(error) if isinstance(error, ImportError) else f"{type(error).__name__}: {error}"
@@ -195,7 +195,7 @@ def _failure(error: BaseException, name: str) -> str:
 
 
 def parse_set(text: str, option: str = "--set ") -> tuple[str, Any]:
-    """`Node.port=value` as target and YAML value; the option stands before the text in errors."""
+    """Split `Node.port=value` into target and YAML value; errors begin with the option."""
     from graphengine.format import document
 
     target, equals, value = text.partition("=")
@@ -209,14 +209,14 @@ def parse_set(text: str, option: str = "--set ") -> tuple[str, Any]:
 
 
 def load(arguments: argparse.Namespace) -> LoadedScene:
-    """The checked scene of the given file."""
+    """Load and check the scene in the given file."""
     from graphengine.scene import build
 
     return build.load(find_file(arguments.file), make_options(arguments))
 
 
 def open_scene(arguments: argparse.Namespace) -> Scene | None:
-    """The scene of the given file, with its warnings printed; None if there are errors, which are printed too."""
+    """Load the given scene and print its findings; None if there are errors."""
     from graphengine.api import scene
 
     try:
@@ -229,25 +229,25 @@ def open_scene(arguments: argparse.Namespace) -> Scene | None:
 
 
 def refuse_to_overwrite(paths: Iterable[Path], *, force: bool) -> None:
-    """Refuse to write over files.
+    """Check that files may be written.
 
     Raises:
-        UsageError: one is there, and `--force` is not given.
+        UsageError: a file exists and `--force` is not given.
     """
     there = [str(path) for path in paths if path.exists()]
     if there and not force:
-        raise UsageError(f"{', '.join(there)}: already there; --force writes over it")
+        raise UsageError(f"{', '.join(there)}: already exists; --force overwrites it")
 
 
 def print_findings(findings: Findings | Sequence[Finding], *, stream: Any = None, notes: bool = True) -> None:
-    """All findings in order, each with its excerpt; notes only when they are wanted."""
+    """Print all findings in order with excerpts; notes only if `notes` is set."""
     for finding in findings if isinstance(findings, Sequence) else findings.sorted():
         if notes or finding.severity != "note":
             print(finding.render(), file=stream or sys.stderr)
 
 
 def table(rows: Sequence[Sequence[str]], *, indent: str = "") -> str:
-    """Columns as wide as they must be; the last one runs free."""
+    """Format rows as columns of equal width; the last column is not padded."""
     if not rows:
         return ""
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]

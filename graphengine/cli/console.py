@@ -1,4 +1,4 @@
-"""Console output of a run on stderr: a progress line, messages of nodes, and a summary."""
+"""Output of a run on the standard error: a status line, messages of nodes, and a summary."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ LATE_PICTURE = """a picture came too late and was dropped
 
 
 class Console:
-    """What a person sees of a run: a live line on a terminal, a plain line now and then elsewhere, a summary at the end.
+    """Prints a run's status (a live line on a terminal, else plain lines), messages of nodes, and a summary at the end.
 
-    A terminal that was closed, or a disk that is full, does not end a run whose messages are what it is for.
+    A closed terminal or a full disk does not end the run.
     """
 
     LIVE, PLAIN = 0.25, 10.0  # seconds of wall time between two lines
@@ -41,17 +41,17 @@ class Console:
         self.begin()
 
     def begin(self) -> None:
-        """The run begins, whose time and work count; that of setting everything up does not."""
+        """Start measuring time and work of the run, without its setup."""
         self.start = self.last = time.perf_counter()
         self.cpu_start = self.last_cpu = time.thread_time()
 
     def tell(self, text: str, end: str = "\n") -> None:
-        """Print at once, if that is possible."""
+        """Print and flush; output errors are ignored."""
         with contextlib.suppress(OSError):
             print(text, end=end, file=sys.stderr, flush=True)
 
     def say(self, severity: str, node: str, message: str) -> None:
-        """A node's message, once; what its first line says counts."""
+        """Print a node's message; a repeated first line is printed once."""
         key = (severity, node, message.partition("\n")[0])
         if key not in self.said:
             self.said.add(key)
@@ -60,12 +60,12 @@ class Console:
             self.tell(clean(re.sub(r"\n(?! )", "\n  ", f"{severity}: {node + ': ' if node else ''}{message}")))
 
     def fault(self, error: NodeError) -> None:
-        """A node raised, and the run goes on."""
+        """Print the error of a node in a run that continues."""
         self.faults += 1
         self.say("error", "", explain(error))
 
     def on_tick(self, session: SessionCore) -> bool:
-        """Called after each tick, and while the run is paused; the run goes on."""
+        """Update the status line; called after each tick and while paused. Always returns True."""
         if session.state != "playing":
             self.network.look()
         for camera in session.services.world.dropped_pictures:
@@ -78,7 +78,7 @@ class Console:
         return True
 
     def _line(self, session: SessionCore, elapsed: float) -> str:
-        """Where the run is, and how fast it was in the seconds since the last line."""
+        """The status line: time, state and the speed since the last line."""
         ticks = session.ticks - self.last_ticks
         if not ticks and session.state != "playing":
             return f"t {session.time:9.2f} s   {session.state}"
@@ -90,7 +90,7 @@ class Console:
         )
 
     def _show(self, line: str) -> None:
-        """Write over the line of a terminal; elsewhere a line that says the same is not repeated."""
+        """Overwrite the live line on a terminal; elsewhere print the line unless it is unchanged."""
         if self.terminal:
             self.tell(f"\r{line[: self._columns()]}\x1b[K", end="")
         elif line != self.last_line:
@@ -98,7 +98,7 @@ class Console:
         self.last_line = line
 
     def _columns(self) -> int | None:
-        """How long a line may be that is to be written over: a wrapped one could not."""
+        """Longest line that can be overwritten, as it does not wrap; None if the output is not a terminal."""
         try:
             columns = os.get_terminal_size(sys.stderr.fileno()).columns
         except OSError:
@@ -110,7 +110,7 @@ class Console:
             self.tell("\r\x1b[K", end="")
 
     def summarize(self, session: SessionCore) -> None:
-        """What was done, and how fast."""
+        """Print the summary: what was done and how fast."""
         self._clear_line()
         wall = time.perf_counter() - self.start
         ticks, simulated = session.ticks, session.ticks * session.clock.delta

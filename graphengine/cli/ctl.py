@@ -1,4 +1,4 @@
-"""`graphrun ctl`: ask a running session for something, from another terminal."""
+"""`graphrun ctl`: control a running session from another terminal."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 EXAMPLES = """examples:
   graphrun run dd100_warehouse --paused        in one terminal; in another:
-  graphrun ctl step 60                         one second, tick by tick, then it waits again
+  graphrun ctl step 60                         run 60 ticks (one second), then pause again
   graphrun ctl play
   graphrun ctl rate 0.5
   graphrun ctl push dd100 --force 0,80,0 --for 0.5s
@@ -33,7 +33,7 @@ EXAMPLES = """examples:
   graphrun ctl reset --scope state
   graphrun ctl checkpoint before; graphrun ctl push dd100 --impulse 0,9,0; graphrun ctl restore before
 
-A run answers to the user who started it, on the same machine, whatever its transport. What is asked for is done between two
+Only the user who started a run can control it, from the same machine, with any transport. Commands are executed between two
 ticks. Lengths are in m, times in s of simulation, forces in N; angles are in rad, or in degrees when written as 90deg."""
 
 SCOPES = ("time", "state", "spawned", "all")
@@ -43,22 +43,22 @@ _NEGATIVE = re.compile(r"-[.0-9][-+.,0-9e]*(deg|rad|s|ms|min)?(,.*)?")
 
 
 class _Parser(Parser):
-    """A parser for which `-1,2,0` and `-90deg` are no options, as `-1` is none for any."""
+    """A parser that takes `-1,2,0` and `-90deg` for values instead of options."""
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Take what begins with a number for a value, by the space that no option has."""
+        """Parse arguments; a space before negative numbers marks them as values."""
         return super().parse_known_args(
             [f" {word}" if _NEGATIVE.fullmatch(word) else word for word in args or ()], namespace
         )
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Arguments of the verb."""
+    """Add the arguments of the verb."""
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.epilog = EXAMPLES
     common = _Parser(add_help=False)
-    common.add_argument("--run", metavar="NAME|PID", default="", help="which one, where several run")
-    common.add_argument("--json", action="store_true", help="print how the session is then as JSON")
+    common.add_argument("--run", metavar="NAME|PID", default="", help="run to control, if there are several")
+    common.add_argument("--json", action="store_true", help="print the resulting state as JSON")
     verbs = parser.add_subparsers(dest="command", metavar="COMMAND", required=True, parser_class=_Parser)
 
     def add(name: str, summary: str, *fields: str, make: Callable[..., dict[str, Any]] | None = None) -> Any:
@@ -67,83 +67,81 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         sub.set_defaults(arguments=make or (lambda given: {field: getattr(given, field) for field in fields}))
         return sub
 
-    add("state", "whether it plays, its time and rate, its robots and what else can be moved")
-    add("play", "let time pass")
-    add("pause", "hold the time where it is")
-    add("stop", "back to time 0, everything as at the start, until it plays again")
+    add("state", "show state, time and rate, robots and movable objects")
+    add("play", "start or resume the simulation")
+    add("pause", "pause the simulation")
+    add("stop", "reset everything to time 0 and wait for `play`")
     add("quit", "end the run, as Ctrl-C does")
-    step = add("step", "run single ticks of a session that is paused", "ticks")
-    step.add_argument("ticks", metavar="TICKS", nargs="?", type=whole, default=1, help="how many (default 1)")
-    reset = add("reset", "begin anew, and go on", "scope")
-    scope = (
-        "time: clock, graphs and sensors; state: where things are; spawned: robots that came are removed (default all)"
-    )
+    step = add("step", "run single ticks of a paused session", "ticks")
+    step.add_argument("ticks", metavar="TICKS", nargs="?", type=whole, default=1, help="number of ticks (default 1)")
+    reset = add("reset", "reset the session, which then continues", "scope")
+    scope = "time: clock, graphs and sensors; state: poses and joints; spawned: remove spawned robots (default all)"
     reset.add_argument("--scope", choices=SCOPES, action="append", help=scope)
-    rate = add("rate", "how fast simulation time passes", "factor")
+    rate = add("rate", "set the speed of simulation time", "factor")
     rate.add_argument("factor", metavar="FACTOR", type=_rate, help="realtime, max, or a factor of real time")
     _add_robots(add)
     _add_forces(add)
-    put = add("set", "give an input of a node another value", make=_set)
+    put = add("set", "set an input of a node", make=_set)
     values = "[ROBOT/][GRAPH/]NODE.PORT=VALUE of an input that no wire feeds; globs allowed"
     put.add_argument("input", metavar="NODE.PORT=VALUE", help=values)
-    impulse = add("impulse", "let an OnImpulseEvent node fire", "node")
-    impulse.add_argument("node", metavar="NODE", help="its prim path, or as much of the end as no other has")
-    for name, summary in (("press", "hold keys down"), ("release", "let go of keys")):
+    impulse = add("impulse", "trigger an OnImpulseEvent node", "node")
+    impulse.add_argument("node", metavar="NODE", help="prim path of the node, or a unique end of it")
+    for name, summary in (("press", "press keys and hold them down"), ("release", "release keys")):
         keys = add(name, summary, "keys")
-        keys.add_argument("keys", metavar="KEY", nargs="+", help="as OnKeyboardInput calls them: W, Space, LeftShift")
-    checkpoint = add("checkpoint", "keep a copy of the whole state, to go back to it", "name")
-    checkpoint.add_argument("name", metavar="NAME", help="for `restore`")
-    restore = add("restore", "go back to a checkpoint", "name")
-    restore.add_argument("name", metavar="NAME", help="of the checkpoint")
+        keys.add_argument("keys", metavar="KEY", nargs="+", help="key names of OnKeyboardInput: W, Space, LeftShift")
+    checkpoint = add("checkpoint", "save the whole state for a later `restore`", "name")
+    checkpoint.add_argument("name", metavar="NAME", help="name of the checkpoint")
+    restore = add("restore", "return to the state of a checkpoint", "name")
+    restore.add_argument("name", metavar="NAME", help="name of the checkpoint")
 
 
 def _add_robots(add: Callable[..., Any]) -> None:
-    spawn = add("spawn", "put a robot into the scene", make=_spawn)
-    spawn.add_argument("name", metavar="NAME", help="of the robot in the scene, which no other has")
-    file = "robot file: of this folder, else as the scene would write it; the run has to be allowed to read it"
+    spawn = add("spawn", "add a robot to the scene", make=_spawn)
+    spawn.add_argument("name", metavar="NAME", help="name of the robot, unique in the scene")
+    file = "robot file in this folder, or as in the scene file; the run must be allowed to read it"
     spawn.add_argument("use", metavar="ROBOT", help=file)
-    spawn.add_argument("--at", metavar="X,Y[,Z]", type=vector(2, 3), default=(0.0, 0.0), help="of its base link, m")
+    spawn.add_argument("--at", metavar="X,Y[,Z]", type=vector(2, 3), default=(0.0, 0.0), help="base link position, m")
     _add_rotation(spawn)
-    spawn.add_argument("--namespace", metavar="NAMESPACE", help="of its topics, in place of the robot file's")
-    spawn.add_argument("--prim", metavar="PATH", help="path of its prim, as in /World/robot (default: /NAME)")
-    state = "publish what robot_state_publisher would"
+    spawn.add_argument("--namespace", metavar="NAMESPACE", help="namespace of its topics; replaces the robot file's")
+    spawn.add_argument("--prim", metavar="PATH", help="path of its prim, such as /World/robot (default: /NAME)")
+    state = "publish the topics of robot_state_publisher"
     spawn.add_argument("--robot-state", action="store_true", help=state)
-    delete = add("delete", "take a robot out of the scene", "name")
-    delete.add_argument("name", metavar="NAME", help="of the robot")
-    move = add("move", "put a robot, or an object of the world, somewhere else", make=_move)
-    move.add_argument("entity", metavar="NAME", help="of the robot or the object")
+    delete = add("delete", "remove a robot from the scene", "name")
+    delete.add_argument("name", metavar="NAME", help="name of the robot")
+    move = add("move", "move a robot or an object of the world", make=_move)
+    move.add_argument("entity", metavar="NAME", help="name of the robot or object")
     for axis in "xyz":
-        of_it = "m, of a robot's base link or of the object" + (
-            "; the height stays if not given" if axis == "z" else ""
+        of_it = "position of a robot's base link or of the object, m" + (
+            "; default: keep the height" if axis == "z" else ""
         )
         move.add_argument(axis, metavar=axis.upper(), nargs="?", type=number, help=of_it)
     _add_rotation(move)
-    move.add_argument("--linear", metavar="X,Y,Z", type=vector(3), help="velocity, m/s")
-    move.add_argument("--angular", metavar="X,Y,Z", type=vector(3), help="velocity about the world's axes, rad/s")
+    move.add_argument("--linear", metavar="X,Y,Z", type=vector(3), help="linear velocity in the world frame, m/s")
+    move.add_argument("--angular", metavar="X,Y,Z", type=vector(3), help="angular velocity, world frame, rad/s")
 
 
 def _add_forces(add: Callable[..., Any]) -> None:
-    push = add("push", "let a force act on a robot or an object", "entity", "force", "impulse", "duration", "at")
-    push.add_argument("entity", metavar="NAME", help="of the robot or the object")
+    push = add("push", "apply a force or impulse to a robot or object", "entity", "force", "impulse", "duration", "at")
+    push.add_argument("entity", metavar="NAME", help="name of the robot or object")
     one = push.add_mutually_exclusive_group(required=True)
-    one.add_argument("--force", metavar="X,Y,Z", type=vector(3), help="N, in the world")
-    one.add_argument("--impulse", metavar="X,Y,Z", type=vector(3), help="N s, in the world")
-    how_long = "how long, in simulation time: 0.5s, 200ms (default for an impulse: one tick)"
+    one.add_argument("--force", metavar="X,Y,Z", type=vector(3), help="force in the world frame, N")
+    one.add_argument("--impulse", metavar="X,Y,Z", type=vector(3), help="impulse in the world frame, N s")
+    how_long = "duration in simulation time: 0.5s, 200ms (default for an impulse: one tick)"
     push.add_argument("--for", dest="duration", metavar="TIME", type=duration, help=how_long)
     push.add_argument(
-        "--at", metavar="X,Y,Z", type=vector(3), help="where in the world (default: at its centre of mass)"
+        "--at", metavar="X,Y,Z", type=vector(3), help="point in the world frame, m (default: centre of mass)"
     )
 
 
 def _add_rotation(parser: argparse.ArgumentParser) -> None:
     one = parser.add_mutually_exclusive_group()
-    one.add_argument("--yaw", metavar="ANGLE", type=angle, help="about the vertical")
+    one.add_argument("--yaw", metavar="ANGLE", type=angle, help="rotation about the vertical axis")
     one.add_argument("--rpy", metavar="R,P,Y", type=vector(3, item=angle), help="about fixed axes, as in URDF")
-    one.add_argument("--quaternion", metavar="X,Y,Z,W", type=vector(4), help="scalar last")
+    one.add_argument("--quaternion", metavar="X,Y,Z,W", type=vector(4), help="quaternion, scalar last")
 
 
 def _rotation(given: argparse.Namespace) -> dict[str, Any] | None:
-    """An orientation as scene files write it."""
+    """The given orientation in the form of scene files; None without one."""
     if given.quaternion is not None:
         return {"quaternion_xyzw": given.quaternion}
     turned = given.rpy if given.rpy is not None else (0.0, 0.0, given.yaw) if given.yaw is not None else None
@@ -151,13 +149,13 @@ def _rotation(given: argparse.Namespace) -> dict[str, Any] | None:
 
 
 def _rate(text: str) -> float | str:
-    """What `rate` reads, as JSON can say it."""
+    """A rate as a JSON value: a factor or `max`."""
     factor = rate(text)
     return "max" if math.isinf(factor) else factor
 
 
 def _spawn(given: argparse.Namespace) -> dict[str, Any]:
-    """The file is named from the folder of whoever asks, where it is there; the run looks elsewhere for others."""
+    """The arguments of `spawn`; a robot file that exists in the client's folder gets its absolute path."""
     use: dict[str, Any] = {
         "use": os.path.abspath(given.use) if os.path.isfile(given.use) else given.use,
         "at": given.prim,
@@ -186,7 +184,7 @@ def _set(given: argparse.Namespace) -> dict[str, Any]:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """0 when it was done, 1 when it was refused or nothing runs."""
+    """Send the command; return 0 on success, 1 if it was refused or no session runs."""
     given = {name: value for name, value in arguments.arguments(arguments).items() if value is not None}
     with Client(find(arguments.run)) as client:
         told = client.ask(arguments.command, given)
@@ -201,7 +199,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _state(client: Client) -> dict[str, Any] | None:
-    """How the session is; None if what was asked for was its last tick."""
+    """The state of the session; None if the session has ended."""
     try:
         state: dict[str, Any] = client.ask("state")
     except ControlError:
@@ -223,7 +221,7 @@ def _show(entry: Entry, state: dict[str, Any], *, robots: bool) -> None:
 
 
 def _robot(robot: dict[str, Any]) -> tuple[str, str, str, str]:
-    """Name, namespace, where it is as seen from above, and whether it came while the session ran."""
+    """Table cells of a robot: name, namespace, position and yaw, and whether it was spawned."""
     (x, y, _), (qx, qy, qz, qw) = robot["position"], robot["orientation"]
     yaw = math.degrees(math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz)))
     place = f"at ({x:z.2f}, {y:z.2f}) m, yaw {yaw:z.0f} deg"

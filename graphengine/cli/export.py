@@ -1,4 +1,4 @@
-"""`graphrun export`: a graph as a script that builds it in Isaac Sim."""
+"""`graphrun export`: convert a graph to a script that builds it in Isaac Sim."""
 
 from __future__ import annotations
 
@@ -11,17 +11,15 @@ from graphengine.format.diagnostics import Findings
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Arguments of the verb."""
+    """Add the arguments of the verb."""
     add_file_arguments(parser)
-    parser.add_argument("--to", choices=("isaac-script",), required=True, help="what is written")
-    parser.add_argument(
-        "-o", "--output", metavar="FILE", type=Path, help="file to write; the standard output when not given"
-    )
-    parser.add_argument("--force", action="store_true", help="write over a file that is there")
+    parser.add_argument("--to", choices=("isaac-script",), required=True, help="output format")
+    parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="file to write (default: standard output)")
+    parser.add_argument("--force", action="store_true", help="overwrite an existing file")
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """0 when the script is written, 1 when the graph has errors or nothing in Isaac Sim is like it, which is told."""
+    """Return 0 on success, 1 if the graph has errors or uses nodes that Isaac Sim does not have (each is reported)."""
     from graphengine.api.scene import loaded_of
     from graphengine.isaac.export import write_script
 

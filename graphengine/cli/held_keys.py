@@ -1,7 +1,7 @@
-"""Keys held down on a run's terminal, for its graphs.
+"""Keys of a run's terminal, pressed for its graphs.
 
-A terminal sends a character when a key goes down and again and again while it is held, but nothing when it goes up. So a key
-counts as let go when nothing came for longer than a terminal waits before the first repetition.
+A terminal sends a character when a key is pressed and repeats it while the key is held, but sends nothing at its release. So a
+key counts as released after a silence longer than a terminal's delay before the first repetition.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ RELEASE_AFTER = 0.6
 
 
 class HeldTerminalKeys(TerminalKeyboard):
-    """The terminal's keys, as long as a run goes on.
+    """Passes keys of the terminal to a running session.
 
     Raises:
-        UsageError: the standard input is no terminal.
+        UsageError: the standard input is not a terminal.
     """
 
     def __init__(self) -> None:
@@ -32,7 +32,7 @@ class HeldTerminalKeys(TerminalKeyboard):
         self._last: dict[tuple[str, ...], float] = {}
 
     def on_tick(self, session: SessionCore) -> None:
-        """Press what was pressed, and let go of what is no longer repeated."""
+        """Press the keys that arrived, and release those that are not repeated."""
         now = monotonic()
         for character in self.pressed(0.0):
             keys = keys_of(character)

@@ -1,4 +1,4 @@
-"""`graphrun import`: graphs of an Isaac Sim script or of a USD stage, as YAML files."""
+"""`graphrun import`: convert the graphs of an Isaac Sim script or USD stage to YAML files."""
 
 from __future__ import annotations
 
@@ -37,33 +37,33 @@ BESIDE = " belongs to no graph and is left out"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Arguments of the verb."""
+    """Add the arguments of the verb."""
     parser.add_argument("file", metavar="SCRIPT|STAGE", type=Path, help="a .py file, or a .usda, .usd or .usdc file")
     parser.add_argument(
-        "-o", "--output", metavar="FOLDER", type=Path, default=Path(), help="where the files go (default here)"
+        "-o", "--output", metavar="FOLDER", type=Path, default=Path(), help="folder to write to (default: this one)"
     )
-    parser.add_argument("--force", action="store_true", help="write over files that are there")
-    add_repeatable(parser, "--allow", "FOLDER", "folder that may also be read", type=Path)
+    parser.add_argument("--force", action="store_true", help="overwrite existing files")
+    add_repeatable(parser, "--allow", "FOLDER", "additional folder that may be read", type=Path)
     add_import_argument(parser)
-    trust = "run a script, or read a stage, that this machine's kernel cannot confine: code of the file may then do all that "
-    trust += "you may, such as read and write your files, start programs and reach the network"
+    trust = "run a script or read a stage although this machine's kernel cannot confine it: its code may then do everything "
+    trust += "you may do, such as read and write your files, start programs and use the network"
     parser.add_argument("--trust", action="store_true", help=trust)
-    call = "what to call of a script that only defines functions, such as \"build('/World/robot')\"; names are the script's, "
-    call += "others stand for what only Omniverse knows"
+    call = "call to make in a script that only defines functions, such as \"build('/World/robot')\"; unknown names stand for "
+    call += "objects of Omniverse"
     add_repeatable(parser, "--call", "CALL", call, type=_call)
-    assumed = "prim that a script finds on the stage, or what it finds to be true, such as rosgraph.is_master_online"
+    assumed = "prim that exists on the stage for a script, or condition that is true, such as rosgraph.is_master_online"
     add_repeatable(parser, "--assume", "PATH|NAME", assumed)
-    variable = "environment variable that a script finds; without a value it is yours"
+    variable = "environment variable for a script; without VALUE, it has your value"
     add_repeatable(parser, "--env", "NAME[=VALUE]", variable, type=_variable)
-    impulses = "ticks after which a node fires to which a script sends impulses in a loop (default: never)"
+    impulses = "period in ticks of nodes that a script triggers by impulses in a loop (default: never)"
     parser.add_argument("--impulse-every", metavar="TICKS", type=whole, default=0, help=impulses)
-    parser.epilog = "What stands behind -- is what the script finds in sys.argv."
+    parser.epilog = "Arguments after -- are passed to the script in sys.argv."
     parse = parser.parse_known_args
 
     def parse_before_dashes(
         given: Sequence[str], namespace: argparse.Namespace
     ) -> tuple[argparse.Namespace, list[str]]:
-        """Parse what is ours; argparse would look for options among the script's arguments too."""
+        """Parse the arguments before `--`; argparse would also look for options among the script's arguments."""
         end = list(given).index("--") if "--" in given else len(given)
         parsed, unknown = parse(given[:end], namespace)
         parsed.arguments = list(given[end + 1 :])
@@ -73,7 +73,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """0 when the files are written, 1 when there is nothing to write, which is told."""
+    """Write the files; return 0 on success, 1 if there is nothing to write (which is reported)."""
     from graphengine.compiler.registry import default_registry
     from graphengine.isaac.graph_file import compose, file_names
 
@@ -117,7 +117,7 @@ def _check_usage(arguments: argparse.Namespace) -> None:
 
 
 def _read(arguments: argparse.Namespace, registry: Registry, findings: Findings) -> ImportedStage:
-    """The graphs of the file, and what is to be told of it beside."""
+    """The graphs of the file, with other facts to report."""
     from graphengine.isaac.recorded_graph import RecordedGraph
     from graphengine.isaac.stage.stage_reader import ImportedStage, read_stage
 
@@ -126,7 +126,7 @@ def _read(arguments: argparse.Namespace, registry: Registry, findings: Findings)
         return read_stage(path, files, registry, findings, trusted=arguments.trust) or ImportedStage()
 
     def graphs_of(path: Path) -> list[RecordedGraph]:
-        """Graphs of a stage that a script opens; the script is imported without where it cannot be read."""
+        """Graphs of a stage that a script opens; empty if the stage cannot be read."""
         told, graphs = Findings(), list[RecordedGraph]()
         try:
             graphs = stage(path, told).graphs
@@ -157,7 +157,7 @@ def _read(arguments: argparse.Namespace, registry: Registry, findings: Findings)
 
 
 def _variable(text: str) -> tuple[str, str]:
-    """Name and value of a variable of the environment."""
+    """Name and value of an environment variable."""
     name, equals, value = text.partition("=")
     if not name or "\0" in text or (not equals and name not in os.environ):
         raise argparse.ArgumentTypeError(f"{text!r}: write NAME=VALUE, or the name of a variable that is set")
@@ -165,14 +165,14 @@ def _variable(text: str) -> tuple[str, str]:
 
 
 def _call(text: str) -> str:
-    """A call; the script's process evaluates it among the script's names."""
+    """Check the syntax of a call, which the script's process evaluates with the script's names."""
     try:
         called = isinstance(ast.parse(text.strip(), mode="eval").body, ast.Call)
     except (ValueError, SyntaxError, RecursionError, MemoryError):
         called = False
     if not called:
         example = "build('/World/robot', rate=2) or Robot(Settings('r1')).build()"
-        raise argparse.ArgumentTypeError(f"{text!r} is no call; write {example}")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a call; write {example}")
     return text.strip()
 
 
@@ -182,7 +182,7 @@ def _origin(path: Path, graph: RecordedGraph) -> str:
 
 
 def _report(files: dict[Path, str], graphs: Sequence[RecordedGraph], findings: Findings) -> Iterator[str]:
-    """What was written, for people."""
+    """Lines of a report on the written files."""
     for path, graph in zip(files, graphs, strict=True):
         parts = counted(len(graph.nodes), "node"), counted(len(graph.wires), "wire")
         yield f"wrote {near(str(path))}: {', '.join(parts)}, at {graph.path}"
@@ -190,7 +190,7 @@ def _report(files: dict[Path, str], graphs: Sequence[RecordedGraph], findings: F
 
 
 def _notes(findings: Findings) -> Iterator[str]:
-    """What was changed or passed over on the way, for people."""
+    """Lines on changes and omissions in the conversion."""
     notes = [finding for finding in findings.sorted() if finding.severity == "note"]
     passed = [note.message.removesuffix(BESIDE) for note in notes if note.message.endswith(BESIDE)]
     notes = [note for note in notes if not note.message.endswith(BESIDE)]

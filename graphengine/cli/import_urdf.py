@@ -1,4 +1,4 @@
-"""`graphrun import-urdf`: a robot file from a URDF, a xacro file, or the description of a running ROS 2 system."""
+"""`graphrun import-urdf`: make a robot file from a URDF, a xacro file, or the description of a running ROS 2 system."""
 
 from __future__ import annotations
 
@@ -45,28 +45,28 @@ FORWARDS = 0.999
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Arguments of the verb."""
-    parser.add_argument("file", metavar="URDF|XACRO", nargs="?", help="the description; else --topic or --node")
+    """Add the arguments of the verb."""
+    parser.add_argument("file", metavar="URDF|XACRO", nargs="?", help="robot description; else --topic or --node")
     parser.add_argument("arguments", metavar="NAME:=VALUE", nargs="*", help="arguments of a xacro file")
     parser.add_argument("-o", "--output", metavar="FILE", type=Path, required=True, help="robot file to write")
-    parser.add_argument("--force", action="store_true", help="write over files that are there")
+    parser.add_argument("--force", action="store_true", help="overwrite existing files")
     source = parser.add_mutually_exclusive_group()
     source.add_argument(
-        "--topic", nargs="?", const=TOPIC, help=f"read it from the network, from a latched topic (default {TOPIC})"
+        "--topic", nargs="?", const=TOPIC, help=f"read a latched topic of the network (default {TOPIC})"
     )
-    source.add_argument("--node", help="read it from the parameter robot_description of a node")
+    source.add_argument("--node", help="read the description from the parameter robot_description of a node")
     parser.add_argument(
-        "--timeout", metavar="TIME", type=duration, default=WAIT, help=f"to wait for the network (default {WAIT:g}s)"
+        "--timeout", metavar="TIME", type=duration, default=WAIT, help=f"longest network wait (default {WAIT:g}s)"
     )
     add_transport_argument(parser, " for --topic and --node")
-    parser.add_argument("--fixed-base", action="store_true", help="bolt the root link to the world, as for an arm")
+    parser.add_argument("--fixed-base", action="store_true", help="fix the root link to the world, as for an arm")
     packages = "a ROS package, or a folder that contains some; may be read"
     add_repeatable(parser, "--package-path", "FOLDER", packages, type=Path)
     add_repeatable(parser, "--allow", "FOLDER", "folder that may also be read", type=Path)
     parse = parser.parse_known_args
 
     def parse_in_any_order(given: Sequence[str], namespace: argparse.Namespace) -> tuple[argparse.Namespace, list[str]]:
-        """Parse; argparse takes a list in one place only, and people give arguments of xacro behind options too."""
+        """Parse arguments in any order; argparse would take xacro arguments in one place only."""
         parsed, unknown = parse([text for text in given if ":=" not in text], namespace)
         parsed.arguments = [*parsed.arguments, *(text for text in given if ":=" in text)]
         return parsed, unknown
@@ -75,7 +75,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """0 when the robot file is written, 1 when the description has errors, which are told."""
+    """Write the robot file; return 0 on success, 1 if the description has errors (which are reported)."""
     from graphengine.physics.model.importing import import_robot
 
     _check_usage(arguments)
@@ -93,16 +93,16 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _check_usage(arguments: argparse.Namespace) -> None:
-    """Tell what makes no sense before anything is read.
+    """Check the arguments before anything is read.
 
     Raises:
-        UsageError: it does not.
+        UsageError: the arguments are invalid.
     """
     remote = arguments.topic or arguments.node
     if bool(arguments.file) == bool(remote):
         raise UsageError("give one of a file, --topic and --node")
     if remote and arguments.arguments:
-        raise UsageError(f"{arguments.arguments[0]}: what comes from the network takes no arguments")
+        raise UsageError(f"{arguments.arguments[0]}: a description from the network takes no arguments")
     for text in arguments.arguments:
         if not re.match(r"[^:=]+:=", text):
             raise UsageError(f"{text}: write NAME:=VALUE, as for xacro")
@@ -119,7 +119,7 @@ def _check_usage(arguments: argparse.Namespace) -> None:
 
 
 def _origin(arguments: argparse.Namespace, findings: Findings) -> Origin | None:
-    """The description that is meant, read."""
+    """Read the given description; None after an error."""
     from graphengine.physics.files.packages import Packages
     from graphengine.physics.files.xml import parse
     from graphengine.physics.model.importing import Origin
@@ -149,10 +149,10 @@ def _from_file(arguments: argparse.Namespace, findings: Findings) -> Origin | No
     packages = Packages(path.parent, arguments.package_path, _files(path, arguments))
     if path.suffix != xacro.SUFFIX and not xacro.is_xacro(element):
         if arguments.arguments:
-            raise UsageError(f"{arguments.arguments[0]}: there is no xacro in {path}")
+            raise UsageError(f"{arguments.arguments[0]}: no xacro syntax in {path}")
         return Origin(element, packages, path, str(path), arguments.output, arguments.fixed_base)
     if path.resolve() == arguments.output.with_suffix(".urdf").resolve():
-        raise UsageError(f"-o {arguments.output}: what {path} expands to would take its place; choose another name")
+        raise UsageError(f"-o {arguments.output}: what {path} expands to would be overwritten; choose another name")
     given = dict(text.split(":=", 1) for text in arguments.arguments)
     expanded = xacro.expand(path, given, packages, findings)
     if expanded is None:
@@ -162,14 +162,14 @@ def _from_file(arguments: argparse.Namespace, findings: Findings) -> Origin | No
 
 
 def _files(given: Path, arguments: argparse.Namespace) -> Files:
-    """What may be read: the description's package whole, and what the command line allows."""
+    """The files that may be read: the description's package, and those allowed on the command line."""
     package = next((folder for folder in given.absolute().parents if (folder / "package.xml").is_file()), None)
     allowed = [*arguments.allow, *arguments.package_path, *([package] if package is not None else [])]
     return Files.of(given, allowed, Path.cwd(), installed_packages())
 
 
 def _remote(arguments: argparse.Namespace) -> tuple[str, str]:
-    """The description from the network, and where it came from."""
+    """The description from the network, and its source."""
     from graphengine.ros import description
     from graphengine.ros.transport import JoinOptions
     from graphengine.ros.transports.select import open_transport
@@ -187,7 +187,7 @@ def _remote(arguments: argparse.Namespace) -> tuple[str, str]:
 
 
 def _report(imported: Imported, findings: Findings) -> None:
-    """What was found, for people."""
+    """Print a report on the imported robot."""
     from collections import Counter
 
     from graphengine.physics.description.robot_file_writer import left_behind, track, wheels
@@ -223,14 +223,14 @@ def _report(imported: Imported, findings: Findings) -> None:
 
 
 def _example(imported: Imported) -> str:
-    """The robot in a scene, on the floor."""
+    """An example scene with the robot on the floor."""
     lift = math.ceil(round(-(imported.lowest or 0.0), 4) * 1000) / 1000
     place = f", position: [0, 0, {lift:g}]" if imported.free and lift else ""
     return f"robots: {{{imported.robot.name}: {{use: {imported.use}{place}}}}}"
 
 
 def _drive(urdf: Urdf, rolling: Sequence[Wheel]) -> str:
-    """The graph that drives a robot on two wheels beside each other, which turn forwards about its y axis; else nothing."""
+    """An example graph for a robot with two parallel wheels that turn forward about its y axis; else an empty string."""
     from graphengine.devices.rotation import rotate
     from graphengine.physics.description.robot_file_writer import track
 
@@ -244,6 +244,6 @@ def _drive(urdf: Urdf, rolling: Sequence[Wheel]) -> str:
 
 
 def _some(what: str, items: Sequence[str]) -> list[str]:
-    """So many lines, and each of them so long."""
+    """Lines for the first items, each cut to a maximum length."""
     shown = [f"{what}: {item if len(item) <= WIDEST else f'{item[: WIDEST - 1]}…'}" for item in items[:LONGEST]]
     return [*shown, *([f"{what}: … ({len(items) - LONGEST} more)"] if len(items) > LONGEST else [])]

@@ -31,33 +31,33 @@ POLL = 0.05
 
 
 def add_live_arguments(parser: argparse.ArgumentParser, *, clock: bool = False) -> None:
-    """How to join the network; `clock` where the time of a simulation matters."""
+    """Add the options for joining the network; `clock` adds `--use-sim-time`."""
     add_transport_argument(parser)
-    spin = "seconds to wait for peers to turn up (default 0.5 over dds, 2 over rclpy)"
+    spin = "seconds to wait for the discovery of peers (default 0.5 over dds, 2 over rclpy)"
     parser.add_argument("--spin-time", metavar="SECONDS", type=seconds, help=spin)
-    parser.add_argument("--no-daemon", action="store_true", help="no effect: there is no daemon, as there is in ros2")
+    parser.add_argument("--no-daemon", action="store_true", help="no effect: there is no daemon, unlike in ros2")
     if clock:
         parser.add_argument("-s", "--use-sim-time", action="store_true", help="take the time from /clock")
     add_message_path(parser)
 
 
 def seconds(text: str) -> float:
-    """A time that is not negative."""
+    """Parse a time of 0 s or more."""
     return _number(text, float, 0.0, "seconds, such as 0.5")
 
 
 def positive(text: str) -> float:
-    """A number above 0."""
+    """Parse a number above 0."""
     return _number(text, float, sys.float_info.min, "a number above 0")
 
 
 def count(text: str) -> int:
-    """A whole number from 0."""
+    """Parse an integer of 0 or more."""
     return int(_number(text, int, 0, "a whole number from 0"))
 
 
 def size(text: str) -> int:
-    """A whole number from 1."""
+    """Parse an integer of 1 or more."""
     return int(_number(text, int, 1, "a whole number from 1"))
 
 
@@ -69,11 +69,11 @@ def _number(text: str, kind: Callable[[str], float], least: float, legal: str) -
 
 
 class Live:
-    """A node on the network for as long as a verb runs; Ctrl-C and SIGTERM end the verb as it should be.
+    """A node on the network while a verb runs; Ctrl-C and SIGTERM end the verb cleanly.
 
     Args:
-        arguments: of `add_live_arguments`.
-        node: its name; None for one that `ros2 node list` hides.
+        arguments: arguments of `add_live_arguments`.
+        node: name of the node; None takes a name that `ros2 node list` hides.
     """
 
     def __init__(self, arguments: argparse.Namespace, node: str | None = None) -> None:
@@ -106,16 +106,16 @@ class Live:
     def graph(
         self, enough: Callable[[NetworkGraph], object] = lambda graph: False, *, names: bool = False
     ) -> NetworkGraph:
-        """Who else is there, after the time for peers to turn up, or when it is enough; with the `names` of their nodes."""
+        """The discovered endpoints of peers after the discovery time, or earlier if `enough` holds; `names` adds node names."""
         found = discover(self.transport, self._spin_time, lambda graph: enough(graph.without(self._node)), names=names)
         return found.without(self._node)
 
     def graph_now(self) -> NetworkGraph:
-        """Who else is known by now."""
+        """The endpoints of peers discovered so far."""
         return self.transport.graph().without(self._node)
 
     def graph_with(self, topic: str) -> NetworkGraph:
-        """Who else is there, once somebody writes or reads a topic; waiting is told, and goes on until Ctrl-C."""
+        """The endpoints of peers, once a topic has a writer or reader; prints that it waits, until Ctrl-C."""
         graph = self.graph(lambda graph: topic in graph.types())
         if topic not in graph.types():
             warning = f"WARNING: topic [{topic}] does not appear to be published yet"
@@ -126,10 +126,10 @@ class Live:
         return graph
 
     def type_of(self, topic: str, graph: NetworkGraph) -> str:
-        """The type that a topic has.
+        """The message type of a topic.
 
         Raises:
-            TransportError: nobody writes or reads it, or with several types.
+            TransportError: the topic has no writer or reader, or several types.
         """
         types = graph.types().get(topic, [])
         if not types:
@@ -139,7 +139,7 @@ class Live:
         return types[0]
 
     def unknown(self, topic: str, graph: NetworkGraph) -> TransportError:
-        """The error that nobody writes or reads a topic."""
+        """The error for a topic without writers and readers."""
         known = [name for name in graph.types() if not is_hidden(name)]
         hint = near_topic(topic, graph.types()) or listing(known, "topics")
         return TransportError(f"unknown topic {topic!r}\n{hint}\nseen over {self.transport.description}")
@@ -147,7 +147,7 @@ class Live:
     def listen(
         self, topic: str, message_type: str, qos: QoS, clock: Clock = time.time_ns, waiting: int = 100
     ) -> MessageQueue:
-        """The messages of a topic, of which so many wait to be looked at before the oldest are dropped."""
+        """Subscribe to a topic; at most `waiting` messages are queued, then the oldest are dropped."""
         from graphengine.ros.cli_subscription import MessageQueue
 
         inbox = MessageQueue(waiting, clock)
@@ -155,7 +155,7 @@ class Live:
         return inbox
 
     def clock(self, arguments: argparse.Namespace) -> Clock:
-        """The wall clock, or with `--use-sim-time` the time of the simulation."""
+        """The wall clock, or simulation time with `--use-sim-time`."""
         from graphengine.ros.cli_subscription import SimulationClock
 
         if not arguments.use_sim_time:
@@ -170,10 +170,10 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
 
 
 def absolute(topic: str) -> str:
-    """The full name of a topic, which may be written without its first slash.
+    """The full name of a topic given with or without its first slash.
 
     Raises:
-        TopicError: ROS 2 would refuse it.
+        TopicError: the name is not legal in ROS 2.
     """
     name = topic if topic.startswith("/") else f"/{topic}"
     check_topic(name, given=topic)
@@ -181,17 +181,17 @@ def absolute(topic: str) -> str:
 
 
 def near_topic(topic: str, known: Iterable[str]) -> str:
-    """A suggestion: the same name in another namespace, or one like it; else the empty string."""
+    """A suggestion: the same name in another namespace, or a similar one; else the empty string."""
     shown = [name for name in known if not is_hidden(name)]
     same = [name for name in shown if name.rpartition("/")[2] == topic.rpartition("/")[2]]
     return f"did you mean {' or '.join(map(repr, same))}?" if same else did_you_mean(topic, shown)
 
 
 def is_hidden(topic: str) -> bool:
-    """Whether ROS 2's tools leave a topic out unless they are asked to show it."""
+    """Whether ROS 2 tools hide a topic by default."""
     return any(part.startswith("_") for part in topic.split("/"))
 
 
 def show(text: str, end: str = "\n") -> None:
-    """Print what peers sent, at once: as it is into a file or pipe, without what could steer a terminal on one."""
+    """Print and flush text from peers: unchanged to a file or pipe, without control characters to a terminal."""
     print(clean(text) if sys.stdout.isatty() else text, end=end, flush=True)

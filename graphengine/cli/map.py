@@ -1,4 +1,4 @@
-"""`graphrun map`: an occupancy map of a scene, as nav2's map_server reads it."""
+"""`graphrun map`: make an occupancy map of a scene for nav2's map_server."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ ENDINGS = (".png", ".pgm", ".yaml", ".yml")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Arguments of the verb."""
-    what = "a scene file, or the name of one that ships, such as dd100_warehouse"
+    """Add the arguments of the verb."""
+    what = "a scene file, or the name of an included one, such as dd100_warehouse"
     parser.add_argument("scene", metavar="SCENE", help=what)
     parser.add_argument(
-        "-o", "--output", metavar="NAME", help="writes NAME.png and NAME.yaml (default: the scene's name and _map)"
+        "-o", "--output", metavar="NAME", help="write NAME.png and NAME.yaml (default: the scene's name and _map)"
     )
-    where = parser.add_argument_group("what is mapped")
+    where = parser.add_argument_group("map contents")
 
     def numbers(option: str, *names: str, help: str, **more: Any) -> None:
         where.add_argument(option, metavar=names, nargs=len(names), type=number, help=help, **more)
@@ -39,29 +39,29 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     def prims(option: str, help: str) -> None:
         add_repeatable(where, option, "PRIM", help)
 
-    numbers("--z", "LOW", "HIGH", default=HEIGHTS, help="heights at which obstacles count, m (default 0.2 0.62)")
+    numbers("--z", "LOW", "HIGH", default=HEIGHTS, help="height range of obstacles, m (default 0.2 0.62)")
     where.add_argument("--cell", metavar="SIZE", type=number, default=0.05, help="side of a cell, m (default 0.05)")
-    whole = "what the map covers, m, rounded outwards to cells (default: all obstacles)"
+    whole = "area of the map, m, rounded outwards to cells (default: all obstacles)"
     numbers("--bounds", "XMIN", "YMIN", "XMAX", "YMAX", help=whole)
-    prims("--select", "the map covers this prim, and others that are given so")
-    numbers("--origin", "X", "Y", default=(0.0, 0.0), help="where cells have a corner, m (default 0 0)")
-    seed = "what can be reached from here, m, is free (default: from the first robot); may be repeated"
+    prims("--select", "fit the map to this prim and other selected ones")
+    numbers("--origin", "X", "Y", default=(0.0, 0.0), help="corner of a cell, m (default 0 0)")
+    seed = "point, m, from which free space is filled (default: the first robot); may be repeated"
     numbers("--from", "X", "Y", dest="seeds", action="append", default=[], help=seed)
-    prims("--include", "a robot, or a body that can move, which is an obstacle all the same")
-    prims("--exclude", "a prim that is no obstacle")
-    files = parser.add_argument_group("how it is written")
-    files.add_argument("--format", choices=("png", "pgm"), default="png", help="of the picture (default png)")
+    prims("--include", "robot or movable body to map as an obstacle")
+    prims("--exclude", "prim to leave out of the obstacles")
+    files = parser.add_argument_group("output")
+    files.add_argument("--format", choices=("png", "pgm"), default="png", help="format of the picture (default png)")
     files.add_argument(
         "--convention",
         choices=("ros", "isaac"),
         default="ros",
-        help="isaac: heights half a cell wider, the origin half a cell off, RGBA, as Isaac Sim writes it",
+        help="isaac: height range half a cell wider, origin shifted by half a cell, RGBA, as in Isaac Sim",
     )
     add_allow_argument(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """0 when both files were written, 1 when the scene has errors."""
+    """Write both files; return 0 on success, 1 if the scene has errors."""
     from graphengine.physics.occupancy.map_files import write_map
     from graphengine.physics.occupancy.occupancy_map import make_map
 
@@ -84,7 +84,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _stem(output: str | None, scene: Path) -> Path:
-    """Where the files go, without their endings."""
+    """The path of the output files, without suffix."""
     if output is None:
         return Path(f"{scene.stem}_map")
     ending = next((ending for ending in ENDINGS if output.endswith(ending)), "")
@@ -115,7 +115,7 @@ def _request(arguments: argparse.Namespace) -> MapRequest:
 
 
 def _load(path: Path, arguments: argparse.Namespace) -> LoadedWorld | None:
-    """The scene's physics, without its graphs; what is wrong with it is printed."""
+    """Load the scene's physics without its graphs, and print its findings."""
     from graphengine.format import document, spec_reader
     from graphengine.scene import build
 

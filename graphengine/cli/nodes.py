@@ -1,4 +1,4 @@
-"""`graphrun nodes`: the node types, from their classes."""
+"""`graphrun nodes`: list the node types and their ports."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ LONG = 4
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Arguments of the verb."""
-    parser.add_argument("name", metavar="NAME", nargs="?", help="one type, in full; its registered or short name")
+    """Add the arguments of the verb."""
+    parser.add_argument("name", metavar="NAME", nargs="?", help="describe one type, by its registered or short name")
     add_import_argument(parser)
-    message = "show the ports of this message or service too, as geometry_msgs/msg/Twist"
+    message = "show also the ports for a message or service, such as geometry_msgs/msg/Twist"
     parser.add_argument("--message", metavar="TYPE", help=message)
     add_message_path(parser)
     form = parser.add_mutually_exclusive_group()
     form.add_argument("--format", choices=("text", "json"), default="text", help="for people, or for programs")
-    form.add_argument("--markdown", action="store_true", help="the reference of all types, or of the one, as Markdown")
+    form.add_argument("--markdown", action="store_true", help="print a reference of all types, or of NAME, as Markdown")
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """0, or 2 for a name that is no type."""
+    """Print the types; return 0, or 2 for an unknown name."""
     from graphengine.compiler.registry import default_registry
 
     registry = make_registry(arguments.modules) if arguments.modules else default_registry()
@@ -59,7 +59,7 @@ def execute(arguments: argparse.Namespace) -> int:
             print(json.dumps(_record(cls), indent=2) if arguments.format == "json" else describe(cls, constants))
         return 0
     if arguments.message is not None:
-        raise UsageError("--message: name the node type whose ports it makes, such as ROS2Publisher")
+        raise UsageError("--message: name a node type that makes ports from it, such as ROS2Publisher")
     for owner, problem in registry.broken.items():
         print(clean(f"warning: {owner} could not be imported: {problem}"), file=sys.stderr)
     types = [registry.types[name] for name in sorted(registry.types) if registry.types[name].type_name == name]
@@ -80,10 +80,10 @@ def _reference(types: Sequence[type[Node]]) -> str:
 
 
 def _with_message(cls: type[Node], registry: Registry, arguments: argparse.Namespace) -> tuple[type[Node], Constants]:
-    """The type with the ports that it grows from a message, and the message's constants.
+    """The type with the ports made from a message, and the message's constants.
 
     Raises:
-        UsageError: there is no such message, or the type grows nothing from one.
+        UsageError: the message is unknown, or the type makes no ports from messages.
     """
     from graphengine.node.node_class import grown
 
@@ -99,7 +99,7 @@ def _with_message(cls: type[Node], registry: Registry, arguments: argparse.Names
     except ContextError as error:
         raise UsageError("\n  ".join((f"--message: {error.message}", *error.help))) from None
     if made is cls:
-        raise UsageError(f"--message: {cls.type_name} has no ports that are made from a message")
+        raise UsageError(f"--message: {cls.type_name} makes no ports from messages")
     return made, definitions.definition("/".join(parts)).constants
 
 
@@ -109,7 +109,7 @@ def summary(cls: type[Node]) -> str:
 
 
 def describe(cls: type[Node], constants: Constants = ()) -> str:
-    """A node type with all its ports, and with names that its message has for values."""
+    """The description of a node type with all its ports, and with the constants of its message."""
     parts = [f"{cls.type_name}  ({cls.kind()})", "", inspect.getdoc(cls) or ""]
     for side in ("inputs", "outputs"):
         ports = [port for port in cls.fields.values() if port.side == side]
@@ -138,18 +138,18 @@ def _kinds(port: Port) -> list[str]:
 
 
 def default_of(port: Port) -> str:
-    """An input's default, of a long list that repeats one value how often; empty where there is none."""
+    """An input's default as text; a long list of equal values is shortened to value and count. Empty without a default."""
     return "" if port.is_exec or port.side == "outputs" or port.default is None else _shown(port.default)
 
 
 def facts_of(cls: type[Node], port: Port) -> list[str]:
-    """What is legal, what the port is for, whether it must be given, and whether Isaac Sim's type lacks it."""
+    """Facts of a port: legal values, purpose, whether it is required, and whether it is an extension of Isaac Sim's type."""
     facts = [port.constraint, port.doc, _required(cls, port), "extension" if port.extension else ""]
     return [fact for fact in facts if fact]
 
 
 def _required(cls: type[Node], port: Port) -> str:
-    """Whether the port needs a value; of several that share a word one is enough."""
+    """Whether the port needs a value, or one of several ports does; else an empty string."""
     if not isinstance(port.required, str):
         return "required" if port.required else ""
     others = [other.name for other in cls.fields.values() if other.required == port.required and other is not port]

@@ -1,4 +1,4 @@
-"""Parsers of times, rates, angles and vectors on the command line."""
+"""Parsers for times, rates, angles and vectors on the command line."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def duration(text: str) -> float:
 
 
 def rate(text: str) -> float:
-    """Parse a factor of real time; infinite for `max`."""
+    """Parse a rate to seconds of simulation per second of wall time; `max` is infinity."""
     named = {"realtime": 1.0, "max": math.inf}
     try:
         factor = named[text] if text in named else float(text)
@@ -60,11 +60,11 @@ def angle(text: str) -> float:
 
 
 def vector(*sizes: int, item: Callable[[str], float] = number) -> Callable[[str], tuple[float, ...]]:
-    """Return a parser of vectors such as `1,2,0`.
+    """A parser for vectors such as `1,2,0`.
 
     Args:
-        sizes: how many numbers there may be.
-        item: what reads one.
+        sizes: legal numbers of components.
+        item: parser for one component.
     """
 
     def read(text: str) -> tuple[float, ...]:

@@ -1,4 +1,4 @@
-"""`graphrun replay`: a recorded run once more, compared byte by byte."""
+"""`graphrun replay`: replay a recorded run and compare the output byte by byte."""
 
 from __future__ import annotations
 
@@ -28,24 +28,24 @@ LONGEST = 80
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Arguments of the verb."""
+    """Add the arguments of the verb."""
     from graphengine.cli.common import add_allow_argument, add_import_argument, add_permission_arguments, add_repeatable
 
-    parser.add_argument("recording", metavar="FILE", type=Path, help="what `graphrun run --record FILE` wrote")
-    against = "run this scene or graph, in the place of the files that the recording holds"
+    parser.add_argument("recording", metavar="FILE", type=Path, help="a recording of `graphrun run --record FILE`")
+    against = "run this scene or graph instead of the files in the recording"
     parser.add_argument("--against", metavar="SCENE|GRAPH", help=against)
-    add_repeatable(parser, "--ignore", "TOPIC", "topic that is not compared; globs allowed")
-    values = "value of an input, beside those that the run was given; [ROBOT/][GRAPH/]NODE.PORT, globs allowed"
+    add_repeatable(parser, "--ignore", "TOPIC", "topic to leave out of the comparison; globs allowed")
+    values = "set an input to a value, in addition to the run's own settings; [ROBOT/][GRAPH/]NODE.PORT, globs allowed"
     add_repeatable(parser, "--set", "NODE.PORT=VALUE", values)
-    parser.add_argument("--seed", type=whole, help="another one than the run's")
-    parser.add_argument("--rays", choices=("auto", "mujoco", "fast"), help="other ones than the run's")
+    parser.add_argument("--seed", type=whole, help="seed instead of the run's")
+    parser.add_argument("--rays", choices=("auto", "mujoco", "fast"), help="ray casting instead of the run's")
     add_allow_argument(parser)
     add_import_argument(parser)
     add_permission_arguments(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """0 when every byte is the same, 1 when one is not, 2 when that cannot be told."""
+    """Replay and compare; return 0 if all bytes are equal, 1 if not, 2 if they cannot be compared."""
     from graphengine.format.errors import RecordingError, UsageError
     from graphengine.recording.reader import Recording
     from graphengine.recording.sources import Workspace
@@ -54,7 +54,7 @@ def execute(arguments: argparse.Namespace) -> int:
         place = f"{Path(folder).resolve()}{os.sep}"
 
         def plain(text: str) -> str:
-            """Text in which the recording's files have the names that they have there."""
+            """The text with files named as in the recording."""
             from graphengine.cli.common import clean
 
             return clean(text.replace(place, ""))
@@ -107,7 +107,7 @@ def _replay(arguments: argparse.Namespace, recording: Recording, plain: Callable
 
 
 def _what_to_run(arguments: argparse.Namespace, recording: Recording) -> tuple[Path, Options]:
-    """The file and the options: as they were recorded, but for what the command line says."""
+    """The file and the options of the recording, changed by the command line."""
     from graphengine.cli.common import environment, parse_set, reading_options
     from graphengine.format.files import find_file
 
@@ -128,26 +128,26 @@ def _what_to_run(arguments: argparse.Namespace, recording: Recording) -> tuple[P
 
 
 def _rays(rays: RaysChoice, recording: Path) -> RaysChoice:
-    """What lidars are to see with.
+    """The ray casting to use for lidars.
 
     Raises:
-        UsageError: it is not there.
+        UsageError: it is not available.
     """
     from graphengine.format.errors import UsageError
 
     if rays == "fast" and find_spec("numba") is None:
         raise UsageError(
-            f"{recording}: its lidars saw with rays 'fast', which need numba\n  pip install 'graphengine[fast]'\n"
+            f"{recording}: its lidars used rays 'fast', which need numba\n  pip install 'graphengine[fast]'\n"
             "  or give --rays mujoco: distances are the same to a nanometre, not to the last bit"
         )
     return rays
 
 
 def _registry(recorded: Sequence[str], given: Sequence[str], recording: Path) -> Registry | None:
-    """The node types; no module is imported because a file says so.
+    """The registry of node types; only modules given on the command line are imported.
 
     Raises:
-        UsageError: the run had modules that were not given.
+        UsageError: a module of the recorded run is not given.
     """
     from graphengine.cli.common import make_registry
     from graphengine.compiler.registry import default_registry
@@ -158,12 +158,12 @@ def _registry(recorded: Sequence[str], given: Sequence[str], recording: Path) ->
     missing = [module for module in recorded if module not in (*given, *ours)]  # the library was once called `nodes`
     if missing:
         remedy = " ".join(f"--import {module}" for module in missing)
-        raise UsageError(f"{recording}: the run had node types of its own; if you trust them, give {remedy}")
+        raise UsageError(f"{recording}: the run used additional node types; if you trust them, give {remedy}")
     return make_registry(given) if given else None
 
 
 def _verdict(found: Difference | None, run: Replay, session: SessionCore, recording: Recording) -> str:
-    """What the comparison came to."""
+    """The result of the comparison as text."""
     if found is None:
         return f"identical: {_counted(run)}, {recording.times.seconds(run.ticks):.3f} s"
     when = f"{'at the end, after' if found.at_end else 'in'} tick {found.tick}, t = {found.time:.6f} s"
@@ -181,7 +181,7 @@ def _counted(run: Replay) -> str:
 
 
 def _published_by(node: str, session: SessionCore) -> list[str]:
-    """The node: its type, where it stands in its file, and what stands on its ports in the replay."""
+    """Lines on the publishing node: type, place in its file, and port values in the replay."""
     for run in session.graphs:
         graph = run.executor.graph
         for instance in graph.instances:

@@ -1,4 +1,4 @@
-"""`graphrun run`: a scene or graph, live on the network."""
+"""`graphrun run`: run a scene or graph on the network."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Arguments of the verb."""
+    """Add the arguments of the verb."""
     from graphengine.cli.common import add_file_arguments, add_transport_argument
 
     add_file_arguments(parser)
@@ -30,28 +30,28 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--for", metavar="TIME", dest="duration", type=duration, help=simulated)
     pace = "realtime, max, or a factor of real time (default realtime; max for --transport memory)"
     parser.add_argument("--rate", type=rate, help=pace)
-    parser.add_argument("--paused", action="store_true", help="begin with a pause, which `graphrun ctl play` ends")
-    parser.add_argument("--no-control", action="store_true", help="let `graphrun ctl` not reach the run")
+    parser.add_argument("--paused", action="store_true", help="start paused, until `graphrun ctl play`")
+    parser.add_argument("--no-control", action="store_true", help="disable `graphrun ctl` for this run")
     interfaces = (
-        "let everybody on the network stop, step, reset, spawn and move, by ROS 2's simulation_interfaces, in a namespace"
-        " such as /one where several runs are in one domain (default /)"
+        "offer the services of ROS 2's simulation_interfaces, by which everyone on the network can stop, step, reset, spawn"
+        " and move; give a namespace such as /one if several runs share a domain (default /)"
     )
     parser.add_argument(
         "--simulation-interfaces", metavar="NAMESPACE", nargs="?", type=_namespace, const="/", help=interfaces
     )
     add_transport_argument(parser, reaching_others=False)
-    parser.add_argument("--keep-going", action="store_true", help="a node that raises ends its branch, not the run")
-    bad = "a value from a wire that a node cannot use is dropped and counted, or ends the run (default drop)"
+    parser.add_argument("--keep-going", action="store_true", help="an exception in a node ends its branch, not the run")
+    bad = "drop and count values from wires that a node cannot use, or end the run (default drop)"
     parser.add_argument("--bad-values", choices=("drop", "stop"), default="drop", help=bad)
-    record = "MCAP file of all that is read, heard and said, for replay, ros2 bag and Foxglove; pictures are waited for"
+    record = "record all input and output to an MCAP file, for replay, ros2 bag and Foxglove; ticks wait for pictures"
     parser.add_argument("--record", metavar="FILE", type=Path, help=record)
-    profile = "print at the end how often each node ran and fired and what time it took, measured in one tick of ten"
+    profile = "print at the end how often each node ran and fired and its computing time, measured in every tenth tick"
     parser.add_argument("--profile", action="store_true", help=profile)
-    parser.add_argument("--force", action="store_true", help="let --record write over a file that is there")
+    parser.add_argument("--force", action="store_true", help="let --record overwrite an existing file")
 
 
 def _namespace(text: str) -> str:
-    """A namespace of ROS 2, absolute as they are; what names a file to run is none."""
+    """Parse an absolute ROS 2 namespace; names of scene and graph files are rejected."""
     from graphengine.format.errors import TopicError
     from graphengine.messages.names import check_namespace
 
@@ -64,7 +64,7 @@ def _namespace(text: str) -> str:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """0 when it ran to its end or was stopped, 1 with errors."""
+    """Run until the end or an interrupt; return 0, or 1 with errors."""
     from graphengine.api.runner import RunOptions, check_recording
     from graphengine.api.scene import start_runner
     from graphengine.cli.common import clean, counted, open_scene
@@ -115,7 +115,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _channel(arguments: argparse.Namespace, desk: Desk, console: Console) -> AbstractContextManager[object]:
-    """Where `graphrun ctl` finds the run; the run goes on without, if that cannot be."""
+    """The control channel for `graphrun ctl`; the run continues without one if it cannot be opened."""
     from graphengine.control.channel import Channel
     from graphengine.format.errors import ControlError
 
@@ -130,7 +130,7 @@ def _channel(arguments: argparse.Namespace, desk: Desk, console: Console) -> Abs
 
 @contextmanager
 def _keys(session: SessionCore, console: Console) -> Iterator[Callable[[SessionCore], bool]]:
-    """What is to be called after each tick: it reads the terminal's keys, where a graph asked for them."""
+    """The function to call after each tick, which also reads the terminal's keys if a graph uses the keyboard."""
     terminal = sys.stdin is not None and sys.stdin.isatty()
     if not session.services.keys.asked or not terminal:
         if session.services.keys.asked:
@@ -153,7 +153,7 @@ def _keys(session: SessionCore, console: Console) -> Iterator[Callable[[SessionC
 def _profiled(
     arguments: argparse.Namespace, session: SessionCore, on_tick: Callable[[SessionCore], bool], console: Console
 ) -> Iterator[Callable[[SessionCore], bool]]:
-    """What is to be called after each tick; with `--profile`, nodes are measured, and what came of it is printed at the end."""
+    """The function to call after each tick; with `--profile`, it measures nodes, and the result is printed at the end."""
     if not arguments.profile:
         yield on_tick
         return
@@ -180,9 +180,9 @@ def _profiled(
 
 
 class _Signals:
-    """Ctrl-C, SIGTERM and a terminal that is closed end the run after the tick, or at once while it waits.
+    """Signal handling of a run: Ctrl-C, SIGTERM and SIGHUP end it after the tick, or immediately while it waits.
 
-    A second one ends the process. What a run under `nohup` is to outlive it goes on outliving.
+    A second signal ends the process. Signals ignored by `nohup` stay ignored.
     """
 
     def __init__(self, session: SessionCore) -> None:

@@ -1,4 +1,4 @@
-"""`graphrun schema`: JSON Schema for editors."""
+"""`graphrun schema`: print a JSON Schema for editors."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import json
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Arguments of the verb."""
-    parser.add_argument("kind", choices=("graph", "scene", "robot"), help="the kind of file")
+    """Add the arguments of the verb."""
+    parser.add_argument("kind", choices=("graph", "scene", "robot"), help="kind of file")
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print it."""
+    """Print the schema; return 0."""
     from graphengine.compiler.registry import default_registry
     from graphengine.compiler.schema import make_schema
 

@@ -1,4 +1,4 @@
-"""`graphrun show`: a graph's parts, its schedule, its generated source, or its picture."""
+"""`graphrun show`: show a graph's nodes and wires, its schedule, its generated code, or a drawing."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Arguments of the verb."""
+    """Add the arguments of the verb."""
     add_file_arguments(parser)
     form = parser.add_mutually_exclusive_group()
     form.add_argument(
-        "--schedule", action="store_true", help="the order in which nodes run, and what decides whether they do"
+        "--schedule", action="store_true", help="print the order in which nodes run, and the conditions for each"
     )
-    form.add_argument("--plan", action="store_true", help="the generated source of the tick")
-    form.add_argument("--mermaid", action="store_true", help="a picture, as Mermaid text")
-    form.add_argument("--svg", metavar="FILE", type=Path, help="a drawing with ports, values and findings, as SVG")
+    form.add_argument("--plan", action="store_true", help="print the generated source code of the tick")
+    form.add_argument("--mermaid", action="store_true", help="print a diagram as Mermaid text")
+    form.add_argument("--svg", metavar="FILE", type=Path, help="write a drawing with ports, values and findings as SVG")
     form.add_argument(
-        "--html", metavar="FILE", type=Path, help="the drawing as a page to zoom in and to ask about ports"
+        "--html", metavar="FILE", type=Path, help="write the drawing as a web page with zoom and details of ports"
     )
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """0 without errors, 1 with."""
+    """Print or draw the graphs; return 0 without errors, 1 with errors."""
     from graphengine.compiler.codegen import source_of
 
     scene = load(arguments)
@@ -61,7 +61,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def draw(scene: LoadedScene, arguments: argparse.Namespace) -> int:
-    """Write the drawing of all graphs, those with errors too; 1 if there are any."""
+    """Write a drawing of all graphs, also those with errors; return 1 if there are any, else 0."""
     from graphengine.drawing import page, svg
     from graphengine.drawing.view_model import make_graph_view
 
@@ -72,7 +72,7 @@ def draw(scene: LoadedScene, arguments: argparse.Namespace) -> int:
     path: Path = arguments.svg or arguments.html
     if path.suffix.lower() not in ((".svg",) if arguments.svg else (".html", ".htm")):
         raise UsageError(
-            f"{path}: a drawing's name ends in {'.svg' if arguments.svg else '.html'}; another file is not written over"
+            f"{path}: a drawing's name ends in {'.svg' if arguments.svg else '.html'}; other files are not overwritten"
         )
     text = svg.draw(views) if arguments.svg else page.draw(views)
     write_together({path: text.encode()})
@@ -81,19 +81,19 @@ def draw(scene: LoadedScene, arguments: argparse.Namespace) -> int:
 
 
 def _at(graph: Graph) -> str:
-    """Name, place and pace of a graph, on one line."""
+    """Name, prim path and rate of a graph on one line."""
     pushed = ", all nodes" if graph.flat.spec.evaluator == "push" else ""
     return printable(f"{graph.name}  at {graph.prim_path}, every {graph.runs.replace('_', ' ')}{pushed}")
 
 
 def _value(value: Any) -> str:
-    """A value as YAML takes it, on one line."""
+    """A value as YAML on one line."""
     plain = value.tolist() if hasattr(value, "tolist") else value
     return printable(json.dumps(plain, ensure_ascii=False))
 
 
 def outline(graph: Graph) -> str:
-    """Nodes with their types and set values, then the wires."""
+    """The nodes of a graph with types and set values, then its wires."""
     lines = [_at(graph)]
     gates = {instance.part_of: instance.make_node() for instance in graph.instances if instance.part_of}
     for instance in (instance for instance in graph.instances if not instance.part_of):
@@ -109,7 +109,7 @@ def outline(graph: Graph) -> str:
 
 
 def schedule(graph: Graph) -> str:
-    """Regions in the order they are opened, nodes in the order they run."""
+    """The schedule of a graph: regions in opening order, nodes in execution order."""
     lines = [_at(graph)]
     constants = [graph.instances[refresh.node].id for refresh in graph.plan.constants]
     if constants:
@@ -137,7 +137,7 @@ def _calls(graph: Graph, region: Region) -> Iterator[str]:
 
 
 def _when(graph: Graph, region: Region, call: Call) -> str:
-    """Which wires a node in a region waits for."""
+    """The execution wires on which a node in a region depends, as text."""
     if not call.guard:
         return ""
     wires = [wire for wire in graph.exec_wires if wire.target == call.node and _fires(graph, region, wire)]
@@ -145,7 +145,7 @@ def _when(graph: Graph, region: Region, call: Call) -> str:
 
 
 def _fires(graph: Graph, region: Region, wire: Wire) -> bool:
-    """Whether a wire may start its target in a region: not from a pusher, which opens another one, nor for later."""
+    """Whether a wire can start its target in this region: false for wires from a pusher and wires to a later pass."""
     kind = graph.instances[wire.source].cls.kind()
     if kind == "latent":
         return region.index == 0
@@ -159,7 +159,7 @@ def _line(graph: Graph, index: int, kind: str, when: str) -> str:
 
 
 def mermaid(graph: Graph) -> str:
-    """A graph's part of a flowchart: thick arrows carry execution, thin ones values."""
+    """A graph's part of a Mermaid flowchart: thick arrows are execution wires, thin ones value wires."""
     lines = [f'  subgraph {_safe(graph.name)}["{graph.name}"]']
     for instance in graph.instances:
         short = instance.cls.type_name.rpartition(".")[2]

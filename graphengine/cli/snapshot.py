@@ -1,4 +1,4 @@
-"""`graphrun snapshot`: a picture of a scene, after it ran for some time."""
+"""`graphrun snapshot`: render a picture of a scene after a given time."""
 
 from __future__ import annotations
 
@@ -28,23 +28,23 @@ MILLIMETRES = 1000
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Arguments of the verb."""
+    """Add the arguments of the verb."""
     from graphengine.cli.quantities import duration
 
     add_file_arguments(parser)
     where = "top, perspective, a camera of the world's MJCF, or the prim of a camera (default perspective)"
     parser.add_argument("--camera", metavar="VIEW|PRIM", default="perspective", help=where)
-    parser.add_argument("--at", metavar="TIME", type=duration, default=0.0, help="run for so long before: 10, 500ms")
+    parser.add_argument("--at", metavar="TIME", type=duration, default=0.0, help="time of the picture: 10, 500ms")
     parser.add_argument("--size", metavar="WxH", type=size, help="pixels (default 1280x720, or the camera's own)")
-    parser.add_argument("-o", "--output", metavar="FILE", type=Path, required=True, help="the PNG to be written")
+    parser.add_argument("-o", "--output", metavar="FILE", type=Path, required=True, help="PNG file to write")
     what = parser.add_mutually_exclusive_group()
-    depth = "what a camera measures along its optical axis, 16 bits, mm; 0: nothing in range"
+    depth = "depth image of a camera, along its optical axis, 16 bits, mm; 0: nothing in range"
     what.add_argument("--depth", action="store_true", help=depth)
-    what.add_argument("--segmentation", action="store_true", help="a colour for each prim, and which it is, in a table")
+    what.add_argument("--segmentation", action="store_true", help="one colour per prim, with a table of colours")
 
 
 def size(text: str) -> tuple[int, int]:
-    """Width and height of `1280x720`."""
+    """Parse a size such as `1280x720` to width and height."""
     from graphengine.devices.camera import LARGEST_PICTURE as LARGEST
 
     match = re.fullmatch(r"([0-9]{1,5})x([0-9]{1,5})", text)
@@ -55,7 +55,7 @@ def size(text: str) -> tuple[int, int]:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """0 when the picture was written, 1 with errors."""
+    """Write the picture; return 0 on success, 1 with errors."""
     from graphengine.api.pictures import write_png
 
     output: Path = arguments.output
@@ -81,20 +81,20 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _take(scene: Scene, arguments: argparse.Namespace) -> tuple[Picture | Image, Mapping[int, str]]:
-    """Run the scene with nobody on its network, and take the picture and the paths of its prims' numbers."""
+    """Run the scene with the transport memory; return the picture, and the prim path of each number in it."""
     from graphengine.api.pictures import find_camera, look, simulated
     from graphengine.api.runner import RunOptions
     from graphengine.api.scene import loaded_of, start_runner
 
     loaded = loaded_of(scene)
     if loaded.world is None:
-        raise UsageError(f"{loaded.path} is a graph without a scene, and nothing is to be seen; give one with --scene")
+        raise UsageError(f"{loaded.path} is a graph without a scene and has nothing to draw; give a scene with --scene")
     try:
         prim = find_camera(loaded.world.simulation, arguments.camera)
     except UsageError as error:
         raise UsageError(f"--camera {error}") from None
     if arguments.depth and prim is None:
-        raise UsageError(f"--depth: {arguments.camera} is a view, which has no range; name the prim of a camera")
+        raise UsageError(f"--depth: {arguments.camera} is a view without depth; name the prim of a camera")
     with start_runner(scene, RunOptions(domain=0, log=_log)) as runner:
         runner.run(arguments.at, math.inf)
         world = simulated(runner.session.services.world)
@@ -108,7 +108,7 @@ def _log(severity: str, node: str, message: str) -> None:
 
 
 def _millimetres(depth: NDArray[np.float32]) -> NDArray[np.uint16]:
-    """Distances (m) as ROS has them in images of 16 bits, 0 for what is farther than they can say."""
+    """Convert depths (m) to 16 bit millimetres as in ROS; 0 for depths out of range."""
     import numpy as np
 
     scaled = np.rint(depth * MILLIMETRES)
@@ -116,7 +116,7 @@ def _millimetres(depth: NDArray[np.float32]) -> NDArray[np.uint16]:
 
 
 def _colours(numbers: NDArray[np.int32]) -> NDArray[np.uint8]:
-    """A colour for each number; those of neighbours are far apart on the circle of hues, and black is the background."""
+    """A colour for each number; successive numbers have distant hues, and the background is black."""
     import numpy as np
 
     return np.array([_colour(number) for number in range(int(numbers.max()) + 1)], np.uint8)[numbers]
@@ -131,7 +131,7 @@ def _colour(number: int) -> tuple[int, int, int]:
 
 
 def _table(numbers: NDArray[np.int32], labels: Mapping[int, str]) -> str:
-    """Colour, pixels and path of each prim in the picture."""
+    """A table of colour, pixel count and path of each prim in the picture."""
     import numpy as np
 
     found, counts = np.unique(numbers, return_counts=True)

@@ -33,22 +33,22 @@ STOPPING = 10
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Arguments of the verb."""
-    topic = f"to publish to (default: the only one from which somebody reads velocities, else {TOPIC})"
+    """Add the arguments of the verb."""
+    topic = f"topic to publish (default: the only one with subscribers for velocities, else {TOPIC})"
     parser.add_argument("topic", metavar="TOPIC", nargs="?", help=topic)
-    parser.add_argument("--speed", metavar="M/S", type=positive, default=0.5, help="(default 0.5)")
-    parser.add_argument("--turn", metavar="RAD/S", type=positive, default=1.0, help="(default 1)")
-    hold = "how long a pressed key counts; one that is held repeats, the first time after a while (default 0.5)"
+    parser.add_argument("--speed", metavar="M/S", type=positive, default=0.5, help="forward speed (default 0.5)")
+    parser.add_argument("--turn", metavar="RAD/S", type=positive, default=1.0, help="turn rate (default 1)")
+    hold = "time for which a key press acts; longer than the keyboard's delay before repetition (default 0.5)"
     parser.add_argument("--hold", metavar="SECONDS", type=positive, default=0.5, help=hold)
-    kind = "of the messages (default: what is read from the topic, else Twist)"
+    kind = "message type (default: that of the topic's subscribers, else Twist)"
     parser.add_argument("--type", choices=("Twist", "TwistStamped"), help=kind)
-    parser.add_argument("--frame-id", metavar="FRAME", default="", help="in the header of a TwistStamped")
+    parser.add_argument("--frame-id", metavar="FRAME", default="", help="frame in the header of a TwistStamped")
     parser.epilog = f"Keys: {HELP}."
     add_live_arguments(parser, clock=True)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """0 when it was ended."""
+    """Drive until the user quits; return 0."""
     keyboard = TerminalKeyboard()
     given = absolute(arguments.topic) if arguments.topic else ""
     with Live(arguments) as live:
@@ -70,19 +70,19 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def only_topic(graph: NetworkGraph) -> str:
-    """The only topic that a peer reads velocities from.
+    """The only topic with subscribers for velocities, or the default topic.
 
     Raises:
-        UsageError: there are several.
+        UsageError: several topics have such subscribers.
     """
     topics = sorted({end.topic for end in _readers(graph)})
     if len(topics) > 1:
-        raise UsageError(f"velocities are read from several topics\n  {listing(topics, 'write one of')}")
+        raise UsageError(f"several topics have subscribers for velocities\n  {listing(topics, 'write one of')}")
     return topics[0] if topics else TOPIC
 
 
 def type_of(topic: str, graph: NetworkGraph) -> str:
-    """The message type that peers read from a topic; Twist if none or both are read."""
+    """The message type of a topic's subscribers; Twist without subscribers, or if they use both types."""
     types = {end.message_type for end in _readers(graph) if end.topic == topic}
     return STAMPED if types == {STAMPED} else TWIST
 
@@ -93,12 +93,12 @@ def _readers(graph: NetworkGraph) -> list[Endpoint]:
 
 @dataclass(slots=True)
 class Stick:
-    """Velocities of held keys. A terminal reports key presses, and no releases.
+    """Velocities from pressed keys. A terminal reports presses but no releases, so a press acts for a fixed time.
 
     Args:
-        hold: s that a key counts for.
-        speed: m/s.
-        turn: rad/s.
+        hold: time for which a press acts, s.
+        speed: forward speed, m/s.
+        turn: turn rate, rad/s.
     """
 
     hold: float
@@ -110,7 +110,7 @@ class Stick:
     _left_until: float = 0.0
 
     def press(self, key: str, now: float) -> None:
-        """Handle a key; unknown keys are ignored."""
+        """Process a pressed key; keys without a meaning are ignored."""
         if key == " ":
             self._forward = self._left = 0.0
         elif key in FACTORS:
@@ -122,7 +122,7 @@ class Stick:
             self._left, self._left_until = left, now + self.hold
 
     def command(self, now: float) -> tuple[float, float]:
-        """Velocities of the held keys, m/s and rad/s."""
+        """Forward speed (m/s) and turn rate (rad/s) of the keys held at this time."""
         forward = self._forward if now < self._forward_until else 0.0
         left = self._left if now < self._left_until else 0.0
         return forward * self.speed, left * self.turn
@@ -130,7 +130,7 @@ class Stick:
 
 @dataclass(slots=True)
 class VelocityPublisher:
-    """Publishes velocities on a robot's topic."""
+    """Publishes velocities to the topic of the robot."""
 
     writer: Writer
     message_type: str
@@ -138,7 +138,7 @@ class VelocityPublisher:
     frame_id: str
 
     def drive(self, speed: float, turn: float) -> None:
-        """Publish velocities, m/s and rad/s."""
+        """Publish a forward speed (m/s) and a turn rate (rad/s)."""
         from graphengine.messages import messages
 
         message: Any = messages.Twist(messages.Vector3(speed, 0.0, 0.0), messages.Vector3(0.0, 0.0, turn))
@@ -149,7 +149,7 @@ class VelocityPublisher:
 
 
 def _follow(keyboard: TerminalKeyboard, stick: Stick, publisher: VelocityPublisher) -> None:
-    """Publish what the keys command until a key ends it."""
+    """Drive by the keys until one of them quits."""
     due, still, told = time.monotonic(), STOPPING, ""
     while True:
         due = max(due + 1.0 / RATE, time.monotonic())

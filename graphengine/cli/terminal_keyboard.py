@@ -1,4 +1,4 @@
-"""Key presses from a terminal in raw mode, which is restored on exit."""
+"""Single key presses from a terminal, whose settings are restored afterwards."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ class TerminalKeyboard:
     """A terminal without echo and line buffering, in which Ctrl-C is an ordinary key.
 
     Args:
-        signals: leave Ctrl-C what it is elsewhere.
+        signals: let Ctrl-C send its signal.
 
     Raises:
-        UsageError: the standard input is no terminal.
+        UsageError: the standard input is not a terminal.
     """
 
     def __init__(self, *, signals: bool = False) -> None:
         if sys.stdin is None or not sys.stdin.isatty():
-            raise UsageError("keys are read from a terminal, and the standard input is none")
+            raise UsageError("keys are read from a terminal, but the standard input is not one")
         self._file = sys.stdin.fileno()
         self._left_out = termios.ECHO | termios.ICANON | (0 if signals else termios.ISIG)
         self._before: list[Any] = []
@@ -50,7 +50,7 @@ class TerminalKeyboard:
             termios.tcsetattr(self._file, termios.TCSAFLUSH, self._before)
 
     def pressed(self, timeout: float) -> list[str]:
-        """Wait up to so many seconds for key presses; arrows by name, others as their character."""
+        """Keys pressed since the last call, after waiting up to `timeout` s for one; arrows by name, others as characters."""
         ready, _, _ = select.select([self._file], [], [], timeout)
         if not ready:
             return []

@@ -1,4 +1,4 @@
-"""`graphrun tf tree`: the frames of a live network as a tree."""
+"""`graphrun tf tree`: show the frame tree of a live network."""
 
 from __future__ import annotations
 
@@ -30,22 +30,22 @@ TYPE = "tf2_msgs/msg/TFMessage"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Arguments of the verb."""
+    """Add the arguments of the verb."""
     verbs = parser.add_subparsers(dest="tf_verb", metavar="VERB", required=True)
-    what = "the frames as a tree: who broadcasts each, how often, and what is wrong with it"
+    what = "print the frame tree with the broadcaster, rate and problems of each frame"
     tree = verbs.add_parser("tree", help=what, description=f"{what[0].upper()}{what[1:]}.")
-    namespace = "below which tf and tf_static are, such as dd100_0000 (default: none, or else the only one there is)"
+    namespace = "namespace of tf and tf_static, such as dd100_0000 (default: none, or the only one in use)"
     tree.add_argument("--namespace", metavar="NAME", help=namespace)
-    wait = f"how long to listen (default {LISTENING:g})"
+    wait = f"time to listen (default {LISTENING:g})"
     tree.add_argument("-t", "--wait-time", metavar="SECONDS", type=positive, default=LISTENING, help=wait)
-    output = "write it as text (.txt), for Graphviz (.dot, .gv), or as a picture that Graphviz draws (.png, .svg, .pdf)"
+    output = "write the tree as text (.txt), for Graphviz (.dot, .gv), or as a picture by Graphviz (.png, .svg, .pdf)"
     tree.add_argument("-o", "--output", metavar="FILE", type=Path, help=output)
     tree.add_argument("--strict", action="store_true", help="warnings count as errors")
     add_live_arguments(tree)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """0 when there is a tree, 1 when there is none, or with `--strict` when something is wrong with it."""
+    """Print the tree; return 0, or 1 without transforms or, with `--strict`, with warnings."""
     _check_output(arguments.output)
     tree = FrameTree()
     with Live(arguments) as live:
@@ -76,7 +76,7 @@ def _check_output(path: Path | None) -> None:
         raise UsageError(f"-o {path}: the name of the file ends in {', '.join((*TEXT, *DOT, *PICTURES))}")
     if path.suffix in PICTURES and shutil.which("dot") is None:
         remedy = f"write {path.with_suffix('.dot')}, or install graphviz"
-        raise UsageError(f"-o {path}: Graphviz draws pictures, and its program dot is not there\n  {remedy}")
+        raise UsageError(f"-o {path}: Graphviz draws pictures, but its program dot is not installed\n  {remedy}")
 
 
 def _listen(live: Live, topics: list[str], tree: FrameTree) -> None:
@@ -97,23 +97,23 @@ def _listen(live: Live, topics: list[str], tree: FrameTree) -> None:
 
 
 def _namespaces(graph: NetworkGraph) -> list[str]:
-    """Below which something is broadcast."""
+    """All namespaces with transforms."""
     topics = {end.topic for end in graph.endpoints if (end.direction, end.message_type) == ("publish", TYPE)}
     return sorted({topic.rpartition("/")[0] for topic in topics if topic.endswith(("/tf", "/tf_static"))})
 
 
 def _namespace(given: str) -> str:
-    """Its full name; empty for none."""
+    """The full name of a namespace; empty for none."""
     namespace = full_namespace(given)
     check_namespace(namespace or "/", given)
     return namespace
 
 
 def _only_namespace(graph: NetworkGraph) -> str:
-    """The namespace that is meant where none is given; empty for none.
+    """The only namespace with transforms; empty for the root namespace.
 
     Raises:
-        TransportError: it could be one of several.
+        TransportError: several namespaces have transforms.
     """
     there = _namespaces(graph)
     if len(there) < 2 or "" in there:
@@ -122,25 +122,25 @@ def _only_namespace(graph: NetworkGraph) -> str:
 
 
 def _elsewhere(graph: NetworkGraph) -> str:
-    """Where there are transforms."""
+    """A hint: namespaces and peers that have transforms."""
     return listing((namespace or "/" for namespace in _namespaces(graph)), "namespaces in which there are publishers")
 
 
 def _names(graph: NetworkGraph, topics: list[str]) -> dict[bytes, str]:
-    """Node of each GID; and of each topic, those that write it."""
+    """Node names by the GID of a writer, and by topic for its writers."""
     names = {end.gid: end.full_node or "unknown" for end in graph.endpoints}
     writers = {topic: sorted({names[end.gid] for end in graph.publishers(topic)}) for topic in topics}
     return names | {topic.encode(): " or ".join(nodes) or "unknown" for topic, nodes in writers.items()}
 
 
 def _volatile(graph: NetworkGraph, topic: str) -> list[str]:
-    """Who writes static transforms that those who come late do not get."""
+    """Writers of static transforms with volatile durability, which late subscribers miss."""
     late = [end.full_node for end in graph.publishers(topic) if end.qos.durability == "volatile"]
     return [f"{node} writes {topic} with durability volatile: tf2 does not hear it" for node in late]
 
 
 def _write(tree: FrameTree, names: Mapping[bytes, str], path: Path | None) -> None:
-    """Print the tree, or put it where it should go.
+    """Print the tree, or write it to a file.
 
     Raises:
         TransportError: Graphviz fails.

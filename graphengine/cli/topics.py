@@ -1,4 +1,4 @@
-"""`graphrun topics`: what a scene says and hears, on topics and services, without running it."""
+"""`graphrun topics`: list the topics and services of a scene without running it."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ FRAMES = 2
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Arguments of the verb."""
+    """Add the arguments of the verb."""
     add_file_arguments(parser)
     parser.add_argument("--format", choices=("text", "json"), default="text")
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """0 without errors, 1 with."""
+    """Print the topics; return 0 without errors, 1 with errors."""
     scene = load(arguments)
     if scene.findings.errors:
         print_findings(scene.findings, notes=False)

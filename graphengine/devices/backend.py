@@ -71,14 +71,14 @@ class World(Protocol):
         """Physics steps in a tick."""
 
     realtime: bool
-    """Whether ticks follow the wall clock: a picture that is not ready in time is then dropped, else waited for."""
+    """Whether ticks follow the wall clock. If so, late pictures are dropped, else ticks wait for them."""
 
     @property
     def dropped_pictures(self) -> Mapping[str, int]:
         """Numbers of pictures since play that were rendered too late, by the camera's prim path; without zeros."""
 
     clamps_commands: bool
-    """Whether a command to a joint beyond its limits is set to the limit."""
+    """Whether commands beyond a joint's limits are clamped."""
 
     @property
     def clamped_commands(self) -> Mapping[str, int]:

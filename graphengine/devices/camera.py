@@ -15,7 +15,7 @@ from graphengine.devices.sensor import Quaternion
 from graphengine.devices.stage import Prim
 
 LARGEST_PICTURE = 8192
-"""Greatest width and height of a picture, pixels."""
+"""Maximum width and height of a picture, pixels."""
 
 BOX_3D = np.dtype(
     [
@@ -26,10 +26,10 @@ BOX_3D = np.dtype(
         ("occlusionRatio", "<f4"),
     ]
 )
-"""One solid box: the number of what is in it, two opposite corners (m); the rows of the matrix are their axes and origin."""
+"""One 3D box: the number of its object and two opposite corners (m); the matrix rows are the axes and origin of their frame."""
 
 LOOKING_FORWARD: Quaternion = (0.5, -0.5, -0.5, 0.5)
-"""Turns a camera, which looks along its -z axis with +y up, to look along the x axis of its mount with z up."""
+"""Rotates a camera (view along -z, +y up) to look along the x axis of its mount with z up."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,11 +43,11 @@ class Picture:
     rgb: NDArray[np.uint8]
     """Shape (height, width, 3)."""
     depth: NDArray[np.float32]
-    """Distance along the optical axis, m, shape (height, width); inf where nothing was within the camera's clip range."""
+    """Distance along the optical axis, m, shape (height, width); inf without a surface in the clip range."""
     segmentation: NDArray[np.int32] | None = None
-    """Number of the prim seen at each pixel, as in `Camera.labels`; 0 where there is none. None unless somebody asked for it."""
+    """Number of the visible prim at each pixel, as in `Camera.labels`; 0 for none. None unless requested."""
     boxes: NDArray[np.void] | None = None
-    """Records of BOX_3D in the optical frame, of all prims that end somewhere, seen or not; they come with a segmentation."""
+    """BOX_3D records in the optical frame of all prims of finite size, visible or not; set together with `segmentation`."""
 
 
 class Camera(TickSensor, Protocol):

@@ -17,7 +17,7 @@ class ContactReading:
     in_contact: bool
     """Whether the force is above the sensor's threshold."""
     force: float
-    """Sum of the contact forces on the sensor, its magnitude in N; at most the sensor's range."""
+    """Magnitude of the sum of contact forces, N; at most the sensor's range."""
 
 
 class ContactSensor(Sensor, Protocol):

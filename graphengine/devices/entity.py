@@ -12,9 +12,9 @@ from typing import Literal
 from graphengine.devices.sensor import Quaternion, Vector3
 
 EntityKind = Literal["robot", "object", "static"]
-"""A `robot` has joints or sensors, an `object` moves, and what is `static` stands where it was put."""
+"""A `robot` has joints or sensors, an `object` can move, a `static` entity is fixed."""
 MOST_TOLD = 3
-"""Overlaps that a warning names."""
+"""Maximum number of overlaps that a warning names."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,11 +22,11 @@ class Entity:
     """One robot or object of a world, with all bodies attached to it."""
 
     name: str
-    """Unique in its world: the last element of the prim's path, or all of it where a robot has that name."""
+    """Unique name: the last element of the prim's path, or the whole path if a robot has that name."""
     prim_path: str
     kind: EntityKind
     spawned: bool
-    """Whether it came while the world was running."""
+    """Whether it was added to the running world."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class EntityState:
     angular_velocity: Vector3
     """rad/s."""
     linear_acceleration: Vector3
-    """m/s2; gravity is among what causes it: -9.81 along z in free fall, zero at rest."""
+    """m/s2, gravity included: -9.81 along z in free fall, zero at rest."""
     angular_acceleration: Vector3
     """rad/s2."""
 
@@ -50,13 +50,13 @@ class Move:
     """A new pose and velocity for an entity, in the world frame."""
 
     position: Vector3 | None = None
-    """Of its prim, m; None for the present one."""
+    """Position of its prim, m; None keeps the present one."""
     orientation: Quaternion | None = None
-    """Of its prim, of any length but zero; None for the present one."""
+    """Orientation of its prim, of any norm above zero; None keeps the present one."""
     linear: Vector3 | None = None
-    """Velocity of its prim's origin, m/s; None for rest."""
+    """Velocity of its prim's origin, m/s; None is zero."""
     angular: Vector3 | None = None
-    """Velocity, rad/s; None for rest."""
+    """Angular velocity, rad/s; None is zero."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,9 +64,9 @@ class Overlap:
     """An object that an entity overlaps."""
 
     other: str
-    """Name of the other entity; for what belongs to none, such as a floor, that of the shape."""
+    """Name of the other entity, or of the shape if it belongs to none, such as a floor."""
     depth: float
-    """How far they are to be pushed apart, m."""
+    """Depth of the overlap, m."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,15 +17,15 @@ class ImuSample:
     time: float
     """Simulation time, s."""
     index: int
-    """Number of this sample since play; -1 before the first, as with a robot that has just come."""
+    """Number of this sample since play; -1 before the first."""
     linear_acceleration: Vector3
     """Rate of change of the velocity, without gravity, m/s2."""
     gravity: Vector3
-    """What gravity adds to the reading of an accelerometer: at rest and upright (0, 0, 9.81), m/s2."""
+    """Contribution of gravity to an accelerometer: (0, 0, 9.81) at rest and upright, m/s2."""
     angular_velocity: Vector3
     """rad/s."""
     orientation: Quaternion
-    """Of the sensor in the world frame."""
+    """Orientation of the sensor in the world frame."""
 
 
 class Imu(SampledSensor, Protocol):

@@ -21,7 +21,7 @@ class Scan:
     index: int
     """Number of this sample since play."""
     ranges: NDArray[np.float32]
-    """Distance, m; inf where nothing was hit within range."""
+    """Distance, m; inf without a hit in range."""
     intensities: NDArray[np.float32]
     """0 to 255."""
 

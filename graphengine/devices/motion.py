@@ -50,12 +50,12 @@ class FrameLink:
     parent_name: str
     child_name: str
     parent: Frame | None
-    """None stands for the world frame."""
+    """Parent frame; None is the world frame."""
     child: Frame
     optical: bool = False
-    """Cameras turn by 180 degrees about x: from looking along -z to the ROS optical frame."""
+    """Whether to rotate a camera by 180 degrees about x, from its view along -z to the ROS optical frame."""
     fixed: tuple[Vector3, Quaternion] | None = None
-    """Pose of the child in the parent's frame where it never changes, because one body carries both."""
+    """Constant pose of the child in the parent's frame if one body carries both; else None."""
 
 
 class JointSelection(Protocol):

@@ -13,7 +13,7 @@ from graphengine.devices.stage import IDENTITY, ORIGIN, Prim
 from graphengine.format.spec import Orientation
 
 NOWHERE: Pose = (ORIGIN, IDENTITY)
-"""The pose that changes nothing."""
+"""The identity pose."""
 
 
 def from_orientation(orientation: Orientation) -> Quaternion:

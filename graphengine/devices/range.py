@@ -19,7 +19,7 @@ class RangeReading:
     index: int
     """Number of this sample since play."""
     range: float
-    """Distance to the nearest surface in the cone, m. As REP 117 has it: inf where nothing is in range, -inf for too close."""
+    """Distance to the nearest surface in the cone, m. As in REP 117: inf for nothing in range, -inf for too close."""
 
 
 class RangeSensor(TickSensor, Protocol):

@@ -30,7 +30,7 @@ PrimKind = str
 """A kind of device, or one of: scope, robot, link, joint, frame, material, graph, body, light; sensor, which mounts devices."""
 
 PHYSICS_SCENE = "/physicsScene"
-"""Where Isaac Sim has the prim with the settings of the physics, and scenes here have gravity."""
+"""Path of the prim with the physics settings, as in Isaac Sim; scenes have their gravity there."""
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 ORIGIN: Vector3 = (0.0, 0.0, 0.0)
 
@@ -45,13 +45,13 @@ class Prim(Shared):
     position: Vector3 = ORIGIN
     orientation: Quaternion = IDENTITY
     body: str | None = None
-    """Name in the physics model, for links and bodies that have one of their own."""
+    """Name of its own body in the physics model, for links and bodies."""
     namespace: str = ""
     """`isaac:namespace`."""
     name_override: str = ""
     """`isaac:nameOverride`."""
     facts: dict[str, Any] = field(default_factory=dict)
-    """What its kind adds: a lidar's profile, a camera's size, a robot's joints."""
+    """Data of its kind: a lidar's profile, a camera's size, a robot's joints."""
     children: dict[str, Prim] = field(default_factory=dict, repr=False)
 
     @property

@@ -1,6 +1,6 @@
 """Atomic writing: a file appears, or replaces an older one, only when it is complete.
 
-A symbolic link at the name of a file is replaced, and the file that it leads to is left alone: the folder may be a stranger's.
+A symbolic link at the path is replaced and its target is not changed, as the folder may be untrusted.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from pathlib import Path
 
 
 def write_together(contents: Mapping[Path, bytes]) -> None:
-    """Write several files, all or none; their folders are made.
+    """Write several files, all or none; missing folders are created.
 
-    A new file has the mode that the umask leaves; a file that is replaced passes its mode on.
+    A new file has the mode of the umask; a replaced file keeps its mode.
 
     Raises:
-        OSError: a file cannot be written; it is the error's `filename`.
+        OSError: a file cannot be written; `filename` names it.
     """
     parts: dict[Path, Path] = {}
     try:
@@ -40,10 +40,10 @@ def write_together(contents: Mapping[Path, bytes]) -> None:
 
 
 def _mode_of(path: Path) -> int | None:
-    """Mode of the file that is replaced; None without a file, or for a link.
+    """Mode of the file to replace; None for a missing file or a link.
 
     Raises:
-        OSError: a folder or device is there.
+        OSError: the path is a folder or device.
     """
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
@@ -53,7 +53,7 @@ def _mode_of(path: Path) -> int | None:
 
 
 def _write(part: Path, content: bytes, mode: int | None) -> None:
-    """Write a new file and sync it to disk."""
+    """Write a new file and flush it to the disk."""
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
     with open(os.open(part, flags, 0o666 if mode is None else mode), "wb") as file:
         if mode is not None:
@@ -65,7 +65,7 @@ def _write(part: Path, content: bytes, mode: int | None) -> None:
 
 @contextlib.contextmanager
 def _naming(path: Path) -> Iterator[None]:
-    """Make errors name the target file instead of the temporary one."""
+    """Name the final file in errors instead of the temporary one."""
     try:
         yield
     except OSError as error:

@@ -1,6 +1,6 @@
 """Findings with codes, places and remedies.
 
-The exceptions that carry them and the words that they share have modules of their own, and are importable from here too.
+Exceptions are in `errors`, shared wording is in `wording`.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ CODES: dict[str, str] = {
     "G101": "file cannot be read",
     "G102": "YAML syntax",
     "G103": "duplicate key",
-    "G104": "YAML feature that is not allowed",
+    "G104": "forbidden YAML feature",
     "G105": "file too large or too deep",
     "G106": "unknown key",
     "G107": "missing key",
     "G108": "wrong type of value",
-    "G109": "value that is not legal",
+    "G109": "illegal value",
     "G110": "unknown format version",
     "G111": "unknown parameter",
     "G201": "unknown node type",
@@ -42,12 +42,12 @@ CODES: dict[str, str] = {
     "G210": "cycle of execution",
     "G211": "wrong type of a port's value",
     "G212": "port's value out of range",
-    "G213": "type of a port cannot be told",
+    "G213": "type of a port cannot be determined",
     "G214": "subgraph that cannot be expanded",
     "G301": "no such prim",
     "G302": "ambiguous prim path",
     "G303": "no such joint",
-    "G304": "name that ROS 2 refuses",
+    "G304": "name that is not legal in ROS 2",
     "G305": "one topic with two message types",
     "G306": "one TF frame with two parents",
     "G307": "node cannot be set up",
@@ -64,32 +64,32 @@ CODES: dict[str, str] = {
     "W101": "node that no event reaches",
     "W102": "data node that nothing uses",
     "W103": "set value on a wired input",
-    "W104": "wire that reads the previous value",
+    "W104": "wire that carries the previous value",
     "W105": "reader and writer in no stated order",
     "W106": "rate that is never reached",
-    "W107": "graph of a robot that stands outside of it",
+    "W107": "graph of a robot with a prim outside of the robot",
     "W108": "wire written twice",
     "W201": "wheel radius differs from the robot's",
     "W202": "wheel distance differs from the robot's",
     "W203": "TF tree in more than one piece",
-    "W204": "timestep of the world is overruled",
-    "W205": "model that MuJoCo warns of",
-    "W206": "file that is read without a border of the kernel",
-    "W207": "joint that two graphs command",
-    "W208": "robot that nothing commands",
-    "W209": "command that a joint without a drive ignores",
-    "W210": "robot that touches something at the start",
-    "W301": "imported node of a type that is not available",
-    "W302": "part of an imported file that is left out",
+    "W204": "timestep of the world is overridden",
+    "W205": "warning of MuJoCo about a model",
+    "W206": "file that the kernel cannot confine",
+    "W207": "joint commanded by two graphs",
+    "W208": "robot without commands",
+    "W209": "command for a joint without a drive",
+    "W210": "robot that overlaps something at the start",
+    "W301": "imported node of an unavailable type",
+    "W302": "omitted part of an imported file",
     "N101": "old name of a node type",
     "N102": "prims were not checked",
     "N103": "physics setting that was resolved",
     "N104": "robot of a description without a robot file",
     "N105": "path of a link that leaves out the links above it",
-    "N301": "part of an imported file that was changed",
+    "N301": "changed part of an imported file",
     "N302": "part of an imported file that belongs to no graph",
 }
-"""Every code there is: G for graphs, S for scenes, W for lints, N for notes."""
+"""Title of each code: G for graphs, S for scenes, W for lints, N for notes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,13 +113,13 @@ class Span:
         return f"{printable(self.source.path)}:{self.line}:{self.column}"
 
     def part(self, offset: int, length: int) -> Span:
-        """The place of a part of this one, on the same line."""
+        """A part of this place, on the same line."""
         return Span(self.source, self.line, self.column + offset, max(length, 1))
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing to tell about a file: what, where, what is legal, what to do."""
+    """One error, warning or note about a file: message, place and help."""
 
     code: str
     message: str
@@ -137,7 +137,7 @@ class Finding:
         return {"W": "warning", "N": "note"}.get(self.code[0], "error")  # type: ignore[return-value]
 
     def render(self) -> str:
-        """Text for people: place, sentence, source line, caret, help."""
+        """The finding as text: place, message, source line with caret, and help."""
         where = f"{self.span}: " if self.span else ""
         first, *more = self.message.split("\n")
         parts = [f"{where}{self.severity} {self.code}: {printable(first)}"]
@@ -150,7 +150,7 @@ class Finding:
         return "\n".join(parts)
 
     def record(self) -> dict[str, Any]:
-        """The same for machines."""
+        """The finding as JSON types."""
         return {
             "code": self.code,
             "title": CODES[self.code],
@@ -172,7 +172,7 @@ _WIDTH = 160
 
 
 def _excerpt(span: Span) -> list[str]:
-    """The source line and a caret below it; a window of it where the line is very long."""
+    """The source line with a caret below it; a very long line is cut to a window."""
     if not 1 <= span.line <= len(span.source.lines):
         return []
     line = span.source.lines[span.line - 1]
@@ -189,7 +189,7 @@ def _excerpt(span: Span) -> list[str]:
 
 
 def _width(text: str) -> int:
-    """Columns that a terminal gives a text."""
+    """Width of a text in terminal columns."""
     return sum(
         0 if unicodedata.combining(c) else 2 if unicodedata.east_asian_width(c) in ("W", "F") else 1 for c in text
     )
@@ -203,7 +203,7 @@ MAX_GUESSES = 50
 
 @dataclass(slots=True)
 class Findings:
-    """A list that grows while a file is read, so that one run tells everything."""
+    """A list of findings that is extended while files are read, so that one run reports everything."""
 
     items: list[Finding] = field(default_factory=list)
     _known: set[object] = field(default_factory=set, repr=False)
@@ -235,27 +235,27 @@ class Findings:
         self.items.append(finding)
 
     def guess(self, name: str, legal: Iterable[str]) -> str:
-        """Suggest what was meant, for the first findings only: to compare one name with hundreds takes milliseconds."""
+        """Suggest near names; only for the first findings, as each search takes milliseconds."""
         self._guesses += 1
         return did_you_mean(name, legal) if self._guesses <= MAX_GUESSES else ""
 
     @property
     def full(self) -> bool:
-        """Whether errors that follow are dropped."""
+        """Whether further errors are dropped."""
         return self._errors > MAX_ERRORS
 
     @property
     def errors(self) -> list[Finding]:
-        """Those that keep the graph from running."""
+        """All errors, which prevent a run."""
         return [f for f in self.items if f.severity == "error"]
 
     @property
     def warnings(self) -> list[Finding]:
-        """Those that count as errors with --strict."""
+        """All warnings, which count as errors with --strict."""
         return [f for f in self.items if f.severity == "warning"]
 
     def sorted(self) -> list[Finding]:
-        """By file in order of appearance, then by place."""
+        """Findings by file in order of appearance, then by place."""
         files: dict[str, int] = {}
         for item in self.items:
             files.setdefault(item.span.source.path if item.span else "", len(files))
@@ -269,7 +269,7 @@ class Findings:
         return sorted(self.items, key=key)
 
     def raise_errors(self) -> None:
-        """Raise a CheckError if there is any error."""
+        """Raise CheckError if there is an error."""
         if self.errors:
             raise CheckError(self.sorted())
 

@@ -1,7 +1,7 @@
-"""Parses YAML to plain data with the span of each value, within size limits.
+"""YAML to plain data with the place of each value; all sizes of a file are limited here.
 
 YAML 1.2 core rules decide what a plain scalar is: `no` and `12:30:00` are strings, `1e3` is a number. The parser's event stream
-is read in a loop, not by recursion, so that depth is a limit of ours and not of the C stack.
+is read in a loop, not by recursion, so that a limit of this module bounds depth, not the C stack.
 """
 
 from __future__ import annotations
@@ -137,7 +137,7 @@ class Document:
 
 
 def load(path: str | os.PathLike[str], findings: Findings, shown_as: str | None = None) -> Document | None:
-    """Read a YAML file; what is wrong with it goes to `findings`, and None comes back if nothing could be read."""
+    """Read a YAML file. Errors are added to `findings`; None if the file could not be read."""
     shown = shown_as or os.fspath(path)
     nowhere = Span(Source(shown, ()), 1, 1)
     try:
@@ -195,7 +195,7 @@ def parse(text: str, shown_as: str, findings: Findings) -> Document | None:
 
 
 def _report_syntax(error: yaml.MarkedYAMLError, source: Source, findings: Findings) -> None:
-    """The parser's complaint, where it arose or else where what it was reading began, and what to do about it."""
+    """Add the parser's error to `findings`, at its place or at the start of the value being read, with a remedy."""
     problem, context = str(error.problem or "not YAML"), str(error.context or "")
     spans = [_inside(source, mark) for mark in (error.problem_mark, error.context_mark) if mark]
     span = spans[-1 if context.startswith(_FROM_ITS_BEGINNING) else 0] if spans else Span(source, 1, 1)
@@ -207,7 +207,7 @@ def _report_syntax(error: yaml.MarkedYAMLError, source: Source, findings: Findin
 
 
 def _inside(source: Source, mark: Any) -> Span:
-    """The place of a mark; what the parser places behind the last line is at its end."""
+    """The place of a parser mark; a mark behind the last line is moved to its end."""
     if mark.line < len(source.lines):
         return Span(source, mark.line + 1, mark.column + 1)
     return Span(source, len(source.lines), len(source.lines[-1]) + 1)
@@ -237,7 +237,7 @@ class _Open:
 
 
 class _ValueBuilder:
-    """Turns events into values; keeps a stack in place of recursion."""
+    """Builds values from parser events, with a stack instead of recursion."""
 
     def __init__(self, source: Source, findings: Findings) -> None:
         self.source = source
@@ -250,7 +250,7 @@ class _ValueBuilder:
         self.documents = 0
 
     def add(self, event: Any) -> bool:
-        """Take one event; False when reading on makes no sense."""
+        """Process one event; False if reading cannot continue."""
         if isinstance(event, yaml.DocumentStartEvent):
             self.documents += 1
             if self.documents > 1:
@@ -287,7 +287,7 @@ class _ValueBuilder:
         return True
 
     def _at_key(self) -> bool:
-        """Whether a key comes next."""
+        """Whether the next value is a key."""
         return bool(self.stack) and isinstance(self.stack[-1].value.data, dict) and self.stack[-1].key is None
 
     def _tag_refused(self, event: Any, span: Span) -> None:
@@ -344,7 +344,7 @@ class _ValueBuilder:
         return self._counted(span, size) and self._shallow(span, depth) and self._place(value, None, size, depth)
 
     def _place(self, value: Value, anchor: str | None, size: int, depth: int) -> bool:
-        """Put a finished value where it belongs."""
+        """Add a finished value to its mapping or sequence."""
         if anchor is not None:
             self.anchors[anchor] = (value, size, depth)
         if not self.stack:
@@ -361,7 +361,7 @@ class _ValueBuilder:
         if key in frame.value.data:
             first = frame.value.keys[key]
             self.findings.add(
-                "G103", f"key {key[:80]!r} stands twice", span, "rename or remove one", related=[(first, "first here")]
+                "G103", f"key {key[:80]!r} occurs twice", span, "rename or remove one", related=[(first, "first here")]
             )
         elif not frame.drop:
             frame.value.data[key] = value

@@ -1,27 +1,27 @@
 """The exception tree.
 
-GraphError                  everything that this package raises on purpose
-├── BadValueError           a value that came over a wire and that a node cannot use; the run goes on
-├── CheckError              findings that keep a graph or scene from being built
-├── ContextError            what a node asked for is not there, or not legal
-│   ├── PrimError           no prim at that path, or one of the wrong kind
-│   │   └── AmbiguousPrimError   two prims at that path
+GraphError                  base of all exceptions of this package
+├── BadValueError           a wire's value that a node cannot use; the run continues
+├── CheckError              errors in the files of a graph or scene
+├── ContextError            a node asked its context for something missing or illegal
+│   ├── PrimError           no prim at a path, or a prim of the wrong kind
+│   │   └── AmbiguousPrimError   a path that could mean several prims
 │   ├── JointError          no such joint
-│   ├── TopicError          a topic, namespace or QoS profile that ROS 2 would refuse
-│   ├── MessageTypeError    no such message type, or one that cannot be used (in messages/interfaces.py)
-│   └── MissingMessageError a generic node whose message type is not said (in nodes/ros2/fields.py)
-├── ControlError            a running session cannot be reached from outside, or refused what it was asked for
+│   ├── TopicError          a topic, namespace or QoS profile that is not legal in ROS 2
+│   ├── MessageTypeError    an unknown or unusable message type (in messages/interfaces.py)
+│   └── MissingMessageError a generic node without a message type (in nodes/ros2/fields.py)
+├── ControlError            a running session could not be reached, or refused a command
 ├── NodeClassError          a node class that cannot be registered (in node/node_class.py)
-├── NodeError               a node raised while it computed
+├── NodeError               an exception in a node's `compute`
 ├── PhysicsError            the simulation diverged
-├── RecordingError          a recording that cannot be written, or cannot be read
+├── RecordingError          a recording that cannot be written or read
 ├── RenderError             pictures cannot be drawn
 ├── TransportError          the network could not be joined, or a peer's library failed
-│   └── MessageError        a message that is not what its type says (in messages/messages.py)
-└── UsageError              a command line that makes no sense (exit code 2)
-    ├── RefusedError        a request of simulation_interfaces that is refused (in control/simulation_interfaces/results.py)
-    ├── StateError          a session that plays, pauses or stands cannot do this then
-    └── UnknownEntityError  no robot or object of that name
+│   └── MessageError        a message that does not match its type (in messages/messages.py)
+└── UsageError              invalid arguments (exit code 2 of `graphrun`)
+    ├── RefusedError        a refused request of simulation_interfaces (in control/simulation_interfaces/results.py)
+    ├── StateError          a call that the state of the session does not allow
+    └── UnknownEntityError  no robot or object has the name
 """
 
 from __future__ import annotations
@@ -35,17 +35,17 @@ if TYPE_CHECKING:
 
 
 class GraphError(Exception):
-    """Root of what this package raises on purpose."""
+    """Base of all exceptions of this package."""
 
 
 class BadValueError(GraphError, ValueError):
-    """A value that came over a wire and that a node cannot use.
+    """A value from a wire that a node cannot use.
 
-    The node's branch ends for this tick and the run goes on. A node raises it before it changes an output, a State or the world.
+    The node's branch ends for this tick and the run continues. A node raises it before it changes outputs, state or the world.
 
     Args:
-        port: OmniGraph name of the input, for example `velocityCommand`, or of several that do not go together: `a, b`.
-        value: what arrived there.
+        port: OmniGraph name of the input, for example `velocityCommand`, or of several with incompatible values: `a, b`.
+        value: the value of the port.
         legal: what the node can use, as the end of "… must be"; empty where the port's name says enough.
     """
 
@@ -61,7 +61,7 @@ class BadValueError(GraphError, ValueError):
 
 
 class CheckError(GraphError):
-    """Findings that keep a graph or scene from being built."""
+    """Errors in the files of a graph or scene."""
 
     def __init__(self, findings: Sequence[Finding]) -> None:
         super().__init__("\n".join(finding.render() for finding in findings))
@@ -69,12 +69,12 @@ class CheckError(GraphError):
 
 
 class ContextError(GraphError):
-    """What a node asked for in `setup` is not there, or not legal.
+    """A node asked its context for something missing or illegal.
 
     Args:
-        message: what is wrong.
-        value: the input's value that asked for it, by which the place in the file is found.
-        help: what is legal, what to do.
+        message: the problem.
+        value: value of the input that caused it, which gives the place in the file.
+        help: lines on legal values and remedies.
     """
 
     code = "G307"
@@ -87,35 +87,35 @@ class ContextError(GraphError):
 
 
 class PrimError(ContextError):
-    """No prim at that path, or one of the wrong kind."""
+    """No prim has the path, or the prim is of the wrong kind."""
 
     code = "G301"
 
 
 class AmbiguousPrimError(PrimError):
-    """A path that could mean two prims."""
+    """A path that could mean several prims."""
 
     code = "G302"
 
 
 class JointError(ContextError):
-    """No such joint."""
+    """The robot has no joint with the name or index."""
 
     code = "G303"
 
 
 class TopicError(ContextError):
-    """A topic, namespace or QoS profile that ROS 2 would refuse."""
+    """A topic, namespace or QoS profile that is not legal in ROS 2."""
 
     code = "G304"
 
 
 class ControlError(GraphError):
-    """A running session cannot be reached from outside, or refused what it was asked for."""
+    """A running session could not be reached, or refused a command."""
 
 
 class NodeError(GraphError):
-    """A node raised while it computed; the cause is chained."""
+    """An exception in a node's `compute`, which is chained as the cause."""
 
 
 class PhysicsError(GraphError):
@@ -123,11 +123,11 @@ class PhysicsError(GraphError):
 
 
 class RecordingError(GraphError):
-    """A recording cannot be written, or a file is none that can be read."""
+    """A recording cannot be written or read."""
 
 
 class RenderError(GraphError):
-    """Pictures cannot be drawn: there is no OpenGL, or it refused."""
+    """Pictures cannot be rendered: OpenGL is missing or failed."""
 
 
 class TransportError(GraphError):
@@ -135,12 +135,12 @@ class TransportError(GraphError):
 
 
 class UsageError(GraphError):
-    """A command line that makes no sense."""
+    """Invalid arguments of a command line or a call."""
 
 
 class StateError(UsageError):
-    """A session cannot do this while it plays, or only then."""
+    """The state of the session does not allow the call."""
 
 
 class UnknownEntityError(UsageError):
-    """There is no robot or object of that name."""
+    """No robot or object has the name."""

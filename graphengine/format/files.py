@@ -1,8 +1,8 @@
-"""Finds the files that other files name, within the folders that may be read.
+"""Look-up of files that other files refer to, and the folders that may be read.
 
-A reference is looked up beside the file that names it, then among the graphs and scenes that ship with the package. What a
-file names must lie in the folder of the file the user gave, in what ships, or in a folder the user allowed: a scene from a
-stranger reads nothing else.
+A reference is looked up beside the file that contains it, then among the included graphs and scenes. The file found must lie in
+the folder of the file given by the user, among the included files, or in a folder that the user allowed, so an untrusted scene
+cannot read other files.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def shipped() -> Path:
 
 
 class NotFoundError(Exception):
-    """No such file, or not one that may be read; the arguments are what, and lines of help."""
+    """A file does not exist or may not be read. Arguments: message, then lines of help."""
 
     def __init__(self, message: str, *help: str) -> None:
         super().__init__(message)
@@ -35,7 +35,7 @@ class NotFoundError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Files:
-    """The folders that references may lead into."""
+    """The folders that may be read."""
 
     roots: tuple[Path, ...]
     near: Path | None = None
@@ -55,32 +55,32 @@ class Files:
         installed: Sequence[Path] = (),
         base: Path | None = None,
     ) -> Files:
-        """For a file that the user gave."""
+        """The folders for a file given by the user."""
         base = base or shipped()
         roots = (base / "graphs", base / "scenes", *(path.resolve() for path in (*allowed, *installed)))
         near = near.resolve() if near else None
         return Files(roots, near, tuple(path.absolute() for path in installed), base).beside(given)
 
     def beside(self, given: Path) -> Files:
-        """For one more file that the user gave."""
+        """The folders for an additional file given by the user."""
         self.note(given)
         return replace(self, roots=(given.resolve().parent, *self.roots))
 
     def note(self, path: Path) -> None:
-        """Remember that a file is read."""
+        """Record that a file is read."""
         self.used.setdefault(Path(os.path.abspath(path)))
 
     def links(self) -> Iterator[Path]:
-        """Links in installed packages, which may be read wherever they lead."""
+        """Symbolic links in installed packages, whose targets may be read anywhere."""
         for top in self.installed:
             for folder, folders, names in os.walk(top):
                 yield from (path for name in (*folders, *names) if (path := Path(folder, name)).is_symlink())
 
     def find(self, reference: str, folder: Path) -> Path:
-        """The file that a reference in a file of `folder` means.
+        """The file for a reference in a file in `folder`.
 
         Raises:
-            NotFoundError: it is nowhere, or outside of what may be read.
+            NotFoundError: the file does not exist, or lies outside the folders that may be read.
         """
         base = self.base
         places = [folder / reference, base / reference, base / "scenes" / reference, base / "graphs" / reference]
@@ -93,7 +93,7 @@ class Files:
                     )
                 self.note(place)
                 return self.shown(place)
-        looked = f"looked in {str(places[0].parent)!r}, and among the graphs and scenes that ship"
+        looked = f"looked in {str(places[0].parent)!r}, and among the included graphs and scenes"
         raise NotFoundError(f"no file {reference!r}", self._near(reference, places), looked)
 
     def look_up(
@@ -115,7 +115,7 @@ class Files:
             return None
 
     def shown(self, path: Path) -> Path:
-        """The path as messages name it: from the working directory where it lies below it."""
+        """The path for messages: relative to the working directory for files below it."""
         if self.near is not None and path.resolve().is_relative_to(self.near):
             return path.resolve().relative_to(self.near)
         return path
@@ -123,7 +123,7 @@ class Files:
     def may_read(self, path: Path) -> bool:
         """Whether a file lies below one of the roots, links followed.
 
-        Links in installed packages may lead anywhere: they are the user's own, and `colcon build --symlink-install` makes them.
+        Targets of links in installed packages may be anywhere, as `colcon build --symlink-install` makes such links.
         """
         if ".." not in path.parts and any(path.is_relative_to(folder) for folder in self.installed):
             return True
@@ -143,10 +143,10 @@ class Files:
 
 
 def find_given(name: str, folder: str) -> Path:
-    """The file that a command line means: a path, or the name of one that ships in `graphs` or `scenes`.
+    """The file given on a command line: a path, or the name of an included file in `graphs` or `scenes`.
 
     Raises:
-        NotFoundError: there is none.
+        NotFoundError: no such file exists.
     """
     base = shipped()
     places = [Path(name), base / folder / name, base / folder / f"{name}.yaml", base / name]
@@ -163,10 +163,10 @@ def find_given(name: str, folder: str) -> Path:
 
 
 def find_file(name: str) -> Path:
-    """The file that a user means: a path, or the name of a scene or graph that ships; as short as it can be written.
+    """The shortest path of the file that a user gave: a path, or the name of an included scene or graph.
 
     Raises:
-        UsageError: there is none.
+        UsageError: no such file exists.
     """
     failures = []
     for folder in ("scenes", "graphs"):
@@ -184,17 +184,17 @@ def find_file(name: str) -> Path:
 
 
 def require_file(path: str | Path) -> None:
-    """Refuse a path that a plain `open` might wait at for ever.
+    """Check that a path is a regular file, since opening a pipe could block.
 
     Raises:
-        UsageError: nothing is there, or a folder, pipe or device.
+        UsageError: the path does not exist, or is a folder, pipe or device.
     """
     if not os.path.isfile(path):
         raise UsageError(f"{path}: not a regular file" if os.path.exists(path) else f"no file {str(path)!r}")
 
 
 def _beside(name: str) -> str:
-    """A file with a like name in the same folder."""
+    """A file with a similar name in the same folder."""
     folder = os.path.dirname(name)
     try:
         there = os.listdir(folder or ".")
@@ -204,12 +204,12 @@ def _beside(name: str) -> str:
 
 
 def near(path: str) -> str:
-    """A path as short as it can be written."""
+    """The shortest form of a path."""
     relative = os.path.relpath(path)
     return path if relative.startswith("..") else relative
 
 
 def installed_packages() -> list[Path]:
-    """Folders of the ROS packages of the workspaces that were sourced."""
+    """Folders of the ROS packages in sourced workspaces."""
     prefixes = filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))
     return [Path(prefix).absolute() / "share" for prefix in prefixes]

@@ -1,4 +1,4 @@
-"""Registries that the modules of a package fill: adding a kind means adding a module."""
+"""Registries filled by the modules of a package: to add a kind, add a module."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ T = TypeVar("T")
 
 
 class Kinds(Generic[T]):
-    """Entries by kind, which the modules of a package add when they are imported.
+    """Entries by kind, added by the modules of a package on import.
 
     Args:
-        package: full name of the package; its modules are imported when somebody first asks for all entries.
+        package: full name of the package; its modules are imported at the first call of `all`.
     """
 
     def __init__(self, package: str) -> None:
@@ -27,7 +27,7 @@ class Kinds(Generic[T]):
         """Add the entry of a kind; a lower rank is listed first.
 
         Raises:
-            ValueError: the kind has an entry.
+            ValueError: the kind already has an entry.
         """
         if kind in self._entries:
             raise ValueError(f"two modules of {self._package} define {kind!r}")

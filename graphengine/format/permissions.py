@@ -1,6 +1,6 @@
-"""What graph files may do outside their folder: read named environment variables, and run Python.
+"""Permissions that a user gives to graph files: to read environment variables by name, and to run Python.
 
-A graph from a stranger has neither: a variable may be a secret that a topic would tell to everybody, and code may do anything.
+By default graphs have neither, since a variable may be a secret that a topic would publish, and code may do anything.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ LARGEST_FILE = 10_000_000
 
 @dataclass(frozen=True, slots=True)
 class Permissions:
-    """What graphs may do.
+    """Permissions of graphs.
 
     Attributes:
-        files: where files are looked for; without it nothing is read.
-        environment: variables that may be read, with their values; those that the environment lacks are empty.
-        scripts: whether they may run Python.
+        files: folders that may be read; None reads nothing.
+        environment: readable environment variables with their values; unset ones are empty.
+        scripts: whether graphs may run Python.
     """
 
     files: Files | None = None
@@ -33,10 +33,10 @@ class Permissions:
     scripts: bool = False
 
     def variable(self, name: str) -> str:
-        """A variable of the environment.
+        """The value of an environment variable.
 
         Raises:
-            ContextError: it may not be read.
+            ContextError: the variable may not be read.
         """
         if name not in self.environment:
             allow = f"allow it with --env {name}" if name.isidentifier() else "write the name of one variable"
@@ -47,10 +47,10 @@ class Permissions:
         return self.environment[name]
 
     def read(self, reference: str, folder: Path) -> tuple[Path, str]:
-        """A text file that a graph file in some folder names, and its text.
+        """The path and text of a file that a graph file in `folder` refers to.
 
         Raises:
-            ContextError: it is nowhere, may not be read, is too large, or no text.
+            ContextError: the file does not exist, may not be read, is too large, or is not text.
         """
         if self.files is None:
             raise ContextError("no files can be read here", reference)
@@ -70,10 +70,10 @@ class Permissions:
             raise ContextError(f"{path} cannot be read: {error.strerror}", reference) from None
 
     def require_scripts(self) -> None:
-        """Refuse Python that was not allowed.
+        """Check that graphs may run Python.
 
         Raises:
-            ContextError: it was not.
+            ContextError: the user does not allow it.
         """
         if not self.scripts:
             raise ContextError(

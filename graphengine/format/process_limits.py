@@ -1,4 +1,4 @@
-"""Checks process limits at which C libraries would abort: address space and file descriptors."""
+"""Checks of process resources without which C libraries abort the process instead of reporting an error."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ SMALLEST = 320_000_000
 
 
 def has_address_space(size: int) -> bool:
-    """Whether `ulimit -v` and the machine allow this many more bytes; the memory is not touched."""
+    """Whether `ulimit -v` and the machine allow this many more bytes; none are kept."""
     try:
         mmap.mmap(-1, size, mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS, mmap.PROT_READ).close()
     except (OSError, MemoryError):

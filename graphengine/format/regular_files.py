@@ -1,4 +1,4 @@
-"""Opens regular files only."""
+"""Opening of files given by users or other files."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import BinaryIO
 
 
 def open_regular(path: str | os.PathLike[str]) -> BinaryIO:
-    """Open a regular file for reading; a pipe or device is refused at once, where a plain `open` may wait for ever.
+    """Open a regular file for reading; pipes and devices raise an error, as opening them could block.
 
     Raises:
-        OSError: it is not there, not regular, or may not be read.
+        OSError: the file does not exist, is not regular, or may not be read.
     """
     file = open(path, "rb", opener=_without_waiting)  # noqa: SIM115  # it is returned
     if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):

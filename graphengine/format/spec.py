@@ -1,6 +1,6 @@
-"""Specs of the three kinds of file: graph, scene and robot. Frozen, picklable, validated once by pydantic.
+"""The specs of the three kinds of file: graph, scene and robot. Frozen, picklable, validated by pydantic once.
 
-Every model's JSON Schema is what `graphrun schema` prints, so descriptions here are what an editor shows.
+`graphrun schema` prints their JSON Schema, so editors show the descriptions of this module.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ MAX_HZ = 10_000
 
 
 def _name_keys(schema: dict[str, Any]) -> None:
-    """Let the schema refuse what is no name, where pydantic's own would not look at it."""
+    """Add the pattern of names to the keys in a schema, which pydantic leaves out."""
     for value in schema.get("properties", {}).values():
         for pattern, item in value.pop("patternProperties", {}).items():
             value["propertyNames"] = {**value.get("propertyNames", {}), "pattern": pattern}
@@ -28,7 +28,7 @@ def _name_keys(schema: dict[str, Any]) -> None:
 
 
 class Spec(BaseModel):
-    """Base of everything that is read from YAML: no unknown keys, no conversions, no changes."""
+    """Base of all specs: frozen, without unknown keys and type conversions."""
 
     model_config = ConfigDict(
         extra="forbid", frozen=True, strict=True, allow_inf_nan=False, json_schema_extra=_name_keys, defer_build=True
@@ -44,7 +44,7 @@ def _whole_number(value: Any) -> Any:
 def _evaluator(value: Any) -> Any:
     if value in ("dirty_push", "lazy"):
         raise ValueError(
-            f"{value!r} graphs, of which only what changed is computed, are not supported; use push, which computes every node, "
+            f"{value!r} graphs, which compute only changes, are not supported; use push, which computes every node, "
             "or execution, in which data nodes are computed when something reads them"
         )
     return value
@@ -72,11 +72,11 @@ def _robot_path(path: str) -> str:
 
 _NAMESPACE = re.compile(rf"[^A-Za-z0-9_]*({_PART}(/{_PART})*)?[^A-Za-z0-9_]*")
 NAMESPACE_FIELD = re.compile(r"\{(name|index)(?::0([1-9]))?\}")
-"""What stands in a namespace for each robot's own name or number."""
+"""Placeholders of a robot's name or number in a namespace."""
 
 
 def _namespace(value: str) -> str:
-    """Refuse what cannot be a part of any namespace in ROS 2. Both ends of a whole one are trimmed, so anything may be there."""
+    """Check that a text can be part of a ROS 2 namespace. Its ends are free, as those of a whole namespace are trimmed."""
     if not _NAMESPACE.fullmatch(value):
         legal = "legal: letters A-Z a-z, digits and _, in parts separated by /; no part is empty or starts with a digit"
         raise ValueError(f"{value!r} cannot be part of a ROS 2 namespace; {legal}")
@@ -85,7 +85,7 @@ def _namespace(value: str) -> str:
 
 def _namespace_pattern(value: str) -> str:
     if re.search(r"[{}]", NAMESPACE_FIELD.sub("", value)):
-        raise ValueError(f"{value!r} is no pattern; legal: {{name}}, {{index}}, {{index:04}}")
+        raise ValueError(f"{value!r} is not a pattern; legal: {{name}}, {{index}}, {{index:04}}")
     _namespace(NAMESPACE_FIELD.sub(lambda field: "name" if field[1] == "name" else "0", value))
     return value
 
@@ -108,7 +108,7 @@ Format = Annotated[
 
 
 class ParameterSpec(Spec):
-    """A value that whoever uses the graph can give, substituted for `$(name)`."""
+    """A value that a user of the graph gives; it replaces `$(name)`."""
 
     type: str = Field(description="A port type such as double, string or target.")
     default: Any = None
@@ -124,10 +124,10 @@ class VariableSpec(Spec):
 
 
 class EverySpec(Spec):
-    """How often a node is executed, or an event fires: `once`, at every n-th time, or so often a second."""
+    """How often a node is executed or an event fires: `once`, every n-th time, or at a rate."""
 
-    once: bool = Field(default=False, description="The first time since play, and then no more.")
-    ticks: int | None = Field(default=None, ge=1, le=MAX_TICKS, description="Every n-th time, beginning with the n-th.")
+    once: bool = Field(default=False, description="Only the first time since play.")
+    ticks: int | None = Field(default=None, ge=1, le=MAX_TICKS, description="Every n-th time, starting with the n-th.")
     hz: Positive | None = Field(
         default=None, le=MAX_HZ, description="The first time at or after each k / hz seconds of simulation."
     )
@@ -147,9 +147,9 @@ class EverySpec(Spec):
 
 
 class NodeSpec(Spec):
-    """A node: its type, or the subgraph that stands in its place, and the values of its inputs."""
+    """A node: a type or a subgraph, and values of its inputs."""
 
-    type: str = Field(default="", description="Registered OmniGraph name, or for built-ins its last part.")
+    type: str = Field(default="", description="Registered OmniGraph name, or only its last part for included types.")
     subgraph: str = Field(default="", description="A graph file with declared inputs and outputs, in place of type.")
     parameters: dict[Name, Any] = Field(default={}, description="Values for the parameters of the subgraph.")
     inputs: dict[str, Any] = Field(default={}, description="Values by port name.")
@@ -177,7 +177,7 @@ class NodeSpec(Spec):
 
 
 class GraphSpec(Spec):
-    """A graph file: nodes, the wires between them, and where the graph stands in the prim tree."""
+    """A graph file: nodes, wires, and the graph's place in the prim tree."""
 
     format: Format = 1
     graph: Name = Field(description="Name of the graph.")
@@ -187,19 +187,19 @@ class GraphSpec(Spec):
     runs: Literal["tick", "physics_step"] = Field(default="tick", description="How often the graph runs.")
     evaluator: Annotated[Literal["execution", "push"], BeforeValidator(_evaluator)] = Field(
         default="execution",
-        description="Whether nodes run that execution reaches, or every node whenever the graph runs.",
+        description="`execution` runs the nodes that execution reaches, `push` runs all nodes in each pass.",
     )
     variables: dict[Name, VariableSpec] = Field(default={}, description="Name to {type: …, default: …}.")
     nodes: dict[Name, NodeSpec] = Field(default={}, description="Name to a type, or to {type: …, inputs: {…}}.")
     connections: tuple[Connection, ...] = Field(
-        default=(), description="One wire a line: Node.port -> Node.port", strict=False
+        default=(), description="One wire per line: Node.port -> Node.port", strict=False
     )
     inputs: dict[str, str] = Field(default={}, description="Ports that the graph has as a subgraph: name to Node.port.")
     outputs: dict[str, str] = Field(
         default={}, description="Ports that the graph has as a subgraph: name to Node.port."
     )
-    layout: dict[Name, Pair] = Field(default={}, description="Node to [x, y], for pictures.")
-    scene: str = Field(default="", description="What `graphrun run` loads for this graph.")
+    layout: dict[Name, Pair] = Field(default={}, description="Node to [x, y], for drawings.")
+    scene: str = Field(default="", description="Scene file that `graphrun run` loads for this graph.")
 
 
 class Orientation(Spec):
@@ -213,7 +213,7 @@ class Orientation(Spec):
         if (self.rpy_deg is None) == (self.quaternion_xyzw is None):
             raise ValueError("give one of rpy_deg: [roll, pitch, yaw] and quaternion_xyzw: [x, y, z, w]")
         if self.quaternion_xyzw is not None and abs(math.hypot(*self.quaternion_xyzw) - 1.0) > 0.01:
-            raise ValueError("a quaternion that is a rotation has length 1")
+            raise ValueError("a rotation quaternion has length 1")
         return self
 
 
@@ -221,7 +221,7 @@ UPRIGHT = Orientation(rpy_deg=(0.0, 0.0, 0.0))
 
 
 class GraphUse(Spec):
-    """A graph file put somewhere, with values for its parameters."""
+    """The use of a graph file at a prim, with values for its parameters."""
 
     use: str
     at: PrimPath = Field(default="", description="Overrides the graph file's own `at`.")
@@ -232,46 +232,46 @@ MAX_ROBOTS = 1000
 
 
 class PhysicsSpec(Spec):
-    """How often graphs tick, and how often physics integrates inside a tick."""
+    """The rate of ticks, and the number of physics steps in a tick."""
 
-    tick_rate: Positive = Field(default=60.0, le=10_000, description="Graph ticks, and physics ticks, a second.")
-    substeps: int = Field(default=4, ge=1, le=1000, description="MuJoCo steps in a tick.")
+    tick_rate: Positive = Field(default=60.0, le=10_000, description="Ticks of graphs and physics per second.")
+    substeps: int = Field(default=4, ge=1, le=1000, description="MuJoCo steps per tick.")
 
 
 class PlaceSpec(Spec):
-    """Where one robot of several stands."""
+    """The pose of one robot of a fleet."""
 
     position: Vector = (0.0, 0.0, 0.0)
     orientation: Orientation = UPRIGHT
 
 
 class RobotUse(Spec):
-    """A robot file put into a scene, once or as a fleet: `NAME_0000`, `NAME_0001` and so on."""
+    """The use of a robot file in a scene, once or as a fleet: `NAME_0000`, `NAME_0001` and so on."""
 
     use: str = Field(
         description="Robot file, or a description alone: a file of URDF, xacro or MJCF, or the text of a URDF or MJCF."
     )
     at: RobotPath | None = Field(
         default=None,
-        description="Path of the robot's prim, as in /World/robot; /NAME when not given. A fleet's number is appended.",
+        description="Path of the robot's prim, as in /World/robot; default /NAME. A fleet's number is appended.",
     )
     position: Vector = (0.0, 0.0, 0.0)
     orientation: Orientation = UPRIGHT
     count: int | None = Field(
-        default=None, ge=1, le=MAX_ROBOTS, description="How many robots, in rows along the x axis."
+        default=None, ge=1, le=MAX_ROBOTS, description="Number of robots, in rows along the x axis."
     )
     spacing: Annotated[tuple[Positive, Positive], Field(strict=False)] | None = Field(
-        default=None, description="From one to the next in a row, and from row to row along the y axis, m."
+        default=None, description="Distances between robots in a row, and between rows along the y axis, m."
     )
-    per_row: int | None = Field(default=None, ge=1, description="Robots in a row; all of them when not given.")
+    per_row: int | None = Field(default=None, ge=1, description="Robots per row; default all.")
     places: Annotated[tuple[PlaceSpec, ...], Field(strict=False, max_length=MAX_ROBOTS)] | None = Field(
-        default=None, description="In place of count: where each robot stands, relative to position and orientation."
+        default=None, description="Pose of each robot, relative to position and orientation; replaces count."
     )
     namespace: NamespacePattern | None = Field(
         default=None,
         description="Replaces the robot file's namespace on its base link; {name} is the robot's name, {index:04} its number.",
     )
-    robot_state: bool = Field(default=False, description="Publish what robot_state_publisher would.")
+    robot_state: bool = Field(default=False, description="Publish the topics of robot_state_publisher.")
 
     @model_validator(mode="after")
     def _one_fleet(self) -> RobotUse:
@@ -285,14 +285,14 @@ class RobotUse(Spec):
 
 
 class SceneSpec(Spec):
-    """A scene file: a world, the robots in it, and the graphs that belong to no robot."""
+    """A scene file: a world, its robots, and graphs outside of robots."""
 
     format: Format = 1
     scene: Name
     doc: str = ""
-    world: str = Field(description="MJCF file of everything that is not a robot.")
+    world: str = Field(description="MJCF file of everything except the robots.")
     physics: PhysicsSpec = PhysicsSpec()
-    settle: bool = Field(default=False, description="Let robots come to rest before t = 0.")
+    settle: bool = Field(default=False, description="Simulate until the robots are at rest before t = 0.")
     robots: dict[Name, RobotUse] = {}
     graphs: dict[Name, GraphUse] = {}
     namespaces: dict[PrimPath, Namespace] = Field(
@@ -305,9 +305,9 @@ class DriveSpec(Spec):
 
     damping: Gain = Field(default=0.0, description="N m s/rad, or N s/m.")
     stiffness: Gain = Field(default=0.0, description="N m/rad, or N/m.")
-    target_velocity: Speed = Field(default=0.0, description="rad/s, or m/s, until something commands the joint.")
+    target_velocity: Speed = Field(default=0.0, description="rad/s, or m/s, until the first command to the joint.")
     max_force: Positive | None = Field(
-        default=None, description="N m, or N: the most that the drive exerts; the description's effort when not given."
+        default=None, description="Limit of the drive's torque or force, N m or N; default: the description's effort."
     )
     max_acceleration: Positive | None = Field(
         default=None, description="Limit on the slope of the velocity set point, rad/s2, or m/s2."
@@ -315,21 +315,21 @@ class DriveSpec(Spec):
 
 
 class UsdDriveSpec(Spec):
-    """A joint's drive as USD stores it: angles in degrees."""
+    """A joint's drive in USD's units: angles in degrees."""
 
     damping: Gain = Field(default=0.0, description="N m s/deg.")
     stiffness: Gain = Field(default=0.0, description="N m/deg.")
     target_velocity: Speed = Field(default=0.0, description="deg/s, or m/s.")
     max_force: Positive | None = Field(
-        default=None, description="N m, or N: the most that the drive exerts; the description's effort when not given."
+        default=None, description="Limit of the drive's torque or force, N m or N; default: the description's effort."
     )
 
 
 class JointSpec(Spec):
-    """What is changed about a joint of the robot description."""
+    """Changes to a joint of the robot description."""
 
     enabled: bool = True
-    weld: bool = Field(default=False, description="Keep in place what would fall off once the joint is disabled.")
+    weld: bool = Field(default=False, description="Weld a child that a disabled joint would let fall off.")
     position: Vector | None = Field(default=None, description="Overrides the joint's origin in its parent link, m.")
     drive: DriveSpec | None = None
     usd_drive: UsdDriveSpec | None = None
@@ -346,21 +346,21 @@ class MaterialSpec(Spec):
     """A physics material."""
 
     static_friction: NotNegative = Field(
-        default=0.5, description="Left out where it differs: MuJoCo has one friction, the dynamic one is taken for it."
+        default=0.5, description="No effect if it differs: MuJoCo has one friction, which is the dynamic one."
     )
     dynamic_friction: NotNegative = 0.5
-    restitution: float = Field(default=0.0, ge=0, le=1, description="Left out: MuJoCo's contacts have no such thing.")
+    restitution: float = Field(default=0.0, ge=0, le=1, description="No effect: MuJoCo's contacts have no restitution.")
     combine: Literal["average", "min", "multiply", "max"] = Field(
         default="average",
-        description="How the floor's friction is mixed in; that is done at build, and when a graph writes it.",
+        description="How to combine with the floor's friction; applied at build and when a graph writes it.",
     )
-    bind: tuple[str, ...] = Field(default=(), description="Links whose colliders take it.", strict=False)
+    bind: tuple[str, ...] = Field(default=(), description="Links whose colliders have this material.", strict=False)
 
 
 class FrameSpec(Spec):
     """An empty Xform."""
 
-    parent: str = Field(description="Prim below which it stands, relative to the robot.")
+    parent: str = Field(description="Parent prim, relative to the robot.")
     position: Vector = (0.0, 0.0, 0.0)
     orientation: Orientation = UPRIGHT
 
@@ -379,17 +379,17 @@ class SensorSpec(FrameSpec, defer_build=True):
     type: Annotated[str, _TypeOfSensor]
     profile: str = Field(default="", description="Name of a sensor profile, such as microscan3_9m_20hz.")
     noise_std: NotNegative | None = Field(
-        default=None, description="Standard deviation of the distances it measures, m; the profile's when not given."
+        default=None, description="Standard deviation of measured distances, m; default is the profile's."
     )
 
 
 class RobotSpec(Spec, defer_build=True):
-    """A robot file: a description, what is changed about it, what is mounted on it, and its graphs."""
+    """A robot file: a description, changes to it, mounted sensors, and graphs."""
 
     format: Format = 1
     robot: Name
     doc: str = ""
-    extends: str = Field(default="", description="A robot file that this one changes.")
+    extends: str = Field(default="", description="Robot file that this one extends.")
     urdf: str = Field(default="", description="URDF file, or a .xacro file that expands to one.")
     xacro_arguments: dict[str, str | bool | int | float] = Field(
         default={}, description="Values of the xacro file's arguments, as in `xacro file name:=value`."
@@ -402,14 +402,14 @@ class RobotSpec(Spec, defer_build=True):
     base_link: str = Field(default="base_link", description="Root link; the free joint moves it.")
     fixed_base: bool = Field(
         default=False,
-        description="Bolt the root link to the world, as for an arm; a root link that is called `world` always is.",
+        description="Fix the root link to the world, as for an arm; a root link named `world` is always fixed.",
     )
     articulation_root: str = Field(
-        default="", description="Link that graphs address the robot by; the one that moves freely when empty."
+        default="", description="Link that stands for the robot in graphs; empty: the freely moving link."
     )
     self_collision: bool = Field(
         default=False,
-        description="Let the robot's links collide with each other, but for those that a joint connects.",
+        description="Let the robot's links collide with each other, except those connected by a joint.",
     )
     joints: dict[str, JointSpec] = {}
     keep_only_joints: tuple[str, ...] = Field(

@@ -1,4 +1,4 @@
-"""Reads a file as a spec; errors become findings with their spans."""
+"""Reading files as specs, with errors at their places in the file."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ _PLAIN: Mapping[str, tuple[str, str]] = {
 
 
 def validate(model: type[S], document: Document, data: Any, findings: Findings) -> S | None:
-    """Plain data as a spec; what is wrong with it goes to `findings`, each at its place in the document."""
+    """Validate plain data as a spec. Errors are added to `findings`, at their places in the document."""
     if isinstance(data, dict) and type(data.get("format")) is int and data["format"] != FORMAT:
         message = f"format {data['format']} is not one this version reads"
         remedy = f"this version reads format {FORMAT}; a file with a higher number needs a newer graphengine"
@@ -63,7 +63,7 @@ def validate(model: type[S], document: Document, data: Any, findings: Findings) 
 
 
 def _is_of_another_kind(model: type[Spec], document: Document, data: Any, findings: Findings) -> bool:
-    """Whether a whole file is a graph where a robot was meant, or the like, which is told instead of each of its keys."""
+    """Whether a file is of another kind than expected; if so, one finding says it instead of one for each key."""
     wanted = next((kind for kind, known in KINDS.items() if known is model), None)
     other = kind_of(document)
     if wanted is None or other is None or wanted in data or other in model.model_fields:
@@ -101,7 +101,7 @@ def _report(model: type[Spec], document: Document, error: dict[str, Any], findin
         parent = location[:-1]
         span = document.key_span(*parent) if parent else document.span().part(0, 1)
         meaning = _description(model, location)
-        findings.add(code, message, span, f"it stands for: {meaning}" if meaning else "")
+        findings.add(code, message, span, f"meaning: {meaning}" if meaning else "")
     elif is_key:
         legal_name = re.sub(r"\A(?=[0-9])", "_", re.sub(r"[^A-Za-z0-9_]", "_", str(error["input"])))
         fits = kind == "string_pattern_mismatch" and legal_name
@@ -118,14 +118,14 @@ def _report(model: type[Spec], document: Document, error: dict[str, Any], findin
 
 
 def _name(location: Location) -> str:
-    """A key in words: `nodes`, `position[1]`, `file` for all of it."""
+    """The text for a location: `nodes`, `position[1]`, `file` for the whole file."""
     names = [part for part in location if isinstance(part, str)]
     numbers = location[location.index(names[-1]) + 1 :] if names else location
     return (names[-1] if names else "file") + "".join(f"[{number}]" for number in numbers)
 
 
 def _annotations_at(annotation: Any, location: Location) -> list[Any]:
-    """What may stand at a location: spec classes, tuples, scalars."""
+    """The legal types at a location: spec classes, tuples, scalars."""
     origin, arguments = typing.get_origin(annotation), typing.get_args(annotation)
     if origin is Annotated:
         return _annotations_at(arguments[0], location)
@@ -147,7 +147,7 @@ def _models_at(model: type[Spec], location: Location) -> list[type[BaseModel]]:
 
 
 def _description(model: type[Spec], location: Location) -> str:
-    """What a key stands for; nothing for a whole file, which no key leads to."""
+    """The description of a key; empty for the whole file."""
     for found in _models_at(model, location[:-1]):
         known = found.model_fields.get(str(location[-1])) if location else None
         if known and known.description:
@@ -156,7 +156,7 @@ def _description(model: type[Spec], location: Location) -> str:
 
 
 class Loaded(typing.Generic[S]):
-    """A spec with the document it came from, so that later findings know their place."""
+    """A spec with its document, which gives later findings their places."""
 
     __slots__ = ("document", "spec")
 
@@ -166,14 +166,14 @@ class Loaded(typing.Generic[S]):
 
     @property
     def folder(self) -> Path:
-        """Where relative paths in the file begin."""
+        """Folder that relative paths in the file refer to."""
         return self.document.path.parent
 
 
 def read(
     model: type[S], path: str | os.PathLike[str], findings: Findings, shown_as: str | None = None
 ) -> Loaded[S] | None:
-    """Read and check one file against one model."""
+    """Read a file and validate it as a spec."""
     document = documents.load(path, findings, shown_as)
     if document is None:
         return None

@@ -1,4 +1,4 @@
-"""Base classes of objects whose state a checkpoint keeps, and of handles to them."""
+"""Bases of objects whose state is part of checkpoints, and of shared objects."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Self
 
 
 class Shared:
-    """An object that a copy of a state refers to, and does not copy."""
+    """An object that copies of a state refer to instead of copying it."""
 
     __slots__ = ()
 
@@ -16,9 +16,9 @@ class Shared:
 
 
 class Stateful(Shared):
-    """An object that can go back to an earlier state; a subclass names the attributes that make it up.
+    """An object with a state that can be saved and restored; a subclass names the attributes of the state.
 
-    What a checkpoint holds is a copy, so that the object goes on as it likes, and can go back any number of times.
+    A checkpoint holds a copy, so it can be restored any number of times.
     """
 
     __slots__ = ()
@@ -31,6 +31,6 @@ class Stateful(Shared):
         return copy.deepcopy([getattr(self, name) for name in self.kept])
 
     def restore(self, saved: Any) -> None:
-        """Go back to what `save` returned."""
+        """Return to a saved state."""
         for name, value in zip(self.kept, copy.deepcopy(saved), strict=True):
             setattr(self, name, value)

@@ -1,4 +1,4 @@
-"""Text helpers for messages: suggestions, listings, and safe printing of untrusted text."""
+"""Shared wording of messages: suggestions, listings, and safe printing of text from files."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _LONGEST = 2000
 
 
 def printable(text: str) -> str:
-    """Text on one line that cannot steer a terminal, whatever a file or its name holds."""
+    """The text on one line, without control characters."""
     text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
     return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
 
@@ -22,7 +22,7 @@ _BESIDE = 150
 
 
 def _worth_comparing(name: str, legal: Iterable[str]) -> list[str]:
-    """Of many names those that begin alike, are of nearly the same length and stand beside it in the alphabet."""
+    """Candidates for a suggestion: of many names only those similar in beginning, length or alphabetical order."""
     names = set(legal)
     if len(names) <= _MANY:
         return sorted(names)
@@ -32,7 +32,7 @@ def _worth_comparing(name: str, legal: Iterable[str]) -> list[str]:
 
 
 def did_you_mean(name: str, legal: Iterable[str]) -> str:
-    """A suggestion when a legal name is near, else the empty string."""
+    """A suggestion if a legal name is near, else the empty string."""
     return _did_you_mean(name[:200], tuple(_worth_comparing(name[:200], legal)))
 
 
@@ -50,7 +50,7 @@ def _did_you_mean(name: str, names: Sequence[str]) -> str:
 
 
 def unknown(what: str, name: str, legal: Iterable[str]) -> str:
-    """`no robot 'doog'` and a suggestion, or the legal names where none is near."""
+    """`no robot 'doog'` with a suggestion, or with the legal names if none is near."""
     names = list(dict.fromkeys(legal))
     return f"no {what} {name!r}\n  {did_you_mean(name, names) or listing(names, f'{what}s')}"
 
@@ -65,7 +65,7 @@ def listing(names: Iterable[str], what: str = "legal") -> str:
 
 
 def shown(value: object) -> str:
-    """A value from a file in few words, for `got …`."""
+    """A short form of a value from a file, for `got …`."""
     if isinstance(value, bool):
         return str(value).lower()
     if value is None:

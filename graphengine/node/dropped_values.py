@@ -8,7 +8,7 @@ from typing import Literal
 from graphengine.format.stateful import Stateful
 
 BadValues = Literal["drop", "stop"]
-"""What becomes of a value from a wire that a node cannot use: it is dropped, or it ends the run."""
+"""Policy for values from wires that a node cannot use: drop them, or end the run."""
 
 
 @dataclass(slots=True)

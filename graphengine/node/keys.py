@@ -48,7 +48,7 @@ KEYS = (
     ],
     *["ScrollLock", "Semicolon", "Slash", "Space", "Tab", "Up"],
 )
-"""Every key there is, in OmniGraph's order."""
+"""All keys, in OmniGraph's order."""
 
 
 class Keyboard(Stateful):

@@ -10,7 +10,7 @@ from graphengine.format.stateful import Stateful
 from graphengine.format.wording import did_you_mean, listing
 
 IMPULSE = "impulse:"
-"""Before a node's prim path: the name of the queue of its impulses."""
+"""Prefix of a node's prim path in the name of its impulse queue."""
 
 
 class EventQueue(Stateful):

@@ -65,14 +65,14 @@ Fire = int | None
 """What `compute` of a gated node returns: ExecOut ports joined by `|`, or None for nothing."""
 
 UNKNOWN_PRIM = "prim:*"
-"""Key of what a node changes when only a wire says which prim it changes; it may be any."""
+"""Key of a changed prim that is unknown because its path comes from a wire."""
 
 Ending = Literal["at_stop", "at_close"]
 ENDINGS: tuple[Ending, ...] = typing.get_args(Ending)
 """Methods of events that are called outside of ticks."""
 
 _RESERVED = re.compile(r"_|(type|tuple|input|id|hash|min|max|range|object|close|update|active|at_stop|at_close)\Z")
-"""Names that a class body or the engine uses itself."""
+"""Names reserved for class bodies and the engine."""
 
 
 @dataclass_transform(kw_only_default=True, field_specifiers=(Bound, In, Out, State))
@@ -138,13 +138,13 @@ class Node(metaclass=NodeMeta):
     counts: ClassVar[bool]
     volatile: ClassVar[bool]
     numbered: ClassVar[Numbered] = {}
-    """Ports of which a file has as many as it names, by the stem of their names: with `output`, output0, output1 and so on."""
+    """Ports whose number the file decides, by the stem of their names: `output` allows output0, output1 and so on."""
     series: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     """Python names of the ports of each stem, in the order of their numbers."""
     max_pushes: ClassVar[int] = 100_000
-    """Of a pusher: how often one activation may yield, lest a loop without end stops the simulation."""
+    """Of a pusher: maximum number of yields in one activation, which ends infinite loops."""
     rereads: ClassVar[bool] = False
-    """Of a pusher: after each yield its inputs are brought up to date; those of others keep what they had when it began."""
+    """Of a pusher: whether its inputs are updated after each yield; otherwise they keep their values at the start."""
     fields: ClassVar[dict[str, Port]] = {}
     """Ports by Python name, base classes first."""
     ports: ClassVar[dict[str, Port]] = {}
@@ -378,7 +378,7 @@ def node(
             default = MISSING if parameter.default is parameter.empty else parameter.default
             namespace[name] = Field("inputs", default)
         if "value" in namespace:
-            raise TypeError(f"{function.__name__}.value: the name is taken by the output; call the argument otherwise")
+            raise TypeError(f"{function.__name__}.value: the output has this name; rename the argument")
         namespace["value"] = Field("outputs")
         annotations["value"] = annotations.pop("return", None)
 

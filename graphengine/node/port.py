@@ -13,10 +13,10 @@ T = TypeVar("T")
 Side = Literal["inputs", "outputs", "state"]
 
 MISSING: Any = object()
-"""In the place of a default that was not given."""
+"""Marks a missing default."""
 
 _TOLD = 20
-"""Of so many legal texts the first are told to who wrote another."""
+"""Maximum number of legal texts in a message."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +36,7 @@ class Port:
     lt: float | None = None
     tokens: tuple[str, ...] = ()
     required: bool | str = False
-    """Whether a literal or a wire must be there; ports that share a word need one among them."""
+    """Whether a literal or a wire is needed; of ports with the same word, one needs it."""
     setup: bool = False
     control: bool = False
     extension: bool = False
@@ -153,7 +153,7 @@ def State(*, default: Any = MISSING, factory: Callable[[], Any] | None = None, i
         TypeError: neither `default` nor `factory` is given.
     """
     if default is MISSING and factory is None:
-        raise TypeError("State needs a default or a factory; what `setup` binds is Bound()")
+        raise TypeError("State needs a default or a factory; use Bound() for fields that `setup` assigns")
     return Field("state", default, factory)
 
 
@@ -201,7 +201,7 @@ def value_port(owner: str, name: str, field: Field, hint: Any) -> Port:
     if field.side == "state":
         if getattr(field.default, "__hash__", None) is None:
             kind = type(field.default).__name__
-            raise TypeError(f"{owner}.{name}: default {field.default!r} can be changed; give factory={kind}")
+            raise TypeError(f"{owner}.{name}: default {field.default!r} is mutable; give factory={kind}")
         return replace(port, default=field.default)
     try:
         if isinstance(port_type, UnionType):

@@ -31,7 +31,7 @@ __all__ = [
     "UInt", "UInts", "UInt64", "Float", "Floats", "Float2", "Float3", "Double", "Doubles", "Double2", "Double3", "Double3s",
     "Double4s", "Matrix4d", "Point3fs", "Quaterniond", "Vector3d",
 ]  # fmt: skip
-"""What authors of nodes write."""
+"""Names for authors of nodes."""
 
 _INTEGERS = {"uchar": (0, 2**8 - 1), "int": (-(2**31), 2**31 - 1), "uint": (0, 2**32 - 1)}
 _INTEGERS |= {"int64": (-(2**63), 2**63 - 1), "uint64": (0, 2**64 - 1)}
@@ -204,7 +204,7 @@ def _buffer(value: Any) -> Any:
     try:
         memoryview(value)
     except TypeError:
-        raise TypeError("expected a wire: what is an address elsewhere is the buffer itself here") from None
+        raise TypeError("expected a wire: pointers are passed as buffers here") from None
     return value
 
 
@@ -294,7 +294,7 @@ CONVERTERS: dict[str, Any] = {
     "double_array": lambda value: value.astype(np.float64),
     "int64_array": lambda value: value.astype(np.int64),
 }
-"""Functions by the names that `conversion` gives."""
+"""Conversion functions, by the names that `conversion` returns."""
 
 
 def plain(element: Any) -> Any:
@@ -323,7 +323,7 @@ ELEMENTS = "|".join(
         "matrixd[2]|matrixd[3]|matrixd[4]|frame[4]|transform[4]",
     )
 )
-"""What an array may hold, as nodes that take every array list it; a literal without a type is of the first that fits."""
+"""All element types of arrays; a literal without a type gets the first one that accepts it."""
 ARRAYS = "|".join(f"{element}[]" for element in ELEMENTS.split("|"))
 
 Double = Annotated[float, parse("double")]
@@ -354,4 +354,4 @@ Double4s = Annotated[NDArray[np.float64], parse("double[4][]")]
 Quaterniond = Annotated[tuple[float, float, float, float], parse("quatd[4]")]
 Matrix4d = Annotated[tuple[float, ...], parse("matrixd[4]")]
 Buffer = Annotated[Any, POINTER]
-"""Of pointer ports: an object with Python's buffer protocol, such as an array; 0 for none."""
+"""Type of pointer ports: an object with Python's buffer protocol, such as an array; 0 for none."""

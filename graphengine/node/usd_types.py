@@ -32,7 +32,7 @@ PORT_TYPES: Mapping[str, PortType] = MappingProxyType(
         "vector3f": PortType("float", 3, role="vector"),
     }
 )
-"""OmniGraph's types by those of USD, for all that attributes have."""
+"""OmniGraph's types by USD type, for all types of attributes."""
 
 _TYPES = {"xformOp:translate": "double3", "xformOp:orient": "quatd", "physics:mass": "float", "clippingRange": "float2"}
 _TYPES |= {"physics:gravityDirection": "vector3f", "physics:gravityMagnitude": "float"}

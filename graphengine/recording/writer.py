@@ -57,7 +57,7 @@ class RecordingWriter:
         try:
             self._raw = _opened(path, force)
         except FileExistsError:
-            raise RecordingError(f"{path}: already there; --force writes over it") from None
+            raise RecordingError(f"{path}: already exists; --force overwrites it") from None
         except BlockingIOError:
             raise RecordingError(f"{path}: another run is being recorded there") from None
         except OSError as error:

@@ -41,7 +41,7 @@ _PHYSICAL += "rate second speed stamp temperature time timeout torque translatio
 def _words(cls: type[Node]) -> Iterator[str]:
     first = (inspect.getdoc(cls) or "").partition("\n")[0] if cls.__doc__ else ""
     if not first.endswith(".") or re.match(r"(?i)(this|a node|the node|node that|class)\b", first):
-        yield f"the first line of its docstring states a fact and ends with a full stop, it is {first!r}"
+        yield f"the first line of its docstring must say what the node does and end with a full stop, it is {first!r}"
     for port in (port for port in cls.fields.values() if port.side != "state" and not port.is_exec):
         told = port.doc or port.unit or port.tokens or port.component or re.search(r"[A-Z_]", port.name)
         if not told and port.name.lower() not in cls.type_name.lower():
@@ -49,7 +49,7 @@ def _words(cls: type[Node]) -> Iterator[str]:
         words = {word.removesuffix("s") for word in port.field.split("_")}
         real = str(port.type).startswith(("double", "float", "half", "vector"))
         if real and not port.unit and "type" not in words and words.intersection(_PHYSICAL.split()):
-            yield f"{port.name}: a physical number needs a unit"
+            yield f"{port.name}: a physical quantity needs a unit"
 
 
 def _shape(cls: type[Node]) -> Iterator[str]:
@@ -79,14 +79,14 @@ def _behaviour(cls: type[Node], make: Callable[[], RecordingContext], inputs: Ma
     given = {p.required for p in ports if p.field in inputs and isinstance(p.required, str)}
     needed = [p.field for p in ports if p.field not in inputs and p.required not in given]
     if needed:
-        yield f"check_node needs values for what the node cannot do without: {', '.join(needed)}"
+        yield f"check_node needs values for required inputs: {', '.join(needed)}"
         return
     try:
         (one, again), (other, _) = (_two_plays(cls(**inputs), make()) for _ in range(2))
         if one != other:
-            yield "two instances with the same inputs do not do the same; take time and chance from the context"
+            yield "two instances with the same inputs behave differently; take time and random numbers from the context"
         elif one != again:
-            yield "after a stop it is not what it was; a State that setup binds has no default, any other has one"
+            yield "it behaves differently after a stop; fields that setup assigns are Bound, others are State with a default"
     except Exception as error:  # whatever it is, the author has to know
         yield f"{type(error).__name__} in line {traceback.extract_tb(error.__traceback__)[-1].lineno}: {error}"
 
@@ -98,7 +98,7 @@ def _has_no_type_yet(port: Port) -> bool:
 def _two_plays(node: Any, context: RecordingContext) -> list[list[object]]:
     """Outputs and messages of a node in three ticks, and in three more after a stop, in a comparable form."""
     if hasattr(node, "__dict__"):
-        raise TypeError("instances have a __dict__, where misspelt attributes hide; a base class lacks __slots__")
+        raise TypeError("instances have a __dict__, which hides misspelt attributes; a base class lacks __slots__")
     record, again = plays = [list[object](), list[object]()]
     try:
         node.setup(context)
@@ -115,7 +115,7 @@ def _two_plays(node: Any, context: RecordingContext) -> list[list[object]]:
             if node.kind() == "pusher":
                 fired = list(itertools.islice(fired, 1000))
             elif fired is not None and not node.gated:
-                raise TypeError("compute returns what to fire, but the class is not gated=True")
+                raise TypeError("compute returns ports to fire, but the class is not gated=True")
             record += [fired, node.update() if node.kind() == "latent" and node.active else None]
             outputs = [getattr(node, p.field) for p in node.fields.values() if p.side == "outputs" and not p.is_exec]
             record += [(v.dtype.str, v.shape, v.tobytes()) if isinstance(v, np.ndarray) else repr(v) for v in outputs]

@@ -1,4 +1,4 @@
-"""Which way execution goes (`omni.graph.action`)."""
+"""Nodes that choose or order execution outputs (`omni.graph.action`)."""
 
 from __future__ import annotations
 
@@ -8,60 +8,60 @@ from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Numbered, Pushes, 
 
 
 class Branch(Node, type="omni.graph.action.Branch"):
-    """Fires one of two outputs, as the condition says."""
+    """Fires execTrue or execFalse, depending on the condition."""
 
     exec_in = ExecIn()
-    condition: bool = In(default=False, doc="whether execTrue fires, and not execFalse")
+    condition: bool = In(default=False, doc="true fires execTrue, false fires execFalse")
     exec_true = ExecOut()
     exec_false = ExecOut()
 
     def compute(self) -> Fire:
-        """Choose."""
+        """Return the output to fire."""
         return self.exec_true if self.condition else self.exec_false
 
 
 class Multisequence(Node, type="omni.graph.action.Multisequence"):
-    """Fires its outputs one after the other; what hangs on one has ended before the next begins. Isaac's menu says Sequence."""
+    """Fires its outputs one after the other; each branch ends before the next begins. Isaac's menu calls it Sequence."""
 
     numbered: ClassVar[Numbered] = {"output": ExecOut}
 
     exec_in = ExecIn()
-    output0 = ExecOut(doc="the first; output1 and so on are there when a wire begins at them")
+    output0 = ExecOut(doc="first output; output1 and so on exist when they are wired")
 
     def compute(self) -> Pushes:
-        """One after the other, by their numbers."""
+        """Yield the wired outputs in the order of their numbers."""
         for output in self.series["output"]:
             yield getattr(self, output)
 
 
 class Sequence(Node, type="omni.graph.action.Sequence", counts=True):
-    """Fires a and b in turn. What Isaac's menu calls Sequence is Multisequence, this is an older type that is hidden there."""
+    """Fires a and b alternately. An older type, hidden in Isaac's menu, where Sequence means Multisequence."""
 
     exec_in = ExecIn()
-    a = ExecOut(doc="at the first execution since play, and every other one")
+    a = ExecOut(doc="fires at the first, third, fifth and so on execution since play")
     b = ExecOut()
 
     odd: bool = State(default=False)
 
     def compute(self) -> Fire:
-        """Take turns."""
+        """Return a and b alternately."""
         self.odd = not self.odd
         return self.a if self.odd else self.b
 
 
 class SwitchToken(Node, type="omni.graph.action.SwitchToken", gated=True):
-    """Fires the output whose branch has the value, such as output1 where branch1 is the value; the lowest of several, or none.
+    """Fires the output with the number of the branch that equals the value: output1 if branch1 does; the lowest of several.
 
-    Ports branch0, output0, branch1, output1 and so on are there when a file names them.
+    Ports branch0, output0, branch1, output1 and so on exist when the file names them. Without an equal branch nothing fires.
     """
 
     numbered: ClassVar[Numbered] = {"branch": lambda: In(type="token", default=""), "output": ExecOut}
 
     exec_in = ExecIn()
-    value: Token = In(default="", doc="what is looked for among the branches")
+    value: Token = In(default="", doc="value to compare with the branches")
 
     def compute(self) -> Fire:
-        """Look the value up."""
+        """Return the output of the first branch that equals the value."""
         for branch in self.series["branch"]:
             if getattr(self, branch) == self.value:
                 fired: Fire = getattr(self, f"output{branch.removeprefix('branch')}", None)

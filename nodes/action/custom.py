@@ -1,4 +1,4 @@
-"""Events by name, from one node to others (`omni.graph.action`); seen in the tick after the one in which they were sent."""
+"""Named events between nodes (`omni.graph.action`), delivered in the tick after the one in which they are sent."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from graphengine.node import Bound, Context, ExecIn, ExecOut, In, Mailbox, Node,
 
 
 class SendCustomEvent(Node, type="omni.graph.action.SendCustomEvent"):
-    """Sends an event to every OnCustomEvent of its name, in whatever graph of the session."""
+    """Sends an event to all OnCustomEvent nodes with its name, in all graphs of the session."""
 
     exec_in = ExecIn()
-    bundle: Any = In(type="bundle", doc="goes along")
+    bundle: Any = In(type="bundle", doc="bundle sent with the event")
     event_name: Token = In(default="", setup=True)
-    path: Token = In(default="", doc="a text that goes along")
+    path: Token = In(default="", doc="path sent with the event")
     exec_out = ExecOut()
 
     mailbox: Mailbox = Bound()
@@ -23,18 +23,18 @@ class SendCustomEvent(Node, type="omni.graph.action.SendCustomEvent"):
         self.mailbox = context.mailbox(f"event:{self.event_name}")
 
     def compute(self) -> None:
-        """Send."""
+        """Post the event to the queue of its name."""
         self.mailbox.post((self.bundle, self.path))
 
 
 class OnCustomEvent(Node, type="omni.graph.action.OnCustomEvent"):
-    """Fires for each event of its name that was sent in the tick before, one after the other."""
+    """Fires once for each event with its name that was sent in the previous tick."""
 
     event_name: Token = In(default="", setup=True)
-    only_playback: bool = In(default=True, doc="graphs run while the simulation plays, and at no other time")
+    only_playback: bool = In(default=True, doc="no effect: graphs run only while the simulation plays")
     exec_out = ExecOut()
-    bundle: Any = Out(type="bundle", doc="what came along")
-    path: Token = Out(doc="the text that came along")
+    bundle: Any = Out(type="bundle", doc="bundle sent with the event")
+    path: Token = Out(doc="path sent with the event")
 
     mailbox: Mailbox = Bound()
 
@@ -43,7 +43,7 @@ class OnCustomEvent(Node, type="omni.graph.action.OnCustomEvent"):
         self.mailbox = context.mailbox(f"event:{self.event_name}")
 
     def compute(self) -> Pushes:
-        """Event by event."""
+        """Yield once for each event, after setting its outputs."""
         for bundle, path in self.mailbox.take():
             self.bundle, self.path = bundle, path
             yield self.exec_out

@@ -1,4 +1,4 @@
-"""Events at the beginning of a tick (`omni.graph.action`)."""
+"""Events at the start of a tick (`omni.graph.action`)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from graphengine.node import (
 
 
 class TickEvent(Node):
-    """An event of graphs that run once a tick, which reads the clock."""
+    """Base of events that read the clock, in graphs that run once a tick."""
 
     clock: Clock = Bound()
 
@@ -32,7 +32,7 @@ class TickEvent(Node):
         """
         if context.runs != "tick":
             raise ContextError(
-                "it fires in graphs that run once a tick, and this one runs at every physics step",
+                "it needs a graph that runs once a tick, and this one runs at every physics step",
                 None,
                 "use OnPhysicsStep, or write `runs: tick` into the graph file",
             )
@@ -40,7 +40,7 @@ class TickEvent(Node):
 
 
 class OnPlaybackTick(TickEvent, type="omni.graph.action.OnPlaybackTick"):
-    """Fires once a tick while the simulation plays, in a graph with `runs: tick`, which is what graphs do by default."""
+    """Fires once a tick while the simulation plays, in a graph with `runs: tick` (the default)."""
 
     tick = ExecOut(doc="fires every tick")
     delta_seconds: float = Out(unit="s", doc="time between two ticks")
@@ -56,27 +56,27 @@ class OnPlaybackTick(TickEvent, type="omni.graph.action.OnPlaybackTick"):
 
 
 class OnTick(TickEvent, type="omni.graph.action.OnTick", gated=True):
-    """Fires at the first tick since play and at every other, or with a frame period of n at every (n + 1)-th after it.
+    """Fires at the first tick since play and then at every (n + 1)-th, where n is framePeriod.
 
-    Its graph has `runs: tick`, which is what graphs do by default.
+    Its graph has `runs: tick` (the default).
     """
 
-    frame_period: UInt = In(default=0, doc="ticks to leave out between two that fire")
-    only_playback: bool = In(default=True, doc="graphs run while the simulation plays, and at no other time")
+    frame_period: UInt = In(default=0, doc="number of ticks to skip between two that fire")
+    only_playback: bool = In(default=True, doc="no effect: graphs run only while the simulation plays")
     tick = ExecOut()
     time: float = Out(unit="s", doc="simulation time")
-    delta_seconds: float = Out(unit="s", doc="time since it fired last, or since play")
+    delta_seconds: float = Out(unit="s", doc="time since it last fired, or since play")
     frame: float = Out(doc="number of the tick since play; the first is 1")
     is_playing: bool = Out()
-    absolute_sim_time: float = Out(unit="s", doc="simulation time since the session began, over all plays")
-    time_since_start: float = Out(unit="s", doc="the same")
+    absolute_sim_time: float = Out(unit="s", doc="simulation time since the session began, not reset on stop")
+    time_since_start: float = Out(unit="s", doc="equal to absoluteSimTime")
 
     accumulated_seconds: float = State(default=0.0)
     frame_count: UInt = State(default=0)
     fired: bool = State(default=False)
 
     def compute(self) -> Fire:
-        """Count, and read the clock."""
+        """Read the clock, and fire if enough ticks have passed."""
         clock = self.clock
         self.accumulated_seconds += clock.delta
         self.frame_count += 1
@@ -91,10 +91,10 @@ class OnTick(TickEvent, type="omni.graph.action.OnTick", gated=True):
 
 
 class OnVariableChange(Node, type="omni.graph.action.OnVariableChange", gated=True):
-    """Fires in the tick after one that left a variable of the graph with another value."""
+    """Fires in the tick after a tick that changed the value of a graph variable."""
 
-    variable_name: Token = In(default="", setup=True, required=True, doc="one of the graph's `variables:`")
-    only_playback: bool = In(default=True, doc="graphs run while the simulation plays, and at no other time")
+    variable_name: Token = In(default="", setup=True, required=True, doc="name of one of the graph's `variables:`")
+    only_playback: bool = In(default=True, doc="no effect: graphs run only while the simulation plays")
     changed = ExecOut()
 
     variable: Variable = Bound()
@@ -103,10 +103,10 @@ class OnVariableChange(Node, type="omni.graph.action.OnVariableChange", gated=Tr
         """Bind the variable.
 
         Raises:
-            ContextError: the graph has none of that name.
+            ContextError: the graph has no variable with this name.
         """
         self.variable = context.variable(self.variable_name)
 
     def compute(self) -> Fire:
-        """Compare."""
+        """Fire if the variable changed in the previous tick."""
         return self.changed if self.variable.changed else None

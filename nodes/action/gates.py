@@ -1,6 +1,6 @@
-"""What lets execution through, and when (`omni.graph.action`).
+"""Nodes that let executions through or hold them back (`omni.graph.action`).
 
-Each computes once for every activation. A toggle or reset that fires together with an execution acts before it.
+Each computes once for every activation. A toggle or reset in the same activation acts before the execution.
 """
 
 from __future__ import annotations
@@ -11,39 +11,39 @@ from graphengine.node import Context, ExecIn, ExecOut, Fire, In, Int, Int64, Nod
 
 
 class Gate(Node, type="omni.graph.action.Gate", gated=True, counts=True):
-    """Lets what enters through while it is open."""
+    """Passes executions on while it is open."""
 
     enter = ExecIn()
     toggle = ExecIn(control=True, doc="opens a closed gate, closes an open one")
-    start_closed: bool = In(default=False, doc="how the gate is before it is first toggled")
+    start_closed: bool = In(default=False, doc="whether the gate is closed at play")
     exit_out = ExecOut(name="exit")
 
     toggled: bool = State(default=False)
 
     def compute(self) -> Fire:
-        """Toggle, then let through."""
+        """Apply toggles, then fire if the gate is open."""
         if self.toggle % 2:
             self.toggled = not self.toggled
         return self.exit_out if self.enter and self.toggled == self.start_closed else None
 
 
 class Multigate(Node, type="omni.graph.action.Multigate", gated=True, counts=True):
-    """Fires one of its outputs at each execution, the next one each time, and after the last the first again.
+    """Fires the next of its outputs at each execution, and starts again after the last.
 
-    Where no wire begins at an output below the last, nothing fires when it is its turn.
+    An unwired output before the last takes its turn without effect.
     """
 
     numbered: ClassVar[Numbered] = {"output": ExecOut}
 
     exec_in = ExecIn()
-    reset_in = ExecIn(name="reset", control=True, doc="the next execution fires output0; fires nothing itself")
-    output0 = ExecOut(doc="the first; output1 and so on are there when a wire begins at them")
+    reset_in = ExecIn(name="reset", control=True, doc="makes the next execution fire output0")
+    output0 = ExecOut(doc="first output; output1 and so on exist when they are wired")
 
     next: int = State(default=0)
     turns: tuple[int | None, ...] = State(default=())
 
     def compute(self) -> Fire:
-        """Reset, then fire the next."""
+        """Apply a reset, then return the next output."""
         if self.reset_in:
             self.next = 0
         if not self.exec_in:
@@ -57,31 +57,31 @@ class Multigate(Node, type="omni.graph.action.Multigate", gated=True, counts=Tru
 
 
 class FlipFlop(Node, type="omni.graph.action.FlipFlop", counts=True):
-    """Fires a at the first execution since play and at every other one, b at those between."""
+    """Fires a and b alternately, starting with a at the first execution since play."""
 
     exec_in = ExecIn()
     a = ExecOut()
     b = ExecOut()
-    is_a: bool = Out(doc="whether a fired last")
+    is_a: bool = Out(doc="whether the last fired output is a")
 
     def compute(self) -> Fire:
-        """Take turns."""
+        """Return a and b alternately."""
         self.is_a = not self.is_a
         return self.a if self.is_a else self.b
 
 
 class Once(Node, type="omni.graph.action.Once", counts=True):
-    """Fires once at its first execution since play, and after at all others."""
+    """Fires output once at the first execution since play, and output after at all later ones."""
 
     exec_in = ExecIn()
-    reset_in = ExecIn(name="reset", control=True, doc="the next execution is a first one; fires nothing itself")
+    reset_in = ExecIn(name="reset", control=True, doc="makes the next execution count as the first")
     once = ExecOut()
     after = ExecOut()
 
     done: bool = State(default=False)
 
     def compute(self) -> Fire:
-        """Reset, then tell the first from the others."""
+        """Apply a reset, then return once or after."""
         if self.reset_in:
             self.done = False
         if not self.exec_in:
@@ -92,15 +92,15 @@ class Once(Node, type="omni.graph.action.Once", counts=True):
 
 
 class Counter(Node, type="omni.graph.action.Counter", counts=True):
-    """Counts its executions since play, or since it was reset; a reset fires as well."""
+    """Counts its executions since play or the last reset; a reset fires execOut too."""
 
     exec_in = ExecIn()
-    reset_in = ExecIn(name="reset", control=True, doc="counts from 0 again")
+    reset_in = ExecIn(name="reset", control=True, doc="sets the count to 0")
     count: Int = Out()
     exec_out = ExecOut()
 
     def compute(self) -> None:
-        """Reset, then count."""
+        """Apply a reset, then count the execution."""
         if self.reset_in:
             self.count = 0
         if self.exec_in:
@@ -108,7 +108,7 @@ class Counter(Node, type="omni.graph.action.Counter", counts=True):
 
 
 class Rendezvous(Node, gated=True, counts=True):
-    """A node that fires when it was executed as often as wires lead to it; what it waits for may begin anew."""
+    """Base of nodes that fire once they were executed as often as wires lead to them."""
 
     exec_in = ExecIn()
     exec_out = ExecOut()
@@ -121,7 +121,7 @@ class Rendezvous(Node, gated=True, counts=True):
         self.wires = context.wires_into("exec_in")
 
     def arrive(self, *, anew: bool) -> Fire:
-        """Count one execution more, or the first that is waited for anew."""
+        """Count an execution, from 1 again if `anew`, and fire if the count is complete."""
         self.arrived = 1 if anew else self.arrived + 1
         if self.arrived < self.wires:
             return None
@@ -130,31 +130,31 @@ class Rendezvous(Node, gated=True, counts=True):
 
 
 class SyncGate(Rendezvous, type="omni.graph.action.SyncGate"):
-    """Fires when it was executed with one value as often as wires lead to it; another value begins anew.
+    """Fires when it was executed as often as wires lead to it with the same value; a new value restarts the count.
 
-    It begins anew once it has fired, too: in the reference it fires at each further execution with the same value.
+    Firing restarts the count too; the reference instead fires at each further execution with the same value.
     """
 
     sync_value_in: UInt64 = In(default=0, name="syncValue")
-    sync_value_out: UInt64 = Out(name="syncValue", doc="the value that is being waited for")
+    sync_value_out: UInt64 = Out(name="syncValue", doc="value whose executions are counted")
 
     def compute(self) -> Fire:
-        """Count what arrives."""
+        """Count the execution, and fire if the count is complete."""
         other = self.sync_value_in != self.sync_value_out
         self.sync_value_out = self.sync_value_in
         return self.arrive(anew=other)
 
 
 class RationalTimeSyncGate(Rendezvous, type="omni.graph.action.RationalTimeSyncGate"):
-    """Fires when it was executed with one time as often as wires lead to it; another time begins anew."""
+    """Fires when it was executed as often as wires lead to it with the same time; a new time restarts the count."""
 
-    numerator_in: Int64 = In(default=0, name="rationalTimeNumerator", doc="of the time in seconds")
-    denominator_in: UInt64 = In(default=0, name="rationalTimeDenominator", doc="of the time in seconds")
-    numerator_out: Int64 = Out(name="rationalTimeNumerator", doc="of the time that is being waited for")
-    denominator_out: UInt64 = Out(name="rationalTimeDenominator", doc="of the time that is being waited for")
+    numerator_in: Int64 = In(default=0, name="rationalTimeNumerator", doc="numerator of the time in seconds")
+    denominator_in: UInt64 = In(default=0, name="rationalTimeDenominator", doc="denominator of the time in seconds")
+    numerator_out: Int64 = Out(name="rationalTimeNumerator", doc="numerator of the counted time")
+    denominator_out: UInt64 = Out(name="rationalTimeDenominator", doc="denominator of the counted time")
 
     def compute(self) -> Fire:
-        """Count what arrives; 1/2 and 2/4 are one time, 1/0 and 2/0 are two."""
+        """Count the execution; 1/2 and 2/4 are the same time, 1/0 and 2/0 are not."""
         crosswise = self.numerator_in * self.denominator_out == self.numerator_out * self.denominator_in
         both = self.denominator_in and self.denominator_out
         same = crosswise if both else self.numerator_in == self.numerator_out

@@ -1,8 +1,8 @@
-"""Keys (`omni.graph.action`, `omni.graph.nodes`).
+"""Keyboard events and states (`omni.graph.action`, `omni.graph.nodes`).
 
-They come from the terminal of `graphrun run`, or from `graphrun ctl press` and `release`. A terminal tells that a key was
-pressed, and by repeating that it is held, but not that it was let go: that is concluded 0.6 s after the last it sent. It sends no
-modifiers alone, and none with the arrows.
+Keys come from the terminal of `graphrun run`, or from `graphrun ctl press` and `release`. A terminal reports that a key was
+pressed and repeats it while the key is held, but does not report its release: a key counts as released 0.6 s after the last
+report. A terminal sends no modifiers alone, and none with arrow keys.
 """
 
 from __future__ import annotations
@@ -12,17 +12,17 @@ from graphengine.node.keys import KEYS, MODIFIERS
 
 
 class OnKeyboardInput(Node, type="omni.graph.action.OnKeyboardInput"):
-    """Fires when a key goes down while its modifiers are held and no others, and when it or one of its modifiers goes up."""
+    """Fires when a key is pressed with exactly the given modifiers, and when the key or one of these modifiers is released."""
 
     key_in: Token = In(default="A", tokens=KEYS)
-    shift_in: bool = In(default=False, doc="whether Shift has to be held when the key goes down; else it must not be")
-    alt_in: bool = In(default=False, doc="likewise Alt")
-    ctrl_in: bool = In(default=False, doc="likewise Ctrl")
-    only_playback: bool = In(default=True, doc="graphs run while the simulation plays, and at no other time")
+    shift_in: bool = In(default=False, doc="true: Shift must be held at the press; false: it must not")
+    alt_in: bool = In(default=False, doc="as shiftIn, for Alt")
+    ctrl_in: bool = In(default=False, doc="as shiftIn, for Ctrl")
+    only_playback: bool = In(default=True, doc="no effect: graphs run only while the simulation plays")
     pressed = ExecOut()
     released = ExecOut()
-    is_pressed: bool = Out(doc="whether pressed fired last")
-    key_out: Token = Out(doc="the key, when it fires")
+    is_pressed: bool = Out(doc="whether the last event was a press")
+    key_out: Token = Out(doc="the key of the last event")
 
     keyboard: Keyboard = Bound()
 
@@ -31,7 +31,7 @@ class OnKeyboardInput(Node, type="omni.graph.action.OnKeyboardInput"):
         self.keyboard = context.keyboard()
 
     def compute(self) -> Fire:
-        """Compare this tick with the one before."""
+        """Compare the keys held in this tick with those of the previous one."""
         keyboard = self.keyboard
         wanted = {"shift": self.shift_in, "alt": self.alt_in, "ctrl": self.ctrl_in}
         wanted = {modifier: needed for modifier, needed in wanted.items() if self.key_in not in MODIFIERS[modifier]}
@@ -62,6 +62,6 @@ class ReadKeyboardState(Node, type="omni.graph.nodes.ReadKeyboardState", volatil
         self.keyboard = context.keyboard()
 
     def compute(self) -> None:
-        """Look."""
+        """Read whether the key is held down."""
         self.is_pressed = self.key in self.keyboard.held
         self.shift_out, self.alt_out, self.ctrl_out = map(self.keyboard.any_of, ("shift", "alt", "ctrl"))

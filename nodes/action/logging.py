@@ -1,4 +1,4 @@
-"""Messages for people (`omni.graph.action`, `omni.graph.ui_nodes`). One that was told already is not told again."""
+"""Log messages for users (`omni.graph.action`, `omni.graph.ui_nodes`). A repeated message is logged once."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _SEVERITIES = {"Verbose": "info", "Info": "info", "Warn": "warning", "Warning": 
 
 
 class TellingNode(Node):
-    """A node that tells people something."""
+    """Base of nodes that log a text."""
 
     exec_in = ExecIn()
     exec_out = ExecOut()
@@ -24,42 +24,42 @@ class TellingNode(Node):
         self.log = context.log
 
     def tell(self, level: str, text: str) -> None:
-        """Tell a text.
+        """Log a text at a level.
 
         Raises:
-            BadValueError: there is no such level.
+            BadValueError: the level is unknown.
         """
         self.log(_SEVERITIES[one_of("logLevel", level, _SEVERITIES)], text)
 
 
 class LogMessage(TellingNode, type="omni.graph.action.LogMessage"):
-    """Tells a message, with the node's path in front."""
+    """Logs a message, prefixed with the node's path."""
 
-    channel: Token = In(default="omni.graph.nodes_core.plugin", doc="means nothing here: there is one log")
+    channel: Token = In(default="omni.graph.nodes_core.plugin", doc="no effect: there is one log")
     log_level: Token = In(default="Info", tokens=("Verbose", "Info", "Warn", "Error"))
-    message: String = In(default="", doc="what is told")
+    message: String = In(default="", doc="text to log")
 
     def compute(self) -> None:
-        """Tell it.
+        """Log the text.
 
         Raises:
-            BadValueError: there is no such level.
+            BadValueError: the level is unknown.
         """
         self.tell(self.log_level, self.message)
 
 
 class PrintText(TellingNode, type="omni.graph.ui_nodes.PrintText"):
-    """Tells a text, with the node's path in front."""
+    """Logs a text, prefixed with the node's path."""
 
-    text: String = In(default="", doc="what is told")
+    text: String = In(default="", doc="text to log")
     log_level: Token = In(default="Info", tokens=("Info", "Warning", "Error"))
-    to_screen: bool = In(default=False, doc="means nothing here: there is no viewport")
-    viewport: Token = In(default="", doc="means nothing here: there is no viewport")
+    to_screen: bool = In(default=False, doc="no effect: there is no viewport")
+    viewport: Token = In(default="", doc="no effect: there is no viewport")
 
     def compute(self) -> None:
-        """Tell it.
+        """Log the text.
 
         Raises:
-            BadValueError: there is no such level.
+            BadValueError: the level is unknown.
         """
         self.tell(self.log_level, self.text)

@@ -1,7 +1,7 @@
-"""What runs several times in one tick (`omni.graph.action`).
+"""Loops within one tick (`omni.graph.action`).
 
-The body of a loop runs to its end for each element. A break acts when the body that asked for it has ended, and is nothing to a
-loop that does not run; `finished` fires after a break too. Outputs keep what they were in the last round.
+The body of a loop runs to its end in each iteration. A break takes effect at the end of the body that fired it; a loop that is
+not running ignores it. `finished` fires after a break too. Outputs keep their values of the last iteration.
 """
 
 from __future__ import annotations
@@ -13,29 +13,29 @@ from graphengine.node.types import ARRAYS, ELEMENTS, Int, Target, plain
 
 
 class ForLoop(Node, type="omni.graph.action.ForLoop"):
-    """Fires its body for start, start + step and so on, as long as that is below stop, or above it where step is negative."""
+    """Fires its body for start, start + step and so on, while the value is below stop (above stop for a negative step)."""
 
     exec_in = ExecIn()
-    break_loop = ExecIn(control=True, doc="to be fired by the body: this round is the last one")
-    start: Int = In(default=0, doc="the first number")
-    stop: Int = In(default=0, doc="the first number that is not reached")
+    break_loop = ExecIn(control=True, doc="fired by the body: ends the loop after this iteration")
+    start: Int = In(default=0, doc="first value")
+    stop: Int = In(default=0, doc="bound, not included")
     step: Int = In(default=1, doc="0 is an error")
     loop_body = ExecOut()
-    index: Int = Out(doc="number of the round, from 0")
+    index: Int = Out(doc="number of the iteration, from 0")
     value: Int = Out(doc="start + step * index")
     finished = ExecOut()
 
     breaks: bool = Bound()
 
     def setup(self, context: Context) -> None:
-        """See whether the loop can end before it reaches stop."""
+        """Find out whether a break is wired."""
         self.breaks = context.wires_into("break_loop") > 0
 
     def compute(self) -> Pushes:
-        """Round by round.
+        """Yield the body for each value, then finished.
 
         Raises:
-            BadValueError: the step is 0, or there are too many rounds.
+            BadValueError: the step is 0, or the loop has too many iterations.
         """
         if self.break_loop and not self.exec_in:
             return
@@ -63,15 +63,15 @@ class ForEach(Node, type="omni.graph.action.ForEach"):
     exec_in = ExecIn()
     array_in: Any = In(type=ARRAYS, couple="array", required=True)
     loop_body = ExecOut()
-    element: Any = Out(type=ELEMENTS, couple="array", element=True, doc="what the array has there")
-    array_index: Int = Out(doc="number of the element, from 0")
+    element: Any = Out(type=ELEMENTS, couple="array", element=True, doc="element of this iteration")
+    array_index: Int = Out(doc="index of the element, from 0")
     finished = ExecOut()
 
     def compute(self) -> Pushes:
-        """Element by element.
+        """Yield the body for each element, then finished.
 
         Raises:
-            BadValueError: there are too many.
+            BadValueError: the loop has too many iterations.
         """
         _check_rounds(self, "arrayIn", self.array_in)
         for index, element in enumerate(self.array_in):
@@ -82,20 +82,20 @@ class ForEach(Node, type="omni.graph.action.ForEach"):
 
 
 class ForEachTarget(Node, type="omni.graph.action.ForEachTarget"):
-    """Fires its body for each of some prims."""
+    """Fires its body for each prim of a target."""
 
     exec_in = ExecIn()
-    targets: Target = In(default=(), doc="prims to go through")
+    targets: Target = In(default=(), doc="prims to iterate over")
     loop_body = ExecOut()
-    target: Target = Out(doc="the prim of the round, alone")
-    array_index: Int = Out(doc="number of the prim, from 0")
+    target: Target = Out(doc="the single prim of this iteration")
+    array_index: Int = Out(doc="index of the prim, from 0")
     finished = ExecOut()
 
     def compute(self) -> Pushes:
-        """Prim by prim.
+        """Yield the body for each prim, then finished.
 
         Raises:
-            BadValueError: there are too many.
+            BadValueError: the loop has too many iterations.
         """
         _check_rounds(self, "targets", self.targets)
         for index, path in enumerate(self.targets):
@@ -105,22 +105,22 @@ class ForEachTarget(Node, type="omni.graph.action.ForEachTarget"):
 
 
 class WhileLoop(Node, type="graphengine.action.WhileLoop"):
-    """Fires its body as long as a condition holds, which is looked at before each round."""
+    """Fires its body while a condition holds; the condition is read before each iteration."""
 
     rereads = True
 
     exec_in = ExecIn()
-    break_loop = ExecIn(control=True, doc="to be fired by the body: this round is the last one")
-    condition: bool = In(default=False, doc="whether there is another round")
+    break_loop = ExecIn(control=True, doc="fired by the body: ends the loop after this iteration")
+    condition: bool = In(default=False, doc="whether to run another iteration")
     loop_body = ExecOut()
-    index: Int = Out(doc="number of the round, from 0")
+    index: Int = Out(doc="number of the iteration, from 0")
     finished = ExecOut()
 
     def compute(self) -> Pushes:
-        """Round by round.
+        """Yield the body while the condition holds, then finished.
 
         Raises:
-            BadValueError: the condition does not become false.
+            BadValueError: the loop has too many iterations.
         """
         if self.break_loop and not self.exec_in:
             return

@@ -1,4 +1,4 @@
-"""Events of the session: its beginning and end, its plays, and impulses from outside (`omni.graph.action`)."""
+"""Events of the session: start, end, play, stop, and impulses from users (`omni.graph.action`)."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ _NAMES = ("Saved", "Selection Changed", "Hierarchy Changed", *_STARTS_AND_STOPS)
 
 
 class OnStageEvent(Node, type="omni.graph.action.OnStageEvent", gated=True):
-    """Fires where a play starts, in its first tick, or where it stops: before a stop, a reset of the time, or the session's end.
+    """Fires in the first tick of a play, or at its end: before a stop, a reset of the time, or the end of the session.
 
-    All three events of a start are one here, and so are those of a stop. As in Kit a pause is no stop, and going on after one is
-    no start; a stop fires whether the graph is for playback only or not. What it fires sees the world as the last tick left it,
-    and its messages leave before anything is reset. What happens to a stage in an editor never reaches a graph.
+    The three event names of a start mean the same, as do those of a stop. As in Kit, pausing and resuming fire nothing, and
+    onlyPlayback has no influence on stop events. Nodes fired at a stop see the world after the last tick, and their messages
+    are sent before anything is reset. Editor events of a stage never occur.
     """
 
     event_name: Token = In(default="Animation Start Play", tokens=_NAMES)
-    only_playback: bool = In(default=True, doc="graphs run while the simulation plays, and at no other time")
+    only_playback: bool = In(default=True, doc="no effect: graphs run only while the simulation plays")
     exec_out = ExecOut()
 
     started: bool = State(default=False)
 
     def compute(self) -> Fire:
-        """Fire once a play."""
+        """Fire in the first tick of a play."""
         first, self.started = not self.started, True
         return self.exec_out if first and self.event_name in STARTS else None
 
@@ -44,39 +44,39 @@ class OnStageEvent(Node, type="omni.graph.action.OnStageEvent", gated=True):
 
 @lint("W101")
 def lint_events_that_never_come(context: LintContext) -> None:
-    """Events that a graph waits for in vain."""
+    """Warn of stage events that never occur."""
     for _, instance, node in context.nodes(OnStageEvent):
         if node.event_name not in STARTS + STOPS:
             message = f"{instance.id} never fires: {node.event_name!r} is an event of editors"
-            remedy = "what comes is the start and the stop of a play, such as 'Simulation Start Play'"
+            remedy = "events that occur are the start and the stop of a play, such as 'Simulation Start Play'"
             place = instance.entry.span("inputs", "eventName")
             context.findings.add("W101", message, place, remedy, related=instance.entry.via)
 
 
 class OnLoaded(ClockNode, type="omni.graph.action.OnLoaded", gated=True):
-    """Fires in the session's very first tick, and not again after a stop."""
+    """Fires in the first tick of the session, not again after a stop."""
 
     exec_out = ExecOut()
 
     def compute(self) -> Fire:
-        """Compare the time of all plays with that of one tick."""
+        """Fire if this is the first tick of the session."""
         return self.exec_out if self.clock.monotonic_time < 1.5 * self.clock.delta else None
 
 
 class OnClosing(Node, type="omni.graph.action.OnClosing", gated=True):
-    """Fires before its graph is closed: at the end of the session, after the stop of its play, or where its robot is removed."""
+    """Fires before its graph is closed: at the end of the session, after the stop events, or when its robot is removed."""
 
     exec_out = ExecOut()
 
     def at_close(self) -> Fire:
-        """Fire, once."""
+        """Fire before the graph is closed."""
         return self.exec_out
 
 
 class OnImpulseEvent(Node, type="omni.graph.action.OnImpulseEvent", gated=True):
-    """Fires in the tick after `graphrun ctl impulse NODE`; several before one tick are one."""
+    """Fires in the tick after `graphrun ctl impulse NODE`; several impulses before one tick count once."""
 
-    only_playback: bool = In(default=True, doc="graphs run while the simulation plays, and at no other time")
+    only_playback: bool = In(default=True, doc="no effect: graphs run only while the simulation plays")
     exec_out = ExecOut()
 
     mailbox: Mailbox = Bound()
@@ -86,5 +86,5 @@ class OnImpulseEvent(Node, type="omni.graph.action.OnImpulseEvent", gated=True):
         self.mailbox = context.mailbox(f"{IMPULSE}{context.prim_path}")
 
     def compute(self) -> Fire:
-        """Look whether there was one."""
+        """Fire if an impulse arrived."""
         return self.exec_out if self.mailbox.take() else None

@@ -21,30 +21,30 @@ if TYPE_CHECKING:
 
 
 class RobotNode(Node):
-    """A node that is executed on the joints of a robot."""
+    """Base of nodes for the joints of a robot."""
 
     exec_in = ExecIn()
     target_prim: Target = In(required="robot", setup=True, doc="prim that stands for the robot")
-    robot_path: String = In(default="", required="robot", setup=True, doc="the same as text; wins over targetPrim")
+    robot_path: String = In(default="", required="robot", setup=True, doc="path of that prim; overrides targetPrim")
 
     articulation: Articulation = Bound()
 
     def prim(self) -> str:
-        """The path that names the robot."""
+        """The path of the robot's prim."""
         return self.robot_path or self.target_prim[0]
 
 
 class SelectedJointsNode(RobotNode):
-    """A node that is executed on some joints of a robot."""
+    """Base of nodes for selected joints of a robot."""
 
-    joint_names: Tokens = In(doc="joints that the arrays are for; empty for all, or by index")
-    joint_indices: Ints = In(doc="joints by number, where no names are given")
+    joint_names: Tokens = In(doc="joints of the arrays; empty for jointIndices or all joints")
+    joint_indices: Ints = In(doc="joints by number, if jointNames is empty")
 
     selection: JointSelection | None = State(default=None)
     selected: tuple[object, object] = State(default=((), ()))
 
     def setup(self, context: Context) -> None:
-        """Bind the robot, and the joints that are known by now."""
+        """Bind the robot, and the joints if their names are known."""
         self.articulation = context.articulation(self.prim())
         self.select()
 
@@ -55,10 +55,10 @@ class SelectedJointsNode(RobotNode):
         return self.selection
 
     def joints(self) -> JointSelection:
-        """The joints that the inputs name, bound anew if they changed.
+        """The joints selected by the inputs, bound again after a change.
 
         Raises:
-            BadValueError: the robot does not have one of them.
+            BadValueError: the robot has no joint with a name or number.
         """
         names, indices = self.selected
         if self.selection is not None and names is self.joint_names and indices is self.joint_indices:
@@ -71,17 +71,17 @@ class SelectedJointsNode(RobotNode):
 
 
 class IsaacArticulationController(SelectedJointsNode, type="isaacsim.core.nodes.IsaacArticulationController"):
-    """Joint targets from arrays; they act from the next physics step on, and hold until the next command."""
+    """Sets joint targets from arrays; they act from the next physics step on until the next command."""
 
-    position_command: Doubles = In(unit="rad, m", doc="one a joint; NaN leaves a joint alone")
-    velocity_command: Doubles = In(unit="rad/s, m/s", doc="one a joint; NaN leaves a joint alone")
-    effort_command: Doubles = In(unit="N m, N", doc="one a joint; NaN leaves a joint alone")
+    position_command: Doubles = In(unit="rad, m", doc="one per joint; NaN keeps a joint's target")
+    velocity_command: Doubles = In(unit="rad/s, m/s", doc="one per joint; NaN keeps a joint's target")
+    effort_command: Doubles = In(unit="N m, N", doc="one per joint; NaN keeps a joint's target")
 
     def compute(self) -> None:
-        """Apply the commands, all or none.
+        """Apply all commands, or none on an error.
 
         Raises:
-            BadValueError: a joint is unknown, or a command has another length than the joints or too large a number.
+            BadValueError: a joint is unknown, a command has another length than the joints, or a number is too large.
         """
         selection = self.joints()
         commands = self.position_command.tolist(), self.velocity_command.tolist(), self.effort_command.tolist()
@@ -91,35 +91,35 @@ class IsaacArticulationController(SelectedJointsNode, type="isaacsim.core.nodes.
                 raise BadValueError(
                     f"{name}, jointNames, jointIndices",
                     command,
-                    f"one a joint, for {joints} joints of {self.articulation.prim_path}",
+                    f"one per joint, for {joints} joints of {self.articulation.prim_path}",
                 )
         position, velocity, effort = commands
         selection.command(position or None, velocity or None, effort or None)
 
     def writes(self) -> Iterable[str]:
-        """What the robot's drives are told."""
+        """The targets of the robot's drives."""
         return (drives_of(self.prim()),) if self.robot_path or self.target_prim else ()
 
 
 class IsaacArticulationState(SelectedJointsNode, type="isaacsim.core.nodes.IsaacArticulationState"):
-    """Positions, velocities and forces of joints, in the order they are asked for.
+    """Reads positions, velocities and forces of joints, in the order of the selection.
 
-    measuredJointForces and measuredJointTorques cost more than a physics step; they are computed where a wire takes them.
+    measuredJointForces and measuredJointTorques cost more than a physics step; they are computed only if wired.
     """
 
     joint_positions: Doubles = Out(unit="rad, m")
     joint_velocities: Doubles = Out(unit="rad/s, m/s")
-    measured_joint_efforts: Doubles = Out(unit="N m, N", doc="what drives and commanded efforts exert")
+    measured_joint_efforts: Doubles = Out(unit="N m, N", doc="sum of drive forces and commanded efforts")
     measured_joint_forces: Double3s = Out(
-        unit="N", doc="with which parent links hold child links, in the child's frame"
+        unit="N", doc="force of the parent link on the child link, in the child's frame"
     )
-    measured_joint_torques: Double3s = Out(unit="N m", doc="the same, about the child link's origin")
-    joint_names_out: Tokens = Out(name="jointNames", doc="the joints of the arrays")
+    measured_joint_torques: Double3s = Out(unit="N m", doc="its torque about the child's origin, in the child's frame")
+    joint_names_out: Tokens = Out(name="jointNames", doc="names of the joints of the arrays")
 
     has_wrenches: bool = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the robot, and see what is asked for."""
+        """Bind the robot and find out which outputs are wired."""
         super().setup(context)
         self.has_wrenches = context.wired("measured_joint_forces") or context.wired("measured_joint_torques")
 
@@ -140,9 +140,9 @@ class IsaacArticulationState(SelectedJointsNode, type="isaacsim.core.nodes.Isaac
 
 
 class IsaacJointNameResolver(RobotNode, type="isaacsim.core.nodes.IsaacJointNameResolver"):
-    """Own names of joints that are called by their published names.
+    """Translates published joint names to the joints' own names.
 
-    Published are values of `isaac:nameOverride`. Other names are handed on as they are.
+    A published name is the value of `isaac:nameOverride`. Other names are passed on unchanged.
     """
 
     joint_names: Tokens = In(doc="published names")
@@ -153,14 +153,14 @@ class IsaacJointNameResolver(RobotNode, type="isaacsim.core.nodes.IsaacJointName
     own_names: dict[str, str] = Bound()
 
     def setup(self, context: Context) -> None:
-        """Learn the names; what is known of them by now is put out before the first tick."""
+        """Look up the names; known ones are output before the first tick."""
         self.articulation = context.articulation(self.prim())
         published = context.joint_names(self.prim())
         self.own_names = dict(zip(published, self.articulation.joint_names, strict=True))
         self.compute()
 
     def compute(self) -> None:
-        """Replace the names."""
+        """Translate the names."""
         self.joint_names_out = tuple(self.own_names.get(name, name) for name in self.joint_names)
         self.robot_path_out = self.articulation.prim_path
 
@@ -171,7 +171,7 @@ _KINDS = {"position_command": "stiffness", "velocity_command": "damping", "effor
 
 @dataclass(frozen=True, slots=True)
 class _Command:
-    """What a controller commands."""
+    """The joints that one controller commands."""
 
     graph: Graph
     instance: Instance
@@ -182,7 +182,7 @@ class _Command:
 
 @lint("W207")
 def lint_joints_commanded_twice(context: LintContext) -> None:
-    """Joints whose targets two graphs set; the graph that runs last wins."""
+    """Warn of joints whose targets are set by two graphs; the graph that runs last wins."""
     first: dict[tuple[str, str, str], _Command] = {}
     for command in _commands(context):
         others: dict[int, tuple[_Command, dict[str, None]]] = {}
@@ -204,7 +204,7 @@ def lint_joints_commanded_twice(context: LintContext) -> None:
 
 @lint("W209")
 def lint_commands_without_drive(context: LintContext) -> None:
-    """Targets of joints that have no drive to follow them."""
+    """Warn of targets for joints without a drive."""
     for command in _commands(context):
         drives = {p.facts["joint"]: p.facts["drive"] for p in command.robot.descendants() if p.kind == "joint"}
         gains = [_KINDS[kind] for kind in command.kinds]
@@ -217,7 +217,7 @@ def lint_commands_without_drive(context: LintContext) -> None:
 
 
 def _commands(context: LintContext) -> Iterator[_Command]:
-    """Controllers that run, as far as their robot and joints are known before the run."""
+    """Wired controllers whose robot and joints are known before the run."""
     for graph, instance, node in context.nodes(IsaacArticulationController):
         index, wires = instance.index, graph.data_wires
         wired = {wire.target_field for wire in wires if wire.target == index}

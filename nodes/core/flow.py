@@ -1,4 +1,4 @@
-"""What fires, and how often (`isaacsim.core.nodes`)."""
+"""Events and gates by steps and executions (`isaacsim.core.nodes`)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ class OnPhysicsStep(Node, type="isaacsim.core.nodes.OnPhysicsStep"):
     step = ExecOut(doc="fires after every physics step")
     delta_simulation_time: float = Out(unit="s", doc="of a physics step")
     delta_system_time: float = Out(
-        unit="s", doc="of the wall clock, which is read once a tick: since the last tick at a tick's first step, else 0"
+        unit="s", doc="wall time since the previous tick at the first step of a tick, else 0"
     )
 
     clock: Clock = Bound()
@@ -27,7 +27,7 @@ class OnPhysicsStep(Node, type="isaacsim.core.nodes.OnPhysicsStep"):
         """
         if context.runs != "physics_step":
             raise ContextError(
-                "it fires in graphs that run at every physics step, and this one runs once a tick",
+                "it needs a graph that runs at every physics step, and this one runs once a tick",
                 None,
                 "write `runs: physics_step` into the graph file, or use OnPlaybackTick",
             )
@@ -42,7 +42,7 @@ class OnPhysicsStep(Node, type="isaacsim.core.nodes.OnPhysicsStep"):
 
 
 class IsaacSimulationGate(Node, type="isaacsim.core.nodes.IsaacSimulationGate", gated=True, counts=True):
-    """Fires at every n-th execution since play; with 0 never."""
+    """Fires at every n-th execution since play; never if n is 0."""
 
     exec_in = ExecIn()
     step: UInt = In(default=1, doc="n; the first to fire is execution n")
@@ -51,13 +51,13 @@ class IsaacSimulationGate(Node, type="isaacsim.core.nodes.IsaacSimulationGate", 
     executions: int = State(default=0)
 
     def compute(self) -> Fire:
-        """Count."""
+        """Count the execution, and fire at every n-th."""
         self.executions += 1
         return self.exec_out if self.step and self.executions % self.step == 0 else None
 
 
 class OgnIsaacRunOneSimulationFrame(Node, type="isaacsim.core.nodes.OgnIsaacRunOneSimulationFrame", gated=True):
-    """Fires the first time it runs after play, and then no more."""
+    """Fires once, at its first execution since play."""
 
     exec_in = ExecIn()
     step = ExecOut(doc="fires once after play")
@@ -65,7 +65,7 @@ class OgnIsaacRunOneSimulationFrame(Node, type="isaacsim.core.nodes.OgnIsaacRunO
     done: bool = State(default=False)
 
     def compute(self) -> Fire:
-        """Fire once."""
+        """Fire at the first execution since play."""
         if self.done:
             return None
         self.done = True

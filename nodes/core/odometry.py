@@ -12,21 +12,21 @@ from graphengine.nodes.touched import reading_poses
 
 
 class IsaacComputeOdometry(Node, type="isaacsim.core.nodes.IsaacComputeOdometry"):
-    """Pose since play and velocities of a body: ground truth, without noise.
+    """Computes ground truth odometry of a body: its pose relative to the start of play, and its velocities.
 
-    Position and orientation are those of the body in the frame it had at the first compute after play. Linear velocity is in
+    The pose is relative to the body's pose at the first compute after play. Linear velocity is in
     the body's frame, angular velocity in the world's; accelerations are differences of the velocities over simulation time.
     """
 
     exec_in = ExecIn()
-    chassis_prim: Target = In(required=True, setup=True, doc="rigid body, or a prim that one carries")
+    chassis_prim: Target = In(required=True, setup=True, doc="rigid body, or a prim that is fixed to one")
     exec_out = ExecOut()
     position: Vector3d = Out(unit="m", doc="in the start frame")
     orientation: Quaterniond = Out(default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w), relative to the start")
     linear_velocity: Vector3d = Out(unit="m/s", doc="in the body's frame")
     angular_velocity: Vector3d = Out(unit="rad/s", doc="in the world frame")
-    linear_acceleration: Vector3d = Out(unit="m/s2", doc="of the linear velocity in the body's frame")
-    angular_acceleration: Vector3d = Out(unit="rad/s2", doc="of the angular velocity in the world frame")
+    linear_acceleration: Vector3d = Out(unit="m/s2", doc="rate of change of the linear velocity in the body's frame")
+    angular_acceleration: Vector3d = Out(unit="rad/s2", doc="rate of change of the angular velocity in the world frame")
     global_linear_velocity: Vector3d = Out(unit="m/s", doc="in the world frame")
     global_linear_acceleration: Vector3d = Out(unit="m/s2", doc="in the world frame")
 
@@ -41,7 +41,7 @@ class IsaacComputeOdometry(Node, type="isaacsim.core.nodes.IsaacComputeOdometry"
         self.clock = context.clock
 
     def compute(self) -> None:
-        """Read the body's state and put it into its frames."""
+        """Read the body's state and transform it into the frames of the outputs."""
         position, orientation = self.body.pose()
         velocity, angular = self.body.velocity()
         if self.start is None:
@@ -60,7 +60,7 @@ class IsaacComputeOdometry(Node, type="isaacsim.core.nodes.IsaacComputeOdometry"
         self.linear_velocity, self.global_linear_velocity, self.angular_velocity = local, velocity, angular
 
     def reads(self) -> Iterable[str]:
-        """The pose."""
+        """The pose of the body."""
         return reading_poses(self.chassis_prim)
 
 

@@ -1,4 +1,4 @@
-"""What comes from the machine that runs the graph: variables of the environment, and files (`isaacsim.core.nodes`).
+"""Environment variables and files of the machine that runs the graph (`isaacsim.core.nodes`).
 
 Both are read once, before the first tick.
 """
@@ -11,42 +11,42 @@ from graphengine.node import Bound, Context, In, Node, Out, String
 
 
 class IsaacReadEnvVar(Node, type="isaacsim.core.nodes.IsaacReadEnvVar"):
-    """Value of a variable of the environment that whoever runs the graph allowed by `--env NAME`."""
+    """Reads an environment variable that the user allowed with `--env NAME`."""
 
     env_var: String = In(default="", setup=True, required=True, doc="name of the variable")
-    value: String = Out(doc="empty where the environment has none of that name")
+    value: String = Out(doc="empty if the variable is not set")
 
     found: str = Bound()
 
     def setup(self, context: Context) -> None:
-        """Read it.
+        """Read the value once.
 
         Raises:
-            ContextError: it may not be read.
+            ContextError: the variable may not be read.
         """
         self.found = context.environment(self.env_var)
 
     def compute(self) -> None:
-        """Tell it."""
+        """Fire; `setup` has set the output."""
         self.value = self.found
 
 
 class IsaacReadFilePath(Node, type="isaacsim.core.nodes.IsaacReadFilePath"):
-    """Text of a file, which lies beside the graph file, among what ships, or in a folder given by `--allow`."""
+    """Reads a text file in the graph file's folder, among the included files, or in a folder given by `--allow`."""
 
-    path: Any = In(type="path", default="", setup=True, required=True, doc="from the folder of the graph file")
+    path: Any = In(type="path", default="", setup=True, required=True, doc="relative to the folder of the graph file")
     file_contents: Any = Out(type="string|token")
 
     found: str = Bound()
 
     def setup(self, context: Context) -> None:
-        """Read it.
+        """Read the value once.
 
         Raises:
-            ContextError: it is nowhere, may not be read, is too large, or no text.
+            ContextError: the file does not exist, may not be read, is too large, or is not text.
         """
         self.found = context.read_file(self.path)[1]
 
     def compute(self) -> None:
-        """Tell it."""
+        """Fire; `setup` has set the output."""
         self.file_contents = self.found

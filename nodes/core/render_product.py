@@ -1,4 +1,4 @@
-"""Render products: what helpers find a camera or lidar by (`isaacsim.core.nodes`)."""
+"""Render products: paths by which helper nodes find a camera or lidar (`isaacsim.core.nodes`)."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ from graphengine.node import (
 
 
 class IsaacCreateRenderProduct(Node, type="isaacsim.core.nodes.IsaacCreateRenderProduct", gated=True):
-    """Binds a camera or lidar prim to a path that helpers take."""
+    """Creates a render product of a camera or lidar, whose path helper nodes take."""
 
     exec_in = ExecIn()
     width: UInt = In(default=1280, setup=True, unit="pixel")
     height: UInt = In(default=720, setup=True, unit="pixel")
     camera_prim: Target = In(required=True, setup=True, doc="prim of the camera or lidar")
-    enabled: bool = In(default=True, doc="when false, nothing fires")
-    render_product_prim: Target = In(setup=True, doc="a render product to use as it is")
-    render_product_path: Token = Out(doc="what helpers take")
+    enabled: bool = In(default=True, doc="false: execOut does not fire")
+    render_product_prim: Target = In(setup=True, doc="path of an existing render product to output instead")
+    render_product_path: Token = Out(doc="path for helper nodes")
     exec_out = ExecOut()
 
     path: str = Bound()
 
     def setup(self, context: Context) -> None:
-        """Make the path, so that helpers know it before the first tick."""
+        """Create the render product, so that helper nodes know its path before the first tick."""
         if self.render_product_prim:
             self.path = self.render_product_prim[0]
         else:
@@ -47,7 +47,7 @@ class IsaacCreateRenderProduct(Node, type="isaacsim.core.nodes.IsaacCreateRender
         self.render_product_path = self.path
 
     def compute(self) -> Fire:
-        """Hand the path on."""
+        """Fire if enabled; `setup` has set the path."""
         if not self.enabled:
             return None
         self.render_product_path = self.path
@@ -59,7 +59,7 @@ _CAMERA = "camera:of a render product"
 
 
 class IsaacSetCameraOnRenderProduct(Node, type="isaacsim.core.nodes.IsaacSetCameraOnRenderProduct"):
-    """Lets a render product show what another camera sees, in the render product's size."""
+    """Switches a render product to another camera and keeps the render product's size."""
 
     exec_in = ExecIn()
     render_product_path: Token = In(required=True, setup=True, doc="from IsaacCreateRenderProduct")
@@ -77,7 +77,7 @@ class IsaacSetCameraOnRenderProduct(Node, type="isaacsim.core.nodes.IsaacSetCame
         return (_CAMERA,)
 
     def compute(self) -> None:
-        """Exchange the camera, for all that have the render product's."""
+        """Exchange the camera for all nodes that use the render product."""
         self.exchange()
 
 
@@ -86,20 +86,20 @@ HORIZONTAL_APERTURE = 20.955
 
 
 class IsaacReadCameraInfo(Node, type="isaacsim.core.nodes.IsaacReadCameraInfo", volatile=True):
-    """Size and lens of the camera behind a render product, in USD's terms: a pinhole with its optical axis in the middle."""
+    """Reads size and lens of a render product's camera, in USD's terms: a pinhole with a centred optical axis."""
 
     render_product_path: Token = In(required=True, setup=True, doc="from IsaacCreateRenderProduct")
     width: UInt = Out(unit="pixel")
     height: UInt = Out(unit="pixel")
-    focal_length: Float = Out(unit="mm", doc="fx is width times focal length / horizontal aperture")
+    focal_length: Float = Out(unit="mm", doc="fx is width * focalLength / horizontalAperture")
     horizontal_aperture: Float = Out(unit="mm")
-    vertical_aperture: Float = Out(unit="mm", doc="as its pixels are square")
-    horizontal_offset: Float = Out(unit="mm", doc="0: of the aperture's middle from the optical axis")
-    vertical_offset: Float = Out(unit="mm", doc="0: of the aperture's middle from the optical axis")
-    projection_type: Token = Out(doc="pinhole")
-    camera_fisheye_params: Floats = Out(doc="none")
-    physical_distortion_model: Token = Out(doc="plumb_bob")
-    physical_distortion_coefficients: Floats = Out(doc="five zeros")
+    vertical_aperture: Float = Out(unit="mm", doc="pixels are square")
+    horizontal_offset: Float = Out(unit="mm", doc="always 0: offset of the aperture's centre from the optical axis")
+    vertical_offset: Float = Out(unit="mm", doc="always 0: offset of the aperture's centre from the optical axis")
+    projection_type: Token = Out(doc="always pinhole")
+    camera_fisheye_params: Floats = Out(doc="always empty")
+    physical_distortion_model: Token = Out(doc="always plumb_bob")
+    physical_distortion_coefficients: Floats = Out(doc="always five zeros")
 
     camera: Camera = Bound()
 
@@ -112,7 +112,7 @@ class IsaacReadCameraInfo(Node, type="isaacsim.core.nodes.IsaacReadCameraInfo", 
         return (_CAMERA,)
 
     def compute(self) -> None:
-        """Read the camera."""
+        """Read size and lens of the camera."""
         self.width, self.height = self.camera.size
         self.horizontal_aperture = HORIZONTAL_APERTURE
         self.vertical_aperture = HORIZONTAL_APERTURE * self.height / self.width

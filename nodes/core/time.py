@@ -1,6 +1,6 @@
 """Simulation time and the wall clock (`isaacsim.core.nodes`).
 
-The wall clock is read once a tick, when the tick begins: whoever asks for it in that tick gets the same answer.
+The wall clock is read once, at the start of a tick; all nodes get the same value in that tick.
 """
 
 from __future__ import annotations
@@ -13,21 +13,21 @@ from graphengine.nodes.clocked import ClockNode
 
 
 class TimeNode(ClockNode):
-    """A node that reads the clock, or divides a reference time."""
+    """Base of nodes that output a time of the clock, or a reference time."""
 
-    reference_time_numerator: int = In(default=0, doc="if set, the time is this fraction")
-    reference_time_denominator: UInt64 = In(default=0, doc="denominator of the reference time")
+    reference_time_numerator: int = In(default=0, doc="numerator of the reference time")
+    reference_time_denominator: UInt64 = In(default=0, doc="above 0: the reference time replaces the clock")
 
     def or_reference(self, time: float) -> float:
-        """The reference time where there is one, else a time of the clock."""
+        """The reference time if it is set, else the given time."""
         denominator = self.reference_time_denominator
         return self.reference_time_numerator / denominator if denominator > 0 else time
 
 
 class IsaacReadSimulationTime(TimeNode, type="isaacsim.core.nodes.IsaacReadSimulationTime", volatile=True):
-    """Simulation time; the same for everything that reads it in one tick."""
+    """Reads the simulation time, which is constant within a tick."""
 
-    reset_on_stop: bool = In(default=True, doc="seconds since play; else since the session began, over stop and play")
+    reset_on_stop: bool = In(default=True, doc="true: time since play; false: time since the session began")
     simulation_time: float = Out(unit="s")
 
     def compute(self) -> None:
@@ -39,16 +39,16 @@ class IsaacReadSimulationTime(TimeNode, type="isaacsim.core.nodes.IsaacReadSimul
 class IsaacReadSimulationTimeAnnotator(
     IsaacReadSimulationTime, type="isaacsim.core.nodes.IsaacReadSimulationTimeAnnotator"
 ):
-    """Simulation time, read when it is executed."""
+    """Reads the simulation time when executed."""
 
     exec_in = ExecIn()
     exec_out = ExecOut()
 
 
 class IsaacReadSystemTime(TimeNode, type="isaacsim.core.nodes.IsaacReadSystemTime", volatile=True):
-    """The wall clock when the tick began; the same for everything that reads it in one tick."""
+    """Reads the wall clock of the tick's start, which is constant within a tick."""
 
-    system_time: float = Out(unit="s", doc="since 1970")
+    system_time: float = Out(unit="s", doc="time since 1970-01-01 UTC")
 
     def compute(self) -> None:
         """Read the clock."""
@@ -56,26 +56,26 @@ class IsaacReadSystemTime(TimeNode, type="isaacsim.core.nodes.IsaacReadSystemTim
 
 
 class IsaacReadSystemTimeAnnotator(IsaacReadSystemTime, type="isaacsim.core.nodes.IsaacReadSystemTimeAnnotator"):
-    """The wall clock when the tick began, read when it is executed."""
+    """Reads the wall clock of the tick's start when executed."""
 
     exec_in = ExecIn()
     exec_out = ExecOut()
 
 
 class IsaacTimeSplitter(Node, type="isaacsim.core.nodes.IsaacTimeSplitter"):
-    """A time as whole seconds, and what is beyond them in smaller units; cut to nanoseconds as stamps of messages are."""
+    """Splits a time into whole seconds and the rest in smaller units, truncated to nanoseconds as in message stamps."""
 
     time: Any = In(type="double|float|half|int|int64|uint|uint64", unit="s")
     seconds: Int = Out(unit="s")
-    milliseconds: UInt = Out(unit="ms", doc="beyond the seconds, whole ones")
-    microseconds: UInt = Out(unit="us", doc="beyond the seconds, whole ones")
-    nanoseconds: UInt = Out(unit="ns", doc="beyond the seconds")
+    milliseconds: UInt = Out(unit="ms", doc="rest beyond the whole seconds, truncated")
+    microseconds: UInt = Out(unit="us", doc="rest beyond the whole seconds, truncated")
+    nanoseconds: UInt = Out(unit="ns", doc="rest beyond the whole seconds")
 
     def compute(self) -> None:
-        """Split.
+        """Split the time.
 
         Raises:
-            BadValueError: so many seconds are no int.
+            BadValueError: the seconds do not fit into an int.
         """
         if not abs(self.time) < 2**31:
             raise BadValueError("time", self.time, "less than 2^31 s")
@@ -84,14 +84,14 @@ class IsaacTimeSplitter(Node, type="isaacsim.core.nodes.IsaacTimeSplitter"):
 
 
 class IsaacRealTimeFactor(ClockNode, type="isaacsim.core.nodes.IsaacRealTimeFactor", volatile=True):
-    """Simulation time that passes in a second of the wall clock, between the last two ticks in which it was read."""
+    """Computes the real-time factor, simulation time per wall time, between the last two ticks in which it was read."""
 
-    rtf: Float = Out(doc="1 in real time, more when faster; 0 before there are two ticks to compare")
+    rtf: Float = Out(doc="1 is real time, above 1 is faster; 0 before the second tick")
 
     last: tuple[float, float] = State(default=(math.nan, math.nan))
 
     def compute(self) -> None:
-        """Compare both times with those of the last tick that read them."""
+        """Divide the differences of both times since the last reading."""
         now = self.clock.monotonic_time, self.clock.wall_time
         simulated, elapsed = now[0] - self.last[0], now[1] - self.last[1]
         if elapsed == 0.0:

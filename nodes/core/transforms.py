@@ -16,12 +16,12 @@ _HALF_TURN_ABOUT_X = (1.0, 0.0, 0.0, 0.0)
 
 
 class IsaacReadWorldPose(Node, type="isaacsim.core.nodes.IsaacReadWorldPose", volatile=True):
-    """Pose of a prim in the world frame."""
+    """Reads the pose of a prim in the world frame."""
 
     prim: Target = In(required=True, setup=True, doc="any prim")
     translation: Vector3d = Out(unit="m")
     orientation: Quaterniond = Out(default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w)")
-    scale: Vector3d = Out(doc="once it is read always 1: poses are rigid")
+    scale: Vector3d = Out(doc="always 1 after a compute: poses are rigid")
 
     frame: Frame = Bound()
 
@@ -35,12 +35,12 @@ class IsaacReadWorldPose(Node, type="isaacsim.core.nodes.IsaacReadWorldPose", vo
         self.scale = (1.0, 1.0, 1.0)
 
     def reads(self) -> Iterable[str]:
-        """The pose."""
+        """The pose of the prim."""
         return reading_poses(self.prim)
 
 
 class IsaacComputeTransformTree(Node, type="isaacsim.core.nodes.IsaacComputeTransformTree"):
-    """Poses of prims relative to a parent prim; a robot gives all of its links."""
+    """Computes poses of prims relative to a parent prim; a robot gives the poses of all its links."""
 
     exec_in = ExecIn()
     parent_prim: Target = In(setup=True, doc="prim of the parent frame; empty for the world")
@@ -56,7 +56,7 @@ class IsaacComputeTransformTree(Node, type="isaacsim.core.nodes.IsaacComputeTran
     constant: tuple[Double3s, Double4s] | None = Bound()
 
     def setup(self, context: Context) -> None:
-        """Expand the targets; the names are known before the first tick."""
+        """Expand the targets and set the frame names before the first tick."""
         self.links = context.transform_tree(self.target_prims, self.parent_prim[0] if self.parent_prim else "")
         self.names = tuple(link.parent_name for link in self.links), tuple(link.child_name for link in self.links)
         self.parent_frames, self.child_frames = self.names
@@ -68,18 +68,18 @@ class IsaacComputeTransformTree(Node, type="isaacsim.core.nodes.IsaacComputeTran
         self.translations, self.orientations = self.constant or self.read_poses()
 
     def reads(self) -> Iterable[str]:
-        """The poses."""
+        """The poses of the targets."""
         return reading_poses((*self.target_prims, *self.parent_prim))
 
     def read_poses(self) -> tuple[Double3s, Double4s]:
-        """Translations and orientations of all edges, now."""
+        """Present translations and orientations of all edges."""
         poses = [pose_of(link) for link in self.links]
         translations = np.array([position for position, _ in poses]).reshape(-1, 3)
         return translations, np.array([orientation for _, orientation in poses]).reshape(-1, 4)
 
 
 def pose_of(link: FrameLink) -> rotation.Pose:
-    """Pose of an edge's child in its parent's frame, now."""
+    """Present pose of an edge's child frame in its parent frame."""
     if link.fixed is not None:
         position, orientation = link.fixed
     else:

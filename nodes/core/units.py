@@ -9,16 +9,16 @@ from graphengine.nodes.data.unions import NUMERICS
 
 
 class OgnIsaacScaleToFromStageUnit(Node, type="isaacsim.core.nodes.OgnIsaacScaleToFromStageUnit"):
-    """Lengths in metres as lengths in stage units, or the other way round; both are the same here."""
+    """Converts lengths from metres to stage units or back; here both are equal."""
 
     conversion: Token = In(
         default="Convert to stage units",
         tokens=("Convert to stage units", "Convert to meters"),
-        doc="which way; both leave the value as it is",
+        doc="direction; both leave the value unchanged",
     )
     value: Any = In(type=NUMERICS, couple="length", required=True, unit="m", doc="number, tuple or array")
     result: Any = Out(type=NUMERICS, couple="length", unit="m")
 
     def compute(self) -> None:
-        """Pass it on."""
+        """Copy the value."""
         self.result = self.value

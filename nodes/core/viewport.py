@@ -1,4 +1,4 @@
-"""Viewports: windows of Isaac Sim, of which only the render product is there (`isaacsim.core.nodes`)."""
+"""Viewports of Isaac Sim, which consist only of a render product here (`isaacsim.core.nodes`)."""
 
 from __future__ import annotations
 
@@ -9,29 +9,29 @@ DEFAULT = "Viewport"
 
 
 class IsaacCreateViewport(Node, type="isaacsim.core.nodes.IsaacCreateViewport"):
-    """Makes a viewport, unless there is one of its name. What it shows is decided by IsaacSetCameraOnRenderProduct."""
+    """Creates a viewport if none has the name. IsaacSetCameraOnRenderProduct sets its camera."""
 
     exec_in = ExecIn()
-    name: Token = In(default="", setup=True, doc="of the viewport; empty for its id")
-    viewport_id: UInt = In(default=0, setup=True, doc=f"its name while `name` is empty; 0 is {DEFAULT!r}")
+    name: Token = In(default="", setup=True, doc="name of the viewport; empty to use its id")
+    viewport_id: UInt = In(default=0, setup=True, doc=f"number of the viewport if `name` is empty; 0 is {DEFAULT!r}")
     viewport: Token = Out(doc="the viewport's name")
     exec_out = ExecOut()
 
     title: str = Bound()
 
     def setup(self, context: Context) -> None:
-        """Make the viewport, so that other nodes find it before the first tick."""
+        """Create the viewport, so that other nodes find it before the first tick."""
         self.title = self.name or (str(self.viewport_id) if self.viewport_id else DEFAULT)
         context.viewport(self.title, make=True)
         self.viewport = self.title
 
     def compute(self) -> None:
-        """Pass the name on."""
+        """Fire; `setup` has set the name."""
         self.viewport = self.title
 
 
 class IsaacSetViewportResolution(Node, type="isaacsim.core.nodes.IsaacSetViewportResolution"):
-    """Sets the size of a viewport's pictures, from the start of the run or from when an input changes."""
+    """Sets the size of a viewport's pictures, at the start of the run and whenever an input changes."""
 
     exec_in = ExecIn()
     viewport: Token = In(default="", setup=True, doc=f"name of the viewport; empty for {DEFAULT!r}")
@@ -48,7 +48,7 @@ class IsaacSetViewportResolution(Node, type="isaacsim.core.nodes.IsaacSetViewpor
 
 
 class IsaacGetViewportRenderProduct(Node, type="isaacsim.core.nodes.IsaacGetViewportRenderProduct"):
-    """The render product of a viewport, which helpers of cameras take."""
+    """Finds the render product of a viewport, for helper nodes of cameras."""
 
     exec_in = ExecIn()
     viewport: Token = In(default="", setup=True, doc="name of the viewport, from IsaacCreateViewport")
@@ -58,9 +58,9 @@ class IsaacGetViewportRenderProduct(Node, type="isaacsim.core.nodes.IsaacGetView
     path: str = Bound()
 
     def setup(self, context: Context) -> None:
-        """Find the render product, so that helpers know it before the first tick."""
+        """Find the render product, so that helper nodes know its path before the first tick."""
         self.path = self.render_product_path = context.viewport(self.viewport)
 
     def compute(self) -> None:
-        """Pass the path on."""
+        """Fire; `setup` has set the path."""
         self.render_product_path = self.path

@@ -1,1 +1,1 @@
-"""Values computed from values (`omni.graph.nodes`)."""
+"""Data nodes that compute values (`omni.graph.nodes`)."""

@@ -1,4 +1,4 @@
-"""Sums, products and what is near to them (`omni.graph.nodes`); of numbers, tuples and arrays as `broadcast` says."""
+"""Arithmetic on numbers, tuples and arrays (`omni.graph.nodes`), which combine as described in `broadcast`."""
 
 from __future__ import annotations
 
@@ -20,43 +20,43 @@ class Add(Folded, type="omni.graph.nodes.Add"):
     operation = on_numbers = operator.add
 
     a: Any = In(type=NUMERICS, required=True, doc="number, tuple or array")
-    b: Any = In(type=NUMERICS, required=True, doc="is added to a; input2 and so on are there when a file names them")
+    b: Any = In(type=NUMERICS, required=True, doc="added to a; input2 and so on exist when the file names them")
     sum: Any = Out(type=NUMERICS, doc="a + b")
 
 
 class Subtract(Folded, type="omni.graph.nodes.Subtract"):
-    """What is left of a value when one or more others are taken from it."""
+    """Difference of a value and one or more others."""
 
     operation = on_numbers = operator.sub
 
     a: Any = In(type=NUMERICS, required=True, doc="number, tuple or array")
-    b: Any = In(type=NUMERICS, required=True, doc="is taken from a; input2 and so on are there when a file names them")
+    b: Any = In(type=NUMERICS, required=True, doc="subtracted from a; input2 and so on exist when the file names them")
     difference: Any = Out(type=NUMERICS, doc="a - b")
 
 
 class Multiply(Folded, type="omni.graph.nodes.Multiply"):
-    """Product of two or more values, number by number; that of matrices is MatrixMultiply."""
+    """Product of two or more values, number by number; MatrixMultiply computes the matrix product."""
 
     operation = on_numbers = operator.mul
 
     a: Any = In(type=NUMERICS, required=True, doc="number, tuple or array")
-    b: Any = In(type=NUMERICS, required=True, doc="a factor; input2 and so on are there when a file names them")
+    b: Any = In(type=NUMERICS, required=True, doc="factor; input2 and so on exist when the file names them")
     product: Any = Out(type=NUMERICS, doc="a * b")
 
 
 class Divide(Elementwise, type="omni.graph.nodes.Divide"):
-    """Quotient of a value by a single number; of whole numbers too it is a double."""
+    """Quotient of a value and a single number; the quotient of integers is a double."""
 
     a: Any = In(type=NUMERICS, required=True, doc="number, tuple or array")
-    b: Any = In(type=NUMERICS, required=True, doc="a number, or an array of numbers where a is an array; 0 is an error")
-    result: Any = Out(type=NUMERICS, doc="a / b, of the type of a unless that is whole")
+    b: Any = In(type=NUMERICS, required=True, doc="number, or array of numbers if a is an array; 0 is an error")
+    result: Any = Out(type=NUMERICS, doc="a / b, of the type of a; doubles if a is an integer")
 
     @staticmethod
     def operation(a: Any, b: Any) -> Any:
         """Divide arrays.
 
         Raises:
-            BadValueError: by 0.
+            BadValueError: b is 0.
         """
         if not np.all(b):
             raise BadValueError("b", b, "other than 0")
@@ -67,17 +67,17 @@ class Divide(Elementwise, type="omni.graph.nodes.Divide"):
         """Divide two numbers.
 
         Raises:
-            BadValueError: by 0.
+            BadValueError: b is 0.
         """
         if not b:
             raise BadValueError("b", b, "other than 0")
         return a / b
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """That of a, or of doubles.
+        """The type of a, or doubles if a is an integer.
 
         Raises:
-            ValueError: a is divided by more than a number.
+            ValueError: b is not a single number, or not one per element of a.
         """
         a, b = given["a"], given["b"]
         if b.count > 1 or (b.array and not a.array):
@@ -86,15 +86,15 @@ class Divide(Elementwise, type="omni.graph.nodes.Divide"):
 
 
 class Modulo(Elementwise, type="omni.graph.nodes.Modulo"):
-    """Remainder of a division of whole numbers that is cut off toward 0, so it has the sign of a; 0 if b is 0."""
+    """Remainder of an integer division that truncates toward 0, so it has the sign of a; 0 if b is 0."""
 
-    a: Any = In(type=INTEGRAL_SCALARS, required=True, doc="is divided")
-    b: Any = In(type=INTEGRAL_SCALARS, required=True, doc="divides")
+    a: Any = In(type=INTEGRAL_SCALARS, required=True, doc="dividend")
+    b: Any = In(type=INTEGRAL_SCALARS, required=True, doc="divisor")
     result: Any = Out(type=INTEGRAL_SCALARS, doc="a - b * trunc(a / b)")
 
     @staticmethod
     def operation(a: int, b: int) -> int:
-        """Remainder of Python numbers."""
+        """Compute the remainder of two integers."""
         if b == 0:
             return 0
         return abs(a) % abs(b) if a >= 0 else -(abs(a) % abs(b))
@@ -103,7 +103,7 @@ class Modulo(Elementwise, type="omni.graph.nodes.Modulo"):
 
 
 class Negate(Elementwise, type="omni.graph.nodes.Negate"):
-    """A value with the other sign."""
+    """A value with its sign inverted."""
 
     operation = on_numbers = operator.neg
 
@@ -111,10 +111,10 @@ class Negate(Elementwise, type="omni.graph.nodes.Negate"):
     output: Any = Out(type=NUMERICS, doc="the input times -1")
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """That of the input.
+        """The type of the input.
 
         Raises:
-            ValueError: it has no negative numbers.
+            ValueError: the input is of an unsigned type.
         """
         if given["input"].base in ("uchar", "uint", "uint64"):
             raise ValueError(f"input is {given['input']}, which has no negative numbers")
@@ -122,21 +122,21 @@ class Negate(Elementwise, type="omni.graph.nodes.Negate"):
 
 
 def _incremented(value: int, increment: float) -> float:
-    """Their sum, exact where both are whole: a double has 53 bits, and nanoseconds of today's time have 61."""
+    """The sum, exact for two integers: a double has only 53 bits, and present times in nanoseconds need 61."""
     return value + (int(increment) if increment.is_integer() else increment)
 
 
 class Increment(Elementwise, type="omni.graph.nodes.Increment"):
-    """A value with a number added to it, of the value's type: 4 and 3.2 make 7 where the value is whole."""
+    """Sum of a value and a number, of the value's type: 4 and 3.2 make 7 if the value is an integer."""
 
     like = "value"
 
     value: Any = In(type=NUMERICS, required=True, doc="number, tuple or array")
-    increment: float = In(default=1.0, doc="is added to each of them")
-    result: Any = Out(type=NUMERICS, doc="the sum, cut off toward 0 where it is whole")
+    increment: float = In(default=1.0, doc="added to each number")
+    result: Any = Out(type=NUMERICS, doc="sum, truncated toward 0 for integers")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """A sum, which is cut off where it is to be whole."""
+        """The addition, which truncates if the output is an integer."""
         if is_real(output):
             return lift(operator.add, inputs, output, operator.add)
         return lift(lambda value, increment: np.trunc(value + increment), inputs, output, _incremented)

@@ -1,7 +1,7 @@
-"""Arrays changed and taken apart (`omni.graph.nodes`).
+"""Array operations (`omni.graph.nodes`).
 
-Every node makes a new array. A string counts as the array of its UTF-8 bytes. Isaac's menu says Get Array Size for
-ArrayGetSize; ArrayLength there is a node of bundles, which are not modelled.
+Every node makes a new array. A string counts as the array of its UTF-8 bytes. Isaac's menu calls ArrayGetSize Get Array Size;
+its ArrayLength is a node for bundles, which are not modelled.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ SEQUENCES = f"{ARRAYS}|string"
 
 
 class ArrayNode(Node):
-    """A node whose arrays are all of one type, and whose single values are elements of it."""
+    """Base of nodes whose arrays have one type, and whose single values are elements of that type."""
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Types of the other arrays and of the elements, when that of one array is known."""
+        """Types of all arrays and elements, once the type of one array is known."""
         fields = type(self).fields.items()
         unions = {name: port.type for name, port in fields if isinstance(port.type, UnionType)}
         arrays = [name for name, union in unions.items() if PortType("bool", array=True) in union.alternatives]
@@ -46,7 +46,7 @@ class ArrayNode(Node):
 
 
 class ArrayEdit(ArrayNode):
-    """A node that makes an array of another."""
+    """Base of nodes that derive an array from another."""
 
     array_in: Any = In(type=SEQUENCES, name="array", required=True)
     array_out: Any = Out(type=SEQUENCES, name="array")
@@ -55,23 +55,23 @@ class ArrayEdit(ArrayNode):
         """Join the parts of the new array.
 
         Raises:
-            BadValueError: there is no element at an index.
+            BadValueError: an index is out of range.
         """
         self.array_out = joined(self.array_in, *self._parts(as_array(self.array_in)))
 
     def _parts(self, array: Any) -> Iterable[Any]:
-        """Arrays and lists of elements that follow each other in the new array."""
+        """The parts of the new array, in order: arrays and lists of elements."""
         raise NotImplementedError
 
 
 class ArrayGetSize(Node, type="omni.graph.nodes.ArrayGetSize"):
-    """Number of elements of an array; of a string, that of its bytes."""
+    """Number of elements of an array, or of bytes of a string."""
 
     array: Any = In(type=SEQUENCES, required=True)
     size: Int = Out()
 
     def compute(self) -> None:
-        """Count."""
+        """Count the elements."""
         self.size = len(as_array(self.array))
 
 
@@ -80,24 +80,24 @@ class ArrayIndex(ArrayNode, type="omni.graph.nodes.ArrayIndex"):
 
     array: Any = In(type=SEQUENCES, required=True)
     index: Int = In(default=0, doc=INDEX)
-    value: Any = Out(type=ELEMENTS, doc="the element there")
+    value: Any = Out(type=ELEMENTS, doc="element at the index")
 
     def compute(self) -> None:
-        """Look it up.
+        """Look up the element.
 
         Raises:
-            BadValueError: there is no such element.
+            BadValueError: the index is out of range.
         """
         array = as_array(self.array)
         self.value = plain(array[position(self.index, len(array))])
 
 
 class ArraySetIndex(ArrayEdit, type="omni.graph.nodes.ArraySetIndex"):
-    """An array with another value at an index."""
+    """An array with the element at an index replaced."""
 
     index: Int = In(default=0, doc=INDEX)
-    resize_to_fit: bool = In(default=False, doc="an index beyond the end makes the array longer, by zeros")
-    value: Any = In(type=ELEMENTS, required=True, doc="what is to be there")
+    resize_to_fit: bool = In(default=False, doc="an index beyond the end extends the array with zeros")
+    value: Any = In(type=ELEMENTS, required=True, doc="new element")
 
     def _parts(self, array: Any) -> Iterable[Any]:
         if self.resize_to_fit and self.index >= len(array):
@@ -107,19 +107,19 @@ class ArraySetIndex(ArrayEdit, type="omni.graph.nodes.ArraySetIndex"):
 
 
 class ArrayAppendValue(ArrayEdit, type="omni.graph.nodes.ArrayAppendValue"):
-    """An array with one more value at its end."""
+    """An array with a value appended."""
 
-    value: Any = In(type=ELEMENTS, required=True, doc="comes last")
+    value: Any = In(type=ELEMENTS, required=True, doc="element to append")
 
     def _parts(self, array: Any) -> Iterable[Any]:
         return array, [self.value]
 
 
 class ArrayInsertValue(ArrayEdit, type="omni.graph.nodes.ArrayInsertValue"):
-    """An array with one more value before the one at an index."""
+    """An array with a value inserted before an index."""
 
-    index: Int = In(default=0, doc="0 or less puts it first, the array's length or more last")
-    value: Any = In(type=ELEMENTS, required=True, doc="is put in")
+    index: Int = In(default=0, doc="0 or less inserts at the start, the array's length or more at the end")
+    value: Any = In(type=ELEMENTS, required=True, doc="element to insert")
 
     def _parts(self, array: Any) -> Iterable[Any]:
         index = max(self.index, 0)
@@ -137,12 +137,12 @@ class ArrayRemoveIndex(ArrayEdit, type="omni.graph.nodes.ArrayRemoveIndex"):
 
 
 class ArrayRemoveValue(ArrayEdit, type="omni.graph.nodes.ArrayRemoveValue"):
-    """An array without the first element that has a value, or without all of them."""
+    """An array without the first element equal to a value, or without all such elements."""
 
-    value: Any = In(type=ELEMENTS, required=True, doc="is taken out")
-    remove_all: bool = In(default=False, doc="an older name of removeAllFound; either will do")
-    remove_all_found: bool = In(default=False, doc="takes out every element that has the value, not only the first")
-    found: bool = Out(doc="whether there was one")
+    value: Any = In(type=ELEMENTS, required=True, doc="value to remove")
+    remove_all: bool = In(default=False, doc="older name of removeAllFound; one of them suffices")
+    remove_all_found: bool = In(default=False, doc="remove all equal elements, not only the first")
+    found: bool = Out(doc="whether an element was equal to the value")
 
     def _parts(self, array: Any) -> Iterable[Any]:
         gone = places(array, self.value)
@@ -154,12 +154,12 @@ class ArrayRemoveValue(ArrayEdit, type="omni.graph.nodes.ArrayRemoveValue"):
 
 
 class ArrayReplaceValue(ArrayEdit, type="omni.graph.nodes.ArrayReplaceValue"):
-    """An array with another value in the place of the first element that has a value, or of all of them."""
+    """An array in which the first element equal to a value is replaced, or all such elements."""
 
-    value: Any = In(type=ELEMENTS, required=True, doc="is looked for")
-    new_value: Any = In(type=ELEMENTS, required=True, doc="takes its place")
-    replace_all_found: bool = In(default=False, doc="replaces every element that has the value, not only the first")
-    found: bool = Out(doc="whether there was one")
+    value: Any = In(type=ELEMENTS, required=True, doc="value to search for")
+    new_value: Any = In(type=ELEMENTS, required=True, doc="new element")
+    replace_all_found: bool = In(default=False, doc="replace all equal elements, not only the first")
+    found: bool = Out(doc="whether an element was equal to the value")
 
     def _parts(self, array: Any) -> Iterable[Any]:
         there = places(array, self.value)[: None if self.replace_all_found else 1]
@@ -170,21 +170,21 @@ class ArrayReplaceValue(ArrayEdit, type="omni.graph.nodes.ArrayReplaceValue"):
 
 
 class ArrayFindValue(ArrayNode, type="omni.graph.nodes.ArrayFindValue"):
-    """Index of the first element that has a value."""
+    """Index of the first element equal to a value."""
 
     array: Any = In(type=SEQUENCES, required=True)
-    value: Any = In(type=ELEMENTS, required=True, doc="is looked for")
-    index: Int = Out(doc="from 0; -1 where no element has the value")
+    value: Any = In(type=ELEMENTS, required=True, doc="value to search for")
+    index: Int = Out(doc="from 0; -1 if no element is equal to the value")
 
     def compute(self) -> None:
-        """Look for it."""
+        """Search for the value."""
         self.index = next(iter(places(as_array(self.array), self.value)), -1)
 
 
 class ArrayFill(ArrayNode, type="omni.graph.nodes.ArrayFill"):
-    """An array as long as another, with one value everywhere."""
+    """An array of another's length, filled with one value."""
 
-    array_in: Any = In(type=SEQUENCES, name="array", required=True, doc="gives the length and the type")
+    array_in: Any = In(type=SEQUENCES, name="array", required=True, doc="array whose length and type are used")
     fill_value: Any = In(type=ELEMENTS, required=True)
     array_out: Any = Out(type=SEQUENCES, name="array")
 
@@ -194,9 +194,9 @@ class ArrayFill(ArrayNode, type="omni.graph.nodes.ArrayFill"):
 
 
 class ArrayResize(ArrayEdit, type="omni.graph.nodes.ArrayResize"):
-    """An array with another length: cut off at its end, or made longer by zeros."""
+    """An array with a new length, truncated or extended with zeros."""
 
-    new_size: Int = In(default=0, doc="less than 0 is 0")
+    new_size: Int = In(default=0, doc="new length; negative values count as 0")
 
     def _parts(self, array: Any) -> Iterable[Any]:
         size = checked_length("newSize", self.new_size)
@@ -204,9 +204,9 @@ class ArrayResize(ArrayEdit, type="omni.graph.nodes.ArrayResize"):
 
 
 class ArrayRotate(ArrayEdit, type="omni.graph.nodes.ArrayRotate"):
-    """An array shifted to the right; what leaves it at the end comes in at the front."""
+    """An array rotated to the right; elements shifted out at the end come back at the start."""
 
-    steps: Int = In(default=0, doc="how far; negative ones shift to the left")
+    steps: Int = In(default=0, doc="positions to shift; negative values shift to the left")
 
     def _parts(self, array: Any) -> Iterable[Any]:
         cut = -self.steps % len(array) if len(array) else 0
@@ -214,32 +214,32 @@ class ArrayRotate(ArrayEdit, type="omni.graph.nodes.ArrayRotate"):
 
 
 class ArrayReverse(ArrayEdit, type="omni.graph.nodes.ArrayReverse"):
-    """An array from its end to its beginning."""
+    """An array in reverse order."""
 
     def _parts(self, array: Any) -> Iterable[Any]:
         return (array[::-1],)
 
 
 class ArraySlice(ArrayEdit, type="omni.graph.nodes.ArraySlice"):
-    """The part of an array from one index up to, and without, another."""
+    """The part of an array from index start to index end, end not included."""
 
-    start: Int = In(default=0, doc="negative ones count from the end; beyond an end is that end")
-    end: Int = In(default=0, doc="as start; not above start gives an empty array; unused while useLength is set")
-    use_length: bool = In(default=True, doc="whether the part goes to the end of the array")
+    start: Int = In(default=0, doc="first index; negative values count from the end, values out of range are clamped")
+    end: Int = In(default=0, doc="bound, counted as start; not above start: empty array; unused if useLength is set")
+    use_length: bool = In(default=True, doc="whether the part extends to the end of the array")
 
     def _parts(self, array: Any) -> Iterable[Any]:
         return (array[self.start : None if self.use_length else self.end],)
 
 
 class AppendArray(ArrayNode, type="omni.graph.nodes.AppendArray"):
-    """Arrays one after the other."""
+    """Concatenation of arrays."""
 
     numbered: ClassVar[Numbered] = {"input": lambda: In(type=SEQUENCES)}
 
-    input0: Any = In(type=SEQUENCES, required=True, doc="comes first")
-    input1: Any = In(type=SEQUENCES, required=True, doc="comes next; input2 and so on are there when a file names them")
+    input0: Any = In(type=SEQUENCES, required=True, doc="first array")
+    input1: Any = In(type=SEQUENCES, required=True, doc="next array; input2 and so on exist when the file names them")
     array: Any = Out(type=SEQUENCES)
 
     def compute(self) -> None:
-        """Join them."""
+        """Concatenate the arrays."""
         self.array = joined(self.input0, *(as_array(getattr(self, name)) for name in self.series["input"]))

@@ -1,11 +1,11 @@
-"""Numbers of several types and sizes computed together: which type comes out, and a function of arrays as one of port values.
+"""Operations on numbers of several types and sizes: the type of the result, and numpy functions lifted to port values.
 
-Sizes: a single number goes with everything; a tuple with tuples that are as long; an array with single values, and with arrays
-that are as long. Bases widen as in C++: uchar, int, uint, int64, uint64, half, float, double, in this order, so an int and a
+Sizes: a single number combines with everything, a tuple with tuples of its length, an array with single values and with arrays
+of its length. Bases widen as in C++: uchar, int, uint, int64, uint64, half, float, double, in this order, so an int and a
 float make a float. Only timecodes make a timecode. Tuples of integers are always of int.
 
-Real numbers are computed in double and rounded to the base of the result where that is an array; a single float is a Python
-float, which is as exact as a double. Integers that grow out of their base wrap around.
+Real numbers are computed as doubles, and rounded to the base of the result if that is an array; a single float stays a Python
+float, with the precision of a double. Integers that exceed the range of their base wrap around.
 """
 
 from __future__ import annotations
@@ -28,33 +28,33 @@ _REALS = ("half", "float", "double", "timecode")
 
 @dataclass(frozen=True, slots=True)
 class Operand(PortType):
-    """The type of an input that is computed with."""
+    """The type of an operand, with the name of its input."""
 
     port: str = ""
     """OmniGraph's name of the input."""
 
     @staticmethod
     def of(port_type: PortType, port: str) -> Operand:
-        """A type with the name of an input."""
+        """The operand of a type at the input with this name."""
         return Operand(port_type.base, port_type.count, port_type.array, port_type.role, port)
 
 
 def is_real(port_type: PortType) -> bool:
-    """Whether it is of numbers with a fraction."""
+    """Whether a type has real numbers, which can have a fraction."""
     return port_type.base in _REALS
 
 
 def common(operands: Mapping[str, PortType]) -> PortType:
-    """The type that holds what is computed of some operands, by the names of their ports.
+    """The result type of an operation on the given operands, which are given by port name.
 
     Raises:
-        ValueError: two of them have tuples of other lengths.
+        ValueError: two operands are tuples of different lengths.
     """
     tuples = {name: operand for name, operand in operands.items() if operand.count > 1}
     first = next(iter(tuples), "")
     for name, operand in tuples.items():
         if operand.count != tuples[first].count:
-            raise ValueError(f"{first} is {tuples[first]} and {name} is {operand}; tuples go together when as long")
+            raise ValueError(f"{first} is {tuples[first]} and {name} is {operand}; tuples need the same length")
     count = tuples[first].count if tuples else 1
     base = _widest((operand.base for operand in operands.values()), count)
     role = tuples[first].role if tuples and base in _REALS else ""
@@ -70,7 +70,7 @@ def _widest(bases: Iterable[str], count: int) -> str:
 
 
 def type_of(value: Any) -> PortType:
-    """The type that a value of a node alone is taken to have."""
+    """The type assumed for a value of a node outside a graph."""
     if isinstance(value, np.ndarray):
         base = next(base for base in _WIDENING if PortType(base).dtype == value.dtype)
         return PortType(base, value.shape[1] if value.ndim == 2 else 1, True)
@@ -84,16 +84,16 @@ def type_of(value: Any) -> PortType:
 def lift(
     function: Operation, inputs: Sequence[PortType], output: PortType, on_numbers: Operation | None = None
 ) -> Operation:
-    """A function of numpy arrays as one of values as ports carry them.
+    """Turn a function of numpy arrays into a function of port values.
 
     Args:
-        function: takes arrays that broadcast, whose last axis is that of tuples, if there are any.
-        inputs: types of its arguments; an Operand is named where it is at fault.
-        output: type of what it returns.
-        on_numbers: the same for Python numbers, one by one, for single values and short tuples; numpy takes ten times as long.
+        function: function of arrays that broadcast; their last axis is that of tuples, if there are any.
+        inputs: types of its arguments; errors name an Operand by its input.
+        output: type of the result.
+        on_numbers: the same function for single Python numbers and short tuples, where numpy takes ten times as long.
 
     Raises:
-        BadValueError: when it is called: two arrays are not as long.
+        BadValueError: raised by the returned function: two arrays differ in length.
     """
     one_by_one = output.count == max(given.count for given in inputs) and not any(
         one.array for one in (*inputs, output)
@@ -121,13 +121,13 @@ def lift(
 
 
 def _check_lengths(names: str, lengths: Sequence[int]) -> None:
-    """Refuse arrays that are not as long; one of a single element goes with any."""
+    """Check that arrays have the same length, or a single element."""
     if len(set(lengths) - {1}) > 1:
         raise BadValueError(names, list(lengths), "of one length, or of one element")
 
 
 def _of_tuples(on_numbers: Operation, inputs: Sequence[PortType], output: PortType) -> Operation:
-    """A function of single values, or of tuples component by component, with which single values go."""
+    """Turn a function of numbers into one of single values and tuples, component by component."""
     one = _of_numbers(on_numbers, [replace(given, count=1) for given in inputs], replace(output, count=1))
     if output.count == 1:
         return one
@@ -154,7 +154,7 @@ def _of_numbers(function: Operation, inputs: Sequence[PortType], output: PortTyp
 
 
 def _whole(number: float, output: PortType) -> int:
-    """A real number cut off toward 0."""
+    """A real number truncated toward 0."""
     low, high = _range(output.base)
     if not low - 1 < number < high + 1:
         raise BadValueError("result", number, f"of {output.base}, {low} to {high}")
@@ -163,16 +163,16 @@ def _whole(number: float, output: PortType) -> int:
 
 @functools.cache
 def _range(base: str) -> tuple[int, int]:
-    """The least and the largest integer of a base."""
+    """The smallest and the largest integer of a base."""
     limits = np.iinfo(PortType(base).dtype)
     return int(limits.min), int(limits.max)
 
 
 def represented(result: Any, output: PortType) -> Any:
-    """What numpy computed, as a port of a type carries it.
+    """A numpy result in the representation of a port type.
 
     Raises:
-        BadValueError: a real number that is to be an integer is too large, or NaN.
+        BadValueError: a real number is too large or NaN and cannot become an integer.
     """
     array = np.asarray(result)
     if array.dtype.kind == "f" and not is_real(output) and output.base != "bool":

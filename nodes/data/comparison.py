@@ -1,4 +1,4 @@
-"""Values compared with each other and with 0 (`omni.graph.nodes`)."""
+"""Comparisons of values with each other and with 0 (`omni.graph.nodes`)."""
 
 from __future__ import annotations
 
@@ -26,39 +26,39 @@ _COMPARED = f"bool|{NUMERICS}|bool[]|token|string|path|token[]"
 
 
 class Compare(TypedNode, type="omni.graph.nodes.Compare"):
-    """Whether one value is above, below or equal to another; of arrays, element by element.
+    """Compares two values by an operation such as <; arrays element by element.
 
-    Tuples are compared by their first components that differ, and texts by their letters.
+    Tuples and texts are compared by their first components or characters that differ.
     """
 
-    a: Any = In(type=_COMPARED, required=True, doc="stands left of the operation")
-    b: Any = In(type=_COMPARED, required=True, doc="stands right of it")
+    a: Any = In(type=_COMPARED, required=True, doc="left operand")
+    b: Any = In(type=_COMPARED, required=True, doc="right operand")
     operation: Token = In(default=">", tokens=tuple(_OPERATIONS))
-    result: Any = Out(type=BOOLEANS, doc="an array where a or b is one")
+    result: Any = Out(type=BOOLEANS, doc="bool, or array if a or b is an array")
 
     operands: Any = Bound()
 
     def setup(self, context: Context) -> None:
-        """Choose how to bring the operands together."""
+        """Choose how to compare operands of these types."""
         known = self.port_types()
         self.operands = _as_they_are if not known["result"].array else _pairs(known["a"], known["b"])
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """One answer, or an array of them.
+        """A bool, or an array of bools.
 
         Raises:
-            ValueError: what is to be compared is not of one kind, or not as long.
+            ValueError: the operands differ in kind or tuple length.
         """
         a, b = given["a"], given["b"]
         if a.is_number != b.is_number or a.count != b.count:
-            raise ValueError(f"a is {a} and b is {b}, which do not compare")
+            raise ValueError(f"a is {a} and b is {b}, which cannot be compared")
         return PortType("bool", 1, a.array or b.array)
 
     def compute(self) -> None:
-        """Compare.
+        """Compare the operands.
 
         Raises:
-            BadValueError: there is no such operation, or arrays differ in length.
+            BadValueError: the operation is unknown, or arrays differ in length.
         """
         operation = _OPERATIONS[one_of("operation", self.operation, _OPERATIONS)]
         self.result = self.operands(operation, self.a, self.b)
@@ -70,7 +70,7 @@ def _as_they_are(operation: Operation, a: Any, b: Any) -> bool:
 
 
 def _pairs(a: PortType, b: PortType) -> Operation:
-    """How elements are compared where one or both operands are arrays."""
+    """The comparison by elements, for one or two array operands."""
 
     def columns(operation: Operation, one: Any, other: Any) -> Any:
         operands = [Operand.of(a, "a"), Operand.of(b, "b")]
@@ -93,55 +93,55 @@ def _elements(value: Any, port_type: PortType) -> list[Any]:
 
 
 class _Zero(Elementwise):
-    """Which numbers are so near to 0 that they count as 0."""
+    """Base of nodes that compare numbers with 0 within a tolerance."""
 
-    tolerance: float = In(default=0.0, doc="numbers up to this far from 0 are taken for 0")
+    tolerance: float = In(default=0.0, doc="largest absolute value that counts as 0")
     value: Any = In(type=NUMERICS, required=True, doc="number, tuple or array")
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """One answer."""
+        """A bool."""
         return PortType("bool")
 
 
 class IsZero(_Zero, type="omni.graph.nodes.IsZero"):
-    """Whether all numbers of a value are 0."""
+    """Whether all numbers of a value are zero."""
 
-    result: bool = Out(doc="true where the value has no other number")
+    result: bool = Out(doc="whether all numbers are 0")
 
     @staticmethod
     def operation(tolerance: Any, value: Any) -> Any:
-        """Of arrays."""
+        """Compare arrays."""
         return np.all(np.abs(value) <= tolerance)
 
     @staticmethod
     def on_numbers(tolerance: float, value: float) -> bool:
-        """Of one number."""
+        """Compare one number."""
         return abs(value) <= tolerance
 
 
 class AnyZero(_Zero, type="omni.graph.nodes.AnyZero"):
-    """Whether a number of a value is 0; of an array of tuples, whether all numbers of one of them are."""
+    """Whether any number of a value is 0; for an array of tuples, whether any tuple is all 0."""
 
-    result: bool = Out(doc="true where there is one")
+    result: bool = Out(doc="whether a number or tuple is 0")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """With tuples of an array as wholes."""
+        """Compare numbers, or each tuple of an array as a whole."""
         wholes = inputs[1].array and inputs[1].count > 1
         return lift(lambda tolerance, value: np.any(_zeros(tolerance, value, wholes)), inputs, output)
 
 
 class EachZero(_Zero, type="omni.graph.nodes.EachZero"):
-    """Which numbers of a value are 0; of an array of tuples, which of them are 0 in all their numbers."""
+    """Which numbers of a value are 0; for an array of tuples, which tuples are all 0."""
 
-    result: Any = Out(type=BOOLEANS, doc="an answer for a number, an array of them for a tuple or an array")
+    result: Any = Out(type=BOOLEANS, doc="bool for a number, array of bools for a tuple or an array")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """With tuples of an array as wholes."""
+        """Compare numbers, or each tuple of an array as a whole."""
         wholes = inputs[1].array and inputs[1].count > 1
         return lift(lambda tolerance, value: _zeros(tolerance, value, wholes), inputs, output)
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """One answer for a number, else an array of them."""
+        """A bool for a number, else an array of bools."""
         value = given["value"]
         return PortType("bool", 1, value.array or value.count > 1)
 

@@ -1,4 +1,4 @@
-"""Values that a file sets once (`omni.graph.nodes`): wires begin at the input `value` of such a node."""
+"""Constants (`omni.graph.nodes`): wires begin at the input `value` of such a node."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from graphengine.node.node_class import NodeMeta
 
 
 def _constant(suffix: str, port_type: str, **facts: Any) -> type[Node]:
-    """The type of a constant, which is nothing but its input."""
+    """The node type of a constant, which has only an input."""
     namespace = {
         "__module__": __name__,
         "__qualname__": f"Constant{suffix}",
         "__doc__": f"A value of type {port_type} that other nodes read.",
-        "value": In(type=port_type, doc="wires begin at it: `NODE.inputs:value -> ...`", **facts),
+        "value": In(type=port_type, doc="wires begin here: `NODE.inputs:value -> ...`", **facts),
     }
     made: Any = NodeMeta(f"Constant{suffix}", (Node,), namespace, type=f"omni.graph.nodes.Constant{suffix}")
     return made  # type: ignore[no-any-return]
@@ -89,21 +89,21 @@ ConstantToken = _constant("Token", "token")
 class ConstantPi(Node, type="omni.graph.nodes.ConstantPi"):
     """A multiple of pi."""
 
-    factor: float = In(default=1.0, doc="is multiplied with pi")
+    factor: float = In(default=1.0, doc="multiple of pi")
     value: float = Out(doc="factor * pi")
 
     def compute(self) -> None:
-        """Multiply."""
+        """Multiply the factor by pi."""
         self.value = self.factor * math.pi
 
 
 class ConstantE(Node, type="omni.graph.nodes.ConstantE"):
     """A power of Euler's number."""
 
-    exponent: float = In(default=1.0, doc="of the power")
+    exponent: float = In(default=1.0, doc="exponent of the power")
     value: float = Out(doc="e to the exponent")
 
     def compute(self) -> None:
-        """Raise."""
+        """Raise e to the exponent."""
         with np.errstate(over="ignore"):  # what is too large is infinite
             self.value = float(np.exp(self.exponent))

@@ -1,4 +1,4 @@
-"""Arrays made of single values (`omni.graph.nodes`). Isaac's menu says Make Array for ConstructArray."""
+"""Arrays made from single values (`omni.graph.nodes`). Isaac's menu calls ConstructArray Make Array."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ _FIVE = "|".join(element for element in ELEMENTS.split("|") if element not in ("
 
 
 class ConstructedNode(Node):
-    """A node that makes an array of single values, of which the last is repeated."""
+    """Base of nodes that make an array from single values; the last value is repeated."""
 
     array_size: Int
 
     def element_type(self, known: Mapping[str, PortType]) -> PortType | None:
-        """The type of the first element to which all others convert; None as long as not all are known.
+        """The type of the first element to which all others convert; None until all types are known.
 
         Raises:
-            ValueError: there is no such element.
+            ValueError: no element has a type to which all others convert.
         """
         elements = self.elements()
         given = [known[name] for name in elements if name in known]
@@ -43,14 +43,14 @@ class ConstructedNode(Node):
         )
 
     def elements(self) -> Sequence[str]:
-        """Python names of the inputs that are elements, in order."""
+        """Python names of the element inputs, in order."""
         raise NotImplementedError
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """The array's type, and with it that of literals among the elements.
+        """Types of the array and of elements given by literals.
 
         Raises:
-            ValueError: the elements do not go together.
+            ValueError: the elements have incompatible types.
         """
         element = self.element_type(known)
         if element is None:
@@ -71,13 +71,13 @@ class ConstructedNode(Node):
 
 
 class ConstructArray(ConstructedNode, type="omni.graph.nodes.ConstructArray"):
-    """An array of arraySize elements: input0, input1 and so on, of which the last is repeated to the end."""
+    """An array of arraySize elements: input0, input1 and so on; the last one is repeated."""
 
     numbered: ClassVar[Numbered] = {"input": lambda: In(type=ELEMENTS)}
 
     array_size: Int = In(default=1, ge=0)
     array_type: Token = In(default="auto", tokens=ARRAY_TYPES)
-    input0: Any = In(type=ELEMENTS, required=True, doc="the first; input1 and so on are there when a file names them")
+    input0: Any = In(type=ELEMENTS, required=True, doc="first element; input1 and so on exist when the file names them")
     array: Any = Out(type=ARRAYS, doc="of arrayType, else of the type of the first element to which all others convert")
 
     def elements(self) -> Sequence[str]:
@@ -85,7 +85,7 @@ class ConstructArray(ConstructedNode, type="omni.graph.nodes.ConstructArray"):
         return self.series["input"]
 
     def element_type(self, known: Mapping[str, PortType]) -> PortType | None:
-        """The one that was asked for, else one that follows from the elements."""
+        """The type that arrayType names, else one derived from the elements."""
         if self.array_type == "auto":
             return super().element_type(known)
         asked = types.parse(self.array_type)
@@ -93,36 +93,36 @@ class ConstructArray(ConstructedNode, type="omni.graph.nodes.ConstructArray"):
         return element_of(asked)
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """The array's type, and with it that of literals among the elements.
+        """Types of the array and of elements given by literals.
 
         Raises:
-            ValueError: the elements do not go together, or one of them is missing.
+            ValueError: the elements have incompatible types, or one of them is missing.
         """
         for number, name in enumerate(self.elements()):
             if int(name.removeprefix("input")) != number:
-                raise ValueError(f"{name} is there, and input{number} before it is not")
+                raise ValueError(f"{name} is given, but not input{number} before it")
         return super().resolve_types(known, variables)
 
     def compute(self) -> None:
-        """Put them together."""
+        """Build the array."""
         self.array = self.constructed()
 
 
 class MakeArray(ConstructedNode, type="omni.graph.nodes.MakeArray"):
-    """An array of arraySize elements: a to e, of which the last is repeated; an older type than ConstructArray."""
+    """An array of arraySize elements: a to e, the last one repeated. An older type than ConstructArray."""
 
     array_size: Int = In(default=0, ge=0)
     a: Any = In(type=_FIVE, required=True, doc="element 1")
     b: Any = In(type=_FIVE, required=True, doc="element 2")
     c: Any = In(type=_FIVE, required=True, doc="element 3")
     d: Any = In(type=_FIVE, required=True, doc="element 4")
-    e: Any = In(type=_FIVE, required=True, doc="element 5, and every further one")
+    e: Any = In(type=_FIVE, required=True, doc="element 5 and all further ones")
     array: Any = Out(type="|".join(f"{element}[]" for element in _FIVE.split("|")))
 
     def elements(self) -> Sequence[str]:
-        """All five."""
+        """The five inputs a to e."""
         return ("a", "b", "c", "d", "e")
 
     def compute(self) -> None:
-        """Put them together."""
+        """Build the array."""
         self.array = self.constructed()

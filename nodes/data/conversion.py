@@ -1,4 +1,4 @@
-"""Values as another type (`omni.graph.nodes`). Unlike what wires do by themselves, these may lose something."""
+"""Type conversions (`omni.graph.nodes`). Unlike the conversions of wires, they can lose information."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def _with_roles(base: str) -> str:
 
 
 class Conversion(Node):
-    """A node that gives a value's numbers another type and leaves its shape."""
+    """Base of nodes that convert the numbers of a value and keep its shape."""
 
     base: ClassVar[str]
 
@@ -37,18 +37,18 @@ class Conversion(Node):
     converted: Any
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """The shape of the value, with the node's own type of numbers."""
+        """The shape of the value with the node's number type."""
         return {"converted": self.result_type(known["value"])} if "value" in known else {}
 
     def result_type(self, given: PortType) -> PortType:
-        """The type of a value of a type, converted."""
+        """The output type for an input type."""
         return PortType(self.base, given.count, given.array or given.base == "string")
 
     def compute(self) -> None:
-        """Convert.
+        """Convert the value.
 
         Raises:
-            BadValueError: a number has no counterpart in the other type.
+            BadValueError: the output type cannot represent a number.
         """
         value = np.frombuffer(self.value.encode(), np.uint8) if isinstance(self.value, str) else self.value
         given = self.settled.get("value") or type_of(self.value)
@@ -57,10 +57,10 @@ class Conversion(Node):
 
 
 def numbers(array: np.ndarray[Any, Any], base: str) -> np.ndarray[Any, Any]:
-    """Numbers of another type: real ones are cut off towards 0, whole ones that do not fit wrap around as in C.
+    """Numbers converted to another type: real numbers are truncated toward 0, integers wrap around as in C.
 
     Raises:
-        BadValueError: a real number is too large, or NaN.
+        BadValueError: a real number is too large or NaN.
     """
     dtype = PortType(base).dtype
     if array.dtype.kind == "f" and np.dtype(dtype).kind in "iu":
@@ -75,12 +75,12 @@ def numbers(array: np.ndarray[Any, Any], base: str) -> np.ndarray[Any, Any]:
 
 
 class RoledConversion(Conversion):
-    """A conversion to real numbers, which can be given a role; one that has no tuples of that length gives none."""
+    """Base of conversions to real numbers, with an optional role; a role without tuples of the value's length is ignored."""
 
     role: Token
 
     def result_type(self, given: PortType) -> PortType:
-        """The shape of the value, with the role that was asked for."""
+        """The shape of the value with the chosen role."""
         bare, role = super().result_type(given), _ROLES[self.role]
         wanted, legal = replace(bare, role=role), type(self).fields["converted"].type
         assert isinstance(legal, UnionType)
@@ -88,9 +88,9 @@ class RoledConversion(Conversion):
 
 
 class ScalarConversion(Conversion):
-    """A conversion of single numbers and arrays of them, without tuples."""
+    """Base of conversions of numbers and arrays of numbers, without tuples."""
 
-    value: Any = In(type=_SCALARS, required=True, doc="number, or an array of them")
+    value: Any = In(type=_SCALARS, required=True, doc="number, or array of numbers")
 
 
 class ToBool(ScalarConversion, type="omni.graph.nodes.ToBool"):
@@ -98,59 +98,59 @@ class ToBool(ScalarConversion, type="omni.graph.nodes.ToBool"):
 
     base = "bool"
 
-    converted: Any = Out(type="bool|bool[]", doc="of the value's shape")
+    converted: Any = Out(type="bool|bool[]", doc="converted value, of the same shape")
 
 
 class ToInt(Conversion, type="omni.graph.nodes.ToInt"):
-    """Numbers as 32 bit integers: cut off towards 0, and wrapped around where they are too large."""
+    """Numbers as 32 bit integers: real numbers are truncated toward 0, integers wrap around."""
 
     base = "int"
 
     value: Any = In(type=_NUMBERS, required=True, doc="number, tuple or array")
-    converted: Any = Out(type=_tuples("int"), doc="of the value's shape")
+    converted: Any = Out(type=_tuples("int"), doc="converted value, of the same shape")
 
 
 class ToInt64(ScalarConversion, type="omni.graph.nodes.ToInt64"):
-    """Numbers as 64 bit integers: cut off towards 0."""
+    """Numbers as 64 bit integers, truncated toward 0."""
 
     base = "int64"
 
-    converted: Any = Out(type="int64|int64[]", doc="of the value's shape")
+    converted: Any = Out(type="int64|int64[]", doc="converted value, of the same shape")
 
 
 class ToUint(ScalarConversion, type="omni.graph.nodes.ToUint"):
-    """Numbers as 32 bit integers without a sign: cut off towards 0; -1 is 2^32 - 1."""
+    """Numbers as unsigned 32 bit integers, truncated toward 0; -1 becomes 2^32 - 1."""
 
     base = "uint"
 
-    converted: Any = Out(type="uint|uint[]", doc="of the value's shape")
+    converted: Any = Out(type="uint|uint[]", doc="converted value, of the same shape")
 
 
 class ToUint64(ScalarConversion, type="omni.graph.nodes.ToUint64"):
-    """Numbers as 64 bit integers without a sign: cut off towards 0; -1 is 2^64 - 1."""
+    """Numbers as unsigned 64 bit integers, truncated toward 0; -1 becomes 2^64 - 1."""
 
     base = "uint64"
 
-    converted: Any = Out(type="uint64|uint64[]", doc="of the value's shape")
+    converted: Any = Out(type="uint64|uint64[]", doc="converted value, of the same shape")
 
 
 class ToUchar(Conversion, type="omni.graph.nodes.ToUchar"):
-    """Numbers as 8 bit integers without a sign: cut off towards 0; -1 is 255. Of a text, its UTF-8 bytes."""
+    """Numbers as unsigned 8 bit integers, truncated toward 0; -1 becomes 255. A text becomes its UTF-8 bytes."""
 
     base = "uchar"
 
-    value: Any = In(type=f"{_SCALARS}|string", required=True, doc="number, an array of them, or a text")
-    converted: Any = Out(type="uchar|uchar[]", doc="of the value's shape")
+    value: Any = In(type=f"{_SCALARS}|string", required=True, doc="number, array of numbers, or text")
+    converted: Any = Out(type="uchar|uchar[]", doc="converted value, of the same shape")
 
 
 class ToHalf(RoledConversion, type="omni.graph.nodes.ToHalf"):
-    """Numbers rounded to 16 bit real numbers; from 65520 on they are infinite."""
+    """Numbers rounded to 16 bit real numbers; numbers from 65520 on become infinite."""
 
     base = "half"
 
     role: Token = In(default="None", tokens=_HALF_ROLES)
     value: Any = In(type=_NUMBERS, required=True, doc="number, tuple or array")
-    converted: Any = Out(type=_with_roles("half"), doc="of the value's shape")
+    converted: Any = Out(type=_with_roles("half"), doc="converted value, of the same shape")
 
 
 class ToFloat(RoledConversion, type="omni.graph.nodes.ToFloat"):
@@ -160,7 +160,7 @@ class ToFloat(RoledConversion, type="omni.graph.nodes.ToFloat"):
 
     role: Token = In(default="None", tokens=("None", "Color", "Normal", "Point", "Quaternion", "TexCoord", "Vector"))
     value: Any = In(type=_NUMBERS, required=True, doc="number, tuple or array")
-    converted: Any = Out(type=_with_roles("float"), doc="of the value's shape")
+    converted: Any = Out(type=_with_roles("float"), doc="converted value, of the same shape")
 
 
 class ToDouble(Conversion, type="omni.graph.nodes.ToDouble"):
@@ -169,10 +169,10 @@ class ToDouble(Conversion, type="omni.graph.nodes.ToDouble"):
     base = "double"
 
     value: Any = In(type=_NUMBERS, required=True, doc="number, tuple or array")
-    converted: Any = Out(type=_tuples("double"), doc="of the value's shape")
+    converted: Any = Out(type=_tuples("double"), doc="converted value, of the same shape")
 
     def compute(self) -> None:
-        """Convert; one number without numpy, which takes fifty times as long."""
+        """Convert the value; single numbers without numpy, which takes fifty times as long."""
         if isinstance(self.value, int | float):
             self.converted = float(self.value)
         else:
@@ -180,30 +180,30 @@ class ToDouble(Conversion, type="omni.graph.nodes.ToDouble"):
 
 
 class TextConversion(Node):
-    """A node that writes a value as text."""
+    """Base of nodes that format a value as text."""
 
-    value: Any = In(required=True, doc="of any type")
+    value: Any = In(required=True, doc="value of any type")
     converted: str
 
     def compute(self) -> None:
-        """Write."""
+        """Format the value."""
         self.converted = text_of(self.value)
 
 
 class ToString(TextConversion, type="omni.graph.nodes.ToString"):
     """A value as text.
 
-    Real numbers have six digits, as in C++; tuples and arrays are written as Python lists, an array of texts with quotation
-    marks. A uchar[] is the text that its bytes make.
+    Real numbers have six digits, as in C++; tuples and arrays are written as Python lists, texts in arrays with quotation
+    marks. A uchar[] is decoded as text.
     """
 
-    converted: String = Out(doc="the text")
+    converted: String = Out(doc="formatted value")
 
 
 class ToToken(TextConversion, type="omni.graph.nodes.ToToken"):
-    """A value as a token, with the text that ToString gives."""
+    """A value as a token, with the text of ToString."""
 
-    converted: Token = Out(doc="the text")
+    converted: Token = Out(doc="formatted value")
 
 
 def text_of(value: Any) -> str:
@@ -221,13 +221,13 @@ def text_of(value: Any) -> str:
 class ToTarget(Node, type="omni.graph.nodes.ToTarget"):
     """Prim paths as a target."""
 
-    value: Any = In(type="path|string|token|token[]", required=True, doc="a path, or several; empty for no prim")
+    value: Any = In(type="path|string|token|token[]", required=True, doc="path or paths; empty for no prim")
     converted: Target = Out(doc="the prims")
 
     def compute(self) -> None:
-        """Take the paths.
+        """Convert the paths.
 
         Raises:
-            TypeError: not texts.
+            TypeError: the value is not a text or a list of texts.
         """
         self.converted = types.coerce(self.value, types.TARGET)

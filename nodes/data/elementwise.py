@@ -1,4 +1,4 @@
-"""Bases of nodes that compute with numbers of whatever type: a subclass has ports, and says what is done to arrays."""
+"""Bases of nodes that compute with numbers of any type: a subclass defines ports and an operation on arrays."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from graphengine.nodes.data.unions import NUMERICS
 
 
 class TypedNode(Node):
-    """A node whose outputs have types that follow from those of its inputs."""
+    """Base of nodes whose output types follow from their input types."""
 
     like: ClassVar[str] = ""
     """Input whose type the outputs have, as arrays where any input is one; empty where all inputs decide together."""
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Types of the outputs, when those of all inputs are known.
+        """Types of the outputs, once all input types are known.
 
         Raises:
-            ValueError: the inputs do not go together.
+            ValueError: the input types are incompatible.
         """
         ports = [port for port in type(self).fields.values() if isinstance(port.type, UnionType)]
         inputs = [port for port in ports if port.side == "inputs"]
@@ -37,17 +37,17 @@ class TypedNode(Node):
         """The type of the outputs.
 
         Args:
-            given: types of the inputs that take several, by their names.
+            given: types of the inputs of union type, by name.
 
         Raises:
-            ValueError: they do not go together.
+            ValueError: the types are incompatible.
         """
         if self.like:
             return replace(given[self.like], array=any(port_type.array for port_type in given.values()))
         return common(given)
 
     def port_types(self) -> Mapping[str, PortType]:
-        """Types of all ports by Python name: as the graph settled them; of a node alone, as its values have them."""
+        """Types of all ports by Python name: those resolved by the graph, or for a node outside a graph those of its values."""
         fields = type(self).fields.values()
         known = {port.field: port.type for port in fields if isinstance(port.type, PortType)} | dict(self.settled)
         for port in fields:
@@ -57,10 +57,10 @@ class TypedNode(Node):
 
 
 class Elementwise(TypedNode):
-    """A node that does one thing to all numbers, and has one output.
+    """Base of nodes that apply one operation to all numbers and have one output.
 
-    `operation` gets the inputs with numbers as arrays that broadcast, in the order of the ports. Where numpy would be slow,
-    `on_numbers` gets single numbers, and `on_tuples` gets whole tuples.
+    `operation` gets the operands as arrays that broadcast, in the order of the ports. `on_numbers` for single numbers and
+    `on_tuples` for whole tuples replace it where numpy would be slow.
     """
 
     operation: ClassVar[Operation]
@@ -72,7 +72,7 @@ class Elementwise(TypedNode):
     output_field: str = Bound()
 
     def setup(self, context: Context) -> None:
-        """Choose how to compute, now that the types are settled."""
+        """Choose the implementation for the resolved types."""
         cls, known, fields = type(self), self.port_types(), self.operands()
         self.output_field = next(port.field for port in cls.fields.values() if port.side == "outputs")
         operands = [Operand.of(known[field], cls.fields[field].name) for field in fields]
@@ -85,7 +85,7 @@ class Elementwise(TypedNode):
         setattr(self, self.output_field, self.operate(*self.operand_values(self)))
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """The operation on values of some types."""
+        """The operation for values of the given types."""
         cls = type(self)
         if cls.on_tuples is not None and not any(one.array for one in inputs):
             return cls.on_tuples
@@ -93,18 +93,18 @@ class Elementwise(TypedNode):
 
     @classmethod
     def operands(cls) -> list[str]:
-        """Python names of the inputs that are computed with."""
+        """Python names of the operands among the inputs."""
         inputs = [port for port in cls.fields.values() if port.side == "inputs"]
         return [port.field for port in inputs if isinstance(port.type, UnionType) or port.type.is_number]
 
 
 class Folded(Elementwise):
-    """A node that joins `a` and `b`, and any further `input2`, `input3` that a file names, from left to right."""
+    """Base of nodes that combine `a`, `b` and any `input2`, `input3` and so on that the file names, from left to right."""
 
     numbered: ClassVar[Numbered] = {"input": lambda: In(type=NUMERICS, required=True)}
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """The operation on two or more values."""
+        """The operation applied to two or more values."""
         if len(inputs) == 2:
             return super().lifted(inputs, output)
         cls = type(self)

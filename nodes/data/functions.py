@@ -1,4 +1,4 @@
-"""Functions of one or a few numbers (`omni.graph.nodes`), of each number in tuples and arrays."""
+"""Functions of numbers (`omni.graph.nodes`), applied to each number in tuples and arrays."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _INTS = with_arrays(f"int|{INTEGRAL_TUPLES}")
 
 
 class Absolute(Elementwise, type="omni.graph.nodes.Absolute"):
-    """A value without its sign."""
+    """Absolute value of each number."""
 
     operation = on_numbers = abs
 
@@ -26,19 +26,19 @@ class Absolute(Elementwise, type="omni.graph.nodes.Absolute"):
 
 
 class Clamp(Elementwise, type="omni.graph.nodes.Clamp"):
-    """A value, or the bound that it is beyond."""
+    """A value limited to the range from lower to upper."""
 
     input_in: Any = In(type=NUMERICS, name="input", required=True, doc="number, tuple or array")
-    lower: Any = In(type=NUMERICS, required=True, doc="bound; must not be above the upper one")
-    upper: Any = In(type=NUMERICS, required=True, doc="bound")
-    result: Any = Out(type=NUMERICS, doc="what is nearest to the input from lower to upper")
+    lower: Any = In(type=NUMERICS, required=True, doc="lower bound; must not be above upper")
+    upper: Any = In(type=NUMERICS, required=True, doc="upper bound")
+    result: Any = Out(type=NUMERICS, doc="input limited to the range")
 
     @staticmethod
     def operation(value: Any, lower: Any, upper: Any) -> Any:
         """Clamp arrays.
 
         Raises:
-            BadValueError: the bounds are the wrong way round.
+            BadValueError: lower is above upper.
         """
         if np.any(lower > upper):
             raise BadValueError("lower, upper", (lower, upper), "in this order")
@@ -49,7 +49,7 @@ class Clamp(Elementwise, type="omni.graph.nodes.Clamp"):
         """Clamp one number; NaN stays NaN.
 
         Raises:
-            BadValueError: the bounds are the wrong way round.
+            BadValueError: lower is above upper.
         """
         if lower > upper:
             raise BadValueError("lower, upper", (lower, upper), "in this order")
@@ -57,45 +57,45 @@ class Clamp(Elementwise, type="omni.graph.nodes.Clamp"):
 
 
 class _ToWhole(Elementwise):
-    """A real number made a whole one."""
+    """Base of functions that round a real number to an integer."""
 
     a: Any = In(type=DECIMALS, required=True, doc="number, tuple or array")
-    result: Any = Out(type=_INTS, doc="of int; a number that no int can be is an error")
+    result: Any = Out(type=_INTS, doc="of type int; a number out of int's range is an error")
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """Ints as many."""
+        """Integers, in the shape of the input."""
         return PortType("int", given["a"].count, given["a"].array)
 
 
 def _of_finite(function: Operation) -> Operation:
-    """A function of one number that leaves NaN and infinities as they are."""
+    """Extend a function of one number to NaN and infinities, which it returns unchanged."""
     return lambda value: function(value) if math.isfinite(value) else value
 
 
 class Floor(_ToWhole, type="omni.graph.nodes.Floor"):
-    """The largest whole number that is not above a real one."""
+    """The largest integer not above a real number."""
 
     operation, on_numbers = np.floor, _of_finite(math.floor)
 
 
 class Ceil(_ToWhole, type="omni.graph.nodes.Ceil"):
-    """The smallest whole number that is not below a real one."""
+    """The smallest integer not below a real number."""
 
     operation, on_numbers = np.ceil, _of_finite(math.ceil)
 
 
 class Round(Elementwise, type="omni.graph.nodes.Round"):
-    """A real number with fewer decimals; one that is half way goes to the neighbour that is farther from 0."""
+    """A real number rounded to a number of decimals, halves away from 0."""
 
     like = "input"
 
     input_in: Any = In(type=DECIMALS, name="input", required=True, doc="number, tuple or array")
-    decimals: Int = In(default=0, doc="how many digits stay after the point; negative ones round before it")
-    output: Any = Out(type=DECIMALS, doc="rounded")
+    decimals: Int = In(default=0, doc="digits to keep after the decimal point; negative values round digits before it")
+    output: Any = Out(type=DECIMALS, doc="rounded number")
 
     @staticmethod
     def operation(value: Any, decimals: Any) -> Any:
-        """Round arrays."""
+        """Round arrays, halves away from 0."""
         power = np.float64(10.0) ** abs(int(decimals))
         scaled = value * power if decimals > 0 else value / power
         whole = np.trunc(scaled)
@@ -106,34 +106,34 @@ class Round(Elementwise, type="omni.graph.nodes.Round"):
 
 
 class _Power(Elementwise):
-    """A function whose result is a double where the input is whole."""
+    """Base of functions whose result is a double for integer inputs."""
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """That of the one input that takes several types, or doubles as many."""
+        """The type of the input, or doubles of the same shape for integers."""
         (base,) = given.values()
         return base if is_real(base) else PortType("double", base.count, base.array)
 
 
 class Exponent(_Power, type="omni.graph.nodes.Exponent"):
-    """A number raised to a whole power."""
+    """A number raised to an integer power."""
 
     operation = np.power
 
     base: Any = In(type=NUMERICS, required=True, doc="number, tuple or array")
     exponent: Int = In(default=2)
-    result: Any = Out(type=NUMERICS, doc="a double where the base is whole")
+    result: Any = Out(type=NUMERICS, doc="doubles if the base is an integer")
 
 
 class NthRoot(_Power, type="omni.graph.nodes.NthRoot"):
-    """The number whose n-th power a value is; NaN of a negative value if n is even, infinite if n is 0."""
+    """The n-th root of a value; NaN for a negative value if n is even, infinite if n is 0."""
 
     nth_root: Int = In(default=2, doc="n; 2 is the square root")
     value: Any = In(type=NUMERICS, required=True, doc="number, tuple or array")
-    result: Any = Out(type=NUMERICS, doc="a double where the value is whole")
+    result: Any = Out(type=NUMERICS, doc="doubles if the value is an integer")
 
     @staticmethod
     def operation(degree: Any, value: Any) -> Any:
-        """Roots of arrays."""
+        """Compute the roots of arrays."""
         n = int(degree)
         if n == 0:
             return np.full_like(value, np.inf)
@@ -143,18 +143,18 @@ class NthRoot(_Power, type="omni.graph.nodes.NthRoot"):
 
 
 class Logarithm(_Power, type="omni.graph.nodes.Logarithm"):
-    """The power to which a base is raised to give a value."""
+    """Logarithm of a value to a base."""
 
     base: float = In(default=10.0, gt=0.0, doc="above 0, and not 1")
-    value: Any = In(type=NUMERICS, required=True, doc="number, tuple or array; one that is not above 0 is an error")
-    result: Any = Out(type=NUMERICS, doc="a double where the value is whole")
+    value: Any = In(type=NUMERICS, required=True, doc="number, tuple or array; must be above 0")
+    result: Any = Out(type=NUMERICS, doc="doubles if the value is an integer")
 
     @staticmethod
     def operation(base: Any, value: Any) -> Any:
-        """Logarithms of arrays; those of powers of 10 and of 2 are whole.
+        """Compute the logarithms of arrays, exactly for powers of 10 and 2.
 
         Raises:
-            BadValueError: the base or a number has none.
+            BadValueError: the base or a number has no logarithm.
         """
         if not base > 0.0 or base == 1.0:
             raise BadValueError("base", float(base), "above 0 and not 1")

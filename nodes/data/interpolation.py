@@ -1,4 +1,4 @@
-"""Values between two others (`omni.graph.nodes`)."""
+"""Interpolation between values (`omni.graph.nodes`)."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from graphengine.nodes.data.unions import DECIMALS
 
 
 class InterpolateTo(Elementwise, type="omni.graph.nodes.InterpolateTo"):
-    """One step from a value toward another, of 1 - (1 - speed * deltaSeconds)^exponent of the way.
+    """One step from a value toward another, by the fraction 1 - (1 - speed * deltaSeconds)^exponent of the way.
 
-    The documentation prints the formula without the leading `1 -`; by that no step would go the whole way. Quaternions go along
-    the shorter arc, everything else along a line.
+    The reference's documentation prints the formula without the leading `1 -`, with which no step would reach the target.
+    Quaternions are interpolated along the shorter arc, other values along a line.
     """
 
     current: Any = In(type=DECIMALS, required=True, doc="number, tuple or array")
-    target: Any = In(type=DECIMALS, required=True, doc="of the same size")
+    target: Any = In(type=DECIMALS, required=True, doc="value of the same size")
     speed: float = In(default=1.0, unit="1/s")
-    delta_seconds: float = In(default=0.0, unit="s", doc="time of the step")
-    exponent: Float = In(default=2.0, ge=0.0, doc="1 is linear in the time, higher ones go faster at first")
-    result: Any = Out(type=DECIMALS, doc="of the type that holds both")
+    delta_seconds: float = In(default=0.0, unit="s", doc="duration of the step")
+    exponent: Float = In(default=2.0, ge=0.0, doc="1 is linear in time, higher values start faster")
+    result: Any = Out(type=DECIMALS, doc="of the common type of both")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Along an arc where the values are quaternions, else along a line."""
+        """Interpolate quaternions along an arc, other values along a line."""
         ends_and_share = [*inputs[:2], PortType("double")]
         between = (
             lift(slerp, ends_and_share, output) if output.role == "quat" else lift(_lerp, ends_and_share, output, _lerp)
@@ -56,10 +56,10 @@ EASINGS = ("EaseIn", "EaseOut", "EaseInOut", "Linear", "SinIn", "SinOut", "SinIn
 
 
 def curve(name: str, exponent: int) -> Callable[[Any], Any]:
-    """The easing function of a name, from 0 to 1 onto itself.
+    """The easing function with this name, which maps 0 to 1 onto 0 to 1.
 
     Raises:
-        BadValueError: none has that name.
+        BadValueError: the name is unknown.
     """
     one_of("easeFunc", name, EASINGS)
 
@@ -74,46 +74,46 @@ def curve(name: str, exponent: int) -> Callable[[Any], Any]:
 
 
 class Ease(Elementwise, type="omni.graph.nodes.Ease"):
-    """A value on the way from one to another, which it leaves or reaches gently."""
+    """Interpolates between two values with an easing function, for a gentle start or end."""
 
-    alpha: Any = In(type="float|float[]", required=True, doc="share of the time, 0 to 1, that has passed")
-    blend_exponent: Int = In(default=2, doc="of the Ease functions: 1 is linear, 2 quadratic and so on")
+    alpha: Any = In(type="float|float[]", required=True, doc="elapsed fraction of the time, 0 to 1")
+    blend_exponent: Int = In(default=2, doc="exponent of the Ease functions: 1 is linear, 2 quadratic and so on")
     ease_func: Token = In(default="EaseInOut", tokens=EASINGS)
     end: Any = In(type=DECIMALS, required=True, doc="value at alpha 1")
     start: Any = In(type=DECIMALS, required=True, doc="value at alpha 0")
-    result: Any = Out(type=DECIMALS, doc="of the type that holds both")
+    result: Any = Out(type=DECIMALS, doc="of the common type of both")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Along a line, by a share of the way."""
+        """Interpolate along a line."""
         known = self.port_types()
         share = Operand("double", 1, known["alpha"].array, port="alpha")
         return lift(_lerp, [Operand.of(known["start"], "start"), Operand.of(known["end"], "end"), share], output)
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """That of both ends, an array where alpha is one."""
+        """The common type of both ends, as an array if alpha is an array."""
         ends = common({"start": given["start"], "end": given["end"]})
         return replace(ends, array=ends.array or given["alpha"].array)
 
     def compute(self) -> None:
-        """Ease."""
+        """Choose the easing function and interpolate."""
         with np.errstate(all="ignore"):  # an exponent below 0 leaves alpha 0 no value
             share = curve(self.ease_func, self.blend_exponent)(np.clip(self.alpha, 0.0, 1.0))
         self.result = self.operate(self.start, self.end, share)
 
 
 class Interpolator(Node, type="omni.graph.nodes.Interpolator"):
-    """A curve through samples, with straight lines between them; before the first and after the last it stays as it is there."""
+    """Interpolates linearly between samples; constant before the first and after the last."""
 
-    knots: Floats = In(default=np.zeros(0, np.float32), doc="where the samples are, rising")
-    param: Float = In(default=0.0, doc="where the curve is asked for")
-    values: Floats = In(default=np.zeros(0, np.float32), doc="the samples, as many as knots")
-    value: Float = Out(doc="of the curve; 0 where there are no samples")
+    knots: Floats = In(default=np.zeros(0, np.float32), doc="positions of the samples, ascending")
+    param: Float = In(default=0.0, doc="position to interpolate at")
+    values: Floats = In(default=np.zeros(0, np.float32), doc="samples, one per knot")
+    value: Float = Out(doc="interpolated value; 0 without samples")
 
     def compute(self) -> None:
-        """Interpolate.
+        """Interpolate the samples.
 
         Raises:
-            BadValueError: there is not a value for each knot.
+            BadValueError: the numbers of values and knots differ.
         """
         knots: NDArray[np.float32] = self.knots
         same_length(knots=knots, values=self.values)

@@ -1,4 +1,4 @@
-"""True and false joined (`omni.graph.nodes`), one by one or element by element of arrays."""
+"""Boolean operations (`omni.graph.nodes`) on single values and on arrays element by element."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from graphengine.nodes.data.unions import BOOLEANS
 
 
 class _Gate(Folded):
-    """Two or more truth values joined into one."""
+    """Base of operations on two or more booleans."""
 
     numbered: ClassVar[Numbered] = {"input": lambda: In(type=BOOLEANS, required=True)}
 
-    a: Any = In(type=BOOLEANS, required=True, doc="bool, or an array")
-    b: Any = In(type=BOOLEANS, required=True, doc="bool, or an array as long; input2 and so on are there when named")
-    result: Any = Out(type=BOOLEANS, doc="an array where one of the inputs is one")
+    a: Any = In(type=BOOLEANS, required=True, doc="bool, or array of bools")
+    b: Any = In(type=BOOLEANS, required=True, doc="bool, or array of equal length; input2 and so on exist when named")
+    result: Any = Out(type=BOOLEANS, doc="array if an input is an array")
 
 
 class _InvertedGate(_Gate):
-    """The contrary of two or more truth values joined into one."""
+    """Base of operations on two or more booleans with a negated result."""
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """The contrary of the operation."""
+        """The negated operation."""
         joined = super().lifted(inputs, output)
         return lambda *values: True ^ joined(*values)
 
@@ -39,13 +39,13 @@ class BooleanAnd(_Gate, type="omni.graph.nodes.BooleanAnd"):
 
 
 class BooleanOr(_Gate, type="omni.graph.nodes.BooleanOr"):
-    """Whether one of the inputs is true, or more."""
+    """Whether at least one input is true."""
 
     operation = on_numbers = operator.or_
 
 
 class BooleanNand(_InvertedGate, type="omni.graph.nodes.BooleanNand"):
-    """Whether one of the inputs is false, or more."""
+    """Whether at least one input is false."""
 
     operation = on_numbers = operator.and_
 
@@ -57,32 +57,32 @@ class BooleanNor(_InvertedGate, type="omni.graph.nodes.BooleanNor"):
 
 
 class BooleanNot(Elementwise, type="omni.graph.nodes.BooleanNot"):
-    """The contrary of a truth value."""
+    """Negation of a boolean."""
 
     value_in: Any = In(type=BOOLEANS, required=True)
     value_out: Any = Out(type=BOOLEANS)
 
     @staticmethod
     def operation(value: Any) -> Any:
-        """The contrary of arrays, and of single values."""
+        """Negate arrays and single values."""
         return True ^ value
 
     on_numbers = operation
 
 
 class BooleanExpr(Node, type="omni.graph.nodes.BooleanExpr"):
-    """Two truth values joined as a word says: AND, OR, NAND, NOR, XOR or XNOR."""
+    """Combines two booleans by an operator given as text."""
 
-    a: bool = In(default=False, doc="one of them")
-    b: bool = In(default=False, doc="the other")
+    a: bool = In(default=False, doc="first operand")
+    b: bool = In(default=False, doc="second operand")
     operator_in: Token = In(default="AND", name="operator", doc="AND, OR, NAND, NOR, XOR or XNOR")
-    result: bool = Out(doc="what they make")
+    result: bool = Out(doc="result of the operation")
 
     def compute(self) -> None:
-        """Join.
+        """Apply the operator.
 
         Raises:
-            BadValueError: the operator is none of these.
+            BadValueError: the operator is unknown.
         """
         joined = {"AND": self.a and self.b, "OR": self.a or self.b, "XOR": self.a != self.b, "XNOR": self.a == self.b}
         joined |= {"NAND": not joined["AND"], "NOR": not joined["OR"]}

@@ -1,6 +1,6 @@
-"""Matrices put together, taken apart and multiplied (`omni.graph.nodes`).
+"""Construction, decomposition and multiplication of matrices (`omni.graph.nodes`).
 
-A matrix acts on row vectors from the right, so the fourth row of one with four is where it moves the origin.
+Matrices multiply row vectors from the right, so the fourth row of a 4 x 4 matrix is its translation.
 """
 
 from __future__ import annotations
@@ -30,22 +30,22 @@ _LARGEST_FLOAT = float(np.finfo(np.float32).max)
 
 
 def square(flat: Any) -> Any:
-    """Matrices (..., n, n) of their numbers (..., n * n)."""
+    """Reshape numbers (..., n * n) to matrices (..., n, n)."""
     size = math.isqrt(flat.shape[-1])
     return flat.reshape(*flat.shape[:-1], size, size)
 
 
 def flat(squares: Any) -> Any:
-    """Numbers (..., n * n) of matrices (..., n, n)."""
+    """Reshape matrices (..., n, n) to numbers (..., n * n)."""
     return squares.reshape(*squares.shape[:-2], squares.shape[-2] * squares.shape[-1])
 
 
 class _MakeMatrix(Elementwise):
-    """A matrix of its rows."""
+    """Base of nodes that make a matrix from its rows."""
 
     @staticmethod
     def operation(*rows: Any) -> Any:
-        """Put arrays of rows together; a row of three in a matrix of four ends with 0, the last one with 1."""
+        """Join arrays of rows; rows of three in a 4 x 4 matrix get the column 0, 0, 0, 1."""
         size = len(rows)
         ends = [0.0] * (size - 1) + [1.0]
         whole = [
@@ -57,7 +57,7 @@ class _MakeMatrix(Elementwise):
         return flat(np.stack(np.broadcast_arrays(*whole), axis=-2))
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """A matrix, or an array of them where a row is an array."""
+        """A matrix, or an array of matrices if a row is an array."""
         return PortType("double", len(given) ** 2, any(row.array for row in given.values()), "matrixd")
 
 
@@ -79,7 +79,7 @@ class MakeMatrix3(_MakeMatrix, type="omni.graph.nodes.MakeMatrix3"):
 
 
 class MakeMatrix4(_MakeMatrix, type="omni.graph.nodes.MakeMatrix4"):
-    """A matrix of four rows; where rows have three numbers, the fourth column is 0, 0, 0, 1."""
+    """A matrix of four rows; rows of three numbers are completed with the column 0, 0, 0, 1."""
 
     x: Any = In(type=with_arrays("double[4]|double[3]"), required=True, doc="first row")
     y: Any = In(type=with_arrays("double[4]|double[3]"), required=True, doc="second row")
@@ -154,12 +154,12 @@ _FACTORS = "|".join((with_arrays(f"{REAL_TUPLES}|{MATRICES}"), DECIMAL_TUPLES.re
 class MatrixMultiply(Elementwise, type="omni.graph.nodes.MatrixMultiply"):
     """The matrix product of two matrices, of a row vector and a matrix, a matrix and a column vector, or two vectors."""
 
-    a: Any = In(type=_FACTORS, required=True, doc="matrix or row vector, or an array of them")
-    b: Any = In(type=_FACTORS, required=True, doc="matrix or column vector, or an array of them")
+    a: Any = In(type=_FACTORS, required=True, doc="matrix, row vector, or array of these")
+    b: Any = In(type=_FACTORS, required=True, doc="matrix, column vector, or array of these")
     output: Any = Out(type=f"{_FACTORS}|{with_arrays(REALS)}", doc="the product")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """A product of rows, columns and squares."""
+        """The matrix product of the operands."""
         a_is_matrix, b_is_matrix = map(_is_matrix, inputs)
 
         def multiply(a: Any, b: Any) -> Any:
@@ -174,7 +174,7 @@ class MatrixMultiply(Elementwise, type="omni.graph.nodes.MatrixMultiply"):
         """A matrix, a vector or a number.
 
         Raises:
-            ValueError: the columns of a are not as many as the rows of b.
+            ValueError: a has another number of columns than b has rows.
         """
         a, b = given["a"], given["b"]
         sizes = [math.isqrt(one.count) if _is_matrix(one) else one.count for one in (a, b)]
@@ -195,10 +195,10 @@ def _is_matrix(port_type: PortType) -> bool:
 
 
 class Transpose(Elementwise, type="omni.graph.nodes.Transpose"):
-    """A matrix with its rows for columns."""
+    """The transpose of a matrix."""
 
-    matrix: Any = In(type=matrices(2, 3, 4), required=True, doc="one, or an array of them")
-    result: Any = Out(type=matrices(2, 3, 4), doc="of the type of the matrix")
+    matrix: Any = In(type=matrices(2, 3, 4), required=True, doc="matrix, or array of matrices")
+    result: Any = Out(type=matrices(2, 3, 4), doc="of the matrix's type")
 
     @staticmethod
     def operation(matrix: Any) -> Any:
@@ -207,9 +207,9 @@ class Transpose(Elementwise, type="omni.graph.nodes.Transpose"):
 
 
 class InvertMatrix(Elementwise, type="omni.graph.nodes.OgnInvertMatrix"):
-    """The inverse of a matrix; where there is none, the identity times the largest float."""
+    """The inverse of a matrix; for a singular matrix, the identity times the largest float."""
 
-    matrix: Any = In(type=matrices(2, 3, 4), required=True, doc="one, or an array of them")
+    matrix: Any = In(type=matrices(2, 3, 4), required=True, doc="matrix, or array of matrices")
     inverted_matrix: Any = Out(type=matrices(2, 3, 4))
 
     @staticmethod
@@ -224,13 +224,13 @@ class InvertMatrix(Elementwise, type="omni.graph.nodes.OgnInvertMatrix"):
 
 
 class TransformVector(Elementwise, type="omni.graph.nodes.TransformVector"):
-    """A row vector times a matrix; one of three numbers is a point to a matrix of four rows, so it is moved too."""
+    """A row vector times a matrix. A 4 x 4 matrix treats a vector of three numbers as a point and translates it too."""
 
     like = "vector"
 
-    matrix: Any = In(type=matrices(3, 4), required=True, doc="one, or an array of them")
-    vector: Any = In(type=VECTORS, required=True, doc="one, or an array of them")
-    result: Any = Out(type=VECTORS, doc="of the type of the vector")
+    matrix: Any = In(type=matrices(3, 4), required=True, doc="matrix, or array of matrices")
+    vector: Any = In(type=VECTORS, required=True, doc="matrix, or array of matrices")
+    result: Any = Out(type=VECTORS, doc="of the vector's type")
 
     @staticmethod
     def operation(matrix: Any, vector: Any) -> Any:

@@ -1,7 +1,7 @@
-"""Rotations as quaternions, matrices and angles, any number of them at once: the last axes are those of one.
+"""Conversions between quaternions, rotation matrices and angles, in arrays whose last axes are those of one rotation.
 
-Quaternions are (x, y, z, w). Matrices act on row vectors from the right, as everywhere in OmniGraph: the columns of a textbook's
-matrix are rows here. Angles are those about x, y and z in degrees, turned in the order that is named, each about a fixed axis.
+Quaternions are (x, y, z, w). Matrices multiply row vectors from the right, as everywhere in OmniGraph, so they are transposes of
+the textbook's. Angles are in degrees about the fixed axes x, y and z, applied in the given order.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ ORDERS = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
 
 
 def matrix_of_quaternions(quaternions: Array) -> Array:
-    """Rotation matrices (..., 3, 3) of quaternions (..., 4) of any length but 0."""
+    """Rotation matrices (..., 3, 3) from quaternions (..., 4) of any norm above 0."""
     x, y, z, w = np.moveaxis(unit(quaternions), -1, 0)
     rows = [
         [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)],
@@ -30,9 +30,9 @@ def matrix_of_quaternions(quaternions: Array) -> Array:
 
 
 def quaternions_of(matrices: Array) -> Array:
-    """Unit quaternions (..., 4), w >= 0, of rotation matrices (..., 3, 3).
+    """Unit quaternions (..., 4), w >= 0, from rotation matrices (..., 3, 3).
 
-    The matrix gives all products of two components; the row of the largest square is the quaternion but for its length.
+    A rotation matrix gives all products q_i q_j. The row of the largest q_i^2 is the quaternion times q_i, and is normalized.
     """
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = np.moveaxis(matrices, (-2, -1), (0, 1))
     products = np.array(
@@ -50,16 +50,16 @@ def quaternions_of(matrices: Array) -> Array:
 
 
 def axes_of(order: str) -> list[int]:
-    """Numbers of the axes in an order.
+    """Indices of the axes in an order such as XYZ.
 
     Raises:
-        BadValueError: it is none.
+        BadValueError: the order is unknown.
     """
     return ["XYZ".index(axis) for axis in one_of("rotationOrder", order, ORDERS)]
 
 
 def matrix_of_angles(degrees: Array, order: str) -> Array:
-    """Rotation matrices (..., 3, 3) of angles (..., 3) about x, y and z."""
+    """Rotation matrices (..., 3, 3) from angles (..., 3) about x, y and z."""
     total: Array = np.broadcast_to(np.eye(3), (*degrees.shape[:-1], 3, 3))
     for axis in axes_of(order):
         total = total @ _about_own_axis(axis, degrees[..., axis])
@@ -67,7 +67,7 @@ def matrix_of_angles(degrees: Array, order: str) -> Array:
 
 
 def _about_own_axis(axis: int, degrees: Array) -> Array:
-    """Rotation matrices (..., 3, 3) about x, y or z, by number."""
+    """Rotation matrices (..., 3, 3) about the axis x, y or z, given by its index."""
     cosine, sine = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
     second, third = (axis + 1) % 3, (axis + 2) % 3
     turn = np.zeros((*degrees.shape, 3, 3))
@@ -78,9 +78,9 @@ def _about_own_axis(axis: int, degrees: Array) -> Array:
 
 
 def angles_of(matrices: Array, order: str) -> Array:
-    """Angles (..., 3) about x, y and z, degrees, of rotation matrices (..., 3, 3).
+    """Angles (..., 3) about x, y and z, degrees, from rotation matrices (..., 3, 3).
 
-    Where the second turn is by 90 degrees the first and the last are about one axis; the last is 0 then.
+    If the second angle is 90 degrees (gimbal lock), the last angle is set to 0.
     """
     first, second, third = axes_of(order)
     sign = 1.0 if order in ("XYZ", "YZX", "ZXY") else -1.0
@@ -99,7 +99,7 @@ def angles_of(matrices: Array, order: str) -> Array:
 
 
 def matrix_about(axis: Array, degrees: Array) -> Array:
-    """Rotation matrices (..., 3, 3) about axes (..., 3) of any length but 0."""
+    """Rotation matrices (..., 3, 3) about axes (..., 3) of any length above 0."""
     half = np.radians(degrees)[..., None] / 2.0
     vector = unit(axis) * np.sin(half)
     return matrix_of_quaternions(
@@ -108,7 +108,7 @@ def matrix_about(axis: Array, degrees: Array) -> Array:
 
 
 def without_scale(matrices: Array) -> Array:
-    """The rotation in linear maps (..., 3, 3) that scale, then turn; a mirrored one is turned as if all axes were mirrored."""
+    """The rotation in linear maps (..., 3, 3) that scale, then rotate; a mirroring map counts as one that mirrors all axes."""
     rows = unit(matrices)
     mirrored = np.linalg.det(rows)[..., None, None] < 0.0
     turned: Array = np.where(mirrored, -rows, rows)
@@ -116,11 +116,11 @@ def without_scale(matrices: Array) -> Array:
 
 
 def rotation_matrix(values: Array, order: str = "XYZ") -> Array:
-    """Rotation matrices (..., 3, 3) of what ports take for a rotation, which the number of its components tells.
+    """Rotation matrices (..., 3, 3) from port values; the number of components tells the kind of rotation.
 
     Args:
-        values: 16 or 9 of a matrix, 4 of a quaternion, 3 angles in degrees.
-        order: in which the angles are turned.
+        values: 16 or 9 numbers of a matrix, 4 of a quaternion, or 3 angles in degrees.
+        order: order in which the angles are applied.
     """
     match values.shape[-1]:
         case 16:
@@ -133,14 +133,14 @@ def rotation_matrix(values: Array, order: str = "XYZ") -> Array:
 
 
 def unit(vectors: Any) -> Array:
-    """Vectors (..., n) of length 1 in the same direction; 0 stays 0."""
+    """Unit vectors (..., n) in the same direction; zero vectors stay zero."""
     lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
     units: Array = np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0.0)
     return units
 
 
 def slerp(start: Array, end: Array, alpha: Array) -> Array:
-    """Quaternions (..., 4) at a share of the shorter arc between others."""
+    """Quaternions (..., 4) at the fraction alpha of the shorter arc from start to end."""
     one, other = unit(start), unit(end)
     cosine = np.sum(one * other, axis=-1, keepdims=True)
     other, cosine = np.where(cosine < 0.0, -other, other), np.minimum(np.abs(cosine), 1.0)

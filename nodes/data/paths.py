@@ -1,4 +1,4 @@
-"""Paths of prims (`omni.graph.nodes`)."""
+"""Prim paths (`omni.graph.nodes`)."""
 
 from __future__ import annotations
 
@@ -8,30 +8,30 @@ from graphengine.node import BadValueError, Bound, Context, In, Node, Out, Targe
 
 
 class GetPrimPath(Node, type="omni.graph.nodes.GetPrimPath"):
-    """Path of a prim, as text."""
+    """Path of a prim as text."""
 
-    prim: Target = In(default=(), doc="of several the first counts; of none the path is empty")
+    prim: Target = In(default=(), doc="prim; of several the first counts, and without any the path is empty")
     path: Any = Out(type="path", doc="the prim's path")
     prim_path: Token = Out()
 
     def compute(self) -> None:
-        """Take the first."""
+        """Output the path of the first prim."""
         self.path = self.prim_path = self.prim[0] if self.prim else ""
 
 
 class GetPrimPaths(Node, type="omni.graph.nodes.GetPrimPaths"):
-    """Paths of prims, as texts."""
+    """Paths of prims as texts."""
 
     prims: Target = In(default=(), doc="any prims")
     prim_paths: Tokens = Out()
 
     def compute(self) -> None:
-        """Take them all."""
+        """Output all paths."""
         self.prim_paths = self.prims
 
 
 def parent_of(path: str) -> str:
-    """The path without its last name, which may be that of a property; what is no path stays."""
+    """The path without its last name, which may be a property; other texts are returned unchanged."""
     if "." in path.rpartition("/")[2]:
         return path.rpartition(".")[0]
     above, slash, _ = path.rpartition("/")
@@ -39,20 +39,20 @@ def parent_of(path: str) -> str:
 
 
 def below(path: str, suffix: str) -> str:
-    """A path with names behind it; what is no path stays."""
+    """The path with names appended; other texts are returned unchanged."""
     between = "" if suffix.startswith(".") else "/"
     return f"{path.rstrip('/')}{between}{suffix}" if path and suffix else path
 
 
 class AppendPath(Node, type="omni.graph.nodes.AppendPath"):
-    """A path with names behind it, such as /World/box of /World and box."""
+    """A path with names appended, such as /World/box from /World and box."""
 
-    path_in: Any = In(type="token|token[]", name="path", couple="path", required=True, doc="a prim's, or several")
-    suffix: Token = In(default="", doc="names of prims below it, and of a property, such as box/lid or box.mass")
-    path_out: Any = Out(type="token|token[]", name="path", couple="path", doc="of the type of the input")
+    path_in: Any = In(type="token|token[]", name="path", couple="path", required=True, doc="prim path, or several")
+    suffix: Token = In(default="", doc="names of descendant prims and of a property, such as box/lid or box.mass")
+    path_out: Any = Out(type="token|token[]", name="path", couple="path", doc="of the input's type")
 
     def compute(self) -> None:
-        """Append.
+        """Append the suffix.
 
         Raises:
             BadValueError: the suffix begins with a slash.
@@ -64,43 +64,43 @@ class AppendPath(Node, type="omni.graph.nodes.AppendPath"):
 
 
 class GetParentPath(Node, type="omni.graph.nodes.GetParentPath"):
-    """The path of what is above a prim, such as /World of /World/box."""
+    """The path of the parent, such as /World for /World/box."""
 
-    path: Any = In(type="token|token[]", couple="path", required=True, doc="a prim's or a property's, or several")
-    parent_path: Any = Out(type="token|token[]", couple="path", doc="of the type of the input")
+    path: Any = In(type="token|token[]", couple="path", required=True, doc="path of a prim or property, or several")
+    parent_path: Any = Out(type="token|token[]", couple="path", doc="of the input's type")
 
     def compute(self) -> None:
-        """Cut the last name off."""
+        """Remove the last name."""
         path = self.path
         self.parent_path = parent_of(path) if isinstance(path, str) else tuple(map(parent_of, path))
 
 
 class GraphPathNode(Node):
-    """A node that tells where its graph is put."""
+    """Base of nodes that output the prim of their graph."""
 
     path: str = Bound()
 
     def setup(self, context: Context) -> None:
-        """Ask for the path of that prim."""
+        """Read the path of the graph's prim."""
         self.path = context.graph_path
 
 
 class GraphTarget(GraphPathNode, type="omni.graph.nodes.GraphTarget"):
-    """Path of the prim that the node's graph is put at."""
+    """Path of the prim of the node's graph."""
 
-    target_path: Token = In(default="", doc="means nothing, as in the reference")
+    target_path: Token = In(default="", doc="no effect, as in the reference")
     prim_path: Token = Out()
 
     def compute(self) -> None:
-        """Tell it."""
+        """Output the path."""
         self.prim_path = self.path
 
 
 class GetGraphTargetPrim(GraphPathNode, type="omni.graph.nodes.GetGraphTargetPrim"):
-    """The prim that the node's graph is put at."""
+    """The prim of the node's graph."""
 
-    prim: Target = Out(doc="that prim")
+    prim: Target = Out(doc="prim of the graph")
 
     def compute(self) -> None:
-        """Tell it."""
+        """Output the prim."""
         self.prim = (self.path,)

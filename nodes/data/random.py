@@ -1,7 +1,7 @@
 """Random numbers (`omni.graph.nodes`).
 
-Without `useSeed` they come from the session's seed and the node's prim path, so a run gives the same again. With it they come
-from the node's own seed alone: two nodes of one seed give the same numbers. `isNoise` gives one number for each seed, always.
+Without `useSeed` they depend on the session's seed and the node's prim path, so a run can be repeated. With `useSeed` they depend
+on the node's `seed` only: two nodes with the same seed give the same numbers. `isNoise` gives one fixed number for each seed.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from graphengine.nodes.data.unions import DECIMALS, NUMERICS
 
 
 class RandomNode(Node):
-    """A node that gives the next random value whenever it is executed."""
+    """Base of nodes that output the next random value at each execution."""
 
     exec_in = ExecIn()
-    seed: UInt64 = In(default=0, doc="used with useSeed, and with isNoise")
+    seed: UInt64 = In(default=0, doc="seed for useSeed and isNoise")
     use_seed: bool = In(
-        default=False, doc="numbers come from the seed alone; else from the session's and the node's path"
+        default=False, doc="true: numbers depend on the seed only; false: on the session's seed and the node's path"
     )
-    is_noise: bool = In(default=False, doc="the same number at every execution, as long as the seed stays")
+    is_noise: bool = In(default=False, doc="same number at every execution with the same seed")
     exec_out = ExecOut()
 
     common_numbers: np.random.Generator = Bound()
@@ -35,7 +35,7 @@ class RandomNode(Node):
         self.common_numbers = context.random()
 
     def generator(self) -> np.random.Generator:
-        """Where the next value comes from."""
+        """The generator for the next value."""
         if self.is_noise:
             return np.random.Generator(np.random.Philox(key=self.seed))
         if not self.use_seed:
@@ -46,50 +46,50 @@ class RandomNode(Node):
 
 
 class RandomBoolean(RandomNode, type="omni.graph.nodes.RandomBoolean"):
-    """True or false, as likely the one as the other."""
+    """Random boolean, true with probability 1/2."""
 
     random: bool = Out()
 
     def compute(self) -> None:
-        """Draw."""
+        """Draw a boolean."""
         self.random = bool(self.generator().integers(2))
 
 
 class RandomUnitVector(RandomNode, type="omni.graph.nodes.RandomUnitVector"):
-    """A direction in space; every one is as likely."""
+    """Random direction in space, uniformly distributed."""
 
-    random: Any = Out(type="vectorf[3]", doc="of length 1")
+    random: Any = Out(type="vectorf[3]", doc="unit vector")
 
     def compute(self) -> None:
-        """Draw."""
+        """Draw a direction."""
         self.random = unit(self.generator(), 3)
 
 
 class RandomUnitQuaternion(RandomNode, type="omni.graph.nodes.RandomUnitQuaternion"):
-    """An orientation in space; every one is as likely."""
+    """Random orientation in space, uniformly distributed."""
 
-    random: Any = Out(type="quatf[4]", doc="(x, y, z, w), of length 1")
+    random: Any = Out(type="quatf[4]", doc="unit quaternion (x, y, z, w)")
 
     def compute(self) -> None:
-        """Draw."""
+        """Draw an orientation."""
         self.random = unit(self.generator(), 4)
 
 
 def unit(generator: np.random.Generator, size: Literal[3, 4]) -> tuple[float, ...]:
-    """A point of the unit sphere: where a normal distribution, which has no preferred direction, points to."""
+    """A uniformly distributed point of the unit sphere: a normalized sample of a normal distribution."""
     vector = generator.normal(size=size)
     return tuple((vector / np.linalg.norm(vector)).tolist())
 
 
 class RandomNumeric(TypedNode, RandomNode, type="omni.graph.nodes.RandomNumeric"):
-    """A number between two others, or a tuple or an array of such."""
+    """Random number between two others, or a tuple or array of such numbers."""
 
-    minimum: Any = In(type=NUMERICS, name="min", default=0, doc="the lowest number")
-    maximum: Any = In(type=NUMERICS, name="max", default=1.0, doc="the highest whole number; real ones stay below it")
-    random: Any = Out(type=NUMERICS, doc="single numbers go with tuples and arrays, as those of sums do")
+    minimum: Any = In(type=NUMERICS, name="min", default=0, doc="lowest number")
+    maximum: Any = In(type=NUMERICS, name="max", default=1.0, doc="highest integer, or excluded bound of real numbers")
+    random: Any = Out(type=NUMERICS, doc="single inputs combine with tuples and arrays as in sums")
 
     def compute(self) -> None:
-        """Draw.
+        """Draw from a uniform distribution.
 
         Raises:
             BadValueError: min is above max.
@@ -97,7 +97,7 @@ class RandomNumeric(TypedNode, RandomNode, type="omni.graph.nodes.RandomNumeric"
         self.random = drawn(self, ("minimum", "maximum"), self.between)
 
     def between(self, low: Any, high: Any) -> Any:
-        """Numbers from a uniform distribution."""
+        """Draw numbers from a uniform distribution."""
         if np.any(low > high):
             raise BadValueError("min, max", (self.minimum, self.maximum), "in this order")
         shape = np.broadcast_shapes(np.shape(low), np.shape(high))
@@ -107,15 +107,15 @@ class RandomNumeric(TypedNode, RandomNode, type="omni.graph.nodes.RandomNumeric"
 
 
 class RandomGaussian(TypedNode, RandomNode, type="omni.graph.nodes.RandomGaussian"):
-    """A normally distributed number, or a tuple or an array of such."""
+    """Normally distributed random number, or a tuple or array of such numbers."""
 
-    mean: Any = In(type=DECIMALS, default=0.0, doc="of the distribution, or of its logarithm")
+    mean: Any = In(type=DECIMALS, default=0.0, doc="mean of the distribution, or of its logarithm")
     stdev: Any = In(type=DECIMALS, default=1.0, doc="standard deviation of the distribution, or of its logarithm")
     use_log: bool = In(default=False, doc="draws from a log-normal distribution")
-    random: Any = Out(type=DECIMALS, doc="single numbers go with tuples and arrays, as those of sums do")
+    random: Any = Out(type=DECIMALS, doc="single inputs combine with tuples and arrays as in sums")
 
     def compute(self) -> None:
-        """Draw.
+        """Draw from a normal or log-normal distribution.
 
         Raises:
             BadValueError: the deviation is negative.
@@ -123,7 +123,7 @@ class RandomGaussian(TypedNode, RandomNode, type="omni.graph.nodes.RandomGaussia
         self.random = drawn(self, ("mean", "stdev"), self.around)
 
     def around(self, mean: Any, deviation: Any) -> Any:
-        """Numbers from a normal distribution."""
+        """Draw numbers from a normal distribution."""
         if np.any(deviation < 0.0):
             raise BadValueError("stdev", self.stdev, "0 or more")
         shape = np.broadcast_shapes(np.shape(mean), np.shape(deviation))
@@ -132,7 +132,7 @@ class RandomGaussian(TypedNode, RandomNode, type="omni.graph.nodes.RandomGaussia
 
 
 def drawn(node: TypedNode, inputs: tuple[str, str], draw: Operation) -> Any:
-    """What a function of arrays gives for two inputs, as the output `random` carries it."""
+    """The result of a draw with two inputs, in the representation of the output `random`."""
     known = node.port_types()
     operands = [Operand.of(known[name], type(node).fields[name].name) for name in inputs]
     return lift(draw, operands, known["random"])(*(getattr(node, name) for name in inputs))

@@ -1,7 +1,7 @@
 """Translation, rotation and scale in transformation matrices (`omni.graph.nodes`).
 
-Matrices act on row vectors, so the translation is the fourth row. Angles are in degrees about x, y and z, turned in the order
-that `rotationOrder` names. Quaternions are (x, y, z, w).
+Matrices multiply row vectors, so the translation is the fourth row. Angles are in degrees about x, y and z, applied in the order
+of `rotationOrder`. Quaternions are (x, y, z, w).
 """
 
 from __future__ import annotations
@@ -27,91 +27,89 @@ _AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
 
 
 class _FromMatrix(Elementwise):
-    """Something read from a matrix, or from what else says a rotation."""
+    """Base of nodes that read a part of a transformation matrix or of a rotation."""
 
     part = PortType("double", 3, False, "vector")
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """Of the base of the input, as many."""
+        """The output type with the base of the input, an array if the input is an array."""
         (source,) = given.values()
         return replace(self.part, base=source.base, array=source.array)
 
 
 class GetMatrix4Translation(_FromMatrix, type="omni.graph.nodes.GetMatrix4Translation"):
-    """Where a transformation matrix moves the origin."""
+    """Translation of a transformation matrix."""
 
     matrix: Any = In(type=_MATRIX4, required=True, doc="one, or an array of them")
     translation: Any = Out(type=_VECTOR3, unit="m")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """A part of one matrix, or of each in an array."""
+        """Read the translation of one matrix, or of each in an array."""
         if output.array:
             return lambda matrices: np.ascontiguousarray(matrices[:, 12:15])
         return operator.itemgetter(slice(12, 15))
 
 
 class GetMatrix4Scale(_FromMatrix, type="omni.graph.nodes.GetMatrix4Scale"):
-    """How much a transformation matrix stretches along x, y and z."""
+    """Scale of a transformation matrix along x, y and z."""
 
     matrix: Any = In(type=matrices(3, 4), required=True, doc="one, or an array of them")
     scale: Any = Out(type=_VECTOR3)
 
     @staticmethod
     def operation(matrix: Any) -> Any:
-        """Of arrays of matrices."""
+        """Compute the scales of an array of matrices."""
         return np.linalg.norm(square(matrix)[..., :3, :3], axis=-1)
 
 
 class GetMatrix4Quaternion(_FromMatrix, type="omni.graph.nodes.GetMatrix4Quaternion"):
-    """The rotation of a transformation matrix, or of angles, as a quaternion."""
+    """Rotation of a transformation matrix or of angles, as a quaternion."""
 
     part = PortType("double", 4, False, "quat")
 
-    matrix: Any = In(type=f"{matrices(3, 4)}|{VECTORS}", required=True, doc="matrix or angles, or an array of them")
+    matrix: Any = In(type=f"{matrices(3, 4)}|{VECTORS}", required=True, doc="matrix, angles, or array of these")
     rotation_order: Token = In(default="XYZ", tokens=ORDERS)
-    quaternion: Any = Out(type=QUATERNIONS, doc="of length 1, with w not below 0")
+    quaternion: Any = Out(type=QUATERNIONS, doc="unit quaternion with w >= 0")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """In the order of the time."""
+        """Convert with the present rotationOrder."""
         return lift(lambda one: quaternions_of(rotation_matrix(one, self.rotation_order)), inputs, output)
 
 
 class GetMatrix4Rotation(_FromMatrix, type="omni.graph.nodes.GetMatrix4Rotation"):
-    """The rotation of a transformation matrix, or of a quaternion, as angles."""
+    """Rotation of a transformation matrix or of a quaternion, as angles."""
 
-    matrix: Any = In(
-        type=f"{matrices(3, 4)}|{QUATERNIONS}", required=True, doc="matrix or quaternion, or an array of them"
-    )
+    matrix: Any = In(type=f"{matrices(3, 4)}|{QUATERNIONS}", required=True, doc="matrix, quaternion, or array of these")
     rotation_order: Token = In(default="XYZ", tokens=ORDERS)
     rotation: Any = Out(type=VECTORS, unit="deg")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """In the order of the time."""
+        """Convert with the present rotationOrder."""
         return lift(lambda one: angles_of(rotation_matrix(one), self.rotation_order), inputs, output)
 
 
 class GetMatrix4RotationMatrix(_FromMatrix, type="omni.graph.nodes.GetMatrix4RotationMatrix"):
-    """The rotation of a transformation matrix, of angles or of a quaternion, as a matrix of three rows."""
+    """Rotation of a transformation matrix, of angles or of a quaternion, as a 3 x 3 matrix."""
 
     part = PortType("double", 9, False, "matrixd")
 
-    matrix: Any = In(type=f"{_MATRIX4}|{with_arrays('quatd[4]|vectord[3]')}", required=True, doc="any of these")
+    matrix: Any = In(type=f"{_MATRIX4}|{with_arrays('quatd[4]|vectord[3]')}", required=True, doc="any rotation")
     rotation_order: Token = In(default="XYZ", tokens=ORDERS)
-    rotation: Any = Out(type=matrices(3), doc="without the scale")
+    rotation: Any = Out(type=matrices(3), doc="rotation without scale")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """In the order of the time."""
+        """Convert with the present rotationOrder."""
         return lift(lambda one: flat(rotation_matrix(one, self.rotation_order)), inputs, output)
 
 
 class _OnMatrix(Elementwise):
-    """A matrix with a part of it set."""
+    """Base of nodes that set a part of a transformation matrix."""
 
     like = "matrix"
 
 
 def _with_rotation(matrix: Any, rotation: Any) -> Any:
-    """Matrices of four rows with another rotation (..., 3, 3), and no scale."""
+    """4 x 4 matrices with a new rotation (..., 3, 3) and without scale."""
     changed = np.broadcast_to(
         square(matrix), np.broadcast_shapes(square(matrix).shape, (*rotation.shape[:-2], 4, 4))
     ).copy()
@@ -120,15 +118,15 @@ def _with_rotation(matrix: Any, rotation: Any) -> Any:
 
 
 class SetMatrix4Translation(_OnMatrix, type="omni.graph.nodes.SetMatrix4Translation"):
-    """A transformation matrix that moves the origin elsewhere."""
+    """A transformation matrix with its translation replaced."""
 
     matrix_in: Any = In(type=_MATRIX4, name="matrix", required=True, doc="one, or an array of them")
     translation: Any = In(type=_VECTOR3, required=True, unit="m")
-    matrix_out: Any = Out(type=_MATRIX4, name="matrix", doc="with its fourth row set")
+    matrix_out: Any = Out(type=_MATRIX4, name="matrix", doc="matrix with the new fourth row")
 
     @staticmethod
     def operation(matrix: Any, translation: Any) -> Any:
-        """Of arrays."""
+        """Set the translation of an array of matrices."""
         shape = np.broadcast_shapes(matrix.shape[:-1], translation.shape[:-1])
         changed = np.broadcast_to(matrix, (*shape, 16)).copy()
         changed[..., 12:15] = translation
@@ -136,15 +134,15 @@ class SetMatrix4Translation(_OnMatrix, type="omni.graph.nodes.SetMatrix4Translat
 
 
 class SetMatrix4Scale(_OnMatrix, type="omni.graph.nodes.SetMatrix4Scale"):
-    """A transformation matrix that stretches otherwise."""
+    """A transformation matrix with its scale replaced."""
 
     matrix_in: Any = In(type=matrices(3, 4), name="matrix", required=True, doc="one, or an array of them")
     scale: Any = In(type=_VECTOR3, required=True, doc="along x, y and z")
-    matrix_out: Any = Out(type=matrices(3, 4), name="matrix", doc="with its first three rows as long as the scale")
+    matrix_out: Any = Out(type=matrices(3, 4), name="matrix", doc="matrix with the new lengths of its first three rows")
 
     @staticmethod
     def operation(matrix: Any, scale: Any) -> Any:
-        """Of arrays."""
+        """Set the scale of an array of matrices."""
         squares = square(matrix)
         changed = np.broadcast_to(squares, np.broadcast_shapes(squares.shape, (*scale.shape[:-1], 1, 1))).copy()
         changed[..., :3, :3] = unit(changed[..., :3, :3]) * scale[..., None]
@@ -152,35 +150,35 @@ class SetMatrix4Scale(_OnMatrix, type="omni.graph.nodes.SetMatrix4Scale"):
 
 
 class SetMatrix4Quaternion(_OnMatrix, type="omni.graph.nodes.SetMatrix4Quaternion"):
-    """A transformation matrix that turns as a quaternion does, and does not scale; SetMatrix4Rotation took its place."""
+    """A transformation matrix with a quaternion's rotation and without scale. Superseded by SetMatrix4Rotation."""
 
     matrix_in: Any = In(type=_MATRIX4, name="matrix", required=True, doc="one, or an array of them")
-    quaternion: Any = In(type=with_arrays("quatd[4]"), required=True, doc="of any length but 0")
-    matrix_out: Any = Out(type=_MATRIX4, name="matrix", doc="with its rotation set")
+    quaternion: Any = In(type=with_arrays("quatd[4]"), required=True, doc="quaternion of any norm above 0")
+    matrix_out: Any = Out(type=_MATRIX4, name="matrix", doc="matrix with the new rotation")
 
     @staticmethod
     def operation(matrix: Any, quaternion: Any) -> Any:
-        """Of arrays."""
+        """Set the rotation of an array of matrices."""
         return _with_rotation(matrix, rotation_matrix(quaternion))
 
 
 class SetMatrix4Rotation(_OnMatrix, type="omni.graph.nodes.SetMatrix4Rotation"):
-    """A transformation matrix that turns otherwise, and does not scale."""
+    """A transformation matrix with its rotation replaced and without scale."""
 
-    fixed_rotation_axis: Token = In(default="Y", tokens=("X", "Y", "Z", "Custom"), doc="of a single angle")
+    fixed_rotation_axis: Token = In(default="Y", tokens=("X", "Y", "Z", "Custom"), doc="axis of a single angle")
     matrix_in: Any = In(type=_MATRIX4, name="matrix", required=True, doc="one, or an array of them")
     rotation_angle: Any = In(
         type=with_arrays("double|vectord[3]|quatd[4]|matrixd[3]"),
         required=True,
         unit="deg",
-        doc="about the axis, or about x, y and z; or a quaternion or matrix",
+        doc="angle about the axis, angles about x, y and z, quaternion or matrix",
     )
-    rotation_axis: Vector3d = In(default=(0.0, 1.0, 0.0), doc="where the fixed axis is Custom")
+    rotation_axis: Vector3d = In(default=(0.0, 1.0, 0.0), doc="axis if fixedRotationAxis is Custom")
     rotation_order: Token = In(default="XYZ", tokens=ORDERS)
-    matrix_out: Any = Out(type=_MATRIX4, name="matrix", doc="with its rotation set")
+    matrix_out: Any = Out(type=_MATRIX4, name="matrix", doc="matrix with the new rotation")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """About an axis, or as the components tell."""
+        """Set a rotation about an axis, or one of the kind given by the number of components."""
         angles = inputs[1]
 
         def turned(matrix: Any, rotation: Any, axis: Any) -> Any:
@@ -191,10 +189,10 @@ class SetMatrix4Rotation(_OnMatrix, type="omni.graph.nodes.SetMatrix4Rotation"):
         return lift(turned, inputs, output)
 
     def compute(self) -> None:
-        """Set it.
+        """Set the rotation.
 
         Raises:
-            BadValueError: there is no such axis.
+            BadValueError: the axis is unknown.
         """
         axis = self.rotation_axis
         if self.fixed_rotation_axis != "Custom":
@@ -203,7 +201,7 @@ class SetMatrix4Rotation(_OnMatrix, type="omni.graph.nodes.SetMatrix4Rotation"):
 
 
 class MakeTransform(Node, type="omni.graph.nodes.MakeTransform"):
-    """A transformation matrix that scales, then turns, then moves."""
+    """A transformation matrix that scales, then rotates, then translates."""
 
     rotation_order: Token = In(default="XYZ", tokens=ORDERS)
     rotation_xyz: Vector3d = In(default=(0.0, 0.0, 0.0), name="rotationXYZ", unit="deg")
@@ -212,10 +210,10 @@ class MakeTransform(Node, type="omni.graph.nodes.MakeTransform"):
     transform: Matrix4d = Out()
 
     def compute(self) -> None:
-        """Put it together.
+        """Build the matrix.
 
         Raises:
-            BadValueError: there is no such order.
+            BadValueError: the rotation order is unknown.
         """
         matrix = np.eye(4)
         with np.errstate(all="ignore"):
@@ -226,15 +224,15 @@ class MakeTransform(Node, type="omni.graph.nodes.MakeTransform"):
 
 
 class MakeTransformLookAt(Node, type="omni.graph.nodes.MakeTransformLookAt"):
-    """The pose of an eye that looks along its -z at a point, with its y as far up as may be and its x to the right."""
+    """The pose of a camera that looks at a point along its -z axis, with y as close to up as possible and x to the right."""
 
-    center: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m", doc="what is looked at")
-    eye: Vector3d = In(default=(1.0, 0.0, 0.0), unit="m", doc="where the eye is")
-    up: Vector3d = In(default=(0.0, 1.0, 0.0), doc="direction")
+    center: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m", doc="point to look at")
+    eye: Vector3d = In(default=(1.0, 0.0, 0.0), unit="m", doc="position of the camera")
+    up: Vector3d = In(default=(0.0, 1.0, 0.0), doc="up direction")
     transform: Matrix4d = Out()
 
     def compute(self) -> None:
-        """Put it together."""
+        """Build the matrix."""
         matrix, eye = np.eye(4), np.array(self.eye)
         with np.errstate(all="ignore"):
             backward = unit(eye - np.array(self.center))
@@ -245,19 +243,19 @@ class MakeTransformLookAt(Node, type="omni.graph.nodes.MakeTransformLookAt"):
 
 
 class RotateVector(Elementwise, type="omni.graph.nodes.RotateVector"):
-    """A vector turned by angles, a quaternion or a matrix, whose translation is left out."""
+    """A vector rotated by angles, a quaternion or a matrix, without the matrix's translation."""
 
     like = "vector"
 
     rotation: Any = In(
-        type=f"{matrices(3, 4)}|{QUATERNIONS}|{VECTORS}", required=True, doc="any of these, angles in degrees"
+        type=f"{matrices(3, 4)}|{QUATERNIONS}|{VECTORS}", required=True, doc="angles, quaternion or matrix"
     )
     rotation_order: Token = In(default="XYZ", tokens=ORDERS)
     vector: Any = In(type=VECTORS, required=True, doc="one, or an array of them")
-    result: Any = Out(type=VECTORS, doc="of the type of the vector")
+    result: Any = Out(type=VECTORS, doc="of the vector's type")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """By the linear part of a matrix, or by a rotation."""
+        """Apply the linear part of a matrix, or a rotation."""
         linear = inputs[0].count > 4
 
         def turned(rotation: Any, vector: Any) -> Any:

@@ -1,4 +1,4 @@
-"""One value or the other (`omni.graph.nodes`)."""
+"""Selection between values (`omni.graph.nodes`)."""
 
 from __future__ import annotations
 
@@ -20,14 +20,12 @@ _CHOICE = ("condition", "ifTrue", "ifFalse")
 
 
 class SelectIf(Node, type="omni.graph.nodes.SelectIf"):
-    """One of two values, as a condition says; with an array of conditions, element by element."""
+    """Selects one of two values by a condition; with an array of conditions, element by element."""
 
-    condition: Any = In(type=_BOOLEANS, required=True, doc="whether it is ifTrue")
+    condition: Any = In(type=_BOOLEANS, required=True, doc="true selects ifTrue, false ifFalse")
     if_true: Any = In(type=ANYTHING, required=True)
     if_false: Any = In(type=ANYTHING, required=True)
-    result: Any = Out(
-        type=ANYTHING, doc="an array where any of the inputs is one; single values stand for all its elements"
-    )
+    result: Any = Out(type=ANYTHING, doc="array if an input is an array; a single value then counts for all elements")
 
     choose: Operation = Bound()
 
@@ -35,7 +33,7 @@ class SelectIf(Node, type="omni.graph.nodes.SelectIf"):
         """The type that both values convert to.
 
         Raises:
-            ValueError: there is none.
+            ValueError: the values have no common type.
         """
         if not {"condition", "if_true", "if_false"} <= known.keys():
             return {}
@@ -44,10 +42,10 @@ class SelectIf(Node, type="omni.graph.nodes.SelectIf"):
         for wanted in values:
             if all(fits(value, wanted) for value in values) and not (array and wanted.base in ("string", "path")):
                 return {"result": replace(wanted, array=array)}
-        raise ValueError(f"ifTrue is {known['if_true']} and ifFalse is {known['if_false']}, which do not go together")
+        raise ValueError(f"ifTrue is {known['if_true']} and ifFalse is {known['if_false']}, which have no common type")
 
     def setup(self, context: Context) -> None:
-        """Find out how to choose, now that the types are settled."""
+        """Choose the implementation for the resolved types."""
         known = dict(self.settled)
         for name in ("condition", "if_true", "if_false"):
             known.setdefault(name, type_of(getattr(self, name)))
@@ -56,7 +54,7 @@ class SelectIf(Node, type="omni.graph.nodes.SelectIf"):
         self.choose = _each_of(arrays, result) if result.array else _one_of(known["if_true"], known["if_false"], result)
 
     def compute(self) -> None:
-        """Choose.
+        """Select the value or the elements.
 
         Raises:
             BadValueError: arrays differ in length.
@@ -65,7 +63,7 @@ class SelectIf(Node, type="omni.graph.nodes.SelectIf"):
 
 
 def _one_of(yes: PortType, no: PortType, result: PortType) -> Operation:
-    """How one of two values is chosen, which may widen it."""
+    """The selection of one of two values, converted to the result type."""
     widen_yes, widen_no = (types.CONVERTERS.get(types.conversion(one, result) or "", _as_it_is) for one in (yes, no))
     return lambda condition, if_true, if_false: widen_yes(if_true) if condition else widen_no(if_false)
 
@@ -75,7 +73,7 @@ def _as_it_is(value: Any) -> Any:
 
 
 def _each_of(arrays: tuple[bool, ...], result: PortType) -> Operation:
-    """How elements of an array are chosen, where the condition, both values or some of these are arrays."""
+    """The selection by elements, for a condition or values that are arrays."""
     element = replace(result, array=False)
 
     def choose(*values: Any) -> Any:
@@ -89,18 +87,18 @@ def _each_of(arrays: tuple[bool, ...], result: PortType) -> Operation:
 
 
 class SelectTargetIf(Node, type="omni.graph.nodes.SelectTargetIf"):
-    """The prims of one of two targets, as a condition says; with an array of conditions, prim by prim."""
+    """Selects one of two targets by a condition; with an array of conditions, prim by prim."""
 
-    condition: Any = In(type=_BOOLEANS, required=True, doc="whether it is ifTrue")
+    condition: Any = In(type=_BOOLEANS, required=True, doc="true selects ifTrue, false ifFalse")
     if_true: Target = In(default=())
     if_false: Target = In(default=())
-    result: Target = Out(doc="the prims that were chosen")
+    result: Target = Out(doc="selected prims")
 
     def compute(self) -> None:
-        """Choose.
+        """Select the target or the prims.
 
         Raises:
-            BadValueError: there is not a prim for each condition.
+            BadValueError: the numbers of prims and conditions differ.
         """
         if not isinstance(self.condition, np.ndarray):
             self.result = self.if_true if self.condition else self.if_false
@@ -113,9 +111,9 @@ class SelectTargetIf(Node, type="omni.graph.nodes.SelectTargetIf"):
 class IsEmpty(Node, type="omni.graph.nodes.IsEmpty"):
     """Whether a text or an array has no elements; numbers and tuples are never empty."""
 
-    input_in: Any = In(type=ANYTHING, name="input", required=True, doc="text, array, or what cannot be empty")
+    input_in: Any = In(type=ANYTHING, name="input", required=True, doc="value to check")
     is_empty: bool = Out()
 
     def compute(self) -> None:
-        """Look."""
+        """Check the length."""
         self.is_empty = isinstance(self.input_in, str | tuple | np.ndarray) and len(self.input_in) == 0

@@ -1,4 +1,4 @@
-"""Arrays as ports carry them, cut and joined: numpy arrays, tuples of texts, and strings as arrays of their UTF-8 bytes."""
+"""Operations on arrays of ports: numpy arrays, tuples of texts, and strings as arrays of their UTF-8 bytes."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from graphengine.node import BadValueError, PortType, types
 
 MAX_LENGTH = 10_000_000
 """Elements of an array, or characters of a text, that a node makes."""
-INDEX = "from 0; negative ones count from the end: -1 is the last; beyond either end is an error"
+INDEX = "from 0; negative values count from the end, -1 is the last; out of range is an error"
 """What the documentation of an `index` port says."""
 _BYTE = PortType("uchar")
 
 
 def element_of(array: PortType) -> PortType:
-    """What an array of a type holds."""
+    """The element type of an array type."""
     return _BYTE if not array.array else PortType(array.base, array.count, False, array.role)
 
 
 def fits(given: PortType, element: PortType) -> bool:
-    """Whether an array of some elements takes a value of a type."""
+    """Whether an array with this element type takes a value of the given type."""
     return types.conversion(given, element) is not None
 
 
 def as_array(value: Any) -> Any:
-    """What a port carries as something that can be cut and joined: an array, or a tuple of texts."""
+    """A port value as a sequence that can be sliced and joined: an array or a tuple of texts."""
     if isinstance(value, str):
         return np.frombuffer(value.encode(), np.uint8)
     if isinstance(value, np.ndarray) or (isinstance(value, tuple) and all(isinstance(text, str) for text in value)):
@@ -37,10 +37,10 @@ def as_array(value: Any) -> Any:
 
 
 def joined(like: Any, *parts: Any) -> Any:
-    """Parts one after the other, as a port carries an array of the type of another; a part is an array or a list of elements.
+    """The parts joined into an array of the same type as `like`; a part is an array or a list of elements.
 
     Raises:
-        BadValueError: they are too many.
+        BadValueError: the result has too many elements.
     """
     checked_length("array", sum(map(len, parts)))
     if isinstance(like, str):
@@ -53,7 +53,7 @@ def joined(like: Any, *parts: Any) -> Any:
 
 
 def made(elements: Sequence[Any], element_type: PortType) -> Any:
-    """An array of some elements."""
+    """An array of the given elements."""
     if not element_type.is_number:
         return tuple(elements)
     shape = (-1,) if element_type.count == 1 else (-1, element_type.count)
@@ -62,14 +62,14 @@ def made(elements: Sequence[Any], element_type: PortType) -> Any:
 
 
 def checked_length(port: str, length: int) -> int:
-    """A length that an array can be given.
+    """A length, limited below to 0 and checked against the maximum.
 
     Args:
-        port: OmniGraph's name of the input that asks for it.
-        length: elements; less than 0 is 0.
+        port: OmniGraph's name of the input with the length.
+        length: number of elements; negative values count as 0.
 
     Raises:
-        BadValueError: it is too long.
+        BadValueError: the length is above the maximum.
     """
     if length > MAX_LENGTH:
         raise BadValueError(port, length, f"of {MAX_LENGTH} elements or fewer")
@@ -77,10 +77,10 @@ def checked_length(port: str, length: int) -> int:
 
 
 def position(index: int, length: int) -> int:
-    """The place that `index` means among so many, which counts from the end where it is negative.
+    """The position in a sequence of `length` elements that `index` means; negative indices count from the end.
 
     Raises:
-        BadValueError: there is none.
+        BadValueError: the index is out of range.
     """
     if not -length <= index < length:
         raise BadValueError("index", index, f"{-length} to {length - 1}" if length else "into something not empty")
@@ -88,14 +88,14 @@ def position(index: int, length: int) -> int:
 
 
 def zeros(array: Any, count: int) -> Any:
-    """So many zeros, or empty texts, as elements of an array; none where the number is negative."""
+    """A number of zeros or empty texts as elements for an array; none if the number is negative."""
     if isinstance(array, tuple):
         return ("",) * count
     return np.zeros((max(count, 0), *array.shape[1:]), array.dtype)
 
 
 def places(array: Any, value: Any) -> list[int]:
-    """Where elements are equal to a value."""
+    """Positions of the elements equal to a value."""
     if isinstance(array, tuple):
         return [index for index, text in enumerate(array) if text == value]
     with np.errstate(over="ignore"):

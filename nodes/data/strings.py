@@ -1,4 +1,4 @@
-"""Texts (`omni.graph.nodes`)."""
+"""Operations on texts (`omni.graph.nodes`)."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ TEXTS = "string|token|token[]"
 
 
 def check_text_length(port: str, letters: int) -> None:
-    """Refuse a text, or texts, that `port` makes too long.
+    """Check the length of a text or texts that `port` makes longer.
 
     Raises:
-        BadValueError: it does.
+        BadValueError: the length is above the maximum.
     """
     if letters > MAX_LENGTH:
         raise BadValueError(port, letters, f"so long that the result has {MAX_LENGTH} letters or fewer")
 
 
 def appended(port: str, texts: str | tuple[str, ...], suffix: str | tuple[str, ...]) -> str | tuple[str, ...]:
-    """A text after a text; after each text of several the same one, or the one at its place.
+    """A text with a suffix, or several texts with a common suffix or one each.
 
     Args:
-        port: OmniGraph's name of the input of the suffix.
-        texts: what comes first.
-        suffix: what comes next.
+        port: OmniGraph's name of the suffix input.
+        texts: text or texts to extend.
+        suffix: suffix, or one for each text.
 
     Raises:
-        BadValueError: the suffixes are neither one nor as many as the texts, or the result is too long.
+        BadValueError: the number of suffixes is neither 1 nor that of the texts, or the result is too long.
     """
     if isinstance(texts, str):
         if not isinstance(suffix, str):
@@ -46,23 +46,23 @@ def appended(port: str, texts: str | tuple[str, ...], suffix: str | tuple[str, .
 
 
 class BuildString(Node, type="omni.graph.nodes.BuildString"):
-    """Texts one after the other; Isaac's menu says Append String."""
+    """Concatenation of texts. Isaac's menu calls it Append String."""
 
     numbered: ClassVar[Numbered] = {"input": lambda: In(type=TEXTS)}
 
-    a: Any = In(type=TEXTS, required=True, doc="comes first; if it is token[], what follows is appended to each")
-    b: Any = In(type=TEXTS, required=True, doc="comes next; input2 and so on are there when a file names them")
-    value: Any = Out(type=TEXTS, doc="of the type of a")
+    a: Any = In(type=TEXTS, required=True, doc="first text; the others are appended to each element of a token[]")
+    b: Any = In(type=TEXTS, required=True, doc="next text; input2 and so on exist when the file names them")
+    value: Any = Out(type=TEXTS, doc="of a's type")
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """That of a."""
+        """The type of a."""
         return {"value": known["a"]} if "a" in known else {}
 
     def compute(self) -> None:
-        """Append.
+        """Concatenate the texts.
 
         Raises:
-            BadValueError: numbers of texts differ.
+            BadValueError: the numbers of texts differ.
         """
         value = self.a
         for name in ("b", *self.series["input"]):
@@ -71,23 +71,23 @@ class BuildString(Node, type="omni.graph.nodes.BuildString"):
 
 
 class AppendString(Node, type="omni.graph.nodes.AppendString"):
-    """A text with another one behind it; an older type than BuildString."""
+    """A text with a suffix. An older type than BuildString."""
 
     value_in: Any = In(
-        type=TEXTS, name="value", required=True, doc="comes first; if it is token[], suffix is appended to each"
+        type=TEXTS, name="value", required=True, doc="text to extend, or token[] whose elements are extended"
     )
-    suffix: Any = In(type=TEXTS, required=True, doc="comes next")
-    value_out: Any = Out(type=TEXTS, name="value", doc="of the type of the input")
+    suffix: Any = In(type=TEXTS, required=True, doc="suffix to append")
+    value_out: Any = Out(type=TEXTS, name="value", doc="of the input's type")
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """That of the input."""
+        """The type of the input."""
         return {"value_out": known["value_in"]} if "value_in" in known else {}
 
     def compute(self) -> None:
-        """Append.
+        """Append the suffix.
 
         Raises:
-            BadValueError: numbers of texts differ.
+            BadValueError: the numbers of texts differ.
         """
         self.value_out = appended("suffix", self.value_in, self.suffix)
 
@@ -101,17 +101,17 @@ _CASES: dict[str, Callable[[str], str]] = {
 
 
 class CapitalizeString(Node, type="omni.graph.nodes.CapitalizeString"):
-    """A text in capitals or in small letters, whole or but for its first letter, or the first letters of its words."""
+    """Changes a text to upper case, lower case, or to capital first letters of the text or of its words."""
 
     operation: Token = In(default="UpperCase", tokens=tuple(_CASES))
-    string_in: Any = In(type=TEXTS, name="string", couple="text", required=True, doc="a text, or several")
-    string_out: Any = Out(type=TEXTS, name="string", couple="text", doc="of the type of the input")
+    string_in: Any = In(type=TEXTS, name="string", couple="text", required=True, doc="text, or several texts")
+    string_out: Any = Out(type=TEXTS, name="string", couple="text", doc="of the input's type")
 
     def compute(self) -> None:
-        """Write it otherwise.
+        """Change the case.
 
         Raises:
-            BadValueError: there is no such operation.
+            BadValueError: the operation is unknown.
         """
         change = _CASES[one_of("operation", self.operation, _CASES)]
         text = self.string_in
@@ -119,17 +119,17 @@ class CapitalizeString(Node, type="omni.graph.nodes.CapitalizeString"):
 
 
 class SplitString(Node, type="omni.graph.nodes.SplitString"):
-    """The parts of a text between those places where another text stands."""
+    """Splits a text at a delimiter."""
 
-    delimiter: String = In(default=" ", doc="the other text")
-    string: String = In(default="", doc="is taken apart")
-    elements: Tokens = Out(doc="the parts, some of them perhaps empty; none if the text or the delimiter is empty")
+    delimiter: String = In(default=" ", doc="text to split at")
+    string: String = In(default="", doc="text to split")
+    elements: Tokens = Out(doc="parts, which may be empty; none if the text or the delimiter is empty")
 
     def compute(self) -> None:
-        """Take it apart.
+        """Split the text.
 
         Raises:
-            BadValueError: the parts are too many.
+            BadValueError: the text has too many parts.
         """
         parts = self.string.split(self.delimiter) if self.string and self.delimiter else []
         checked_length("string", len(parts))
@@ -137,24 +137,24 @@ class SplitString(Node, type="omni.graph.nodes.SplitString"):
 
 
 class StartsWith(Node, type="omni.graph.nodes.StartsWith"):
-    """Whether a text begins with another."""
+    """Whether a text starts with a prefix."""
 
-    prefix: String = In(default="", doc="what it may begin with; every text begins with nothing")
-    value: String = In(default="", doc="the text")
+    prefix: String = In(default="", doc="prefix; an empty one is always true")
+    value: String = In(default="", doc="text to check")
     is_prefix: bool = Out()
 
     def compute(self) -> None:
-        """Compare."""
+        """Compare the start of the text with the prefix."""
         self.is_prefix = self.value.startswith(self.prefix)
 
 
 class EndsWith(Node, type="omni.graph.nodes.EndsWith"):
-    """Whether a text ends with another."""
+    """Whether a text ends with a suffix."""
 
-    suffix: String = In(default="", doc="what it may end with; every text ends with nothing")
-    value: String = In(default="", doc="the text")
+    suffix: String = In(default="", doc="suffix; an empty one is always true")
+    value: String = In(default="", doc="text to check")
     is_suffix: bool = Out()
 
     def compute(self) -> None:
-        """Compare."""
+        """Compare the end of the text with the suffix."""
         self.is_suffix = self.value.endswith(self.suffix)

@@ -1,4 +1,4 @@
-"""Texts found in others, taken out of them, put into them and replaced (`omni.graph.nodes`); places are counted in letters."""
+"""Search, extraction, insertion and replacement in texts (`omni.graph.nodes`); positions count characters from 0."""
 
 from __future__ import annotations
 
@@ -12,33 +12,31 @@ _TEXT = "string|token"
 
 
 class FindString(Node, type="omni.graph.nodes.FindString"):
-    """Where a text first stands in another."""
+    """Position of the first occurrence of a text in another."""
 
-    pos: Int = In(default=0, doc="place from which it is looked for; beyond the end it is not found")
-    string: Any = In(type=_TEXT, required=True, doc="the text in which it is looked for")
-    value: Any = In(type=_TEXT, required=True, doc="what is looked for; the empty text is not found")
-    index: Int = Out(doc="place of its first letter, from 0; -1 where it is not found")
+    pos: Int = In(default=0, doc="position at which the search starts; a start beyond the end finds nothing")
+    string: Any = In(type=_TEXT, required=True, doc="text to search in")
+    value: Any = In(type=_TEXT, required=True, doc="text to search for; an empty one is not found")
+    index: Int = Out(doc="position of the first character, from 0; -1 if not found")
 
     def compute(self) -> None:
-        """Look for it."""
+        """Search for the text."""
         self.index = self.string.find(self.value, max(self.pos, 0)) if self.value else -1
 
 
 class _Part(Node):
-    """A part of a text, by its place and length."""
+    """Base of nodes for a part of a text, given by position and length."""
 
-    count: Int = In(default=-1, doc="letters; -1 and what is too much reach to the end")
+    count: Int = In(default=-1, doc="number of characters; -1 or too many extend to the end")
     index: Int = In(default=0, doc=INDEX)
-    string_in: Any = In(type=_TEXT, name="string", couple="text", required=True, doc="the whole text")
-    string_out: Any = Out(
-        type=_TEXT, name="string", couple="text", doc="of the type of the input; of an empty one empty"
-    )
+    string_in: Any = In(type=_TEXT, name="string", couple="text", required=True, doc="text to change")
+    string_out: Any = Out(type=_TEXT, name="string", couple="text", doc="of the input's type; empty for an empty input")
 
     def ends(self) -> tuple[int, int]:
-        """Where the part begins, and where what follows it does.
+        """Position of the first character of the part, and of the first one after it.
 
         Raises:
-            BadValueError: there is no such place.
+            BadValueError: the position is out of range.
         """
         text: str = self.string_in
         if not text:
@@ -48,44 +46,44 @@ class _Part(Node):
 
 
 class GetString(_Part, type="omni.graph.nodes.GetString"):
-    """A part of a text."""
+    """Extracts a part of a text."""
 
     def compute(self) -> None:
-        """Cut it out.
+        """Extract the part.
 
         Raises:
-            BadValueError: there is no such place.
+            BadValueError: the position is out of range.
         """
         start, stop = self.ends()
         self.string_out = self.string_in[start:stop]
 
 
 class RemoveString(_Part, type="omni.graph.nodes.RemoveString"):
-    """A text without a part of it."""
+    """Removes a part of a text."""
 
     def compute(self) -> None:
-        """Leave it out.
+        """Remove the part.
 
         Raises:
-            BadValueError: there is no such place.
+            BadValueError: the position is out of range.
         """
         start, stop = self.ends()
         self.string_out = self.string_in[:start] + self.string_in[stop:]
 
 
 class InsertString(Node, type="omni.graph.nodes.InsertString"):
-    """A text with another one put in."""
+    """Inserts a text into another."""
 
-    index: Int = In(default=0, doc="0 or less puts it first, the text's length or more last")
-    string_in: Any = In(type=_TEXT, name="string", couple="text", required=True, doc="the text around it")
-    value: Any = In(type=_TEXT, required=True, doc="is put in")
-    string_out: Any = Out(type=_TEXT, name="string", couple="text", doc="of the type of the text around it")
+    index: Int = In(default=0, doc="0 or less inserts at the start, the text's length or more at the end")
+    string_in: Any = In(type=_TEXT, name="string", couple="text", required=True, doc="text to insert into")
+    value: Any = In(type=_TEXT, required=True, doc="text to insert")
+    string_out: Any = Out(type=_TEXT, name="string", couple="text", doc="of the input's type")
 
     def compute(self) -> None:
-        """Insert it.
+        """Insert the text.
 
         Raises:
-            BadValueError: the text is too long.
+            BadValueError: the result is too long.
         """
         index = max(self.index, 0)
         check_text_length("value", len(self.string_in) + len(self.value))
@@ -93,19 +91,19 @@ class InsertString(Node, type="omni.graph.nodes.InsertString"):
 
 
 class ReplaceString(Node, type="omni.graph.nodes.ReplaceString"):
-    """A text with another one in the place of a part, where that first stands or wherever it does."""
+    """Replaces the first occurrence of a part in a text, or all occurrences."""
 
-    replace: Any = In(type=_TEXT, required=True, doc="the part that is looked for; the empty one is not found")
-    replace_all: bool = In(default=False, doc="replaces it wherever it stands, not only where it first does")
-    string_in: Any = In(type=_TEXT, name="string", couple="text", required=True, doc="the whole text")
-    value: Any = In(type=_TEXT, required=True, doc="takes its place; may be empty")
-    string_out: Any = Out(type=_TEXT, name="string", couple="text", doc="of the type of the whole text")
+    replace: Any = In(type=_TEXT, required=True, doc="part to search for; an empty one is not found")
+    replace_all: bool = In(default=False, doc="replace all occurrences, not only the first")
+    string_in: Any = In(type=_TEXT, name="string", couple="text", required=True, doc="text to change")
+    value: Any = In(type=_TEXT, required=True, doc="replacement, which may be empty")
+    string_out: Any = Out(type=_TEXT, name="string", couple="text", doc="of the input's type")
 
     def compute(self) -> None:
-        """Replace it.
+        """Replace the occurrences.
 
         Raises:
-            BadValueError: the text is too long.
+            BadValueError: the result is too long.
         """
         if not self.replace:
             self.string_out = self.string_in

@@ -1,4 +1,4 @@
-"""Targets, which are lists of prims, put together, taken apart and compared (`omni.graph.nodes`)."""
+"""Operations on targets, which are lists of prims (`omni.graph.nodes`)."""
 
 from __future__ import annotations
 
@@ -15,36 +15,36 @@ from graphengine.nodes.data.unions import BOOLEANS
 
 
 class AppendTargets(Node, type="omni.graph.nodes.AppendTargets"):
-    """The prims of several targets one after the other."""
+    """Concatenation of targets."""
 
     numbered: ClassVar[Numbered] = {"input": lambda: In(type="target")}
 
-    allow_duplicates: bool = In(default=False, doc="whether a prim that is there already comes again")
-    input0: Target = In(default=(), doc="come first")
-    input1: Target = In(default=(), doc="come next; input2 and so on are there when a file names them")
-    targets: Target = Out(doc="prims of them all")
+    allow_duplicates: bool = In(default=False, doc="whether to keep duplicates of a prim")
+    input0: Target = In(default=(), doc="first prims")
+    input1: Target = In(default=(), doc="next prims; input2 and so on exist when the file names them")
+    targets: Target = Out(doc="all prims")
 
     def compute(self) -> None:
-        """Join them."""
+        """Concatenate the targets."""
         paths = [path for name in self.series["input"] for path in getattr(self, name)]
         self.targets = tuple(paths if self.allow_duplicates else dict.fromkeys(paths))
 
 
 class GetTargets(Node, type="omni.graph.nodes.GetTargets"):
-    """Some of the prims of a target."""
+    """A range of the prims of a target."""
 
-    count: Int = In(default=1, doc="how many; -1 and what is too many reach to the end")
+    count: Int = In(default=1, doc="number of prims; -1 or too many extend to the end")
     index: Int = In(
-        default=0, doc="of the first, from 0; negative ones count from the end; beyond either end is an error"
+        default=0, doc="index of the first prim, from 0; negative values count from the end; out of range is an error"
     )
-    targets_in: Target = In(default=(), name="targets", doc="prims to choose from")
-    targets_out: Target = Out(name="targets", doc="the chosen ones; none of none")
+    targets_in: Target = In(default=(), name="targets", doc="prims to select from")
+    targets_out: Target = Out(name="targets", doc="selected prims; empty for an empty target")
 
     def compute(self) -> None:
-        """Cut them out.
+        """Select the prims.
 
         Raises:
-            BadValueError: there is no such prim.
+            BadValueError: the index is out of range.
         """
         found = self.targets_in
         start = position(self.index, len(found)) if found else 0
@@ -52,47 +52,47 @@ class GetTargets(Node, type="omni.graph.nodes.GetTargets"):
 
 
 class FindTarget(Node, type="omni.graph.nodes.FindTarget"):
-    """Which of the prims of a target a prim is."""
+    """Index of a prim in a target."""
 
-    search_target: Target = In(default=(), doc="the prim; of several the first counts")
-    targets: Target = In(default=(), doc="prims to look among")
-    index: Int = Out(doc="number of the first that it is, from 0; -1 where it is none of them")
+    search_target: Target = In(default=(), doc="prim to search for; of several the first counts")
+    targets: Target = In(default=(), doc="prims to search in")
+    index: Int = Out(doc="index of the first equal prim, from 0; -1 if not found")
 
     def compute(self) -> None:
-        """Look for it."""
+        """Search for the prim."""
         sought = self.search_target[:1]
         self.index = self.targets.index(sought[0]) if sought and sought[0] in self.targets else -1
 
 
 class GetParentPrims(Node, type="omni.graph.nodes.GetParentPrims"):
-    """The prims above others, such as /World above /World/box."""
+    """The parents of prims, such as /World for /World/box."""
 
     prims: Target = In(default=(), doc="any prims")
-    parent_prims: Target = Out(doc="one for each")
+    parent_prims: Target = Out(doc="one parent for each prim")
 
     def compute(self) -> None:
-        """Cut the last names off."""
+        """Remove the last name of each path."""
         self.parent_prims = tuple(map(parent_of, self.prims))
 
 
 class CompareTargets(Node, type="omni.graph.nodes.CompareTargets"):
-    """Whether two targets are of the same prims in the same order; or for each prim of one, whether it is that of the other."""
+    """Compares two targets as a whole, prims and order, or prim by prim."""
 
-    a: Target = In(default=(), doc="one of them")
-    b: Target = In(default=(), doc="the other")
-    compare_each: bool = In(default=False, setup=True, doc="whether there is an answer for each prim")
+    a: Target = In(default=(), doc="first target")
+    b: Target = In(default=(), doc="second target")
+    compare_each: bool = In(default=False, setup=True, doc="whether to compare prim by prim")
     operation: Token = In(default="==", tokens=("==", "!="))
-    result: Any = Out(type=BOOLEANS, doc="an array where each is compared")
+    result: Any = Out(type=BOOLEANS, doc="bool, or array of bools if compared prim by prim")
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """An answer, or an array of them."""
+        """A bool, or an array of bools."""
         return {"result": PortType("bool", array=self.compare_each)}
 
     def compute(self) -> None:
-        """Compare.
+        """Compare the targets.
 
         Raises:
-            BadValueError: there is no such operation, or there are not as many prims.
+            BadValueError: the operation is unknown, or the numbers of prims differ.
         """
         wanted = one_of("operation", self.operation, ("==", "!=")) == "=="
         if not self.compare_each:

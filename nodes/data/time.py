@@ -1,4 +1,4 @@
-"""Time (`omni.graph.nodes`)."""
+"""The clock as a data node (`omni.graph.nodes`)."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from graphengine.nodes.clocked import ClockNode
 
 
 class ReadTime(ClockNode, type="omni.graph.nodes.ReadTime", volatile=True):
-    """Simulation time in several forms; the first tick is at one tick period, and a stop sets time back to 0."""
+    """Reads the simulation time in several forms; the first tick is at one tick period, and a stop resets time to 0."""
 
-    absolute_sim_time: float = Out(unit="s", doc="simulation time since the session began, over all plays")
+    absolute_sim_time: float = Out(unit="s", doc="simulation time since the session began, not reset on stop")
     delta_seconds: float = Out(unit="s", doc="time between two passes of the graph")
     frame: float = Out(doc="number of the tick since play; the first is 1")
-    is_playing: bool = Out(doc="true whenever a graph runs")
+    is_playing: bool = Out(doc="always true when a graph runs")
     time: float = Out(unit="s", doc="simulation time")
-    time_since_start: float = Out(unit="s", doc="the same as absoluteSimTime")
+    time_since_start: float = Out(unit="s", doc="equal to absoluteSimTime")
 
     def compute(self) -> None:
-        """Read it."""
+        """Read the clock."""
         clock = self.clock
         self.time, self.frame, self.delta_seconds = clock.time, float(clock.frame), clock.delta
         self.absolute_sim_time = self.time_since_start = clock.monotonic_time

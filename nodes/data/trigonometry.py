@@ -1,4 +1,4 @@
-"""Functions of angles and those that give angles (`omni.graph.nodes`), of each number in tuples and arrays; all in degrees."""
+"""Trigonometric functions in degrees (`omni.graph.nodes`), applied to each number in tuples and arrays."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from graphengine.nodes.data.unions import DECIMALS
 
 
 def _or_nan(function: Operation) -> Operation:
-    """A function of Python numbers that is NaN where it has no value."""
+    """Extend a function of Python numbers to return NaN outside its domain."""
 
     def total(number: float) -> float:
         try:
@@ -27,20 +27,20 @@ def _or_nan(function: Operation) -> Operation:
 
 
 def _of_degrees(many: Operation, one: Operation) -> tuple[Operation, Operation]:
-    """A function of an angle in radians as one of degrees: of arrays, and of a number."""
+    """Turn functions of radians, for arrays and for single numbers, into functions of degrees."""
     return lambda angles: many(np.radians(angles)), _or_nan(lambda angle: one(math.radians(angle)))
 
 
 def _in_degrees(many: Operation, one: Operation) -> tuple[Operation, Operation]:
-    """A function whose values are in radians as one with values in degrees: of arrays, and of a number."""
+    """Turn functions with results in radians, for arrays and for single numbers, into ones with results in degrees."""
     return lambda values: np.degrees(many(values)), _or_nan(lambda value: math.degrees(one(value)))
 
 
 class _OfAngle(Elementwise):
-    """A function of angles in degrees."""
+    """Base of functions of angles in degrees."""
 
     value_in: Any = In(type=DECIMALS, name="value", required=True, unit="deg")
-    value_out: Any = Out(type=DECIMALS, name="value", doc="of the type of the angle")
+    value_out: Any = Out(type=DECIMALS, name="value", doc="of the angle's type")
 
 
 class Sin(_OfAngle, type="omni.graph.nodes.Sin"):
@@ -62,32 +62,32 @@ class Tan(_OfAngle, type="omni.graph.nodes.Tan"):
 
 
 class _ToAngle(Elementwise):
-    """A function whose values are angles in degrees."""
+    """Base of functions whose results are angles in degrees."""
 
     value_in: Any = In(type=DECIMALS, name="value", required=True, doc="number, tuple or array")
     value_out: Any = Out(type=DECIMALS, name="value", unit="deg")
 
 
 class Asin(_ToAngle, type="omni.graph.nodes.Asin"):
-    """The angle from -90 to 90 degrees whose sine a number is; NaN beyond -1 to 1."""
+    """Arc sine of a number, -90 to 90 degrees; NaN outside of -1 to 1."""
 
     operation, on_numbers = _in_degrees(np.arcsin, math.asin)
 
 
 class Acos(_ToAngle, type="omni.graph.nodes.Acos"):
-    """The angle from 0 to 180 degrees whose cosine a number is; NaN beyond -1 to 1."""
+    """Arc cosine of a number, 0 to 180 degrees; NaN outside of -1 to 1."""
 
     operation, on_numbers = _in_degrees(np.arccos, math.acos)
 
 
 class Atan(_ToAngle, type="omni.graph.nodes.Atan"):
-    """The angle from -90 to 90 degrees whose tangent a number is."""
+    """Arc tangent of a number, -90 to 90 degrees."""
 
     operation, on_numbers = _in_degrees(np.arctan, math.atan)
 
 
 class ATan2(Elementwise, type="omni.graph.nodes.ATan2"):
-    """The angle of a point from the x axis, from -180 to 180 degrees."""
+    """Angle of the point (x, y) from the x axis, -180 to 180 degrees."""
 
     a: Any = In(type=DECIMALS, required=True, doc="y of the point")
     b: Any = In(type=DECIMALS, required=True, doc="x of the point")
@@ -95,17 +95,17 @@ class ATan2(Elementwise, type="omni.graph.nodes.ATan2"):
 
     @staticmethod
     def operation(y: Any, x: Any) -> Any:
-        """Of arrays, in degrees."""
+        """Angles of arrays of points, degrees."""
         return np.degrees(np.arctan2(y, x))
 
     @staticmethod
     def on_numbers(y: float, x: float) -> float:
-        """Of one point, in degrees."""
+        """Angle of one point, degrees."""
         return math.degrees(math.atan2(y, x))
 
 
 class ToDeg(Elementwise, type="omni.graph.nodes.ToDeg"):
-    """An angle in degrees."""
+    """Converts an angle from radians to degrees."""
 
     operation = np.degrees
     on_numbers = math.degrees
@@ -115,7 +115,7 @@ class ToDeg(Elementwise, type="omni.graph.nodes.ToDeg"):
 
 
 class ToRad(Elementwise, type="omni.graph.nodes.ToRad"):
-    """An angle in radians."""
+    """Converts an angle from degrees to radians."""
 
     operation = np.radians
     on_numbers = math.radians

@@ -1,19 +1,19 @@
-"""Types that ports of data nodes take, by OmniGraph's names for such groups.
+"""Union types for ports of data nodes, after OmniGraph's groups of types.
 
-Where a file does not say a literal's type, the first of a group that takes it counts. So whole numbers come first, since they
-widen by themselves; lists of two to four numbers are tuples; and matrices come last, since they say their type.
+A literal without an explicit type gets the first type of the group that accepts it. Integers therefore come first, since they
+widen by themselves; lists of two to four numbers are tuples; matrices come last, since files give their type.
 """
 
 from __future__ import annotations
 
 
 def arrays_of(union: str) -> str:
-    """Arrays of each of some types."""
+    """The array types of the given types."""
     return "|".join(f"{element}[]" for element in union.split("|"))
 
 
 def with_arrays(union: str) -> str:
-    """Some types, and arrays of each."""
+    """The given types and their array types."""
     return f"{union}|{arrays_of(union)}"
 
 
@@ -25,7 +25,7 @@ _ROLES = {"vector": (3,), "point": (3,), "normal": (3,), "color": (3, 4), "quat"
 
 
 def with_roles(letters: str) -> str:
-    """Tuples that mean something, of real numbers: d, f or h."""
+    """Tuple types with roles, for the real bases d, f and h."""
     return "|".join(f"{role}{bits}[{count}]" for role, counts in _ROLES.items() for count in counts for bits in letters)
 
 
@@ -48,5 +48,5 @@ QUATERNIONS = with_arrays("quatd[4]|quatf[4]|quath[4]")
 
 
 def matrices(*sizes: int) -> str:
-    """Square matrices of some sizes, and arrays of them."""
+    """Types of square matrices and of arrays of them."""
     return with_arrays("|".join(f"matrixd[{size}]" for size in sizes))

@@ -1,4 +1,4 @@
-"""Vectors put together, taken apart and measured (`omni.graph.nodes`), single ones and arrays of them."""
+"""Operations on vectors and arrays of vectors (`omni.graph.nodes`)."""
 
 from __future__ import annotations
 
@@ -69,43 +69,43 @@ class BreakVector4(_BreakVector, type="omni.graph.nodes.BreakVector4"):
 
 
 class _MakeVector(Elementwise):
-    """A vector of its components."""
+    """Base of nodes that make a vector from components."""
 
     x: Any = In(type=_COMPONENTS, required=True, doc="number, or array of numbers")
     y: Any = In(type=_COMPONENTS, required=True, doc="number, or array of numbers")
 
     @staticmethod
     def operation(*components: Any) -> Any:
-        """Put arrays together."""
+        """Join arrays of components."""
         return np.stack(np.broadcast_arrays(*components), axis=-1)
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """A tuple of numbers, or an array of arrays."""
+        """A tuple of numbers, or an array of tuples."""
         if output.array:
             return super().lifted(inputs, output)
         number = float if is_real(output) else int
         return lambda *components: tuple(map(number, components))
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """A tuple of the base that holds all components."""
+        """A tuple with the common base of all components."""
         return common({**given, "": PortType("int", len(given))})
 
 
 class MakeVector2(_MakeVector, type="omni.graph.nodes.MakeVector2"):
-    """A vector of two components; of arrays, an array of vectors."""
+    """A vector from two components, or an array of vectors from arrays."""
 
     tuple_out: Any = Out(type=_vectors(2), name="tuple", doc="(x, y)")
 
 
 class MakeVector3(_MakeVector, type="omni.graph.nodes.MakeVector3"):
-    """A vector of three components; of arrays, an array of vectors."""
+    """A vector from three components, or an array of vectors from arrays."""
 
     z: Any = In(type=_COMPONENTS, required=True, doc="number, or array of numbers")
     tuple_out: Any = Out(type=_vectors(3), name="tuple", doc="(x, y, z)")
 
 
 class MakeVector4(_MakeVector, type="omni.graph.nodes.MakeVector4"):
-    """A vector of four components; of arrays, an array of vectors."""
+    """A vector from four components, or an array of vectors from arrays."""
 
     z: Any = In(type=_COMPONENTS, required=True, doc="number, or array of numbers")
     w: Any = In(type=_COMPONENTS, required=True, doc="number, or array of numbers")
@@ -113,13 +113,13 @@ class MakeVector4(_MakeVector, type="omni.graph.nodes.MakeVector4"):
 
 
 class Magnitude(Elementwise, type="omni.graph.nodes.Magnitude"):
-    """The length of a vector; of a number, what it is without its sign."""
+    """Length of a vector, or absolute value of a number."""
 
-    input_in: Any = In(type=PLAIN_NUMERICS, name="input", required=True, doc="number, vector or array of either")
+    input_in: Any = In(type=PLAIN_NUMERICS, name="input", required=True, doc="number, vector, or array of these")
     magnitude: Any = Out(type=PLAIN_NUMERICS)
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Lengths of tuples, or numbers without their signs."""
+        """Compute lengths of tuples, or absolute values of numbers."""
         if inputs[0].count == 1:
             return lift(np.abs, inputs, output, abs)
         if not output.array:
@@ -134,12 +134,12 @@ class Magnitude(Elementwise, type="omni.graph.nodes.Magnitude"):
 
 
 class Normalize(Elementwise, type="omni.graph.nodes.Normalize"):
-    """A vector of length 1 in the direction of another; 0 of 0."""
+    """Unit vector in the direction of a vector; a zero vector stays zero."""
 
     operation = unit
 
-    vector: Any = In(type=with_arrays(REAL_TUPLES), required=True, doc="one, or an array of them")
-    result: Any = Out(type=with_arrays(REAL_TUPLES), doc="of the type of the vector")
+    vector: Any = In(type=with_arrays(REAL_TUPLES), required=True, doc="vector, or array of vectors")
+    result: Any = Out(type=with_arrays(REAL_TUPLES), doc="of the vector's type")
 
 
 _DOT = f"{with_arrays(DECIMAL_TUPLES)}|{arrays_of(f'{REALS}|timecode')}"
@@ -153,20 +153,20 @@ def _dot(a: tuple[float, ...], b: tuple[float, ...]) -> float:
 
 
 class DotProduct(Elementwise, type="omni.graph.nodes.DotProduct"):
-    """The dot product of two vectors; of two arrays of vectors, those of the pairs; an array of numbers is one vector."""
+    """Dot product of two vectors, or of the pairs of two arrays of vectors. An array of numbers counts as one vector."""
 
     on_tuples = _dot
 
-    a: Any = In(type=_DOT, required=True, doc="a vector, or an array of them")
-    b: Any = In(type=_DOT, required=True, doc="as long as a")
-    product: Any = Out(type=with_arrays(f"{REALS}|timecode"), doc="a number, or an array of them")
+    a: Any = In(type=_DOT, required=True, doc="vector, or array of vectors")
+    b: Any = In(type=_DOT, required=True, doc="vector or array of the size of a")
+    product: Any = Out(type=with_arrays(f"{REALS}|timecode"), doc="number, or array of numbers")
 
     @staticmethod
     def operation(a: Any, b: Any) -> Any:
-        """Dot products of arrays.
+        """Compute dot products of arrays.
 
         Raises:
-            BadValueError: they are not as long.
+            BadValueError: the vectors differ in length.
         """
         if a.shape[-1] != b.shape[-1]:
             raise BadValueError("a, b", [a.shape[-1], b.shape[-1]], "of one length")
@@ -176,11 +176,11 @@ class DotProduct(Elementwise, type="omni.graph.nodes.DotProduct"):
         """A number for each pair of vectors.
 
         Raises:
-            ValueError: a and b are vectors of other sizes.
+            ValueError: a and b are vectors of different sizes.
         """
         both = common(given)
         if len({operand.count > 1 for operand in given.values()}) > 1:
-            raise ValueError(f"a is {given['a']} and b is {given['b']}; give vectors that are as long")
+            raise ValueError(f"a is {given['a']} and b is {given['b']}; give vectors of the same length")
         return PortType(both.base, 1, both.array and both.count > 1)
 
 
@@ -189,30 +189,30 @@ def _cross(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[float, ...]:
 
 
 class CrossProduct(Elementwise, type="omni.graph.nodes.CrossProduct"):
-    """The cross product of two vectors; of two arrays of vectors, those of the pairs."""
+    """Cross product of two vectors, or of the pairs of two arrays of vectors."""
 
     operation, on_tuples = np.cross, _cross
 
-    a: Any = In(type=VECTORS, required=True, doc="a vector, or an array of them")
-    b: Any = In(type=VECTORS, required=True, doc="a vector, or an array of as many")
-    product: Any = Out(type=VECTORS, doc="upright on a and b")
+    a: Any = In(type=VECTORS, required=True, doc="vector, or array of vectors")
+    b: Any = In(type=VECTORS, required=True, doc="vector, or array of the length of a")
+    product: Any = Out(type=VECTORS, doc="a x b, perpendicular to both")
 
 
 _POINTS = with_arrays("pointd[3]|pointf[3]|pointh[3]")
 
 
 class Distance3D(Elementwise, type="omni.graph.nodes.Distance3D"):
-    """How far two points are from each other."""
+    """Distance between two points."""
 
     on_tuples = math.dist
 
-    a: Any = In(type=_POINTS, required=True, doc="a point, or an array of them")
-    b: Any = In(type=_POINTS, required=True, doc="a point, or an array of them")
+    a: Any = In(type=_POINTS, required=True, doc="point, or array of points")
+    b: Any = In(type=_POINTS, required=True, doc="point, or array of points")
     distance: Any = Out(type=with_arrays(REALS), unit="m")
 
     @staticmethod
     def operation(a: Any, b: Any) -> Any:
-        """Distances of arrays of points."""
+        """Compute distances between arrays of points."""
         return np.linalg.norm(a - b, axis=-1)
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:

@@ -1,4 +1,4 @@
-"""Publisher of commands for a vehicle that steers."""
+"""Publisher of commands for an Ackermann vehicle."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class ROS2PublishAckermannDrive(SensorPublisher, type="isaacsim.ros2.bridge.ROS2
     jerk: float = In(default=0.0, unit="m/s3")
 
     def message(self) -> Any:
-        """The command."""
+        """Build the command message."""
         values = (self.steering_angle, self.steering_angle_velocity, self.speed, self.acceleration, self.jerk)
         drive = messages.message_class("ackermann_msgs/msg/AckermannDrive")(*values)
         return messages.message_class(self.message_type)(self.header(), drive)

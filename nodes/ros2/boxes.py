@@ -1,4 +1,4 @@
-"""Boxes around what a camera sees, flat in its picture and solid in space."""
+"""Bounding boxes of visible objects, in 2D in a camera's picture and in 3D."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ BOX = np.dtype(
 
 
 def tight_boxes(segmentation: NDArray[np.int32]) -> NDArray[Any]:
-    """The boxes around the pixels of each number but 0, in order of the numbers; what is hidden counts for nothing.
+    """Boxes around the visible pixels of each number except 0, in order of the numbers.
 
-    Edges lie between pixels: a box around the pixel (u, v) alone reaches from u to u + 1 and from v to v + 1.
+    Edges lie between pixels: a box around the single pixel (u, v) reaches from u to u + 1 and from v to v + 1.
 
     Args:
-        segmentation: a number for each pixel, shape (height, width), none below 0.
+        segmentation: number of each pixel, 0 or more, shape (height, width).
     """
     edges = np.zeros(int(segmentation.max(initial=0)) + 1, BOX)
     edges["semanticId"] = np.arange(len(edges))
@@ -58,13 +58,13 @@ _EDGES = np.array(
 def loose_boxes(
     solids: NDArray[Any], intrinsics: tuple[float, float, float, float], size: tuple[int, int], near: float
 ) -> NDArray[Any]:
-    """The boxes around what of solid boxes would be in a picture, were there nothing before them; none for those beside it.
+    """Picture boxes of 3D boxes, occlusion ignored; boxes outside the picture are left out.
 
     Args:
         solids: records of BOX_3D in the camera's optical frame.
         intrinsics: fx, fy, cx, cy in pixels.
         size: width and height of the picture, pixels.
-        near: distance along the optical axis from which on things are seen, m.
+        near: smallest visible distance along the optical axis, m.
     """
     low, high, transforms = (solids[name].astype(float)[:, None] for name in ("low", "high", "transform"))
     corners = (low + (high - low) * _CORNERS) @ transforms[:, 0, :3, :3] + transforms[:, :, 3, :3]
@@ -86,7 +86,7 @@ def loose_boxes(
 
 
 def detections(header: messages.Header, boxes: NDArray[Any]) -> Any:
-    """A vision_msgs/Detection2DArray of boxes, each of which is what it is with certainty."""
+    """A vision_msgs/Detection2DArray of boxes, with score 1."""
     array, detection, box_2d, pose_2d, point_2d = map(
         _class, ("Detection2DArray", "Detection2D", "BoundingBox2D", "Pose2D", "Point2D")
     )
@@ -99,10 +99,10 @@ def detections(header: messages.Header, boxes: NDArray[Any]) -> Any:
 
 
 def detections_3d(header: messages.Header, boxes: NDArray[Any]) -> Any:
-    """A vision_msgs/Detection3DArray of solid boxes, each of which is what it is with certainty.
+    """A vision_msgs/Detection3DArray of boxes, with score 1.
 
     Raises:
-        BadValueError: a transform makes a box flat or endless.
+        BadValueError: a transform gives a box zero or infinite volume.
     """
     array, detection, box_3d = map(_class, ("Detection3DArray", "Detection3D", "BoundingBox3D"))
     low, high, transforms = (boxes[name].astype(float) for name in ("low", "high", "transform"))
@@ -125,9 +125,9 @@ def detections_3d(header: messages.Header, boxes: NDArray[Any]) -> Any:
 
 
 def _quaternions(axes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The rotations that take x, y and z closest to the rows of matrices, as unit quaternions (x, y, z, w) with w >= 0.
+    """Rotations that bring x, y and z closest to the rows of matrices, as unit quaternions (x, y, z, w) with w >= 0.
 
-    Each is the eigenvector of the greatest eigenvalue of a symmetric matrix (Bar-Itzhack, J. Guidance 23, 2000).
+    Each is the eigenvector of the largest eigenvalue of a symmetric matrix (Bar-Itzhack, J. Guidance 23, 2000).
     """
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = axes.transpose(1, 2, 0)
     symmetric = [
@@ -151,16 +151,16 @@ def _class(name: str) -> type[Any]:
 
 
 class BoxPublisher(SensorPublisher):
-    """A publisher of boxes from bytes; a subclass gives their `record`, and `make`, which makes a message of them."""
+    """Base of publishers of boxes from bytes; a subclass defines `record` and `detections`."""
 
     record: ClassVar[np.dtype[Any]]
     make: ClassVar[Callable[[messages.Header, NDArray[Any]], Any]]
 
     frame_id: String = In(default="sim_camera", setup=True)
-    data: UChars = In(doc="records, one after the other")
+    data: UChars = In(doc="records of boxes")
 
     def message(self) -> Any:
-        """The boxes."""
+        """Build the message from the bytes."""
         size = self.record.itemsize
         if len(self.data) % size:
             raise BadValueError("data", len(self.data), f"of {size} bytes a box")
@@ -168,10 +168,10 @@ class BoxPublisher(SensorPublisher):
 
 
 class ROS2PublishBbox2D(BoxPublisher, type="isaacsim.ros2.bridge.ROS2PublishBbox2D"):
-    """Publishes boxes in a picture as vision_msgs/Detection2DArray; the class of each is the number of what is in it.
+    """Publishes 2D boxes in a picture as vision_msgs/Detection2DArray; the class of a box is the number of its object.
 
-    A box is a record of 24 bytes in little endian: its number (uint32), the edges left, top, right and bottom in pixels
-    (int32), and a float32 that does not count.
+    A box is a little-endian record of 24 bytes: its number (uint32), the edges left, top, right and bottom in pixels
+    (int32), and an ignored float32.
     """
 
     message_type: ClassVar[str] = DETECTIONS
@@ -182,11 +182,11 @@ class ROS2PublishBbox2D(BoxPublisher, type="isaacsim.ros2.bridge.ROS2PublishBbox
 
 
 class ROS2PublishBbox3D(BoxPublisher, type="isaacsim.ros2.bridge.ROS2PublishBbox3D"):
-    """Publishes solid boxes as vision_msgs/Detection3DArray; the class of each is the number of what is in it.
+    """Publishes 3D boxes as vision_msgs/Detection3DArray; the class of a box is the number of its object.
 
-    A box is a record of 96 bytes in little endian: its number (uint32), two opposite corners (3 float32 each), the 16 float32
-    of a matrix whose rows are the axes and the origin of the corners' frame, and a float32 that does not count. Published is
-    the middle between the corners, while the reference takes the origin for the centre of every box.
+    A box is a little-endian record of 96 bytes: its number (uint32), two opposite corners (3 float32 each), the 16 float32 of
+    a matrix whose rows are the axes and the origin of the corners' frame, and an ignored float32. The published centre is the
+    middle between the corners; the reference publishes the origin instead.
     """
 
     message_type: ClassVar[str] = DETECTIONS_3D

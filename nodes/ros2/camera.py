@@ -1,4 +1,4 @@
-"""The helper that publishes a camera for as long as the simulation plays."""
+"""The helper node that publishes a camera's pictures while the simulation plays."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ _MESSAGES = {
 
 
 class ROS2CameraHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper"):
-    """Publishes what a camera sees as Image, PointCloud2 or boxes of vision_msgs, from its first execution until stop.
+    """Publishes a camera as Image, PointCloud2 or vision_msgs boxes, from its first execution until stop.
 
-    `rgb` is rgb8; `depth` is the distance along the optical axis in m, 32FC1, inf where nothing was seen; `depth_pcl` is the
-    same as points in the optical frame; both segmentations are the number of the prim seen, 32SC1, 0 for none; `bbox_2d_tight`
-    is a box around the visible pixels of each prim, by its number. For each prim of which a pixel is visible, `bbox_3d` is a
-    box around all of it, along its own axes, in the optical frame, and `bbox_2d_loose` is one around that in the picture; the
-    world itself has neither. A picture is delivered some ticks after it was captured and bears the time of the capture. One that
-    nobody wants is not drawn.
+    `rgb` is rgb8; `depth` is the distance along the optical axis in m, 32FC1, inf for no hit; `depth_pcl` has the same depths
+    as points in the optical frame; both segmentations are the number of the visible prim, 32SC1, 0 for none; `bbox_2d_tight`
+    has a box around the visible pixels of each prim, by its number. For each prim with a visible pixel, `bbox_3d` has a box
+    around the whole prim, along the prim's axes, in the optical frame, and `bbox_2d_loose` has the box around that one in the
+    picture; the world itself has neither. A picture is delivered some ticks after its capture and has the stamp of the
+    capture. Pictures without subscribers are not rendered.
     """
 
     frame_id: String = In(default="sim_camera", setup=True, doc="the camera's optical frame")
@@ -52,10 +52,10 @@ class ROS2CameraHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper
         default="rgb", name="type", setup=True, tokens=_TYPES, doc=f"available are {', '.join(_MESSAGES)}"
     )
     enable_semantic_labels: bool = In(
-        default=False, setup=True, doc="with a segmentation, publish the prim of each number"
+        default=False, setup=True, doc="publish the prim of each number in a segmentation"
     )
     semantic_labels_topic_name: String = In(default="semantic_labels", setup=True)
-    stereo_offset: Float2 = In(default=(0.0, 0.0), doc="no effect: ROS2CameraInfoHelper knows where both cameras are")
+    stereo_offset: Float2 = In(default=(0.0, 0.0), doc="no effect: ROS2CameraInfoHelper reads both cameras")
     srtx_compression_type: String = In(default="hevc", doc="no effect: pictures are not compressed")
 
     camera: Camera = Bound()
@@ -79,7 +79,7 @@ class ROS2CameraHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper
             context.log("warning", f"enableSemanticLabels has no effect: {self.type_in} has no labels")
 
     def update(self) -> None:
-        """Ask for the picture of this tick, and publish the one that is delivered in it, if anybody wants it."""
+        """Request this tick's picture and publish the one delivered in this tick, if there are subscribers."""
         labels = self.labels if self.labels is not None and self.labels.wanted else None
         if not self.publisher.wanted and labels is None:
             return
@@ -97,7 +97,7 @@ class ROS2CameraHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper
             labels.publish(labels_message(self.classes(), header.stamp))
 
     def message(self, header: messages.Header, picture: Picture) -> Any:
-        """The message of the helper's type; None where the picture was asked for without a segmentation."""
+        """Build the message of the node's type; None if the picture lacks a needed segmentation."""
         height, width = picture.depth.shape
         if self.type_in == "rgb":
             return image(header, "rgb8", (width, height), np.ascontiguousarray(picture.rgb))
@@ -118,18 +118,18 @@ class ROS2CameraHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper
         return image(header, "32SC1", (width, height), np.ascontiguousarray(picture.segmentation, "<i4"))
 
     def classes(self) -> dict[str, Any]:
-        """The prim of each number of a segmentation."""
+        """The prim path for each number in a segmentation."""
         paths = {0: "BACKGROUND", **self.camera.labels}
         return {str(number): {"class": path} for number, path in paths.items()}
 
 
 def points_of(depth: NDArray[np.float32], intrinsics: tuple[float, float, float, float]) -> NDArray[np.float32]:
-    """What a depth image saw as points in the camera's optical frame, m, shape (n, 3), row after row.
+    """Points of a depth image in the camera's optical frame, m, shape (n, 3), row after row.
 
-    The optical frame has x to the right, y down and z ahead: a pixel (u, v) of depth z is z ((u - cx) / fx, (v - cy) / fy, 1).
+    The optical frame has x right, y down and z forward: a pixel (u, v) of depth z is z ((u - cx) / fx, (v - cy) / fy, 1).
 
     Args:
-        depth: along the optical axis, m, not finite where nothing was seen.
+        depth: distance along the optical axis, m; not finite for no hit.
         intrinsics: fx, fy, cx, cy in pixels.
     """
     fx, fy, cx, cy = intrinsics

@@ -1,4 +1,4 @@
-"""CameraInfo: how a camera projects points into its picture."""
+"""CameraInfo messages: the calibration of cameras."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ Matrices = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 
 
 class ROS2PublishCameraInfo(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishCameraInfo"):
-    """Publishes matrices and distortion as sensor_msgs/CameraInfo; matrices that are not given are zero."""
+    """Publishes matrices and distortion as sensor_msgs/CameraInfo; missing matrices are zero."""
 
     message_type: ClassVar[str] = "sensor_msgs/msg/CameraInfo"
 
@@ -46,15 +46,15 @@ class ROS2PublishCameraInfo(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
     topic_name: String = In(default="camera_info", setup=True)
     width: UInt = In(default=0, unit="pixel")
     height: UInt = In(default=0, unit="pixel")
-    projection_type: Token = In(default="", doc="stands in for physicalDistortionModel, without coefficients")
+    projection_type: Token = In(default="", doc="used if physicalDistortionModel is empty, without coefficients")
     k: Doubles = In(doc="9 numbers row by row: focal lengths and optical axis, pixels")
-    r: Doubles = In(doc="9 numbers row by row: rotation that makes a stereo pair's rows the same")
+    r: Doubles = In(doc="9 numbers row by row: rectifying rotation of a stereo camera")
     p: Doubles = In(doc="12 numbers row by row: projection of points in the rectified frame")
     physical_distortion_model: Token = In(default="", doc="such as plumb_bob or rational_polynomial")
     physical_distortion_coefficients: Floats = In()
 
     def message(self) -> messages.CameraInfo:
-        """What the ports say."""
+        """Build the message from the inputs."""
         model, coefficients = self.physical_distortion_model, self.physical_distortion_coefficients
         matrices = _matrix("k", self.k, 9), _matrix("r", self.r, 9), _matrix("p", self.p, 12)
         if not model:
@@ -72,7 +72,7 @@ def _matrix(name: str, given: NDArray[np.float64], count: int) -> NDArray[np.flo
 def camera_info(
     header: messages.Header, size: tuple[int, int], model: str, distortion: NDArray[np.float64], matrices: Matrices
 ) -> messages.CameraInfo:
-    """The message of a whole picture without binning; matrices are K, R and P."""
+    """The message for a full picture without binning; matrices are K, R and P."""
     k, r, p = matrices
     whole = messages.RegionOfInterest(0, 0, 0, 0, False)  # zeros stand for all of the sensor
     return messages.CameraInfo(header, size[1], size[0], model, distortion, k, r, p, 0, 0, whole)
@@ -80,11 +80,11 @@ def camera_info(
 
 @functools.lru_cache(maxsize=64)
 def pinhole_matrices(intrinsics: tuple[float, float, float, float], baseline: float = 0.0) -> Matrices:
-    """K, R and P of a pinhole camera whose picture is rectified as it is; messages share them.
+    """K, R and P of a pinhole camera with a rectified picture; messages share the arrays.
 
     Args:
         intrinsics: fx, fy, cx, cy in pixels.
-        baseline: of the right camera of a stereo pair, how far it is to the right of the left one, m.
+        baseline: distance of a stereo pair's right camera from the left one, m; 0 for other cameras.
     """
     fx, fy, cx, cy = intrinsics
     k = np.array([fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0])
@@ -97,7 +97,7 @@ def pinhole_matrices(intrinsics: tuple[float, float, float, float], baseline: fl
 
 @dataclass(frozen=True, slots=True)
 class Eye:
-    """A camera whose calibration is published, how far it is to the right of the other one, and where to."""
+    """A published camera with its stereo baseline and its topic."""
 
     camera: Camera
     baseline: float
@@ -106,19 +106,19 @@ class Eye:
 
 
 class ROS2CameraInfoHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraInfoHelper"):
-    """Publishes the calibration of a camera, or of a stereo pair, as CameraInfo with each of its pictures.
+    """Publishes the calibration of a camera or a stereo pair as CameraInfo, once for each picture.
 
-    A message goes out in the tick, and with the stamp, of the picture it belongs to, whether or not anybody has that drawn.
-    Cameras are pinholes without distortion and with square pixels, which count from the middle of the first: cx is
-    (width - 1) / 2. Those of a pair have parallel axes and stand side by side, so their pictures are rectified as they are: R is
-    1, and P of the right one has -fx times the distance between them.
+    A message is sent in the tick and with the stamp of its picture, even if the picture itself is not rendered. Cameras are
+    pinholes without distortion and with square pixels, counted from the centre of the first: cx is (width - 1) / 2. The cameras
+    of a pair have parallel axes and stand side by side, so their pictures are already rectified: R is the identity, and P of
+    the right camera has -fx times the baseline.
     """
 
-    frame_id: String = In(default="sim_camera", setup=True, doc="the camera's optical frame; the left one's of a pair")
+    frame_id: String = In(default="sim_camera", setup=True, doc="optical frame of the camera, or of a pair's left one")
     topic_name: String = In(default="camera_info", setup=True)
     frame_id_right: String = In(default="sim_camera_right", setup=True)
     topic_name_right: String = In(default="camera_info_right", setup=True)
-    render_product_path_right: Token = In(default="", setup=True, doc="of the right camera of a stereo pair")
+    render_product_path_right: Token = In(default="", setup=True, doc="render product of a stereo pair's right camera")
 
     eyes: tuple[Eye, ...] = Bound()
     captured: deque[tuple[int, float]] = State(factory=deque)
@@ -134,15 +134,15 @@ class ROS2CameraInfoHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraIn
             self.eyes += (self.eye(context, right, baseline, self.topic_name_right, self.frame_id_right),)
 
     def eye(self, context: Context, camera: Camera, baseline: float, topic: str, frame_id: str) -> Eye:
-        """A camera with its topic."""
+        """A camera with its baseline, and its opened topic."""
         publisher = self.open_for(context, camera, "sensor_msgs/msg/CameraInfo", topic, frame_id=frame_id)
         return Eye(camera, baseline, publisher, frame_id)
 
     def baseline(self, context: Context, left: Camera, right: Camera) -> float:
-        """How far the right camera is to the right of the left one, m.
+        """The distance of the right camera from the left one, m.
 
         Raises:
-            ContextError: the two are no rectified pair.
+            ContextError: the cameras are not a rectified stereo pair.
         """
         pair, path = f"{left.prim_path} and {right.prim_path}", self.render_product_path_right
         if (left.size, left.intrinsics, left.rate) != (right.size, right.intrinsics, right.rate):
@@ -153,19 +153,19 @@ class ROS2CameraInfoHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraIn
         (x, y, z), (qx, qy, qz, _) = link.fixed
         if max(abs(qx), abs(qy), abs(qz)) > _PARALLEL / 2 or max(abs(y), abs(z)) > _PARALLEL * abs(x):
             legal = "the axes have to be parallel, and the cameras side by side"
-            raise ContextError(f"{pair} are no rectified stereo pair", path, legal)
+            raise ContextError(f"{pair} are not a rectified stereo pair", path, legal)
         if x <= 0.0:
             raise ContextError(f"{right.prim_path} is not to the right of {left.prim_path}", path, "exchange the two")
         return x
 
     def compute(self) -> None:
-        """Begin, or end, to publish."""
+        """Start or end publishing, as `enabled` says."""
         super().compute()
         if not self.enabled:
             self.captured.clear()
 
     def update(self) -> None:
-        """Publish the calibration of the picture whose turn it is, if anybody wants it."""
+        """Publish the calibration for the picture of this tick, if there are subscribers."""
         camera, clock = self.eyes[0].camera, self.clock
         if camera.due and not self.left_out(camera.index):
             self.captured.append((clock.frame + camera.latency, clock.time))
@@ -177,7 +177,7 @@ class ROS2CameraInfoHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraIn
                 eye.publisher.publish(self.message(eye, time))
 
     def message(self, eye: Eye, time: float) -> messages.CameraInfo:
-        """The calibration of one camera, with the time of a picture."""
+        """Build the message of one camera, with the time of a picture."""
         header = messages.header(self.stamp(time), eye.frame_id)
         matrices = pinhole_matrices(eye.camera.intrinsics, eye.baseline)
         return camera_info(header, eye.camera.size, "plumb_bob", _NO_DISTORTION, matrices)

@@ -1,4 +1,4 @@
-"""The ROS 2 domain that endpoints live in."""
+"""ROS 2 domains for topics and services."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from graphengine.node import Bound, Context, In, Node, Out, UChar, UInt64
 
 
 class ROS2Context(Node, type="isaacsim.ros2.bridge.ROS2Context"):
-    """Handle of a ROS 2 domain."""
+    """Provides the handle of a ROS 2 domain."""
 
     domain_id: UChar = In(
-        default=0, setup=True, name="domain_id", doc="used when the environment does not say, or is not asked"
+        default=0, setup=True, name="domain_id", doc="used without ROS_DOMAIN_ID or useDomainIDEnvVar"
     )
-    use_domain_id_env_var: bool = In(default=True, setup=True, name="useDomainIDEnvVar", doc="ROS_DOMAIN_ID wins")
+    use_domain_id_env_var: bool = In(default=True, setup=True, name="useDomainIDEnvVar", doc="prefer ROS_DOMAIN_ID")
     context: UInt64 = Out(default=0)
 
     handle: int = Bound()
@@ -21,5 +21,5 @@ class ROS2Context(Node, type="isaacsim.ros2.bridge.ROS2Context"):
         self.handle = context.ros_context(self.domain_id, self.use_domain_id_env_var)
 
     def compute(self) -> None:
-        """Hand it on."""
+        """Fire; `setup` has set the handle."""
         self.context = self.handle

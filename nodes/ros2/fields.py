@@ -1,8 +1,8 @@
-"""Ports made from the fields of a message, as OmniGraph's generic ROS 2 nodes have them.
+"""Ports for the fields of a message, as on OmniGraph's generic ROS 2 nodes.
 
-A field within another has the path of both for its name, as in `header:frame_id`. Numbers of up to 32 bits are `int` and `uint`
-but for bytes, which are `uchar`; texts are tokens, arrays are arrays of these. An array of messages is an array of tokens, each
-one message as JSON.
+The port of a nested field is named by its path, such as `header:frame_id`. Numbers of up to 32 bits are `int` and `uint`, except
+bytes, which are `uchar`; texts are tokens, arrays are arrays of these types. An array of messages is an array of tokens, each
+of which is one message as JSON.
 """
 
 from __future__ import annotations
@@ -65,14 +65,14 @@ _NARROW = {
 
 
 class Leaf:
-    """A field that is one port: a number, a text, or an array.
+    """A message field with one port: a number, a text or an array.
 
     Args:
-        path: ROS's names of the fields that lead to it.
-        attributes: the same as Python has them.
-        kind: its type.
+        path: ROS names of the fields along its path.
+        attributes: Python names of these fields.
+        kind: type of the field.
         definitions: message types.
-        part: of a service, `Request` or `Response`; empty for a message.
+        part: `Request` or `Response` of a service; empty for a message.
     """
 
     def __init__(
@@ -100,7 +100,7 @@ class Leaf:
         """Whether port and message have the same value, and the encoder alone tells whether it is legal."""
 
     def port(self, make: Callable[..., Any], name: str, initial: Any) -> Any:
-        """The field of a node class, by what the message holds before anybody writes to it."""
+        """The port's field for a node class, with the value of a new message as its default."""
         facts: dict[str, Any] = {"name": name, "doc": written(self.kind)}
         facts["type"] = PORT_TYPES.get(self.element, "token") + ("[]" if self.is_array else "")
         if self.element in _NARROW and not self.is_array:
@@ -108,7 +108,7 @@ class Leaf:
         return make(default=self.to_port(initial), **facts)
 
     def to_port(self, value: Any) -> Any:
-        """What a message holds, as the port has it."""
+        """Convert a message's value to the port's representation."""
         if not self.is_array:
             return value & 0xFF if self.element == "byte" else value
         if not self.element:
@@ -120,10 +120,10 @@ class Leaf:
         return value.astype(_port_dtype(self.element), copy=False)
 
     def from_port(self, value: Any) -> Any:
-        """What the port has, as a message holds it.
+        """Convert a port's value to the message's representation.
 
         Raises:
-            MessageError: the message cannot hold it; of a single number only the encoder tells.
+            MessageError: the message cannot hold the value; the range of single numbers is only checked by the encoder.
         """
         if self.plain:
             return value
@@ -139,7 +139,7 @@ class Leaf:
         return value
 
     def takes(self, value: Any) -> bool:
-        """Whether a message can hold what the port has."""
+        """Whether a message can hold the port's value."""
         try:
             return not find_fault(self.from_port(value), self.kind, self.name, self.definitions.fields)
         except MessageError:
@@ -151,7 +151,7 @@ class Leaf:
         low, high = _NARROW.get(self.element, (0, 0))
         if high and len(value) and (value.max() > high or (low and value.min() < low)):
             wrong = next(number for number in value.tolist() if not low <= number <= high)
-            raise MessageError(f"{self.name} has {wrong} in it, which is no {self.element}")
+            raise MessageError(f"{self.name} contains {wrong}, which is not a {self.element}")
         return np.ascontiguousarray(value, dtype_of(self.element))
 
     def _message(self, text: str, place: str) -> Any:
@@ -164,14 +164,14 @@ class Leaf:
 
 @dataclass(frozen=True)
 class Layout:
-    """How the ports of a node make a message, and a message its ports.
+    """The mapping between the ports of a node and the fields of a message.
 
-    Two layouts of one class are equal: the class is made of its definition.
+    Two layouts of the same message class are equal.
 
     Args:
-        message_class: of the message.
+        message_class: class of the message.
         definitions: message types.
-        part: of a service, `Request` or `Response`, which is in front of the ports' names; empty for a message.
+        part: `Request` or `Response` of a service, used as prefix of port names; empty for a message.
     """
 
     message_class: type[Any]
@@ -185,7 +185,7 @@ class Layout:
 
     @functools.cached_property
     def leaves(self) -> tuple[Leaf, ...]:
-        """One for each port, in the order of the definition."""
+        """The leaves of the message, one per port, in the order of the definition."""
         fields = _leaves(self.message_type, (), (), self.definitions, self.part)
         found = tuple(itertools.islice(fields, MAX_PORTS + 1))
         if len(found) > MAX_PORTS:
@@ -200,7 +200,7 @@ class Layout:
 
         Args:
             make: `In` or `Out`.
-            taken: names of the node's other ports; a field of such a name gets `message:` in front.
+            taken: names of the node's other ports; a field with such a name gets the prefix `message:`.
         """
         initial, found = self.definitions.initial(self.message_type), dict[str, Any]()
         for leaf in self.leaves:
@@ -209,18 +209,18 @@ class Layout:
         return found
 
     def read(self, node: Node) -> Any:
-        """A message of what the ports hold.
+        """A message with the values of the ports.
 
         Raises:
-            MessageError: it cannot hold that.
+            MessageError: the message cannot hold a value.
         """
         return self._make(iter([leaf.from_port(getattr(node, leaf.attribute)) for leaf in self.leaves]))
 
     def send(self, node: Node, publish: Callable[[Any], object]) -> None:
-        """Call `publish` with a message of what the ports hold.
+        """Call `publish` with a message of the ports' values.
 
         Raises:
-            BadValueError: the message cannot hold that.
+            BadValueError: the message cannot hold a value.
         """
         try:
             publish(self.read(node))
@@ -233,15 +233,15 @@ class Layout:
             raise BadValueError(ports, wrong[0][1] if wrong else [value for *_, value in held]) from error
 
     def write(self, node: Node, message: Any) -> None:
-        """Let the ports hold what a message does."""
+        """Set the ports to the values of a message."""
         for leaf in self.leaves:
             setattr(node, leaf.attribute, leaf.to_port(leaf.of(message)))
 
     def check(self, node: Node) -> None:
-        """See that a message can be made of what the ports hold.
+        """Check that a message can hold the ports' values.
 
         Raises:
-            ContextError: it cannot.
+            ContextError: the message cannot hold a value.
         """
         for leaf in self.leaves:
             value = getattr(node, leaf.attribute)
@@ -256,7 +256,7 @@ class Layout:
 
 
 def _maker(message_type: str, definitions: Definitions) -> Callable[[Iterator[Any]], Any]:
-    """What makes a message of its leaves, one after the other."""
+    """A function that builds a message from the values of its leaves, in order."""
     message_class = definitions.message_class(message_type)
     nested = [message_of(kind) for _, kind in definitions.fields(message_type)]
     parts = [_maker(part, definitions) if part else next for part in nested]
@@ -264,13 +264,13 @@ def _maker(message_type: str, definitions: Definitions) -> Callable[[Iterator[An
 
 
 class MissingMessageError(ContextError):
-    """The file does not say which message."""
+    """The file does not name the message type."""
 
     code = "G208"
 
 
 def find_layout(literals: Mapping[str, Any], definitions: Definitions) -> Layout:
-    """The layout of the message that a node's literals name.
+    """The layout of the message named by a node's literals.
 
     Args:
         literals: `messagePackage`, `messageSubfolder` and `messageName` of the file.
@@ -278,13 +278,13 @@ def find_layout(literals: Mapping[str, Any], definitions: Definitions) -> Layout
 
     Raises:
         MissingMessageError: a literal is missing.
-        MessageTypeError: there is no such message.
+        MessageTypeError: the message type is unknown.
     """
     return Layout(definitions.message_class(_named(literals, "msg")), definitions)
 
 
 def find_service(literals: Mapping[str, Any], definitions: Definitions) -> tuple[Layout, Layout]:
-    """The layouts of the request and of the response of the service that a node's literals name.
+    """The layouts of request and response of the service named by a node's literals.
 
     Arguments and errors as for `find_layout`.
     """
@@ -294,10 +294,10 @@ def find_service(literals: Mapping[str, Any], definitions: Definitions) -> tuple
 
 
 def expect(made_of: str | None, named: str) -> None:
-    """See that a node's inputs name what its ports were made of.
+    """Check that a node's inputs name the type for which its ports were made.
 
     Raises:
-        ContextError: they name something else by now.
+        ContextError: the inputs name another type.
     """
     if made_of != named:
         raise ContextError(
@@ -308,12 +308,12 @@ def expect(made_of: str | None, named: str) -> None:
 
 
 def _named(literals: Mapping[str, Any], subfolder: str) -> str:
-    """The type that literals name, in that folder of its package if they name none."""
+    """The type named by literals; `subfolder` is the default of the folder in the package."""
     words = {"messageSubfolder": subfolder, **literals}
     names = [words.get(name) for name in ("messagePackage", "messageSubfolder", "messageName")]
     if None in names or "" in names:
         remedy = "write messagePackage and messageName below `inputs:`; a wire comes too late for ports"
-        raise MissingMessageError("the fields of its message are its ports, and it has no message", None, remedy)
+        raise MissingMessageError("its ports are the fields of a message, and it names no message", None, remedy)
     return "/".join(map(str, names))
 
 

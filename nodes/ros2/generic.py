@@ -1,4 +1,4 @@
-"""Publisher and subscriber of any message, whose fields are ports."""
+"""Publisher and subscriber for any message type, with a port for each field."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from graphengine.nodes.ros2.publisher import TopicNode
 
 
 class GenericNode(TopicNode):
-    """A node with one topic, whose message its inputs name; the file gives them, for ports are made before wires are read."""
+    """Base of nodes with one topic, whose message type is given by literals, as ports are made before wires are read."""
 
     layout: ClassVar[Layout]
 
     topic_name: String = In(default="topic", setup=True)
     message_package: String = In(required=True, setup=True, doc="package of the message, such as geometry_msgs")
-    message_subfolder: String = In(default="msg", setup=True, doc="where in the package the message is defined")
+    message_subfolder: String = In(default="msg", setup=True, doc="folder of the message in the package")
     message_name: String = In(required=True, setup=True, doc="such as Twist")
 
     def bind(self) -> Layout:
-        """The layout that the class was made with.
+        """The layout of the class.
 
         Raises:
-            ContextError: the inputs name another message by now.
+            ContextError: the inputs name another message.
         """
         named = f"{self.message_package}/{self.message_subfolder}/{self.message_name}"
         layout: Layout | None = getattr(self, "layout", None)
@@ -36,10 +36,10 @@ class GenericNode(TopicNode):
 
 
 class ROS2Publisher(GenericNode, type="isaacsim.ros2.bridge.ROS2Publisher"):
-    """Publishes any message; its fields are inputs, such as `linear:x` of a Twist.
+    """Publishes a message of any type; its fields are inputs, such as `linear:x` of a Twist.
 
     `graphrun nodes ROS2Publisher --message geometry_msgs/msg/Twist` shows them. An array of messages is an array of texts,
-    each a message as JSON. What nobody sets is as in a new message of ROS 2: zero, but for the w of a quaternion, which is 1.
+    each a message as JSON. Fields that are not set have the default of ROS 2: zero, and 1 for the w of a quaternion.
     """
 
     exec_out = ExecOut()
@@ -48,7 +48,7 @@ class ROS2Publisher(GenericNode, type="isaacsim.ros2.bridge.ROS2Publisher"):
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """An input for each field."""
+        """Make an input for each field."""
         layout = find_layout(literals, definitions)
         return {"layout": layout, **layout.ports(In, {port.name for port in cls.fields.values()})}
 
@@ -59,24 +59,24 @@ class ROS2Publisher(GenericNode, type="isaacsim.ros2.bridge.ROS2Publisher"):
         self.publisher = self.open_topic(context, layout.message_type, self.topic_name)
 
     def compute(self) -> None:
-        """Send a message, if anybody wants it.
+        """Publish a message, if the topic has subscribers.
 
         Raises:
-            BadValueError: the message cannot hold what an input does.
+            BadValueError: the message cannot hold an input's value.
         """
         if self.publisher.wanted:
             self.layout.send(self, self.publisher.publish)
 
 
 class ROS2Subscriber(GenericNode, type="isaacsim.ros2.bridge.ROS2Subscriber"):
-    """Delivers any message; its fields are outputs, such as `linear:x` of a Twist.
+    """Receives messages of any type; their fields are outputs, such as `linear:x` of a Twist.
 
     `graphrun nodes ROS2Subscriber --message geometry_msgs/msg/Twist` shows them. An array of messages is an array of texts,
-    each a message as JSON. Of several messages in a tick each one runs what hangs on `execOut`, oldest first.
+    each a message as JSON. Each message of a tick fires `execOut` once, oldest first.
     """
 
     delivery: Token = In(
-        default="each", tokens=("each", "newest"), extension=True, doc="every message of a tick, or the newest alone"
+        default="each", tokens=("each", "newest"), extension=True, doc="all messages of a tick, or only the newest"
     )
     exec_out = ExecOut(doc="fires for each message")
 
@@ -84,7 +84,7 @@ class ROS2Subscriber(GenericNode, type="isaacsim.ros2.bridge.ROS2Subscriber"):
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """An output for each field."""
+        """Make an output for each field."""
         layout = find_layout(literals, definitions)
         return {"layout": layout, **layout.ports(Out)}
 
@@ -93,7 +93,7 @@ class ROS2Subscriber(GenericNode, type="isaacsim.ros2.bridge.ROS2Subscriber"):
         self.subscription = self.listen(context, self.bind().message_type, self.topic_name)
 
     def compute(self) -> Pushes:
-        """Deliver what came."""
+        """Yield once for each message, after setting the outputs."""
         if self.delivery == "newest":
             newest = self.subscription.newest()
             arrived = () if newest is None else (newest,)

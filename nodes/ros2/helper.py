@@ -1,4 +1,4 @@
-"""What the helpers of sensors have in common: they publish samples for as long as the simulation plays."""
+"""The base of helper nodes, which publish a sensor's samples while the simulation plays."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from graphengine.nodes.ros2.publisher import TopicNode
 
 
 class SensorHelper(TopicNode):
-    """Publishes from its first execution until stop; a subclass binds the sensor in `setup` and sends in `update`.
+    """Base of nodes that publish from first execution to stop; a subclass binds the sensor in `setup` and sends in `update`.
 
-    Topics' namespaces are collected from the sensor's prim.
+    Namespaces of topics are collected from the sensor's prim.
     """
 
-    enabled: bool = In(default=True, doc="when false, an execution ends the publishing")
+    enabled: bool = In(default=True, doc="false: an execution ends publishing")
     render_product_path: Token = In(
-        required=True, setup=True, doc="of IsaacCreateRenderProduct, or the prim path of the sensor"
+        required=True, setup=True, doc="path from IsaacCreateRenderProduct, or the sensor's prim path"
     )
-    reset_simulation_time_on_stop: bool = In(default=True, doc="stamps count from play; else over stop and play")
-    use_system_time: bool = In(default=False, doc="stamps are wall time, and no two runs are alike")
-    frame_skip_count: UInt = In(default=0, setup=True, doc="deprecated: samples to leave out after each one")
+    reset_simulation_time_on_stop: bool = In(default=True, doc="stamps since play, else since the session began")
+    use_system_time: bool = In(default=False, doc="use wall time for stamps; runs are then not reproducible")
+    frame_skip_count: UInt = In(default=0, setup=True, doc="deprecated: number of samples to skip after each one")
 
     clock: Clock = Bound()
 
@@ -31,24 +31,24 @@ class SensorHelper(TopicNode):
         self.clock = context.clock
 
     def open_for(self, context: Context, sensor: TickSensor, message_type: str, topic: str, **facts: Any) -> Publisher:
-        """A topic for a sensor's samples; `facts` as for `Context.publisher`."""
+        """Open a topic for a sensor's samples; `facts` as for `Context.publisher`."""
         rate = min(sensor.rate, 1.0 / self.clock.delta) / (self.frame_skip_count + 1)
         return self.open_topic(context, message_type, topic, namespace_from=sensor.prim_path, rate=rate, **facts)
 
     def compute(self) -> None:
-        """Begin, or end, to publish."""
+        """Start or end publishing, as `enabled` says."""
         self.active = self.enabled
 
     def update(self) -> None:
-        """Publish what is due in this tick and wanted."""
+        """Publish the sample due in this tick, if the topic has subscribers."""
         raise NotImplementedError
 
     def left_out(self, index: int) -> bool:
-        """Whether `frameSkipCount` leaves out the sample of that number, which then need not be taken."""
+        """Whether `frameSkipCount` skips the sample with this number, which then need not be taken."""
         return index % (self.frame_skip_count + 1) != 0
 
     def stamp(self, time: float) -> float:
-        """What the header of a sample says that was taken at a time since play, s."""
+        """The stamp (s) for a sample taken at a time since play (s)."""
         if self.use_system_time:
             return self.clock.wall_time
         if self.reset_simulation_time_on_stop:

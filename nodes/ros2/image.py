@@ -1,4 +1,4 @@
-"""Image: rows of pixels, whose encoding says what a pixel is."""
+"""Image messages: rows of pixels with an encoding."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ PIXEL_BYTES = {"rgb8": 3, "rgba8": 4, "32FC1": 4, "32SC1": 4}
 
 
 def image(header: messages.Header, encoding: str, size: tuple[int, int], pixels: Buffer) -> messages.Image:
-    """An image around a buffer of its pixels, which is not copied.
+    """An image message that refers to a buffer of pixels without copying it.
 
     Args:
         header: time and frame.
         encoding: one of PIXEL_BYTES.
         size: width and height.
-        pixels: row after row from the upper edge, numbers in little endian.
+        pixels: rows from the upper edge, little-endian numbers.
 
     Raises:
-        BadValueError: there is no such encoding, or the buffer does not have the bytes of such an image.
+        BadValueError: the encoding is unknown, or the size of the buffer does not match.
     """
     width, height = size
     data, step = np.frombuffer(pixels, np.uint8), width * PIXEL_BYTES[one_of("encoding", encoding, PIXEL_BYTES)]
@@ -42,16 +42,16 @@ class ROS2PublishImage(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishIm
 
     frame_id: String = In(default="sim_camera", setup=True)
     topic_name: String = In(default="rgb", setup=True)
-    data: UChars = In(doc="pixels, row after row from the upper edge")
+    data: UChars = In(doc="rows of pixels from the upper edge")
     width: UInt = In(default=0, unit="pixel")
     height: UInt = In(default=0, unit="pixel")
-    encoding: Token = In(default="rgb8", tokens=tuple(PIXEL_BYTES), doc="what a pixel is")
-    data_ptr: Buffer = In(default=0, doc="pixels, where no array is given")
+    encoding: Token = In(default="rgb8", tokens=tuple(PIXEL_BYTES), doc="format of a pixel")
+    data_ptr: Buffer = In(default=0, doc="buffer of pixels, if the array is empty")
     cuda_device_index: Int = In(default=-1, doc="no effect: buffers are in the host's memory")
-    buffer_size: UInt = In(default=0, doc="no effect: a buffer knows its size")
-    format: UInt64 = In(default=0, doc="no effect: encoding tells")
+    buffer_size: UInt = In(default=0, doc="no effect: a buffer has its size")
+    format: UInt64 = In(default=0, doc="no effect: follows from encoding")
 
     def message(self) -> messages.Image:
-        """The pixels."""
+        """Build the message from the pixels."""
         pixels = self.data_ptr if not len(self.data) and not isinstance(self.data_ptr, int) else self.data
         return image(self.header(), self.encoding, (self.width, self.height), pixels)

@@ -1,4 +1,4 @@
-"""Imu: what an inertial unit measured."""
+"""Publisher of IMU readings."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _ABSENT.setflags(write=False)
 
 
 class ROS2PublishImu(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishImu"):
-    """Publishes a reading as sensor_msgs/Imu; what is left out is zero and has -1 for the first number of its covariance."""
+    """Publishes a reading as sensor_msgs/Imu; a disabled quantity is zero, with -1 as the first number of its covariance."""
 
     message_type: ClassVar[str] = "sensor_msgs/msg/Imu"
 
@@ -31,7 +31,7 @@ class ROS2PublishImu(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishImu"
     angular_velocity: Vector3d = In(default=(0.0, 0.0, 0.0), unit="rad/s", doc="in the sensor's frame")
 
     def message(self) -> messages.Imu:
-        """The reading."""
+        """Build the message from the reading."""
         turned, accelerates, turns = (
             self.publish_orientation,
             self.publish_linear_acceleration,

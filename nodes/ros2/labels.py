@@ -1,4 +1,4 @@
-"""Publishers of what numbers in a picture or a cloud of points stand for, as JSON in std_msgs/String."""
+"""Publishers of labels for the numbers in a segmentation or point cloud, as JSON in std_msgs/String."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _ENTRY = np.dtype([("id", "<u8", 2), ("length", "<u4"), ("offset", "<u4")])
 
 
 def labels_message(labels: Mapping[str, Any], stamp: messages.Time) -> messages.String:
-    """Labels and a time as one JSON object."""
+    """A message with labels and a time as one JSON object."""
     return messages.String(json.dumps({**labels, "time_stamp": {"sec": stamp.sec, "nanosec": stamp.nanosec}}))
 
 
 class LabelPublisher(PublisherNode):
-    """A publisher of a JSON object with the time; a subclass gives `labels`."""
+    """Base of publishers of labels; a subclass defines `labels`."""
 
     message_type: ClassVar[str] = "std_msgs/msg/String"
 
@@ -32,27 +32,27 @@ class LabelPublisher(PublisherNode):
     time_stamp: float = In(default=0.0, unit="s")
 
     def message(self) -> messages.String:
-        """What the numbers stand for, and the time."""
+        """Build the message from the labels and the time."""
         return labels_message(self.labels(), stamp(self.time_stamp))
 
     def labels(self) -> dict[str, Any]:
-        """What the numbers stand for."""
+        """The label of each number."""
         raise NotImplementedError
 
 
 class ROS2PublishSemanticLabels(LabelPublisher, type="isaacsim.ros2.bridge.ROS2PublishSemanticLabels"):
-    """Publishes the label of each number of a segmentation: from idToLabels where it is given, else from ids and labels.
+    """Publishes the labels of a segmentation's numbers, from idToLabels if it is set, else from ids and labels.
 
     A label that begins with `class:` becomes `{"class": …}`.
     """
 
-    ids: UInts = In(doc="numbers")
-    labels_in: Tokens = In(name="labels", doc="one for each of ids")
+    ids: UInts = In(doc="numbers in the segmentation")
+    labels_in: Tokens = In(name="labels", doc="one label for each of ids")
     semantics: Tokens = In(doc="no effect")
-    id_to_labels: String = In(doc="a JSON object from numbers to labels")
+    id_to_labels: String = In(doc="JSON object with a label for each number")
 
     def labels(self) -> dict[str, Any]:
-        """One for each number."""
+        """The label of each number."""
         if self.id_to_labels:
             try:
                 given = json.loads(self.id_to_labels)
@@ -71,14 +71,14 @@ def _label(label: str) -> Any:
 
 
 class ROS2PublishObjectIdMap(LabelPublisher, type="isaacsim.ros2.bridge.ROS2PublishObjectIdMap"):
-    """Publishes the prim of each object number of a cloud of points, from a buffer that maps them.
+    """Publishes the prim paths of a point cloud's object numbers, from a buffer.
 
-    The buffer begins with one entry for each object: its number in 16 bytes, then the length and the offset of its path, in 4
-    each; after the paths, the last 4 bytes are how many entries there are. All is in little endian.
+    The little-endian buffer begins with one entry per object: its number (16 bytes), then length and offset of its path (4 bytes
+    each). The paths follow. The last 4 bytes are the number of entries.
     """
 
-    data_ptr: Buffer = In(default=0, doc="the map")
-    buffer_size: UInt = In(default=0, doc="no effect: a buffer knows its size")
+    data_ptr: Buffer = In(default=0, doc="buffer of the map")
+    buffer_size: UInt = In(default=0, doc="no effect: a buffer has its size")
 
     def labels(self) -> dict[str, Any]:
         """The path of each object."""

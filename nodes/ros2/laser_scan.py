@@ -1,4 +1,4 @@
-"""LaserScan from arrays: one row of ranges."""
+"""Publisher of LaserScan from arrays."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from graphengine.nodes.ros2.publisher import SensorPublisher
 
 
 class ROS2PublishLaserScan(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishLaserScan"):
-    """Publishes a row of ranges as sensor_msgs/LaserScan, with the angles and times that the ports say.
+    """Publishes a row of ranges as sensor_msgs/LaserScan, with angles and times from the inputs.
 
-    Beams count as fired one after another in a turn of 1 / rotationRate. What is cast here is of one instant: without
-    rotationRate, scan_time and time_increment are 0.
+    With rotationRate, beams count as fired one after another in a turn of 1 / rotationRate. Without it, scan_time and
+    time_increment are 0, as for simulated lidars, whose beams are cast at one instant.
     """
 
     message_type: ClassVar[str] = "sensor_msgs/msg/LaserScan"
@@ -26,27 +26,27 @@ class ROS2PublishLaserScan(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publi
     topic_name: String = In(default="scan", setup=True)
     data_ptr: Buffer = In(default=0, doc="no effect: a buffer of the reference's renderer; wire linearDepthData")
     buffer_size: UInt64 = In(default=0)
-    horizontal_fov: Float = In(default=0.0, unit="deg", doc="from the first beam to the last")
-    horizontal_resolution: Float = In(default=0.0, unit="deg", doc="between two beams")
-    depth_range: Float2 = In(default=(0.0, 0.0), unit="m", doc="nearest and farthest distance that counts")
-    rotation_rate: Float = In(default=0.0, unit="Hz", doc="turns a second; 0 for beams of one instant")
-    linear_depth_data: Floats = In(unit="m", doc="one range a beam, inf where nothing was hit")
-    intensities_data: UChars = In(doc="one a beam; empty for 255 where something was hit, else 0")
-    num_rows: Int = In(default=0, doc="has to be 1")
-    num_cols: Int = In(default=0, doc="beams")
-    azimuth_range: Float2 = In(default=(0.0, 0.0), unit="deg", doc="of the first and the last beam")
+    horizontal_fov: Float = In(default=0.0, unit="deg", doc="angle from the first beam to the last")
+    horizontal_resolution: Float = In(default=0.0, unit="deg", doc="angle between two beams")
+    depth_range: Float2 = In(default=(0.0, 0.0), unit="m", doc="smallest and largest valid distance")
+    rotation_rate: Float = In(default=0.0, unit="Hz", doc="turns per second; 0 for simultaneous beams")
+    linear_depth_data: Floats = In(unit="m", doc="one range per beam; inf is no hit")
+    intensities_data: UChars = In(doc="one per beam; empty: 255 for hits, 0 for others")
+    num_rows: Int = In(default=0, doc="number of rows; must be 1")
+    num_cols: Int = In(default=0, doc="number of beams")
+    azimuth_range: Float2 = In(default=(0.0, 0.0), unit="deg", doc="azimuth of the first and the last beam")
 
     def message(self) -> messages.LaserScan:
-        """The row.
+        """Build the message from the row.
 
         Raises:
-            BadValueError: the arrays are not those of one row.
+            BadValueError: the array sizes do not match one row.
         """
         if self.num_rows != 1:
             raise BadValueError("numRows", self.num_rows, "1, as a LaserScan is one row of beams")
         beams = len(self.linear_depth_data)
         if not beams or beams != self.num_cols:
-            raise BadValueError("linearDepthData, numCols", [beams, self.num_cols], "as many, and not none")
+            raise BadValueError("linearDepthData, numCols", [beams, self.num_cols], "equal in number and not empty")
         turn = 1.0 / self.rotation_rate if self.rotation_rate else 0.0
         near, far = self.depth_range
         first, last = self.azimuth_range
@@ -64,14 +64,14 @@ class ROS2PublishLaserScan(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publi
         )
 
     def intensities(self, beams: int) -> NDArray[np.float32]:
-        """One a beam, 0 to 255.
+        """Intensities, one per beam, 0 to 255.
 
         Raises:
-            BadValueError: there are others than one a beam.
+            BadValueError: the numbers of intensities and beams differ.
         """
         given, ranges = self.intensities_data, self.linear_depth_data
         if not len(given):
             return np.where((ranges > 0.0) & np.isfinite(ranges), np.float32(255), np.float32(0))
         if len(given) != beams:
-            raise BadValueError("intensitiesData, linearDepthData", [len(given), beams], "one a beam")
+            raise BadValueError("intensitiesData, linearDepthData", [len(given), beams], "one per beam")
         return given.astype(np.float32)

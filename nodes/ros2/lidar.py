@@ -1,4 +1,4 @@
-"""The helper that publishes a lidar for as long as the simulation plays, and what tells it more of each point."""
+"""The helper node that publishes a lidar while the simulation plays, and the node that selects metadata of points."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ _METADATA = ("Intensity", "Timestamp", "EmitterId", "ChannelId")
 
 
 class ROS2RtxLidarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxLidarHelper"):
-    """Publishes a lidar's samples as LaserScan or PointCloud2, from its first execution until stop.
+    """Publishes samples of a lidar as LaserScan or PointCloud2, from its first execution until stop.
 
-    A scan is the ring nearest to the sensor's plane and covers exactly its field of view, one range a beam; a cloud has the
-    points of all rings. The topic's namespace is collected from the sensor's prim. A sample that nobody wants is not cast.
+    A scan is the ring nearest to the sensor's xy plane and covers exactly its field of view, one range per beam; a cloud has
+    the points of all rings. The topic's namespace is collected from the sensor's prim. Samples without subscribers are not cast.
     """
 
     frame_id: String = In(default="sim_lidar", setup=True)
     topic_name: String = In(default="scan", setup=True)
     type_in: Token = In(
-        default="laser_scan", name="type", setup=True, tokens=("laser_scan", "point_cloud"), doc="what is published"
+        default="laser_scan", name="type", setup=True, tokens=("laser_scan", "point_cloud"), doc="message type"
     )
-    full_scan: bool = In(default=True, doc="deprecated: samples are always whole")
+    full_scan: bool = In(default=True, doc="deprecated: samples are always full scans")
     show_debug_view: bool = In(default=False, doc="no effect: there is no viewport")
-    selected_metadata: Tokens = In(setup=True, doc=f"more fields of a point cloud: {', '.join(_METADATA)}")
-    enable_object_id_map: bool = In(default=False, doc="no effect: rays do not tell objects apart")
+    selected_metadata: Tokens = In(setup=True, doc=f"additional fields of a point cloud: {', '.join(_METADATA)}")
+    enable_object_id_map: bool = In(default=False, doc="no effect: rays do not identify objects")
     object_id_map_topic_name: String = In(default="object_id_map")
     no_return: Token = In(
-        default="inf", tokens=("inf", "max", "minus_one"), extension=True, doc="what a beam reports that hits nothing"
+        default="inf", tokens=("inf", "max", "minus_one"), extension=True, doc="range of a beam without a hit"
     )
 
     lidar: Lidar = Bound()
@@ -61,14 +61,14 @@ class ROS2RtxLidarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxLidarHe
         )
 
     def update(self) -> None:
-        """Publish the sample of this tick, if there is one and anybody wants it."""
+        """Publish the sample of this tick, if there is one and the topic has subscribers."""
         if not self.lidar.due or self.left_out(self.lidar.index) or not self.publisher.wanted:
             return
         scan = self.lidar.scan()
         self.publisher.publish(self.laser_scan(scan) if self.type_in == "laser_scan" else self.point_cloud(scan))
 
     def laser_scan(self, scan: Scan) -> messages.LaserScan:
-        """One range a beam; all beams are of one instant, so time_increment is 0."""
+        """Build a LaserScan with one range per beam; time_increment is 0, as all beams are cast at one instant."""
         first, last, increment = self.lidar.angles
         near, far = self.lidar.ranges
         ranges, intensities = scan.ranges, scan.intensities
@@ -88,13 +88,13 @@ class ROS2RtxLidarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxLidarHe
         )
 
     def reported(self, ranges: NDArray[np.float32], far: float) -> NDArray[np.float32]:
-        """Ranges with misses as `noReturn` says."""
+        """Ranges, with the value of `noReturn` for beams without a hit."""
         if self.no_return == "inf":
             return ranges
         return np.where(np.isinf(ranges), np.float32(far if self.no_return == "max" else -1.0), ranges)
 
     def point_cloud(self, scan: Scan) -> messages.PointCloud2:
-        """The points that were hit, in the sensor's frame; all were hit at the cloud's time."""
+        """Build a PointCloud2 of the hit points in the sensor's frame, all hit at the cloud's time."""
         time, hit = self.stamp(scan.time), np.flatnonzero(np.isfinite(scan.ranges))
         known: dict[str, Any] = {}
         if "Intensity" in self.selected_metadata:
@@ -110,7 +110,7 @@ class ROS2RtxLidarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxLidarHe
 
 
 class ROS2RtxLidarPointCloudConfig(Node, type="isaacsim.ros2.bridge.ROS2RtxLidarPointCloudConfig"):
-    """Names of what each point of a lidar's cloud bears besides its place, for `selectedMetadata` of ROS2RtxLidarHelper."""
+    """Selects metadata of a lidar's points, for `selectedMetadata` of ROS2RtxLidarHelper."""
 
     output_intensity: bool = In(default=False)
     output_timestamp: bool = In(default=False)
@@ -123,9 +123,9 @@ class ROS2RtxLidarPointCloudConfig(Node, type="isaacsim.ros2.bridge.ROS2RtxLidar
     output_object_id: bool = In(default=False)
     output_echo_id: bool = In(default=False)
     output_tick_state: bool = In(default=False)
-    selected_metadata: Tokens = Out(doc="in the order of a point's fields")
+    selected_metadata: Tokens = Out(doc="selected names, in the order of a point's fields")
 
     def compute(self) -> None:
-        """Put out the names that are chosen."""
+        """Output the selected names."""
         chosen = {port.name for port in type(self).fields.values() if getattr(self, port.field) is True}
         self.selected_metadata = tuple(name for name in METADATA if f"output{name}" in chosen)

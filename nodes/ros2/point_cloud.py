@@ -1,4 +1,4 @@
-"""PointCloud2: points and what is known of each, packed one point after another."""
+"""PointCloud2 messages: points with metadata, packed one point after another."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _DATATYPES = {"f4": 7, "u4": 6, "u1": 2}
 
 @functools.cache
 def layout(metadata: tuple[str, ...]) -> tuple[np.dtype[Any], list[messages.PointField]]:
-    """How one point with that metadata is packed, and how messages say so; they share it."""
+    """Layout of one point with this metadata, as a dtype and as fields that messages share."""
     extra = [field for name in metadata for field in METADATA[name]]
     packed = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), *extra])
     fields = []
@@ -53,10 +53,10 @@ def point_cloud(
     Args:
         header: time and frame.
         positions: in that frame, m, shape (n, 3).
-        metadata: by names of METADATA, buffers with one packed record a point.
+        metadata: buffers with one packed record per point, by names of METADATA.
 
     Raises:
-        BadValueError: a buffer has another number of records.
+        BadValueError: the number of records in a buffer differs from that of points.
     """
     given = metadata or {}
     names = tuple(name for name in METADATA if name in given)
@@ -85,22 +85,22 @@ def _fill(points: NDArray[Any], name: str, buffer: Buffer) -> None:
 
 
 def _port(name: str) -> str:
-    """The input of a kind of metadata."""
+    """The input port for a kind of metadata."""
     return f"{name[0].lower()}{name[1:]}Ptr"
 
 
 def _points_in(buffer: Buffer) -> NDArray[np.float32]:
     size = memoryview(buffer).nbytes
     if size % 12:
-        raise BadValueError("dataPtr", size, "of 12 bytes a point, three float32")
+        raise BadValueError("dataPtr", size, "of 12 bytes per point, three float32")
     return np.frombuffer(buffer, np.dtype("<f4")).reshape(-1, 3)
 
 
 class ROS2PublishPointCloud(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishPointCloud"):
     """Publishes points as sensor_msgs/PointCloud2.
 
-    Points come as an array or as a buffer of x, y, z in single precision. Each kind of metadata that is put out comes as a
-    buffer of one record a point; its data type and size are known, so the ports that tell them have no effect.
+    Points are an array or a buffer of x, y, z in single precision. Each published kind of metadata is a buffer with one record
+    per point; data types and sizes are fixed, so their inputs have no effect.
     """
 
     message_type: ClassVar[str] = "sensor_msgs/msg/PointCloud2"
@@ -119,8 +119,8 @@ class ROS2PublishPointCloud(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
     output_echo_id: bool = In(default=False)
     output_tick_state: bool = In(default=False)
     output_radial_velocity_ms: bool = In(default=False, name="outputRadialVelocityMS")
-    data_ptr: Buffer = In(default=0, doc="points, where no array is given")
-    data: Point3fs = In(unit="m", doc="points in the frame")
+    data_ptr: Buffer = In(default=0, doc="buffer of points, if the array is empty")
+    data: Point3fs = In(unit="m", doc="points in the header's frame")
     cuda_device_index: Int = In(default=-1, doc="no effect: buffers are in the host's memory")
     buffer_size: UInt = In(default=0)
     intensity_ptr: Buffer = In(default=0, doc="float32, 0 to 255")
@@ -161,22 +161,22 @@ class ROS2PublishPointCloud(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
     radial_velocity_ms_buffer_size: UInt64 = In(default=0, name="radialVelocityMSBufferSize")
 
     def message(self) -> messages.PointCloud2:
-        """The points, and their metadata."""
+        """Build the message from the points and their metadata."""
         points = self.data
         if not len(points) and not isinstance(self.data_ptr, int):
             points = _points_in(self.data_ptr)
         return point_cloud(self.header(), points, self.metadata())
 
     def metadata(self) -> dict[str, Buffer]:
-        """Buffers of the metadata that are put out.
+        """Buffers of the published metadata, by name.
 
         Raises:
-            BadValueError: one was not given.
+            BadValueError: a buffer is missing.
         """
         ports, chosen = type(self).ports, dict[str, Buffer]()
         for name in METADATA:
             if getattr(self, ports[f"inputs:output{name}"].field):
                 buffer = chosen[name] = getattr(self, ports[f"inputs:{_port(name)}"].field)
                 if isinstance(buffer, int):
-                    raise BadValueError(f"output{name}, {_port(name)}", buffer, "a buffer where the output is chosen")
+                    raise BadValueError(f"output{name}, {_port(name)}", buffer, "a buffer, as the output is selected")
         return chosen

@@ -1,4 +1,4 @@
-"""What nodes with topics have in common: where they are, with which QoS, and that nothing is built that nobody wants."""
+"""Bases of nodes with topics: inputs for domain, namespace and QoS, and publishing only to subscribers."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from graphengine.node import BadValueError, Bound, Context, ExecIn, In, Node, St
 
 
 class NetworkNode(Node):
-    """A node that is executed and is on the network, in a domain and a namespace that its ports give."""
+    """Base of gated nodes on the network, with inputs for domain and namespace."""
 
     exec_in = ExecIn()
     context: UInt64 = In(default=0, setup=True, doc="handle from a ROS2Context; 0 is the session's domain")
     node_namespace: String = In(
-        default="", setup=True, doc="used as it is; empty for `isaac:namespace` of the prims above"
+        default="", setup=True, doc="used unchanged; empty: `isaac:namespace` of the ancestor prims"
     )
 
     def endpoint(self) -> dict[str, Any]:
@@ -29,23 +29,23 @@ class TopicNode(NetworkNode):
     qos_profile: String = In(
         default="", setup=True, doc="JSON from a ROS2QoSProfile; empty for reliable, volatile, queueSize"
     )
-    queue_size: UInt64 = In(default=10, setup=True, doc="history depth, when no QoS profile is given")
+    queue_size: UInt64 = In(default=10, setup=True, doc="history depth without a QoS profile")
 
     def open_topic(self, context: Context, message_type: str, topic: str, **facts: Any) -> Publisher:
-        """A topic to write to; `facts` as for `Context.publisher`."""
+        """Open a topic for writing; `facts` as for `Context.publisher`."""
         return context.publisher(message_type, topic, **self.endpoint(), **facts)
 
     def listen(self, context: Context, message_type: str, topic: str, **facts: Any) -> Subscription:
-        """A topic to read from; `facts` as for `Context.subscription`."""
+        """Open a topic for reading; `facts` as for `Context.subscription`."""
         return context.subscription(message_type, topic, **self.endpoint(), **facts)
 
     def endpoint(self) -> dict[str, Any]:
-        """What the ports say of a topic besides its type and name."""
+        """Options of a topic from the inputs: namespace, QoS and domain."""
         return {**super().endpoint(), "qos_profile": self.qos_profile, "queue_size": self.queue_size}
 
 
 class PublisherNode(TopicNode):
-    """A node that sends one message an execution; a subclass gives `message_type`, `topicName` and `message`."""
+    """Base of nodes that publish one message per execution; a subclass defines `message_type`, `topicName` and `message`."""
 
     message_type: ClassVar[str]
     topic_name: str
@@ -57,35 +57,35 @@ class PublisherNode(TopicNode):
         self.publisher = self.open(context)
 
     def open(self, context: Context, **facts: Any) -> Publisher:
-        """The topic that the ports name; `facts` as for `Context.publisher`."""
+        """Open the topic given by the inputs; `facts` as for `Context.publisher`."""
         return self.open_topic(context, self.message_type, self.topic_name, **facts)
 
     def compute(self) -> None:
-        """Send a message, if anybody wants it.
+        """Publish a message, if the topic has subscribers.
 
         Raises:
-            BadValueError: the inputs make no message.
+            BadValueError: the message cannot hold the inputs.
         """
         if self.publisher.wanted:
             send(self.publisher, self.message())
 
     def message(self) -> Any:
-        """The message of this execution."""
+        """Build the message of this execution."""
         raise NotImplementedError
 
 
 class SensorPublisher(PublisherNode):
-    """A publisher of what a sensor measured, from arrays and numbers; a subclass gives `frameId` too."""
+    """Base of publishers of measurements from inputs; a subclass also defines `frameId`."""
 
     frame_id: str
     time_stamp: float = In(default=0.0, unit="s")
 
     def open(self, context: Context, **facts: Any) -> Publisher:
-        """The topic that the ports name, with its frame."""
+        """Open the topic given by the inputs, with its frame."""
         return super().open(context, frame_id=self.frame_id, **facts)
 
     def header(self) -> messages.Header:
-        """Time and frame of this execution's message."""
+        """The header of this execution's message."""
         return header(self.time_stamp, self.frame_id)
 
 
@@ -93,7 +93,7 @@ def send(publisher: Publisher, message: Any) -> None:
     """Publish a message.
 
     Raises:
-        BadValueError: a field of it cannot hold its value.
+        BadValueError: a field cannot hold its value.
     """
     try:
         publisher.publish(message)
@@ -107,10 +107,10 @@ def header(seconds: float, frame_id: str, port: str = "timeStamp") -> messages.H
 
 
 def stamp(seconds: float, port: str = "timeStamp") -> messages.Time:
-    """A time in seconds, given by `port`, as ROS writes it.
+    """Convert a time in seconds, the value of `port`, to a ROS time.
 
     Raises:
-        BadValueError: the time is beyond what a message can hold.
+        BadValueError: the time is out of the range of a message.
     """
     try:
         return messages.stamp(seconds)

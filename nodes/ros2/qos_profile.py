@@ -1,4 +1,4 @@
-"""Quality of service as a value that publishers and subscribers take."""
+"""QoS profiles for publishers and subscribers."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ _DEFAULT = "defaultPubSub"
 
 
 class ROS2QoSProfile(Node, type="isaacsim.ros2.bridge.ROS2QoSProfile"):
-    """A quality of service as JSON: a preset, but for the policies that are set to something else than their defaults.
+    """Builds a QoS profile as JSON: a preset, changed by the policies that are not set to their defaults.
 
-    Default for publishers/subscribers and Services are keepLast of 10, reliable, volatile; Sensor Data is keepLast of 5,
-    bestEffort, volatile; System Default leaves all to the middleware; Custom has the policies as they are.
+    "Default for publishers/subscribers" and "Services" are keepLast of 10, reliable, volatile; "Sensor Data" is keepLast of 5,
+    bestEffort, volatile; "System Default" leaves all to the middleware; "Custom" takes the policies as set.
     """
 
     history: Token = In(default="keepLast", tokens=("systemDefault", "keepLast", "keepAll", "unknown"))
-    depth: UInt64 = In(default=10, doc="messages that are kept, with keepLast")
+    depth: UInt64 = In(default=10, doc="number of messages kept with keepLast")
     reliability: Token = In(default="reliable", tokens=("systemDefault", "reliable", "bestEffort", "unknown"))
     durability: Token = In(default="volatile", tokens=("systemDefault", "transientLocal", "volatile", "unknown"))
-    deadline: float = In(default=0.0, unit="s", doc="longest time between two messages; 0 for any")
-    lifespan: float = In(default=0.0, unit="s", doc="age from which on a message is not delivered; 0 for never")
+    deadline: float = In(default=0.0, unit="s", doc="longest time between two messages; 0 is no limit")
+    lifespan: float = In(default=0.0, unit="s", doc="age at which a message expires; 0 is never")
     liveliness: Token = In(default="systemDefault", tokens=("systemDefault", "automatic", "manualByTopic", "unknown"))
-    lease_duration: float = In(default=0.0, unit="s", doc="silence after which a writer counts as gone; 0 for never")
-    create_profile: Token = In(default=_DEFAULT, tokens=(_DEFAULT, *PRESETS, "Custom"), doc="the preset")
-    qos_profile: String = Out(doc="for `qosProfile` of publishers and subscribers")
+    lease_duration: float = In(default=0.0, unit="s", doc="silence after which a writer counts as lost; 0 is never")
+    create_profile: Token = In(default=_DEFAULT, tokens=(_DEFAULT, *PRESETS, "Custom"), doc="preset")
+    qos_profile: String = Out(doc="profile for `qosProfile` of publishers and subscribers")
 
     def compute(self) -> None:
-        """Put the profile out."""
+        """Output the profile."""
         policies = {name: getattr(self, name) for name in asdict(QoS())}
         unknown = [name for name, value in policies.items() if value == "unknown"]
         if unknown:

@@ -1,4 +1,4 @@
-"""Range: what an ultrasonic or infrared sensor measured."""
+"""Publisher of range sensors."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ _RADIATION = {"ultrasound": 0, "infrared": 1}
 
 
 class RangePublisher(TopicNode, type="graphengine.ros2.RangePublisher"):
-    """Publishes each sample of a range sensor once as sensor_msgs/Range.
+    """Publishes each sample of a range sensor as sensor_msgs/Range.
 
-    As REP 117 has it, the range is +inf where nothing is within max_range and -inf where something is closer than min_range.
+    As in REP 117, the range is +inf without an object within max_range and -inf for an object closer than min_range.
     """
 
     range_prim: Target = In(required=True, setup=True, doc="prim of the range sensor; its x axis is that of the cone")
@@ -35,7 +35,7 @@ class RangePublisher(TopicNode, type="graphengine.ros2.RangePublisher"):
         )
 
     def compute(self) -> None:
-        """Send the sample of this tick, if there is one, it was not sent yet, and anybody wants it."""
+        """Publish the sample of this tick, if it is new and the topic has subscribers."""
         sensor = self.sensor
         if not sensor.due or sensor.index == self.last:
             return

@@ -1,4 +1,4 @@
-"""Services that show the prims of the stage, and change some of their attributes."""
+"""Services that list prims of the stage, and read and write attributes."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ Ask = Callable[[Prims, Any], Sequence[Any]]
 
 
 class ROS2ServicePrim(NetworkNode, type="isaacsim.ros2.bridge.ROS2ServicePrim", gated=True):
-    """Lists prims and their attributes, reads an attribute and writes one, for services of isaac_ros2_messages.
+    """Offers services of isaac_ros2_messages to list prims and attributes, and to read and write attributes.
 
-    Values are JSON, quaternions [w, x, y, z] and angles degrees, as USD has them. Attributes are the ones that stand for
-    something here; those that cannot be changed while the simulation runs answer so. Requests of a tick are answered service
-    by service, each in order.
+    Values are JSON; quaternions are [w, x, y, z] and angles degrees, as in USD. Attributes are those of the simulation; a write
+    to an attribute that cannot change during a simulation is refused. Requests of a tick are answered service by service,
+    each in order.
     """
 
-    prims_service_name: String = In(default="get_prims", setup=True, doc="GetPrims: a prim and all below it")
+    prims_service_name: String = In(default="get_prims", setup=True, doc="GetPrims: a prim and its descendants")
     get_attributes_service_name: String = In(
         default="get_prim_attributes", setup=True, doc="GetPrimAttributes: names and types"
     )
-    get_attribute_service_name: String = In(default="get_prim_attribute", setup=True, doc="GetPrimAttribute")
-    set_attribute_service_name: String = In(default="set_prim_attribute", setup=True, doc="SetPrimAttribute")
+    get_attribute_service_name: String = In(default="get_prim_attribute", setup=True, doc="GetPrimAttribute: a value")
+    set_attribute_service_name: String = In(default="set_prim_attribute", setup=True, doc="SetPrimAttribute: a change")
     qos_profile: String = In(default="", setup=True, doc="JSON from a ROS2QoSProfile; empty for reliable, volatile, 10")
-    exec_out = ExecOut(doc="fires when a request was answered")
+    exec_out = ExecOut(doc="fires after requests were answered")
 
     served: tuple[tuple[ServiceServer, Callable[[Any], Any]], ...] = Bound()
 
@@ -51,16 +51,16 @@ class ROS2ServicePrim(NetworkNode, type="isaacsim.ros2.bridge.ROS2ServicePrim", 
         )
 
     def offer(self, context: Context, name: str, service: str) -> ServiceServer:
-        """One of the services."""
+        """Open one of the services."""
         facts = {**self.endpoint(), "collects_namespace": True, "qos_profile": self.qos_profile}
         return context.service_server(f"{_PACKAGE}/{name}", service, **facts)
 
     def writes(self) -> Iterable[str]:
-        """Any attribute of any prim."""
+        """The attributes of all prims."""
         return WIRED, ANY
 
     def compute(self) -> Fire:
-        """Answer what was asked."""
+        """Answer the requests of this tick."""
         fired: Fire = None
         for server, respond in self.served:
             for request_id, request in server.take():
@@ -70,7 +70,7 @@ class ROS2ServicePrim(NetworkNode, type="isaacsim.ros2.bridge.ROS2ServicePrim", 
 
 
 def respond(kind: str, ask: Ask, prims: Prims, request: Any) -> Any:
-    """The response to a request; an empty one that says why, where the request is refused.
+    """Respond to a request; the response to a refused one is empty and gives the reason.
 
     Args:
         kind: of the service.
@@ -87,25 +87,25 @@ def respond(kind: str, ask: Ask, prims: Prims, request: Any) -> Any:
 
 
 def get_prims(prims: Prims, request: Any) -> Sequence[Any]:
-    """Paths and types of a prim and of all below it."""
+    """Answer with the paths and types of a prim and its descendants."""
     found = prims.below(request.path)
     return [path for path, _ in found], [kind for _, kind in found]
 
 
 def get_attributes(prims: Prims, request: Any) -> Sequence[Any]:
-    """Names and types of a prim's attributes; they are displayed by their names."""
+    """Answer with names, display names (equal to the names) and types of a prim's attributes."""
     found = prims.attributes(request.path)
     return list(found), list(found), list(found.values())
 
 
 def get_attribute(prims: Prims, request: Any) -> Sequence[Any]:
-    """The value of an attribute, and its type."""
+    """Answer with the value and the type of an attribute."""
     kind, value = prims.read(request.path, request.attribute)
     return json.dumps(value), kind
 
 
 def set_attribute(prims: Prims, request: Any) -> Sequence[Any]:
-    """Change an attribute.
+    """Set an attribute and answer with the outcome.
 
     Raises:
         ContextError: the value is not JSON.

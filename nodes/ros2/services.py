@@ -1,4 +1,4 @@
-"""Services of any type, whose fields are ports: a client, and a server of two nodes that share a handle."""
+"""Services of any type, with a port for each field: a client, and a server of two nodes that share a handle."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from graphengine.nodes.ros2.fields import Layout, expect, find_service
 
 
 class ServiceNode(Node):
-    """A node of one service, whose type its inputs name; the file gives them, for ports are made before wires are read."""
+    """Base of nodes for one service, whose type is given by literals, as ports are made before wires are read."""
 
     request: ClassVar[Layout]
     response: ClassVar[Layout]
 
     context: UInt64 = In(default=0, setup=True, doc="handle from a ROS2Context; 0 is the session's domain")
-    node_namespace: String = In(default="", setup=True, doc="used as it is; prims give services no namespace")
+    node_namespace: String = In(default="", setup=True, doc="used unchanged; services get no namespace from prims")
     message_package: String = In(required=True, setup=True, doc="package of the service, such as std_srvs")
-    message_subfolder: String = In(default="srv", setup=True, doc="where in the package the service is defined")
+    message_subfolder: String = In(default="srv", setup=True, doc="folder of the service in the package")
     message_name: String = In(required=True, setup=True, doc="such as SetBool")
 
     def bind(self) -> str:
-        """The type of the service that the class was made with.
+        """The service type of the class.
 
         Raises:
-            ContextError: the inputs name another service by now.
+            ContextError: the inputs name another service.
         """
         named = f"{self.message_package}/{self.message_subfolder}/{self.message_name}"
         layout: Layout | None = getattr(self, "request", None) or getattr(self, "response", None)
@@ -39,23 +39,23 @@ class ServiceNode(Node):
 
 
 class NamedServiceNode(ServiceNode):
-    """A node that opens a service."""
+    """Base of nodes that open a service."""
 
     exec_in = ExecIn()
     service_name: String = In(default="/service_name", setup=True, doc="name below nodeNamespace")
     qos_profile: String = In(default="", setup=True, doc="JSON from a ROS2QoSProfile; empty for reliable, volatile, 10")
 
     def endpoint(self) -> dict[str, Any]:
-        """What the ports say of the service besides its type and name."""
+        """Options of the service from the inputs: namespace, QoS and domain."""
         return {"namespace": self.node_namespace, "qos_profile": self.qos_profile, "ros_context": self.context}
 
 
 class OgnROS2ServiceServerRequest(NamedServiceNode, type="isaacsim.ros2.bridge.OgnROS2ServiceServerRequest"):
     """Offers a service; the fields of a request are outputs, such as `Request:data` of a SetBool.
 
-    `graphrun nodes ROS2ServiceServerRequest --message std_srvs/srv/SetBool` shows them. Of several requests in a tick each one
-    runs what hangs on `onReceived`, oldest first. A ROS2ServiceServerResponse with the same handle answers; a request that is
-    followed by another before it was answered never is, which is told.
+    `graphrun nodes ROS2ServiceServerRequest --message std_srvs/srv/SetBool` shows them. Each request of a tick
+    fires `onReceived` once, oldest first. A ROS2ServiceServerResponse with the same handle answers. A request that is followed
+    by another before its answer is never answered, which is logged.
     """
 
     on_received = ExecOut(doc="fires for each request")
@@ -66,7 +66,7 @@ class OgnROS2ServiceServerRequest(NamedServiceNode, type="isaacsim.ros2.bridge.O
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """An output for each field of the request."""
+        """Make an output for each field of the request."""
         request, _ = find_service(literals, definitions)
         return {"request": request, **request.ports(Out)}
 
@@ -77,7 +77,7 @@ class OgnROS2ServiceServerRequest(NamedServiceNode, type="isaacsim.ros2.bridge.O
         self.server_handle = self.server.handle
 
     def compute(self) -> Pushes:
-        """Deliver what came."""
+        """Yield once for each request, after setting the outputs."""
         self.server_handle = self.server.handle
         for request_id, request in self.server.take():
             if self.server.current is not None:
@@ -93,7 +93,7 @@ class OgnROS2ServiceServerResponse(ServiceNode, type="isaacsim.ros2.bridge.OgnRO
     """Answers the request that a ROS2ServiceServerRequest delivered last; the fields of the response are inputs.
 
     `graphrun nodes ROS2ServiceServerResponse --message std_srvs/srv/SetBool` shows them. The answer leaves when the tick ends.
-    Each request is answered once; without one nothing is sent and nothing fires.
+    Each request is answered once; without a request, nothing is sent and nothing fires.
     """
 
     on_received = ExecIn()
@@ -104,12 +104,12 @@ class OgnROS2ServiceServerResponse(ServiceNode, type="isaacsim.ros2.bridge.OgnRO
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """An input for each field of the response."""
+        """Make an input for each field of the response."""
         _, response = find_service(literals, definitions)
         return {"response": response, **response.ports(In)}
 
     def setup(self, context: Context) -> None:
-        """See that the server is of the same type."""
+        """Check that the server has the same type, if its handle is known."""
         self.door = context
         self.bind()
         self.response.check(self)
@@ -117,10 +117,10 @@ class OgnROS2ServiceServerResponse(ServiceNode, type="isaacsim.ros2.bridge.OgnRO
             self.find()
 
     def find(self) -> ServiceServer:
-        """The server of the handle.
+        """The server with the handle.
 
         Raises:
-            ContextError: there is none, or it is of another type.
+            ContextError: no server has the handle, or its type differs.
         """
         server, service_type = self.door.server(self.server_handle), self.bind()
         if server.service_type != service_type:
@@ -132,10 +132,10 @@ class OgnROS2ServiceServerResponse(ServiceNode, type="isaacsim.ros2.bridge.OgnRO
         return server
 
     def compute(self) -> Fire:
-        """Answer.
+        """Answer the last request.
 
         Raises:
-            BadValueError: there is no server of the handle, or the response cannot hold what an input does.
+            BadValueError: no server has the handle, or the response cannot hold an input's value.
         """
         try:
             server = self.find()
@@ -151,9 +151,9 @@ class OgnROS2ServiceServerResponse(ServiceNode, type="isaacsim.ros2.bridge.OgnRO
 class OgnROS2ServiceClient(NamedServiceNode, type="isaacsim.ros2.bridge.OgnROS2ServiceClient"):
     """Calls a service; the fields of the request are inputs, those of the response outputs, such as `Response:success`.
 
-    `graphrun nodes ROS2ServiceClient --message std_srvs/srv/SetBool` shows them. Every execution is a call, also while others
-    wait for their answers. A call leaves when the tick ends, or as soon as a server is there; the last ten are kept until then.
-    Each answer is put out in a tick of its own, in the order in which they come.
+    `graphrun nodes ROS2ServiceClient --message std_srvs/srv/SetBool` shows them. Every execution is a call, also while other
+    calls wait for answers. A call is sent at the end of the tick, or when a server appears; until then the last ten are kept.
+    Each tick outputs at most one answer, in order of arrival.
     """
 
     exec_out = ExecOut(doc="fires for each answer, in a later tick")
@@ -164,29 +164,29 @@ class OgnROS2ServiceClient(NamedServiceNode, type="isaacsim.ros2.bridge.OgnROS2S
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """An input for each field of the request, an output for each of the response."""
+        """Make an input for each field of the request and an output for each field of the response."""
         request, response = find_service(literals, definitions)
         return {"request": request, "response": response, **request.ports(In), **response.ports(Out)}
 
     def setup(self, context: Context) -> None:
-        """Find the service."""
+        """Open the client."""
         service_type = self.bind()
         self.request.check(self)
         self.client = context.service_client(service_type, self.service_name, **self.endpoint())
         self.waiting = len(self.answers)
 
     def compute(self) -> None:
-        """Call.
+        """Call the service.
 
         Raises:
-            BadValueError: the request cannot hold what an input does.
+            BadValueError: the request cannot hold an input's value.
         """
         self.request.send(self, self.client.call)
         self.waiting += 1
         self.active = True
 
     def update(self) -> Fire:
-        """Put out the next answer."""
+        """Output the next answer and fire."""
         self.answers.extend(response for _, response in self.client.take())
         if not self.answers:
             return None

@@ -38,7 +38,7 @@ class ROS2PublishClock(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishCloc
     time_stamp: float = In(default=0.0, unit="s")
 
     def message(self) -> messages.Clock:
-        """The time."""
+        """Build the message from the time."""
         return messages.Clock(stamp(self.time_stamp))
 
 
@@ -46,10 +46,10 @@ _PRISMATIC = 1
 
 
 class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishJointState"):
-    """Publishes joints as sensor_msgs/JointState: from arrays where jointNames is given, else of a robot.
+    """Publishes joint states as sensor_msgs/JointState: from arrays if jointNames is given, else of a robot.
 
-    Lengths are scaled by k = 1 / stageMetersPerUnit, torques by its square, as the reference does; with metres k is 1. Efforts
-    of a robot are those of its drives after the last physics step.
+    Lengths are scaled by k = 1 / stageMetersPerUnit and torques by k^2, as in the reference; k is 1 for metres. Efforts of a
+    robot are those of its drives after the last physics step.
     """
 
     message_type: ClassVar[str] = "sensor_msgs/msg/JointState"
@@ -57,16 +57,14 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
     target_prim: Target = In(required="joints", setup=True, doc="prim that stands for the robot")
     topic_name: String = In(default="joint_states", setup=True)
     time_stamp: float = In(default=0.0, unit="s")
-    joint_names: Tokens = In(required="joints", doc="joints that the arrays are for; of IsaacReadJointState")
+    joint_names: Tokens = In(required="joints", doc="joints of the arrays, from IsaacReadJointState")
     joint_positions: Doubles = In(unit="rad, m")
     joint_velocities: Doubles = In(unit="rad/s, m/s")
     joint_efforts: Doubles = In(unit="N m, N")
-    joint_dof_types: UChars = In(doc="0 for a joint that turns, 1 for one that slides")
+    joint_dof_types: UChars = In(doc="0 for a revolute joint, 1 for a prismatic one")
     stage_meters_per_unit: Float = In(default=0.0, unit="m", doc="length of a stage unit")
-    sensor_time: Float = In(default=0.0, unit="s", doc="stamp, when above 0, in place of timeStamp")
-    resolution: float = In(
-        default=1e-4, ge=0.0, extension=True, doc="numbers are rounded to multiples of it; 0 for as they are"
-    )
+    sensor_time: Float = In(default=0.0, unit="s", doc="above 0: stamp instead of timeStamp")
+    resolution: float = In(default=1e-4, ge=0.0, extension=True, doc="step to which numbers are rounded; 0 is exact")
 
     articulation: Articulation | None = Bound()
     names: Sequence[str] = Bound()
@@ -80,16 +78,16 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
         super().setup(context)
 
     def message(self) -> messages.JointState:
-        """The state of all joints."""
+        """Build the message from the arrays or the robot."""
         if self.joint_names:
             return self.message_of_arrays()
         if self.articulation is None:
-            raise BadValueError("jointNames", (), "the joints, as no targetPrim says them")
+            raise BadValueError("jointNames", (), "the names of the joints, or a targetPrim")
         robot = self.articulation
         return self.joint_state(self.time_stamp, self.names, robot.positions(), robot.velocities(), robot.efforts())
 
     def message_of_arrays(self) -> messages.JointState:
-        """The state that the arrays describe."""
+        """Build the message from the arrays."""
         scale = self.stage_meters_per_unit
         if not 0.0 < scale < float("inf"):
             raise BadValueError("stageMetersPerUnit", scale, "above 0: wire it from IsaacReadJointState")
@@ -109,10 +107,10 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
         return self.joint_state(time, self.joint_names, *arrays)
 
     def joint_state(self, time: float, names: Sequence[str], *arrays: NDArray[np.float64]) -> messages.JointState:
-        """Positions, velocities and efforts, rounded.
+        """Build the message of the robot's state: positions, velocities and efforts, rounded.
 
         Raises:
-            BadValueError: the resolution is negative or not finite, or ROS 2 has no such time.
+            BadValueError: the resolution is negative or not finite, or the time is out of the range of a message.
         """
         values = np.concatenate(arrays)
         if not 0.0 <= self.resolution < math.inf:
@@ -131,8 +129,8 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
 class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishOdometry"):
     """Publishes pose and twist as nav_msgs/Odometry; covariances are zero.
 
-    Unless publishRawVelocities is set, velocities are taken along the axes front = robotFront in the plane, side = up x front,
-    and up, which do not turn with the robot: feed velocities in the body's frame.
+    Unless publishRawVelocities is set, velocities are projected onto the fixed axes front (robotFront in the plane), side =
+    up x front, and up. The axes do not turn with the robot, so the inputs must be in the body's frame.
     """
 
     message_type: ClassVar[str] = "nav_msgs/msg/Odometry"
@@ -146,14 +144,14 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
     orientation: Quaterniond = In(default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w)")
     linear_velocity: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m/s")
     angular_velocity: Vector3d = In(default=(0.0, 0.0, 0.0), unit="rad/s")
-    robot_front: Vector3d = In(default=(1.0, 0.0, 0.0), doc="direction that counts as x")
+    robot_front: Vector3d = In(default=(1.0, 0.0, 0.0), doc="direction of the x axis")
 
     def setup(self, context: Context) -> None:
         """Open the topic."""
         self.publisher = self.open(context, frame_id=self.odom_frame_id)
 
     def message(self) -> messages.Odometry:
-        """Pose and twist."""
+        """Build the message from pose and twist."""
         linear, angular = self.linear_velocity, self.angular_velocity
         if not self.publish_raw_velocities and self.robot_front != (1.0, 0.0, 0.0):
             linear, angular = self.along_front(linear), self.along_front(angular)
@@ -167,11 +165,11 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
         )
 
     def along_front(self, velocity: Vector3d) -> Vector3d:
-        """A vector's components along front, side and up."""
+        """The components of a vector along front, side and up."""
         x, y, _ = self.robot_front
         length = math.hypot(x, y)
         if not 0.0 < length < math.inf:
-            raise BadValueError("robotFront", self.robot_front, "finite, with a part in the plane")
+            raise BadValueError("robotFront", self.robot_front, "finite, and not along the up axis")
         x, y = x / length, y / length
         return velocity[0] * x + velocity[1] * y, velocity[1] * x - velocity[0] * y, velocity[2]
 

@@ -1,4 +1,4 @@
-"""Subscribers of one kind of message: the newest one of a tick, delivered once."""
+"""Subscribers for single message types, which deliver the newest message of a tick once."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ _TWISTS = {"twist": "geometry_msgs/msg/Twist", "twist_stamped": "geometry_msgs/m
 
 
 class SubscriberNode(TopicNode):
-    """A node that fires when a message came; a subclass gives `message_type`, `topicName` and `deliver`."""
+    """Base of nodes that fire for a message; a subclass defines `message_type`, `topicName` and `deliver`."""
 
     message_type: ClassVar[str]
     topic_name: str
 
-    exec_out = ExecOut(doc="fires on a message")
+    exec_out = ExecOut(doc="fires for a message")
 
     subscription: Subscription = Bound()
     logger: Context = Bound()
@@ -49,7 +49,7 @@ class SubscriberNode(TopicNode):
         self.subscription = self.listen(context, self.message_type, self.topic_name)
 
     def compute(self) -> Fire:
-        """Deliver the newest message."""
+        """Deliver the newest message and fire, if one arrived."""
         message = self.subscription.newest()
         if message is None:
             return None
@@ -60,28 +60,28 @@ class SubscriberNode(TopicNode):
         return self.exec_out
 
     def deliver(self, message: Any) -> str:
-        """Put the message out; what is wrong with one that is to be dropped, else the empty string."""
+        """Set the outputs from the message; return the reason if the message must be dropped, else an empty string."""
         raise NotImplementedError
 
     def drop(self, fault: str) -> None:
-        """Tell of a message that was dropped."""
+        """Log that a message was dropped."""
         self.logger.log("warning", f"{self.subscription.topic}: {fault} was dropped")
 
 
 class ROS2SubscribeTwist(SubscriberNode, type="isaacsim.ros2.bridge.ROS2SubscribeTwist", gated=True):
-    """Velocities of geometry_msgs/Twist or TwistStamped; fires when a message came. One that is not finite is dropped, and told.
+    """Receives geometry_msgs/Twist or TwistStamped; fires for a message. A message that is not finite is dropped and logged.
 
-    `auto` takes the type that others publish, and Twist for as long as nobody does: Nav2 sends Twist in ROS 2 Jazzy and
-    TwistStamped in later ones. The header of a TwistStamped does not count: neither its frame, nor how old it is. With a timeout,
-    silence for so long after a message sets both velocities to zero and fires once.
+    `auto` takes the type of the present publishers, and Twist without any: Nav2 sends Twist in ROS 2 Jazzy and TwistStamped in
+    later releases. The header of a TwistStamped, its frame and its age, is ignored. With a timeout, silence of that length
+    after a message sets both velocities to zero and fires once.
     """
 
     topic_name: String = In(default="cmd_vel", setup=True)
     type_in: Token = In(
-        default="auto", name="type", setup=True, tokens=("auto", *_TWISTS), extension=True, doc="message of the topic"
+        default="auto", name="type", setup=True, tokens=("auto", *_TWISTS), extension=True, doc="message type"
     )
     timeout: float = In(
-        default=0.0, ge=0.0, unit="s", extension=True, doc="silence of simulation time that stops; 0 for never"
+        default=0.0, ge=0.0, unit="s", extension=True, doc="simulated silence until zero velocities; 0 is never"
     )
     linear_velocity: Vector3d = Out(default=_STILL, unit="m/s")
     angular_velocity: Vector3d = Out(default=_STILL, unit="rad/s")
@@ -96,7 +96,7 @@ class ROS2SubscribeTwist(SubscriberNode, type="isaacsim.ros2.bridge.ROS2Subscrib
         self.subscription = self.listen(context, first, self.topic_name, alternatives=others)
 
     def compute(self) -> Fire:
-        """Take the newest message, or notice the silence."""
+        """Deliver the newest message, or set zero velocities after the timeout."""
         if (fired := super().compute()) is not None:
             self.heard = self.clock.time
             return fired
@@ -107,7 +107,7 @@ class ROS2SubscribeTwist(SubscriberNode, type="isaacsim.ros2.bridge.ROS2Subscrib
         return None
 
     def deliver(self, message: Any) -> str:
-        """Both velocities."""
+        """Set both velocities."""
         twist = message.twist if isinstance(message, messages.TwistStamped) else message
         linear, angular = twist.linear, twist.angular
         values = (linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
@@ -118,7 +118,7 @@ class ROS2SubscribeTwist(SubscriberNode, type="isaacsim.ros2.bridge.ROS2Subscrib
 
 
 class ROS2SubscribeClock(SubscriberNode, type="isaacsim.ros2.bridge.ROS2SubscribeClock", gated=True):
-    """Time of rosgraph_msgs/Clock; fires when a message came."""
+    """Receives rosgraph_msgs/Clock; fires for a message."""
 
     message_type: ClassVar[str] = "rosgraph_msgs/msg/Clock"
 
@@ -126,29 +126,29 @@ class ROS2SubscribeClock(SubscriberNode, type="isaacsim.ros2.bridge.ROS2Subscrib
     time_stamp: float = Out(unit="s")
 
     def deliver(self, message: Any) -> str:
-        """The time."""
+        """Set the time."""
         self.time_stamp = messages.seconds(message.clock)
         return ""
 
 
 class ROS2SubscribeJointState(SubscriberNode, type="isaacsim.ros2.bridge.ROS2SubscribeJointState", gated=True):
-    """Commands for joints from sensor_msgs/JointState; fires when a message came.
+    """Receives joint commands as sensor_msgs/JointState; fires for a message.
 
-    An array that does not have one number for each joint comes out as NaN, which IsaacArticulationController leaves alone. A
-    message without joints, without any such array, or with an infinite number, is dropped, and told.
+    An array without one number per joint is output as NaN, which IsaacArticulationController ignores. A message without joints,
+    without a complete array, or with an infinite number is dropped and logged.
     """
 
     message_type: ClassVar[str] = "sensor_msgs/msg/JointState"
 
     topic_name: String = In(default="joint_command", setup=True)
-    time_stamp: float = Out(unit="s", doc="of the message's header")
+    time_stamp: float = Out(unit="s", doc="from the message's header")
     joint_names: Tokens = Out()
     position_command: Doubles = Out(unit="rad, m")
     velocity_command: Doubles = Out(unit="rad/s, m/s")
     effort_command: Doubles = Out(unit="N m, N")
 
     def deliver(self, message: Any) -> str:
-        """Names and numbers."""
+        """Set the names and commands."""
         joints = len(message.name)
         arrays = (message.position, message.velocity, message.effort)
         if not joints:
@@ -169,13 +169,13 @@ def _one_each(array: NDArray[np.float64], joints: int) -> NDArray[np.float64]:
 
 
 class ROS2SubscribeAckermannDrive(SubscriberNode, type="isaacsim.ros2.bridge.ROS2SubscribeAckermannDrive", gated=True):
-    """Commands of ackermann_msgs/AckermannDriveStamped; fires when one came. One that is not finite is dropped, and told."""
+    """Receives ackermann_msgs/AckermannDriveStamped; fires for a message. A message that is not finite is dropped and logged."""
 
     message_type: ClassVar[str] = "ackermann_msgs/msg/AckermannDriveStamped"
 
     topic_name: String = In(default="ackermann_cmd", setup=True)
-    frame_id: String = Out(default="", doc="of the message's header")
-    time_stamp: float = Out(unit="s", doc="of the message's header")
+    frame_id: String = Out(default="", doc="from the message's header")
+    time_stamp: float = Out(unit="s", doc="from the message's header")
     steering_angle: float = Out(unit="rad")
     steering_angle_velocity: float = Out(unit="rad/s")
     speed: float = Out(unit="m/s")
@@ -183,7 +183,7 @@ class ROS2SubscribeAckermannDrive(SubscriberNode, type="isaacsim.ros2.bridge.ROS
     jerk: float = Out(unit="m/s3")
 
     def deliver(self, message: Any) -> str:
-        """Numbers and header."""
+        """Set the command and the header."""
         drive = message.drive
         values = (drive.steering_angle, drive.steering_angle_velocity, drive.speed, drive.acceleration, drive.jerk)
         if not all(map(math.isfinite, values)):

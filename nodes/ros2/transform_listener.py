@@ -1,4 +1,4 @@
-"""Subscriber of TF that puts prims where the transforms say."""
+"""Subscriber of TF that moves prims to the received poses."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ _UNIT = 0.01
 
 
 class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2SubscribeTransformTree", gated=True):
-    """Puts prims where tf2_msgs/TFMessage says, and fires when a message came.
+    """Moves prims to the poses of tf2_msgs/TFMessage; fires for a message.
 
-    A transform counts where `frameNamesMap` has both of its frames, and of several in a tick the newest of a child: its prim goes
-    to its place relative to the parent's, as that is then. From there on physics does not move it until the simulation stops: it
-    is an obstacle that gives way to nothing. A robot goes with whatever stands for it; a link below a joint goes as far as the
-    joint lets it. What is fixed to something else, such as a sensor, does not move, and is told. So are transforms that are
-    dropped, as tf2 drops them.
+    Transforms are used if `frameNamesMap` has both frames; of several in a tick, only the newest per child. The child's prim
+    moves to its pose relative to the present pose of the parent's prim. From then on until stop, physics does not move it:
+    it is an immovable obstacle. A prim that stands for a robot moves the whole robot; a link below a joint moves only within
+    the joint's range. A prim fixed to another one, such as a sensor, cannot move, which is logged. Transforms that tf2 would
+    drop are dropped and logged.
     """
 
     topic_name: String = In(default="tf", setup=True)
     frame_names_map: Tokens = In(
         required=True,
         setup=True,
-        doc="path of a prim and name of its frame, pair after pair; no prim and no frame twice",
+        doc="pairs of a prim path and its frame name; each prim and frame once",
     )
-    articulation_roots: Tokens = In(setup=True, doc="robots that move so; no effect but that they have to be there")
-    exec_out = ExecOut(doc="fires on a message")
+    articulation_roots: Tokens = In(setup=True, doc="robots that are moved; only checked for existence")
+    exec_out = ExecOut(doc="fires for a message")
 
     subscription: Subscription = Bound()
     frames: dict[str, tuple[str, Frame, Placement | None]] = Bound()
@@ -69,7 +69,7 @@ class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2Subsc
         return writing_poses(self.frame_names_map[::2])
 
     def compute(self) -> Fire:
-        """Go by the newest transform of each child; a parent that came before its child did has moved by then."""
+        """Apply the newest transform of each child, in order of arrival."""
         arrived, frames = self.subscription.take(), self.frames
         edges = (edge for message in arrived for edge in message.transforms)
         newest = {e.child_frame_id: e for e in edges if e.child_frame_id in frames and e.header.frame_id in frames}
@@ -80,7 +80,7 @@ class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2Subsc
         return self.exec_out if arrived else None
 
     def follow(self, edge: Any) -> str:
-        """Put the child of an edge into its place; what is wrong with it, else the empty string."""
+        """Move the child of an edge; return the reason if it cannot be moved, else an empty string."""
         (_, parent, _), (prim, child, placement) = self.frames[edge.header.frame_id], self.frames[edge.child_frame_id]
         if placement is None:
             return f"{edge.child_frame_id} tells where {prim} is, which cannot be moved by itself"
@@ -93,7 +93,7 @@ class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2Subsc
 
 
 def _pose(transform: Any) -> tuple[Vector3, Quaternion] | None:
-    """A transform as a pose; None where it is too far, or no rotation."""
+    """A transform as a pose; None if it is too far away or its quaternion is not a unit one."""
     t, r = transform.translation, transform.rotation
     square = r.x * r.x + r.y * r.y + r.z * r.z + r.w * r.w
     if not all(abs(value) <= _FARTHEST for value in (t.x, t.y, t.z)) or not abs(square - 1.0) <= _UNIT:

@@ -1,4 +1,4 @@
-"""Publishers of TF: one transform, a tree, and what robot_state_publisher publishes."""
+"""Publishers of TF: one transform, a tree, and the topics of robot_state_publisher."""
 
 from __future__ import annotations
 
@@ -20,28 +20,28 @@ from graphengine.nodes.touched import reading_poses
 def transform(
     time: float, parent: str, child: str, translation: Vector3, orientation: Quaternion
 ) -> messages.TransformStamped:
-    """One edge of the tree."""
+    """A message for one edge of the tree."""
     pose = messages.Transform(messages.Vector3(*translation), messages.Quaternion(*orientation))
     return messages.TransformStamped(header(time, parent), child, pose)
 
 
 class TransformPublisher(PublisherNode):
-    """A publisher of tf2_msgs/TFMessage; of the collected namespaces only the outermost counts."""
+    """Base of publishers of tf2_msgs/TFMessage; only the outermost of the collected namespaces is used."""
 
     message_type: ClassVar[str] = "tf2_msgs/msg/TFMessage"
 
     static_publisher: bool = In(
-        default=False, setup=True, doc="latched for late joiners, once after play, whoever listens"
+        default=False, setup=True, doc="publish once after play, latched for late subscribers, even without any"
     )
 
     sent: bool = State(default=False)
 
     def open(self, context: Context, **facts: Any) -> Publisher:
-        """The topic, for latched or for changing transforms."""
+        """Open the topic for static (latched) or changing transforms."""
         return super().open(context, outermost_namespace=True, latched=self.static_publisher, **facts)
 
     def compute(self) -> None:
-        """Send the transforms: each time, or once when static."""
+        """Publish the transforms: at each execution, or once if static."""
         if self.static_publisher:
             if not self.sent:
                 send(self.publisher, self.message())
@@ -51,7 +51,7 @@ class TransformPublisher(PublisherNode):
 
 
 class ROS2PublishRawTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.ROS2PublishRawTransformTree"):
-    """Publishes one transform from values."""
+    """Publishes one transform given by inputs."""
 
     parent_frame_id: String = In(default="odom", setup=True)
     child_frame_id: String = In(default="base_link", setup=True)
@@ -66,27 +66,27 @@ class ROS2PublishRawTransformTree(TransformPublisher, type="isaacsim.ros2.bridge
         self.publisher = self.open(context, frame_id=self.parent_frame_id, transforms=[edge])
 
     def message(self) -> messages.TFMessage:
-        """The transform."""
+        """Build the message from the transform."""
         values = (self.parent_frame_id, self.child_frame_id, self.translation, self.rotation_in)
         return messages.TFMessage([transform(self.time_stamp, *values)])
 
 
 class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.ROS2PublishTransformTree"):
-    """Publishes transforms from arrays, or of target prims; all of one compute share one stamp and one message."""
+    """Publishes transforms from arrays or of target prims, in one message with one stamp per execution."""
 
     parent_prim: Target = In(setup=True, doc="parent frame of targetPrims; empty for the world")
-    target_prims: Target = In(required="frames", setup=True, doc="what to publish when parentFrames is empty")
+    target_prims: Target = In(required="frames", setup=True, doc="prims to publish if parentFrames is empty")
     topic_name: String = In(default="tf", setup=True)
     time_stamp: float = In(default=0.0, unit="s")
-    parent_frames: Tokens = In(required="frames", setup=True, doc="of IsaacComputeTransformTree")
-    child_frames: Tokens = In(setup=True, doc="of IsaacComputeTransformTree")
+    parent_frames: Tokens = In(required="frames", setup=True, doc="from IsaacComputeTransformTree")
+    child_frames: Tokens = In(setup=True, doc="from IsaacComputeTransformTree")
     translations: Double3s = In(unit="m")
     orientations: Double4s = In(doc="(x, y, z, w)")
 
     links: Sequence[FrameLink] = Bound()
 
     def setup(self, context: Context) -> None:
-        """Open the topic; the frames are known by now."""
+        """Open the topic with the known frames."""
         self.links = ()
         edges = list(zip(self.parent_frames, self.child_frames, strict=False))
         if not edges and self.target_prims:
@@ -98,11 +98,11 @@ class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.RO
         self.publisher = self.open(context, frame_id=edges[0][0] if edges else "", transforms=edges)
 
     def reads(self) -> Iterable[str]:
-        """The poses of its prims, where no arrays bring them."""
+        """The poses of the target prims, unless arrays are wired."""
         return reading_poses(self.target_prims) if self.target_prims else ()
 
     def message(self) -> messages.TFMessage:
-        """All transforms."""
+        """Build the message from all transforms."""
         if not self.parent_frames:
             return messages.TFMessage(linked(self.time_stamp, self.links))
         same_length(
@@ -118,16 +118,16 @@ class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.RO
 
 
 def linked(time: float, links: Iterable[FrameLink]) -> list[messages.TransformStamped]:
-    """Edges with their poses of now."""
+    """Messages for edges with their present poses."""
     return [transform(time, link.parent_name, link.child_name, *pose_of(link)) for link in links]
 
 
 class RobotStatePublisher(NetworkNode, type="graphengine.ros2.RobotStatePublisher"):
-    """Publishes what robot_state_publisher would: the description, fixed joints latched, moving links at a rate."""
+    """Publishes the topics of robot_state_publisher: the description and fixed joints latched, movable links at a rate."""
 
     target_prim: Target = In(required=True, setup=True, doc="prim that stands for the robot")
     time_stamp: float = In(default=0.0, unit="s")
-    publish_frequency: float = In(default=20.0, gt=0.0, setup=True, unit="Hz", doc="of the moving links")
+    publish_frequency: float = In(default=20.0, gt=0.0, setup=True, unit="Hz", doc="rate of the movable links")
 
     description: RobotDescription = Bound()
     description_publisher: Publisher = Bound()
@@ -154,10 +154,10 @@ class RobotStatePublisher(NetworkNode, type="graphengine.ros2.RobotStatePublishe
         )
 
     def compute(self) -> None:
-        """Send the latched topics once, the moving links when they are due.
+        """Publish the latched topics once, and the movable links when they are due.
 
         Raises:
-            BadValueError: ROS 2 has no such time.
+            BadValueError: the time is out of the range of a message.
         """
         stamp(self.time_stamp)
         if not self.sent:

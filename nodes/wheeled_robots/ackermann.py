@@ -1,4 +1,4 @@
-"""Four wheels, of which two steer."""
+"""Controller of four-wheeled bases with two steered wheels."""
 
 from __future__ import annotations
 
@@ -12,41 +12,41 @@ from graphengine.nodes.wheeled_robots.limits import limited, ramped
 
 
 class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannController"):
-    """Steering angles and speeds with which four wheels roll about one turning centre.
+    """Computes steering angles and speeds with which four wheels roll about one turning centre.
 
-    The steering angle d is that of a bicycle with the same wheel base b. A wheel on the side of the turning centre is at
-    1 - (t / 2b) tan d, one on the other side at 1 + (t / 2b) tan d, of the turning radius, with t the track width; there it rolls
-    at that share of `speed`, and steers by the arc tangent of tan d over that share. A limit of 0 is no limit. Parameters take
-    effect whenever they change.
+    The steering angle d is that of a bicycle with the same wheel base b. With the track width t, the turning radius of a wheel
+    is the base's times k = 1 - (t / 2b) tan d on the side of the turning centre, and k = 1 + (t / 2b) tan d on the other side.
+    A wheel rolls at k times `speed` and steers by atan(tan d / k). A limit of 0 is no limit. Inputs take effect whenever they
+    change.
     """
 
     exec_in = ExecIn()
-    acceleration: float = In(default=0.0, unit="m/s2", doc="ramp of the speed; 0 for at once")
-    max_acceleration: float = In(default=0.0, unit="m/s2", doc="most that `acceleration` may be")
-    speed: float = In(default=0.0, unit="m/s", doc="forward, in the middle of the axle that does not steer")
-    steering_angle: float = In(default=0.0, unit="rad", doc="of the bicycle; to the left is positive")
+    acceleration: float = In(default=0.0, unit="m/s2", doc="ramp of the speed; 0 is immediate")
+    max_acceleration: float = In(default=0.0, unit="m/s2", doc="limit of `acceleration`")
+    speed: float = In(default=0.0, unit="m/s", doc="forward speed at the middle of the unsteered axle")
+    steering_angle: float = In(default=0.0, unit="rad", doc="angle of the bicycle; left is positive")
     max_wheel_rotation: float = In(default=6.28, unit="rad", doc="limit of every steering angle")
-    steering_angle_velocity: float = In(default=0.0, unit="rad/s", doc="ramp of the steering angle; 0 for at once")
-    max_steering_angle_velocity: float = In(default=0.0, unit="rad/s", doc="most that `steeringAngleVelocity` may be")
-    wheel_base: float = In(default=0.0, required=True, unit="m", doc="b, from axle to axle")
-    track_width: float = In(default=0.0, required=True, unit="m", doc="t, from left to right wheel")
-    front_wheel_radius: float = In(default=0.0, required="radius", unit="m", doc="0 for the back wheels'")
-    back_wheel_radius: float = In(default=0.0, required="radius", unit="m", doc="0 for the front wheels'")
+    steering_angle_velocity: float = In(default=0.0, unit="rad/s", doc="ramp of the steering angle; 0 is immediate")
+    max_steering_angle_velocity: float = In(default=0.0, unit="rad/s", doc="limit of `steeringAngleVelocity`")
+    wheel_base: float = In(default=0.0, required=True, unit="m", doc="b, distance of the axles")
+    track_width: float = In(default=0.0, required=True, unit="m", doc="t, distance of left and right wheels")
+    front_wheel_radius: float = In(default=0.0, required="radius", unit="m", doc="0 takes backWheelRadius")
+    back_wheel_radius: float = In(default=0.0, required="radius", unit="m", doc="0 takes frontWheelRadius")
     max_wheel_velocity: float = In(default=0.0, unit="rad/s")
-    invert_steering: bool = In(default=False, doc="the back wheels steer, the other way round")
+    invert_steering: bool = In(default=False, doc="steer with the back wheels, in the opposite direction")
     dt: float = In(default=0.0, unit="s", doc="time between two computes; needed for ramps")
     exec_out = ExecOut()
-    wheel_angles: Doubles = Out(unit="rad", doc="of the wheels that steer: [left, right]")
+    wheel_angles: Doubles = Out(unit="rad", doc="angles of the steered wheels: [left, right]")
     wheel_rotation_velocity: Doubles = Out(unit="rad/s", doc="[front left, front right, back left, back right]")
 
     previous_speed: float = State(default=0.0)
     previous_angle: float = State(default=0.0)
 
     def compute(self) -> None:
-        """Limit, ramp, and share out to the wheels.
+        """Limit and ramp the command, and compute the wheels' angles and speeds.
 
         Raises:
-            BadValueError: the geometry has a 0, a ramp has no dt, or a number is not finite.
+            BadValueError: a length of the geometry is 0, a ramp has no dt, or a number is not finite.
         """
         base, half_track, front, back = self.geometry()
         fastest, widest = abs(self.max_wheel_velocity), abs(self.max_wheel_rotation)
@@ -80,7 +80,7 @@ class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannCon
         return abs(self.wheel_base), abs(self.track_width) / 2.0, front or back, back or front
 
     def commanded(self, fastest: float, widest: float) -> tuple[float, float]:
-        """Speed and steering angle of this compute, within limits and on their ramps."""
+        """Limited and ramped speed and steering angle of this compute."""
         acceleration = limited(abs(self.acceleration), abs(self.max_acceleration))
         turning = limited(abs(self.steering_angle_velocity), abs(self.max_steering_angle_velocity))
         if self.dt == 0.0 and (acceleration or turning):

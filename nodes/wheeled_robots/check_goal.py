@@ -1,4 +1,4 @@
-"""Whether a base is where it was to go."""
+"""Comparison of a base's pose with its target."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from graphengine.nodes.wheeled_robots.planar import PlanarNode, wrapped
 
 
 class CheckGoal2D(PlanarNode, type="isaacsim.robot.wheeled_robots.CheckGoal2D"):
-    """Whether a base is within a distance of a target, and within an angle of its yaw, the shorter way round."""
+    """Checks whether a base is within a distance of a target, and within an angle of the target's yaw."""
 
-    target: Double3 = In(default=(0.0, 0.0, 0.0), unit="m, m, rad", doc="x, y and yaw in the world")
-    target_changed: bool = In(default=False, doc="means nothing here: the target counts as it is")
-    thresholds: Double2 = In(default=(0.1, 0.1), unit="m, rad", doc="what still counts as reached")
+    target: Double3 = In(default=(0.0, 0.0, 0.0), unit="m, m, rad", doc="x, y and yaw in the world frame")
+    target_changed: bool = In(default=False, doc="no effect: the target is always read")
+    thresholds: Double2 = In(default=(0.1, 0.1), unit="m, rad", doc="tolerances of position and yaw")
     reached_goal: Bools = Out(doc="[position reached, yaw reached]")
 
     def compute(self) -> None:
-        """Compare.
+        """Compare pose and target.
 
         Raises:
             BadValueError: the base's pose, or the target's yaw, is not finite.

@@ -1,4 +1,4 @@
-"""Two driven wheels on one axle, and the lints that compare a controller with the robot it drives."""
+"""Controller of bases with two driven wheels on one axle, and lints that compare it with the robot it drives."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ if TYPE_CHECKING:
 
 
 class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.DifferentialController"):
-    """Wheel speeds of a two-wheeled base that follows a body twist.
+    """Computes wheel speeds of a two-wheeled base from a body twist.
 
     With v and w limited and ramped: left = (2v - w d) / 2r, right = (2v + w d) / 2r. A limit of 0 is no limit. The linear ramp
-    acts when maxAcceleration and maxDeceleration are both set. Parameters take effect whenever they change.
+    acts when maxAcceleration and maxDeceleration are both set. Inputs take effect whenever they change.
     """
 
     exec_in = ExecIn()
-    wheel_radius: float = In(default=0.0, required=True, unit="m", doc="r; its absolute value counts")
-    wheel_distance: float = In(default=0.0, required=True, unit="m", doc="d, between the wheels' contact points")
+    wheel_radius: float = In(default=0.0, required=True, unit="m", doc="r; the absolute value is used")
+    wheel_distance: float = In(default=0.0, required=True, unit="m", doc="d, distance of the wheels' contact points")
     dt: float = In(default=0.0, unit="s", doc="time between two computes; needed for ramps")
     max_acceleration: float = In(default=0.0, unit="m/s2")
     max_deceleration: float = In(default=0.0, unit="m/s2")
@@ -45,10 +45,10 @@ class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.Different
     previous_angular: float = State(default=0.0)
 
     def compute(self) -> None:
-        """Limit, ramp, and share out to the wheels.
+        """Limit and ramp the twist, and compute the wheels' speeds.
 
         Raises:
-            BadValueError: the geometry has a 0, a ramp has no dt, or a number is not finite.
+            BadValueError: a length of the geometry is 0, a ramp has no dt, or a number is not finite.
         """
         radius, distance = abs(self.wheel_radius), abs(self.wheel_distance)
         if not (radius and distance):
@@ -84,15 +84,13 @@ def lint_wheel_geometry(context: LintContext) -> None:
         radii = [robot.facts.get("wheel_radii", {}).get(joint) for joint in joints]
         known = [radius for radius in radii if radius]
         if known and _differs(node.wheel_radius, known[0]):
-            effect = f"the robot will drive at {known[0] / abs(node.wheel_radius):.3g} of the speed it is told"
+            effect = f"the robot will drive at {known[0] / abs(node.wheel_radius):.3g} of the commanded speed"
             span = controller.entry.span("inputs", "wheelRadius")
             what = f"wheelRadius is {node.wheel_radius:g} m, but the wheels of {robot.path} have {known[0]:g} m"
             context.findings.add("W201", what, span, effect, f"write wheelRadius: {known[0]:g}")
         distance = robot.facts.get("wheel_distance")
         if distance and _differs(node.wheel_distance, distance):
-            effect = (
-                f"turns will come out at {abs(node.wheel_distance) / distance:.3g} of what the wheel speeds should give"
-            )
+            effect = f"turns will come out at {abs(node.wheel_distance) / distance:.3g} of the commanded turn rate"
             span = controller.entry.span("inputs", "wheelDistance")
             what = (
                 f"wheelDistance is {node.wheel_distance:g} m, but the wheels of {robot.path} are {distance:g} m apart"
@@ -101,7 +99,7 @@ def lint_wheel_geometry(context: LintContext) -> None:
 
 
 def _driven(context: LintContext) -> Iterator[tuple[Instance, DifferentialController, Prim, tuple[str, ...]]]:
-    """Controllers whose wheel speeds go to a robot's joints, with the robot and the joints."""
+    """Controllers whose wheel speeds are wired to a robot's joints, with the robot and the joints."""
     for graph, source, node in context.nodes(DifferentialController):
         for wire in (wire for wire in graph.data_wires if wire.source == source.index):
             drives = graph.instances[wire.target].make_node()

@@ -1,4 +1,4 @@
-"""Bases on omnidirectional or mecanum wheels."""
+"""Controller of bases with omnidirectional or mecanum wheels."""
 
 from __future__ import annotations
 
@@ -18,42 +18,42 @@ Floats = NDArray[np.float64]
 
 
 class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicController"):
-    """Wheel speeds whose contributions add up to a body twist (vx, vy, wz).
+    """Computes wheel speeds whose contributions add up to a body twist (vx, vy, wz).
 
-    A wheel of radius r at p, turning at x, contributes the velocity x r g, and x r (g x p) to the turn; g is its axle, turned by
-    the roller angle about the up axis. Of all speeds that add up to the twist these have the least sum of r x^2. That is the
-    reference's model; it does not ask how wheels roll. With `rolling`, no wheel slips along its rollers' axis: x r (a x up) g =
+    A wheel of radius r at p with speed x contributes the velocity x r g and the turn rate x r (g x p); g is its axle, rotated by
+    the roller angle about the up axis. Of all solutions, the one with the least sum of r x^2 is taken. This is the model of
+    the reference, which ignores how wheels roll. With `rolling`, no wheel slips along its rollers' axis: x r (a x up) g =
     (v + w up x p) g, where a is the axle about which x is positive.
 
-    A limit of 0 is no limit. Parameters take effect whenever they change.
+    A limit of 0 is no limit. Inputs take effect whenever they change.
     """
 
     exec_in = ExecIn()
-    wheel_radius: Doubles = In(required=True, unit="m", doc="r, one a wheel, or one for all")
-    wheel_positions: Double3s = In(required=True, unit="m", doc="p, from the middle of the base")
+    wheel_radius: Doubles = In(required=True, unit="m", doc="r, one per wheel, or one for all")
+    wheel_positions: Double3s = In(required=True, unit="m", doc="p, from the centre of the base")
     wheel_orientations: Double4s = In(required=True, doc="(w, x, y, z), relative to the base")
-    mecanum_angles: Doubles = In(required=True, unit="deg", doc="from axle to roller axis, one a wheel, or one for all")
+    mecanum_angles: Doubles = In(required=True, unit="deg", doc="axle to roller axis, one per wheel, or one for all")
     wheel_axis: Double3 = In(default=(1.0, 0.0, 0.0), doc="axle in a wheel's frame")
-    up_axis: Double3 = In(default=(0.0, 0.0, 1.0), doc="of the base")
+    up_axis: Double3 = In(default=(0.0, 0.0, 1.0), doc="up axis of the base")
     input_velocity: Double3 = In(
-        default=(0.0, 0.0, 0.0), unit="m/s, m/s, rad/s", doc="forward, to the left, turning left"
+        default=(0.0, 0.0, 0.0), unit="m/s, m/s, rad/s", doc="vx forward, vy left, wz counter-clockwise"
     )
     max_linear_speed: float = In(default=100000.0, unit="m/s")
     max_angular_speed: float = In(default=100000.0, unit="rad/s")
-    max_wheel_speed: float = In(default=100000.0, unit="rad/s", doc="where one would be faster, all are slowed alike")
-    linear_gain: float = In(default=1.0, doc="what vx and vy are multiplied by")
-    angular_gain: float = In(default=1.0, doc="what wz is multiplied by")
-    rolling: bool = In(default=False, extension=True, doc="speeds of wheels that roll without slipping")
-    joint_velocity_command: Doubles = Out(unit="rad/s", doc="one a wheel")
+    max_wheel_speed: float = In(default=100000.0, unit="rad/s", doc="limit; if one wheel exceeds it, all are scaled")
+    linear_gain: float = In(default=1.0, doc="factor for vx and vy")
+    angular_gain: float = In(default=1.0, doc="factor for wz")
+    rolling: bool = In(default=False, extension=True, doc="compute speeds of wheels that roll without slip")
+    joint_velocity_command: Doubles = Out(unit="rad/s", doc="one per wheel")
 
     matrix: Floats | None = State(default=None)
     matrix_of: tuple[object, ...] = State(default=())
 
     def compute(self) -> None:
-        """Limit the twist, and share it out to the wheels.
+        """Limit the twist and compute the wheels' speeds.
 
         Raises:
-            BadValueError: the geometry is none of such a base, or a number is not finite.
+            BadValueError: the geometry is not that of a holonomic base, or a number is not finite.
         """
         matrix, geometry = self.matrix, self.geometry()
         if matrix is None or any(one is not other for one, other in zip(geometry, self.matrix_of, strict=True)):
@@ -73,12 +73,12 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
         self.matrix, self.matrix_of, self.joint_velocity_command = matrix, geometry, command
 
     def geometry(self) -> tuple[object, ...]:
-        """The inputs that the matrix follows from."""
+        """The inputs that determine the matrix."""
         arrays = (self.wheel_radius, self.wheel_positions, self.wheel_orientations, self.mecanum_angles)
         return (*arrays, self.wheel_axis, self.up_axis, self.rolling)
 
     def wheel_speeds_of_a_twist(self) -> Floats:
-        """What gives the wheels' speeds when multiplied by (vx, vy, wz), shape (wheels, 3)."""
+        """The matrix that maps (vx, vy, wz) to the wheels' speeds, shape (wheels, 3)."""
         self.check_finite()
         wheels, positions = len(self.wheel_positions), self.wheel_positions
         if wheels < 3:
@@ -101,7 +101,7 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
         return least
 
     def check_finite(self) -> None:
-        """Tell an input that no geometry follows from, before LAPACK prints that it cannot bear it."""
+        """Raise BadValueError for inputs that are not finite, before LAPACK prints an error of its own."""
         inputs: dict[str, Floats] = {
             "wheelRadius": self.wheel_radius,
             "wheelPositions": self.wheel_positions,
@@ -115,11 +115,11 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
                 raise BadValueError(name, value, "finite")
 
     def axes(self) -> Iterator[tuple[Vector3, Vector3]]:
-        """Of each wheel the axle and its rollers' axis, unit vectors in the base's frame."""
+        """Axle and roller axis of each wheel, unit vectors in the base's frame."""
         angles = self.one_a_wheel("mecanumAngles", self.mecanum_angles).tolist()
         orientations = self.wheel_orientations.tolist()
         if len(orientations) != len(angles):
-            raise BadValueError("wheelOrientations, wheelPositions", [len(orientations), len(angles)], "one a wheel")
+            raise BadValueError("wheelOrientations, wheelPositions", [len(orientations), len(angles)], "one per wheel")
         up = _unit("upAxis", self.up_axis)
         for angle, orientation in zip(angles, orientations, strict=True):
             w, x, y, z = _unit("wheelOrientations", orientation)
@@ -130,10 +130,10 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
             yield axle, rotation.rotate((i, j, k, math.cos(half)), axle)
 
     def one_a_wheel(self, name: str, values: Floats) -> Floats:
-        """An input with a value a wheel, or a single one for all."""
+        """The values of an input, one per wheel; a single value is repeated."""
         wheels = len(self.wheel_positions)
         if len(values) not in (1, wheels):
-            raise BadValueError(f"{name}, wheelPositions", [len(values), wheels], "one a wheel, or one for all")
+            raise BadValueError(f"{name}, wheelPositions", [len(values), wheels], "one per wheel, or one for all")
         return np.broadcast_to(values, wheels)
 
 
@@ -143,7 +143,7 @@ def _cannot_drive(positions: Floats) -> BadValueError:
 
 
 def _without_slip(radii: Floats, axles: Floats, rollers: Floats, positions: Floats, up: Floats) -> Floats:
-    """Speeds of wheels that do not slip along their rollers' axes, for each part of a twist."""
+    """Speeds of wheels without slip along their rollers' axes, for each component of a twist."""
     grips = radii * np.sum(np.cross(axles, up) * rollers, axis=1, keepdims=True)
     if np.any(np.abs(grips) < 1e-9 * radii):
         raise BadValueError("mecanumAngles, upAxis, wheelAxis", grips.tolist(), "other than along the axle")
@@ -153,7 +153,7 @@ def _without_slip(radii: Floats, axles: Floats, rollers: Floats, positions: Floa
 
 
 def _unit(name: str, vector: Iterable[float]) -> list[float]:
-    """A vector or quaternion of length 1 in the same direction."""
+    """The normalized vector or quaternion."""
     parts = list(vector)
     length = math.hypot(*parts)
     if not 0.0 < length < math.inf:

@@ -1,4 +1,4 @@
-"""Where a base is on the floor, as the nodes need it that drive it along a path."""
+"""Poses of bases in the plane, for nodes that follow a path."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ Heading = tuple[float, float, float]
 
 
 def yaw_of(q: Quaternion) -> float:
-    """Angle (rad) from the world's x axis to the direction that q turns x to, seen from above; 0 for the quaternion 0.
+    """Yaw (rad): the angle in the xy plane from x to x rotated by q; 0 for the quaternion 0.
 
-    Of q = (x, y, z, w) of any length, the turned axis lies along (w^2 + x^2 - y^2 - z^2, 2 (x y + z w)).
+    For q = (x, y, z, w) of any norm, the rotated axis lies along (w^2 + x^2 - y^2 - z^2, 2 (x y + z w)).
     """
     x, y, z, w = q
     return math.atan2(2.0 * (x * y + z * w), w * w + x * x - y * y - z * z)
 
 
 def heading_of(position: tuple[str, Vector3], orientation: tuple[str, Quaternion]) -> Heading:
-    """Where a pose is on the floor, given as two ports and their values.
+    """Position (x, y) and yaw of a pose, given as two ports and their values.
 
     Raises:
-        BadValueError: it is not finite.
+        BadValueError: the pose is not finite.
     """
     x, y, _ = position[1]
     yaw = yaw_of(orientation[1])
@@ -35,22 +35,22 @@ def heading_of(position: tuple[str, Vector3], orientation: tuple[str, Quaternion
 
 
 def wrapped(angle: float) -> float:
-    """The same direction within half a turn: an angle in [-pi, pi]."""
+    """The equivalent angle in [-pi, pi]."""
     return math.remainder(angle, math.tau)
 
 
 class PlanarNode(Node):
-    """A node that has to know where the base is."""
+    """Base of nodes that read the pose of the base."""
 
     exec_in = ExecIn()
-    current_position: Vector3d = In(required=True, unit="m", doc="of the base in the world; z does not count")
-    current_orientation: Quaterniond = In(required=True, doc="of the base in the world, (x, y, z, w); its yaw counts")
+    current_position: Vector3d = In(required=True, unit="m", doc="base in the world frame; z is ignored")
+    current_orientation: Quaterniond = In(required=True, doc="(x, y, z, w), base in the world frame; its yaw is used")
     exec_out = ExecOut()
 
     def heading(self) -> Heading:
-        """Where the base is, and which way it looks.
+        """Position (x, y) and yaw of the base.
 
         Raises:
-            BadValueError: it is not finite.
+            BadValueError: the pose is not finite.
         """
         return heading_of(("currentPosition", self.current_position), ("currentOrientation", self.current_orientation))

@@ -1,6 +1,6 @@
-"""Paths as polynomials of degree five (A. Takahashi et al., Local path planning and motion control for AGV in positioning, 1989).
+"""Paths of quintic polynomials (A. Takahashi et al., Local path planning and motion control for AGV in positioning, 1989).
 
-Six coefficients are what it takes to meet position, velocity and acceleration at both ends.
+The six coefficients match position, velocity and acceleration at both ends.
 """
 
 from __future__ import annotations
@@ -53,42 +53,42 @@ _ENDS = np.array(
 
 
 class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.QuinticPathPlanner"):
-    """A path from where the base is to a target, which meets position, velocity and acceleration at both ends.
+    """Plans a path from the base to a target that matches position, velocity and acceleration at both ends.
 
-    x and y are polynomials of degree five of the time; at both ends velocity and acceleration lie along the yaw. Of durations of
-    5, 10 ... 95 s the path takes the first with which it keeps to the limits. It is planned when the target has moved by 0.1 m
-    in x or y, or turned by 0.05 rad, since the last plan.
+    x and y are quintic polynomials of time; at both ends velocity and acceleration are along the yaw. Of the durations 5, 10 ...
+    95 s, the first that keeps to the limits is taken. The path is planned again when the target has moved by 0.1 m in x or y, or
+    turned by 0.05 rad, since the last plan.
     """
 
-    target_prim: Target = In(
-        default=(), setup=True, doc="a prim to go to, in the place of targetPosition and targetOrientation"
+    target_prim: Target = In(default=(), setup=True, doc="target prim; replaces targetPosition and targetOrientation")
+    target_position: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m", doc="in the world frame; z is ignored")
+    target_orientation: Quaterniond = In(
+        default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w) in the world frame; its yaw is used"
     )
-    target_position: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m", doc="in the world; z does not count")
-    target_orientation: Quaterniond = In(default=(0.0, 0.0, 0.0, 1.0), doc="in the world, (x, y, z, w); its yaw counts")
-    initial_velocity: float = In(default=0.5, ge=0.0, unit="m/s", doc="along the yaw, as the base sets out")
-    initial_accel: float = In(default=0.02, unit="m/s2", doc="along the yaw, as the base sets out")
+    initial_velocity: float = In(default=0.5, ge=0.0, unit="m/s", doc="along the yaw, at the start")
+    initial_accel: float = In(default=0.02, unit="m/s2", doc="along the yaw, at the start")
     goal_velocity: float = In(default=0.5, ge=0.0, unit="m/s", doc="along the yaw, at the target")
     goal_accel: float = In(default=0.02, unit="m/s2", doc="along the yaw, at the target")
     max_accel: float = In(default=1.5, unit="m/s2")
     max_jerk: float = In(default=0.3, unit="m/s3")
     step: float = In(default=0.16666666667, ge=SHORTEST_STEP, unit="s", doc="longest time between two points")
-    path_arrays: Doubles = Out(unit="m/s, m, m, rad", doc="of all points: the speeds, then the x, the y and the yaws")
-    target: Double3 = Out(unit="m, m, rad", doc="x, y and yaw at which the path ends")
-    target_changed: bool = Out(doc="whether the path is another than before")
+    path_arrays: Doubles = Out(unit="m/s, m, m, rad", doc="speeds of all points, then x, then y, then yaws")
+    target: Double3 = Out(unit="m, m, rad", doc="x, y and yaw at the end of the path")
+    target_changed: bool = Out(doc="whether the path changed")
 
     goal: Frame | None = Bound()
     planned: Heading | None = State(default=None)
 
     def setup(self, context: Context) -> None:
-        """Bind the prim to go to.
+        """Bind the target prim.
 
         Raises:
-            ContextError: there is no such prim.
+            ContextError: the prim does not exist.
         """
         self.goal = context.frame(self.target_prim[0]) if self.target_prim else None
 
     def compute(self) -> None:
-        """Plan, where there is something to plan.
+        """Plan a path if the target has moved.
 
         Raises:
             BadValueError: a number is not finite, points are too close in time, or no duration keeps to the limits.
@@ -101,21 +101,21 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
         self.target_changed = changed
 
     def reads(self) -> Iterable[str]:
-        """The pose of the prim to go to."""
+        """The pose of the target prim."""
         return reading_poses(self.target_prim) if self.target_prim else ()
 
     def target_now(self) -> Heading:
-        """Where to go.
+        """Position (x, y) and yaw of the target.
 
         Raises:
-            BadValueError: it is not finite.
+            BadValueError: the target is not finite.
         """
         goal = self.goal
         position, orientation = goal.pose() if goal else (self.target_position, self.target_orientation)
         return heading_of(("targetPosition", position), ("targetOrientation", orientation))
 
     def plan(self, start: Heading, target: Heading) -> Floats:
-        """The path as arrays.
+        """Plan the path, as one array of speeds, x, y and yaws.
 
         Raises:
             BadValueError: no duration keeps to the limits, points are too close in time, or a number is not finite.
@@ -145,18 +145,18 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
 
 
 def quintic(ends: Floats, duration: float) -> Floats:
-    """Coefficients (6, n), of powers 0 to 5 of the share of the duration (s) that has passed.
+    """Coefficients (6, n) for powers 0 to 5 of the elapsed fraction of the duration.
 
     Args:
         ends: (6, n), position (m), velocity (m/s) and acceleration (m/s2) at the start, then at the end.
-        duration: from start to end, s.
+        duration: time from start to end, s.
     """
     scale = np.array((1.0, duration, duration**2) * 2)
     return np.linalg.solve(_ENDS, ends * scale[:, None])
 
 
 def derivative(coefficients: Floats, order: int, duration: float, intervals: int = 100) -> Floats:
-    """The position (order 0, m), velocity, acceleration or jerk, (n, intervals + 1), at even times from start to end."""
+    """Position (order 0, m), velocity, acceleration or jerk (order 3) at equidistant times, shape (n, intervals + 1)."""
     shares = np.linspace(0.0, 1.0, intervals + 1)
     found = polynomial.polyval(shares, polynomial.polyder(coefficients, order)) / duration**order
     return np.asarray(found, np.float64)
@@ -169,12 +169,12 @@ def _end(heading: Heading, speed: float, acceleration: float) -> Floats:
 
 
 def _most(vectors: Floats) -> float:
-    """The greatest length of vectors (2, n)."""
+    """The largest length of vectors (2, n)."""
     return float(np.hypot(*vectors).max())
 
 
 def _arrays(coefficients: Floats, duration: float, intervals: int, first_yaw: float, last_yaw: float) -> Floats:
-    """Speeds, x, y and yaws of a path's points in one row. A point at which nothing moves looks as the one before it."""
+    """Speeds, x, y and yaws of a path's points in one row. A point without motion takes the yaw of the one before it."""
     x, y = derivative(coefficients, 0, duration, intervals)
     vx, vy = derivative(coefficients, 1, duration, intervals)
     speeds, yaws = np.hypot(vx, vy), np.arctan2(vy, vx)

@@ -1,4 +1,4 @@
-"""Following a path by the law that steered Stanley (G. M. Hoffmann et al., Autonomous automobile trajectory tracking, 2007)."""
+"""Path following by the Stanley control law (G. M. Hoffmann et al., Autonomous automobile trajectory tracking, 2007)."""
 
 from __future__ import annotations
 
@@ -36,32 +36,34 @@ class Path(NamedTuple):
 
 
 class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyControlPID"):
-    """Speeds with which a base follows a path and then, at the target, turns to its yaw on the spot.
+    """Computes speeds with which a base follows a path and then turns on the spot to the target's yaw.
 
-    It is steered as a bicycle whose front axle is b = gains[1] x wheelBase ahead: by the yaw of the nearest point of the path
-    less its own, plus atan(gains[0] e / v), with e from the front axle to the path and v the measured speed, and by no more than
-    gains[2]. A small e then decays as exp(-gains[0] t). With the steering angle d the base turns at v tan(d) / b.
+    The base is steered as a bicycle whose front axle is b = gains[1] x wheelBase ahead. The steering angle d is the yaw of the
+    nearest point of the path minus the base's, plus atan(gains[0] e / v), limited to gains[2]; e is the distance from the front
+    axle to the path and v the measured speed. A small e decays as exp(-gains[0] t). The base turns at v tan(d) / b.
 
-    The path's speeds are scaled so that the greatest is maxVelocity; over the last third of its length the base slows down
-    evenly. From one compute to the next its speed comes nearer to the path's by gains[1]. Should it miss the target, it turns
-    towards it at the path's end and goes there straight.
+    The path's speeds are scaled to a maximum of maxVelocity, and decrease at a constant rate over the last third of its length.
+    Each compute reduces the difference to the path's speed by the fraction gains[1]. If the base misses the target, it turns
+    towards it at the end of the path and drives there straight.
     """
 
-    current_speed: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m/s", doc="of the base; what counts is hypot(x, y)")
+    current_speed: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m/s", doc="velocity of the base; hypot(x, y) is used")
     max_velocity: float = In(default=1.5, ge=0.0, unit="m/s")
-    reached_goal: Bools = In(default=(False, False), doc="from CheckGoal2D; when both are true, the base stands")
+    reached_goal: Bools = In(default=(False, False), doc="from CheckGoal2D; both true: the base stops")
     path_arrays: Doubles = In(required=True, unit="m/s, m, m, rad", doc="from QuinticPathPlanner")
-    target: Double3 = In(default=(0.0, 0.0, 0.0), unit="m, m, rad", doc="x, y and yaw at which the path ends")
-    target_changed: bool = In(default=False, doc="the path begins anew, as it does when it is another")
-    wheel_base: float = In(default=0.4132, gt=0.0, unit="m", doc="from axle to axle, before gains[1] scales it")
+    target: Double3 = In(default=(0.0, 0.0, 0.0), unit="m, m, rad", doc="x, y and yaw at the end of the path")
+    target_changed: bool = In(default=False, doc="restart the path; a new path restarts by itself")
+    wheel_base: float = In(default=0.4132, gt=0.0, unit="m", doc="distance of the axles, before scaling by gains[1]")
     thresholds: Double2 = In(
-        default=(0.1, 0.1), unit="m, rad", doc="as in CheckGoal2D; within [0] it turns on the spot"
+        default=(0.1, 0.1), unit="m, rad", doc="as in CheckGoal2D; within [0] the base turns on the spot"
     )
-    draw_path: bool = In(default=False, doc="means nothing here: there is no window")
+    draw_path: bool = In(default=False, doc="no effect: there is no window")
     step: float = In(
-        default=0.16666666667, gt=0.0, unit="s", doc="on the spot it turns at gains[1] / step of the angle"
+        default=0.16666666667, gt=0.0, unit="s", doc="the turn rate on the spot is gains[1] / step times the angle"
     )
-    gains: Double3 = In(default=(0.5, 0.1, 0.0872665), unit="1/s, 1, rad", doc="to the path, of speed, most steering")
+    gains: Double3 = In(
+        default=(0.5, 0.1, 0.0872665), unit="1/s, 1, rad", doc="of path error and speed; steering limit"
+    )
     linear_velocity: float = Out(unit="m/s", doc="forward")
     angular_velocity: float = Out(unit="rad/s", doc="counter-clockwise")
 
@@ -71,10 +73,10 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
     missed: bool = State(default=False)
 
     def compute(self) -> None:
-        """Drive, turn, or stand.
+        """Follow the path, turn on the spot, or stop.
 
         Raises:
-            BadValueError: a number is not finite or not legal, or there is no path.
+            BadValueError: a number is not finite or not legal, or the path is missing.
         """
         if len(self.reached_goal) >= 2 and all(self.reached_goal[:2]):
             self.linear_velocity = self.angular_velocity = 0.0
@@ -88,7 +90,7 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
         if away <= self.thresholds[0] or any(self.reached_goal[:1]):
             speeds = self.turn(self.target[2] - base[2])
         elif path is None:
-            raise BadValueError("pathArrays", [], "that of a path: wire pathArrays of QuinticPathPlanner to it")
+            raise BadValueError("pathArrays", [], "a path: wire pathArrays of QuinticPathPlanner to it")
         elif missed or _is_behind(path, nearest, base):
             missed, speeds = True, self.approach(base)
         else:
@@ -98,10 +100,10 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
         self.linear_velocity, self.angular_velocity = speeds
 
     def check(self) -> None:
-        """Refuse numbers that mean nothing.
+        """Check the inputs.
 
         Raises:
-            BadValueError: there is one.
+            BadValueError: a number is not finite or out of range.
         """
         _, gain, steering = finite("gains", self.gains)
         if not (gain > 0.0 and 0.0 < steering < math.pi / 2):
@@ -115,20 +117,20 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
         finite("maxVelocity", self.max_velocity)
 
     def is_another(self, arrays: Doubles) -> bool:
-        """Whether a path is another than the one that was taken; what converts on its way is a new array in every tick."""
+        """Whether a path differs from the present one; a converting wire gives a new array in every tick."""
         return arrays is not self.taken and (self.taken is None or not np.array_equal(arrays, self.taken))
 
     def turn(self, angle: float) -> Speeds:
-        """Turn by an angle on the spot, the shorter way."""
+        """Speeds to turn on the spot by an angle, the shorter way."""
         return 0.0, limited(self.gains[1] / self.step * wrapped(angle), FASTEST_TURN)
 
     def approach(self, base: Heading) -> Speeds:
-        """Go straight to the target, as soon as the base looks there."""
+        """Speeds to face the target and then drive straight to it."""
         angle = wrapped(math.atan2(self.target[1] - base[1], self.target[0] - base[0]) - base[2])
         return min(SLOWEST, self.max_velocity) if abs(angle) <= FACING else 0.0, self.turn(angle)[1]
 
     def follow(self, path: Path, nearest: int, base: Heading) -> tuple[int, Speeds]:
-        """Steer towards the path, and along it; the number of its nearest point, and the speeds."""
+        """The index of the path's point nearest to the front axle, and the speeds to follow the path."""
         control, gain, steering = self.gains
         ahead = gain * self.wheel_base
         front = base[0] + ahead * math.cos(base[2]), base[1] + ahead * math.sin(base[2])
@@ -143,19 +145,19 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
 
 
 def _is_behind(path: Path, nearest: int, base: Heading) -> bool:
-    """Whether the base has come to the path's end, and beyond."""
+    """Whether the base has passed the end of the path."""
     x, y, yaw = path.x[-1], path.y[-1], path.yaws[-1]
     along = (base[0] - x) * math.cos(yaw) + (base[1] - y) * math.sin(yaw)
     return nearest == len(path.x) - 1 and bool(along >= 0.0)
 
 
 def path_of(arrays: Doubles) -> Path:
-    """A path from its arrays in one row: speeds, x, y, yaws.
+    """Make a path from one array of speeds, x, y and yaws.
 
-    Where a base slows down evenly to stand, the square of its speed is proportional to the way that remains.
+    At constant deceleration to a stop, the square of the speed is proportional to the remaining distance.
 
     Raises:
-        BadValueError: they are not four of one length, not finite, or too far apart.
+        BadValueError: the arrays differ in length, are not finite, or have points too far apart.
     """
     legal = f"four arrays of one length, all finite, not {len(arrays)} numbers"
     if len(arrays) % 4:
@@ -170,7 +172,7 @@ def path_of(arrays: Doubles) -> Path:
 
 
 def _nearest(path: Path, point: tuple[float, float], index: int) -> int:
-    """The nearest point of the path from there on; where it passes by itself again, what comes first."""
+    """Index of the nearest point of the path from `index` on; at crossings, the earlier one."""
     distance = math.dist(point, (path.x[index], path.y[index]))
     while index + 1 < len(path.x):
         following = math.dist(point, (path.x[index + 1], path.y[index + 1]))

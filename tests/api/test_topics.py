@@ -94,7 +94,7 @@ def test_a_topic_that_no_graph_knows_needs_a_type(sim: ge.Session) -> None:
 @pytest.mark.parametrize(
     ("ask", "words"),
     [
-        (lambda sim: sim.subscribe("/odom"), f"no graph knows topic '/odom'\n  did you mean '{ODOM}'?"),
+        (lambda sim: sim.subscribe("/odom"), f"no graph uses topic '/odom'\n  did you mean '{ODOM}'?"),
         (lambda sim: sim.subscribe(ODOM, Twist), f"{ODOM} is nav_msgs/msg/Odometry, not geometry_msgs/msg/Twist"),
         (lambda sim: sim.subscribe(ODOM, keep=0), "keep: expected at least 1 message"),
         (lambda sim: sim.subscribe("/a", type="std_msgs/msg/Sting"), "std_msgs/msg/Sting"),
@@ -105,7 +105,7 @@ def test_a_topic_that_no_graph_knows_needs_a_type(sim: ge.Session) -> None:
         (lambda sim: sim.publish(CMD_VEL, {"linear": {"x": "fast"}}), "linear.x is of type float64; got 'fast'"),
         (lambda sim: sim.publish(CMD_VEL, "fast"), "str is no ROS message"),
         (lambda sim: sim.publish(CMD_VEL, {}, every=0.0), "every: expected a time above 0 s"),
-        (lambda sim: sim.call("/light", {}), "no graph knows service '/light'"),
+        (lambda sim: sim.call("/light", {}), "no graph uses service '/light'"),
     ],
 )
 def test_what_cannot_be_is_told(sim: ge.Session, ask: Callable[[ge.Session], object], words: str) -> None:

@@ -267,7 +267,7 @@ def test_a_description_is_not_written_over_by_what_it_expands_to(graphrun: Graph
     source.write_text(XACRO, encoding="utf-8")
     result = graphrun("import-urdf", "ws/cart/urdf/robot.urdf", "-o", "ws/cart/urdf/robot.yaml", "--force")
     assert result.code == 2
-    assert "what ws/cart/urdf/robot.urdf expands to would take its place; choose another name" in result.err
+    assert "what ws/cart/urdf/robot.urdf expands to would be overwritten; choose another name" in result.err
     assert source.read_text(encoding="utf-8") == XACRO
 
 
@@ -331,7 +331,7 @@ def test_nothing_is_written_over_unless_asked_for(graphrun: Graphrun, cart: Path
     target.write_text("mine", encoding="utf-8")
     result = imported(graphrun, "ws/cart/urdf/cart.urdf")
     assert result.code == 2
-    assert "scenes/robots/cart.yaml: already there; --force writes over it" in result.err
+    assert "scenes/robots/cart.yaml: already exists; --force overwrites it" in result.err
     assert target.read_text(encoding="utf-8") == "mine"
     target.unlink()
     (cart / "scenes/robots/cart.urdf").write_text("mine", encoding="utf-8")
@@ -382,9 +382,9 @@ def test_names_of_a_stranger_stay_names(graphrun: Graphrun, cart: Path) -> None:
         ((), "give one of a file, --topic and --node"),
         (("ws/cart/urdf/cart.urdf", "--topic"), "give one of a file, --topic and --node"),
         (("ws/cart/urdf/car.urdf",), "no file 'ws/cart/urdf/car.urdf'"),
-        (("ws/cart/urdf/cart.urdf", "a:=1"), "a:=1: there is no xacro in ws/cart/urdf/cart.urdf"),
+        (("ws/cart/urdf/cart.urdf", "a:=1"), "a:=1: no xacro syntax in ws/cart/urdf/cart.urdf"),
         (("ws/cart/urdf/cart.urdf.xacro", "prefix=1"), "prefix=1: write NAME:=VALUE, as for xacro"),
-        (("a:=1", "--topic", "/x"), "a:=1: what comes from the network takes no arguments"),
+        (("a:=1", "--topic", "/x"), "a:=1: a description from the network takes no arguments"),
         (("ws/cart/urdf/cart.urdf", "--allow", "nowhere"), "no folder 'nowhere'"),
         (
             ("--topic", "/x", "--timeout", "nan"),

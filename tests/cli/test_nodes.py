@@ -236,11 +236,11 @@ def test_a_message_of_a_users_package_is_shown_too(graphrun: Graphrun, project: 
         ),
         (
             ["PublishClock", "--message", "std_msgs/msg/String"],
-            "ROS2PublishClock has no ports that are made from a message",
+            "ROS2PublishClock makes no ports from messages",
         ),
         (
             ["--message", "std_msgs/msg/String"],
-            "--message: name the node type whose ports it makes, such as ROS2Publisher",
+            "--message: name a node type that makes ports from it, such as ROS2Publisher",
         ),
         (["Publisher", "--message", "a/msg/B", "--msg-path", "x"], "--msg-path x: no such file or folder"),
     ],

@@ -30,9 +30,9 @@ ODOM, ODOMETRY = "/dd100_0000/odom", "nav_msgs/msg/Odometry"
 @pytest.mark.parametrize(
     ("name", "expected"),
     [
-        ("out.bag", "write the name of a file in a folder that is there, such as out.mcap"),
-        ("nowhere/out.mcap", "write the name of a file in a folder that is there, such as out.mcap"),
-        ("there.mcap", "already there; --force writes over it"),
+        ("out.bag", "write the name of a file in an existing folder, such as out.mcap"),
+        ("nowhere/out.mcap", "write the name of a file in an existing folder, such as out.mcap"),
+        ("there.mcap", "already exists; --force overwrites it"),
     ],
 )
 def test_a_place_that_cannot_be_recorded_to_is_told_before_anything_runs(

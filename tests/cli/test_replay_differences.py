@@ -165,7 +165,7 @@ def test_rays_are_those_of_the_recording(graphrun: Graphrun, drive: Path, monkey
     monkeypatch.setattr("graphengine.cli.replay.find_spec", lambda name: None)
     result = graphrun("replay", str(rewritten(drive, manifest={"rays": '"fast"'})))
     assert (result.code, result.out) == (2, "")
-    assert "its lidars saw with rays 'fast', which need numba\n" in result.err
+    assert "its lidars used rays 'fast', which need numba\n" in result.err
     assert "give --rays mujoco" in result.err
     assert (
         "rays: mujoco, recorded with "
@@ -181,7 +181,7 @@ def test_modules_are_not_imported_because_a_file_says_so(
     record(tmp_path / "out.mcap", 1, clock, modules=["evil_nodes"])
     result = graphrun("replay", "out.mcap")
     assert result.code == 2
-    assert "the run had node types of its own; if you trust them, give --import evil_nodes" in result.err
+    assert "the run used additional node types; if you trust them, give --import evil_nodes" in result.err
     assert "--import evil_nodes: SystemExit: imported" in graphrun("replay", "out.mcap", "--import", "evil_nodes").err
 
 

@@ -168,7 +168,7 @@ def test_a_file_that_cannot_be_written_is_told_and_what_was_there_stays(graphrun
 def test_a_graph_without_a_scene_has_nothing_to_show(graphrun: Graphrun, project: Path) -> None:
     result = graphrun("snapshot", "mine.yaml", "-o", "picture.png")
     assert result.code == 2
-    assert "mine.yaml is a graph without a scene, and nothing is to be seen; give one with --scene" in result.err
+    assert "mine.yaml is a graph without a scene and has nothing to draw; give a scene with --scene" in result.err
 
 
 def test_a_scene_with_mistakes_is_not_drawn(graphrun: Graphrun, project: Path) -> None:

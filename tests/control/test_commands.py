@@ -34,7 +34,7 @@ for _ in range(100):
             "reset: scope[0]: expected 'time', 'state', 'spawned' or 'all', got 'everything'",
         ),
         ("reset", {"scope": []}, "reset: scope: "),
-        ("rate", {}, "rate: missing key 'factor'\n  it stands for: A factor of real time, or `realtime`, or `max`."),
+        ("rate", {}, "rate: missing key 'factor'\n  meaning: A factor of real time, or `realtime`, or `max`."),
         ("rate", {"factor": 0.0}, "rate: factor: expected a value ≥ 0.01, got 0.0"),
         ("rate", {"factor": "fast"}, "rate: factor: expected a number, got 'fast'"),
         ("rate", {"factor": math.nan}, "rate: factor"),

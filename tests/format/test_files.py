@@ -110,7 +110,7 @@ def test_near_names_are_suggested(home: Path) -> None:
     with pytest.raises(NotFoundError) as missing:
         reader.find("below/inner.yml", home)
     assert missing.value.help[0] == "did you mean 'below/inner.yaml'?"
-    assert missing.value.help[1] == f"looked in {str(home / 'below')!r}, and among the graphs and scenes that ship"
+    assert missing.value.help[1] == f"looked in {str(home / 'below')!r}, and among the included graphs and scenes"
 
 
 def test_nothing_is_told_of_folders_outside(home: Path) -> None:

@@ -101,10 +101,10 @@ def test_numbers_that_python_cannot_hold_faithfully_are_refused() -> None:
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("a: 1\nb: 2\na: 3\n", "G103 3:1 key 'a' stands twice"),
-        ("x: [{y: {a: 1, a: 1}}]\n", "G103 1:16 key 'a' stands twice"),
-        ("x:\n  - y:\n      a: 1\n      a: 2\n", "G103 4:7 key 'a' stands twice"),
-        ("a: 1\n'a': 2\n", "G103 2:1 key 'a' stands twice"),
+        ("a: 1\nb: 2\na: 3\n", "G103 3:1 key 'a' occurs twice"),
+        ("x: [{y: {a: 1, a: 1}}]\n", "G103 1:16 key 'a' occurs twice"),
+        ("x:\n  - y:\n      a: 1\n      a: 2\n", "G103 4:7 key 'a' occurs twice"),
+        ("a: 1\n'a': 2\n", "G103 2:1 key 'a' occurs twice"),
         ("a: !!str 1\n", "G104 1:4 tags are not allowed: '!!str'"),
         ("a: !mine {x: 1}\n", "G104 1:4 tags are not allowed: '!mine'"),
         ("a: ! 12\n", "G104 1:4 tags are not allowed: '!'"),
@@ -187,7 +187,7 @@ def test_a_refused_entry_is_left_out_so_that_it_is_told_once() -> None:
 def test_lines_are_counted_as_the_parser_counts_them(end: str) -> None:
     _, findings = parse(end.join(["a: 1", "b: 2", "a: 3", ""]))
     assert findings.items[0].render().split("\n")[:3] == [
-        "a.yaml:3:1: error G103: key 'a' stands twice",
+        "a.yaml:3:1: error G103: key 'a' occurs twice",
         "     3 | a: 3",
         "       | ^",
     ]

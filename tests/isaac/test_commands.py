@@ -29,7 +29,7 @@ def test_import_makes_the_folder(tmp_path: Path, capsys: pytest.CaptureFixture[s
 def test_import_writes_over_nothing_unless_it_is_told_to(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "scan.yaml").write_text("mine", encoding="utf-8")
     assert main(["import", str(SCAN), "-o", str(tmp_path)]) == 2
-    assert "scan.yaml: already there; --force writes over it" in capsys.readouterr().err
+    assert "scan.yaml: already exists; --force overwrites it" in capsys.readouterr().err
     assert (tmp_path / "scan.yaml").read_text(encoding="utf-8") == "mine"
     assert main(["import", str(SCAN), "-o", str(tmp_path), "--force"]) == 0
     line = SCAN.read_text(encoding="utf-8").split("\n").index("og.Controller.edit(") + 1

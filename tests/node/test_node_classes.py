@@ -104,7 +104,7 @@ def test_defaults_are_shared_and_cannot_be_changed() -> None:
 
 
 def test_a_state_that_can_change_needs_a_factory() -> None:
-    with pytest.raises(TypeError, match=r"Bad\.seen: default .* can be changed; give factory=list"):
+    with pytest.raises(TypeError, match=r"Bad\.seen: default .* is mutable; give factory=list"):
 
         class Bad(Node):
             seen: list[int] = State(default=[])

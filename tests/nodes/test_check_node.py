@@ -80,7 +80,7 @@ def test_a_name_of_one_word_needs_a_doc() -> None:
 def test_a_physical_number_needs_a_unit(field: str) -> None:
     body = {field: In(default=0.0), "__annotations__": {field: float}, "__doc__": "Takes a number."}
     physical = NodeMeta("Physical", (Node,), body, type="test.Physical")
-    assert "a physical number needs a unit" in complaint(physical)
+    assert "a physical quantity needs a unit" in complaint(physical)
 
 
 def test_a_registered_name_has_several_parts() -> None:
@@ -325,7 +325,7 @@ def test_what_a_node_cannot_do_without_is_asked_for() -> None:
         context.world.add_robot("/robot")
         return context
 
-    asked = "check_node needs values for what the node cannot do without: "
+    asked = "check_node needs values for required inputs: "
     assert complaint(Needy) == f"{asked}robot, one_frame, other_frame"
     assert complaint(Needy, one_frame="/robot") == f"{asked}robot"
     check_node(Needy, with_a_robot, robot="/robot", other_frame="/robot")

@@ -119,7 +119,7 @@ def test_the_same_message_gives_the_same_class() -> None:
 
 @pytest.mark.parametrize("missing", ["messagePackage", "messageName"])
 def test_without_a_message_there_are_no_ports(missing: str) -> None:
-    with pytest.raises(ContextError, match="it has no message") as caught:
+    with pytest.raises(ContextError, match="it names no message") as caught:
         grown(ROS2Publisher, {**names(TWIST), missing: ""}, DEFINITIONS)
     assert caught.value.code == "G208"
 
@@ -283,7 +283,7 @@ def test_messages_in_an_array_may_leave_fields_out() -> None:
         (TF, {"transforms": ["[" * 100_000]}, "transforms[0] is not JSON: "),
         (TF, {"transforms": ["{}", "3"]}, "transforms[1]: geometry_msgs/msg/TransformStamped is a mapping of fields"),
         (TF, {"transforms": ['{"child_frame": ""}']}, "has no field 'child_frame'; did you mean 'child_frame_id'?"),
-        ("sensor_msgs/msg/Image", {"data": [1, 256]}, "data has 256 in it, which is no uint8"),
+        ("sensor_msgs/msg/Image", {"data": [1, 256]}, "data contains 256, which is not a uint8"),
         ("geometry_msgs/msg/PoseWithCovariance", {"covariance": [1.0]}, "covariance has 1 elements, not 36"),
     ],
 )
@@ -297,7 +297,7 @@ def test_what_no_message_can_hold_is_refused_when_it_comes_over_a_wire() -> None
     context = RecordingContext()
     node = of(ROS2Publisher, "std_msgs/msg/UInt8MultiArray", context)
     node.message__data = np.array([1, 2, 1000], np.uint32)
-    with pytest.raises(BadValueError, match=r"data cannot be .* data has 1000 in it, which is no uint8"):
+    with pytest.raises(BadValueError, match=r"data cannot be .* data contains 1000, which is not a uint8"):
         node.compute()
     node = of(ROS2Publisher, "std_msgs/msg/UInt8", context, topicName="other")
     node.message__data = 1000
@@ -469,7 +469,7 @@ def findings(tmp_path: Path, text: str) -> list[tuple[str, str]]:
     [
         ({"messageName": "Twit"}, "G308", "Say: no message type 'geometry_msgs/msg/Twit'"),
         ({"messagePackage": "geometry_msg"}, "G308", "Say: no message type 'geometry_msg/msg/Twist'"),
-        ({"messageName": ""}, "G208", "Say: the fields of its message are its ports, and it has no message"),
+        ({"messageName": ""}, "G208", "Say: its ports are the fields of a message, and it names no message"),
         ({"messageName": "$(nothing)"}, "G111", "no parameter 'nothing'"),
         ({"linear:q": 1.0}, "G204", "ROS2Publisher has no input 'linear:q'"),
         ({"linear:y": "fast"}, "G211", "Say.linear:y is a double: expected a number, got 'fast'"),

@@ -219,7 +219,7 @@ def test_raw_velocities_are_copied_whatever_the_front(linear: Vector3, angular: 
 
 
 def test_a_front_that_points_up_is_no_front() -> None:
-    with pytest.raises(ValueError, match="robotFront must be finite, with a part in the plane"):
+    with pytest.raises(ValueError, match="robotFront must be finite, and not along the up axis"):
         published(robot_front=(0.0, 0.0, 1.0))
 
 

@@ -199,8 +199,8 @@ def test_what_is_no_python_is_told_before_the_run_with_its_line() -> None:
         ("inputs:__class__ double", "declares no attribute"),
         ("inputs:tick execution", "have one type of values"),
         ("inputs:x double|float", "have one type of values"),
-        ("inputs:script string", "inputs:script is there already"),
-        ("outputs:execOut double", "outputs:execOut is there already"),
+        ("inputs:script string", "inputs:script already exists"),
+        ("outputs:execOut double", "outputs:execOut already exists"),
     ],
 )
 def test_a_declaration_that_makes_no_sense_is_told(text: str, told: str) -> None:

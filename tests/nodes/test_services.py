@@ -134,7 +134,7 @@ def test_a_service_without_fields_makes_no_ports() -> None:
     ("given", "fault"),
     [
         ({"messageName": "SetBol"}, "no message type 'std_srvs/srv/SetBol'"),
-        ({"messageName": ""}, "it has no message"),
+        ({"messageName": ""}, "it names no message"),
         (
             {"messagePackage": "std_msgs", "messageSubfolder": "msg", "messageName": "Bool"},
             "std_msgs/msg/Bool is no service",

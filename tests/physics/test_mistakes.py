@@ -230,7 +230,7 @@ def test_a_description_that_cannot_be_loaded(project: Project, old: str, new: st
         ("sensors: {s: {type: lidar, profile: realsense_d455, parent: arm}}", "'realsense_d455' is not one of a lidar"),
         (
             "frames: {f: {parent: arm, orientation: {quaternion_xyzw: [0, 0, 0, 0]}}}",
-            "error G109: orientation: a quaternion that is a rotation has length 1",
+            "error G109: orientation: a rotation quaternion has length 1",
         ),
     ],
 )

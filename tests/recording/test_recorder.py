@@ -347,7 +347,7 @@ def test_a_recording_begins_with_its_session(tmp_path: Path) -> None:
 def test_a_file_that_is_there_is_not_written_over(tmp_path: Path) -> None:
     path = tmp_path / "out.mcap"
     path.write_bytes(b"mine")
-    with pytest.raises(RecordingError, match="already there; --force writes over it"):
+    with pytest.raises(RecordingError, match="already exists; --force overwrites it"):
         record(path, 1, small(tmp_path))
     assert path.read_bytes() == b"mine"
     record(path, 1, small(tmp_path), force=True)

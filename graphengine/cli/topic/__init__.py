@@ -1,4 +1,4 @@
-"""`graphrun topic`: topics of a live network, with or without ROS, in the manner of `ros2 topic`."""
+"""`graphrun topic`: inspect topics of a live network, with or without ROS, like `ros2 topic`."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ import argparse
 from graphengine.cli.topic import delay, echo, hz, info, listing, pub
 
 VERBS = {
-    "list": (listing, "topics that somebody writes or reads"),
-    "info": (info, "who writes and reads a topic, and with which quality of service"),
-    "echo": (echo, "messages of a topic, as they come"),
-    "hz": (hz, "how often messages come"),
-    "delay": (delay, "how old messages are when they come, by the stamp of their header"),
+    "list": (listing, "list topics that have a writer or reader"),
+    "info": (info, "list the writers and readers of a topic with their quality of service"),
+    "echo": (echo, "print messages of a topic as they arrive"),
+    "hz": (hz, "measure the rate of messages"),
+    "delay": (delay, "measure the age of messages on arrival, by the stamp in their header"),
     "pub": (pub, "publish messages"),
 }
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Arguments of the verb."""
-    parser.epilog = "What a scene will say and hear is told without running it by `graphrun topics SCENE`."
+    """Add the arguments of the verb."""
+    parser.epilog = "`graphrun topics SCENE` lists the topics of a scene without running it."
     verbs = parser.add_subparsers(dest="topic_verb", metavar="VERB", required=True)
     for name, (module, summary) in VERBS.items():
         sub = verbs.add_parser(name, help=summary, description=f"{summary[0].upper()}{summary[1:]}.")
@@ -27,5 +27,5 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """What the verb below says; 0 when it was ended by Ctrl-C."""
+    """Execute the sub-verb and return its exit code; 0 after Ctrl-C."""
     return int(arguments.of_topic(arguments))

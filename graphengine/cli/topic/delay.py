@@ -1,4 +1,4 @@
-"""`graphrun topic delay`."""
+"""`graphrun topic delay`: print the age of messages."""
 
 from __future__ import annotations
 
@@ -13,21 +13,23 @@ from graphengine.ros.rates import SECOND, Window
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Arguments of the verb."""
-    parser.add_argument("topic", metavar="TOPIC", help="whose messages have a header")
-    parser.add_argument("-w", "--window", metavar="N", type=size, default=WINDOW, help=f"messages (default {WINDOW})")
+    """Add the arguments of the verb."""
+    parser.add_argument("topic", metavar="TOPIC", help="topic whose messages have a header")
+    parser.add_argument(
+        "-w", "--window", metavar="N", type=size, default=WINDOW, help=f"averaged messages (default {WINDOW})"
+    )
     add_live_arguments(parser, clock=True)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """0 when Ctrl-C ended it."""
+    """Print delays until Ctrl-C; return 0."""
     from graphengine.messages import messages
 
     topic = absolute(arguments.topic)
     with Live(arguments) as live:
         message_type = live.type_of(topic, live.graph_with(topic))
         if "header" not in dict(live.definitions.fields(message_type)):
-            raise TransportError(f"{message_type} has no header, whose stamp would tell when a message was made")
+            raise TransportError(f"{message_type} has no header with a stamp")
         inbox = live.listen(topic, message_type, PRESETS["Sensor Data"], live.clock(arguments), WINDOW)
         window, tell, fresh = Window(arguments.window), time.monotonic() + 1.0, False
         while True:

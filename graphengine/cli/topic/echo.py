@@ -1,4 +1,4 @@
-"""`graphrun topic echo`."""
+"""`graphrun topic echo`: print messages."""
 
 from __future__ import annotations
 
@@ -23,27 +23,27 @@ TRUNCATED = 128
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Arguments of the verb."""
-    parser.add_argument("topic", metavar="TOPIC", help="such as /chatter")
-    parser.add_argument("type", metavar="TYPE", nargs="?", help="of its messages (default: what its publishers say)")
+    """Add the arguments of the verb."""
+    parser.add_argument("topic", metavar="TOPIC", help="topic, such as /chatter")
+    parser.add_argument("type", metavar="TYPE", nargs="?", help="message type (default: that of the publishers)")
     parser.add_argument("--once", action="store_true", help="end after the first message")
-    parser.add_argument("--timeout", metavar="SECONDS", type=positive, help="end after so much time")
-    parser.add_argument("--field", metavar="PATH", help="one field of each message, such as pose.pose.position")
-    parser.add_argument("--filter", metavar="EXPR", help="an expression of Python: only messages m of which it is true")
-    parser.add_argument("--csv", action="store_true", help="all values of a message in one line")
-    parser.add_argument("--raw", action="store_true", help="the bytes of a message as they came")
-    parser.add_argument("--flow-style", action="store_true", help="lists in brackets")
-    parser.add_argument("--no-arr", action="store_true", help="type and length of an array in its place")
-    parser.add_argument("--no-str", action="store_true", help="the length of a text in its place")
+    parser.add_argument("--timeout", metavar="SECONDS", type=positive, help="end after this time")
+    parser.add_argument("--field", metavar="PATH", help="print one field of each message, such as pose.pose.position")
+    parser.add_argument("--filter", metavar="EXPR", help="print only messages m with a true Python expression")
+    parser.add_argument("--csv", action="store_true", help="print all values of a message on one line")
+    parser.add_argument("--raw", action="store_true", help="print the encoded bytes of a message")
+    parser.add_argument("--flow-style", action="store_true", help="print lists in brackets")
+    parser.add_argument("--no-arr", action="store_true", help="print only type and length of arrays")
+    parser.add_argument("--no-str", action="store_true", help="print only the length of texts")
     parser.add_argument("-f", "--full-length", action="store_true", help="do not cut long arrays and texts")
-    cut = f"elements and characters after which they are cut (default {TRUNCATED})"
+    cut = f"maximum number of elements and characters to print (default {TRUNCATED})"
     parser.add_argument("-l", "--truncate-length", metavar="N", type=count, default=TRUNCATED, help=cut)
     add_quality_arguments(parser, "sensor_data")
     add_live_arguments(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """0 when something was printed, or when Ctrl-C ended it; 1 when `--timeout` passed before anything came."""
+    """Print messages; return 0 after a message or Ctrl-C, 1 if `--timeout` passed without a message."""
     from graphengine.messages.message_input import full_type
 
     topic, wanted = absolute(arguments.topic), make_filter(arguments.filter)
@@ -79,7 +79,7 @@ def _warn_of_other_definitions(publishers: list[Endpoint], message_type: str, kn
 
 
 def _arriving(inbox: MessageQueue, timeout: float | None) -> Iterator[bytes]:
-    """Messages until the time is up."""
+    """Yield messages until the timeout."""
     end = None if timeout is None else time.monotonic() + timeout
     while (arrival := inbox.take(None if end is None else max(0.0, end - time.monotonic()))) is not None:
         yield arrival.data
@@ -88,7 +88,7 @@ def _arriving(inbox: MessageQueue, timeout: float | None) -> Iterator[bytes]:
 def _text(
     data: bytes, message_type: str, definitions: Definitions, wanted: Filter, arguments: argparse.Namespace
 ) -> str | None:
-    """How a message is shown; None for one that is not wanted, or that its type does not describe."""
+    """The text of a message; None if the filter rejects it or it cannot be decoded."""
     from graphengine.messages import messages
     from graphengine.messages.message_text import Style, TypedValue, to_csv, to_plain_text, to_yaml
 

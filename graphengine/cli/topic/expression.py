@@ -1,4 +1,4 @@
-"""`--filter`: a Python expression of `m`, the message."""
+"""The option `--filter`: a Python expression on the message `m`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _ARRAY = frozenset(
 
 
 class _MessageGuard(Guard):
-    """Reads the fields of messages, and of arrays what has bounds."""
+    """A guard that lets expressions read message fields and bounded attributes of arrays."""
 
     def attributes(self, value: Any) -> Collection[str]:
         if hasattr(value, "__msgtype__"):
@@ -25,17 +25,17 @@ class _MessageGuard(Guard):
 
 
 def make_filter(text: str | None) -> Filter:
-    """A function that returns whether a message is wanted; without an expression, each is.
+    """A function that returns whether a message passes the filter; without an expression, all do.
 
     Raises:
-        UsageError: it is no expression, or one that is not allowed. The filter itself raises it when the expression fails.
+        UsageError: the text is not a legal expression. The returned function raises it if the evaluation fails.
     """
     if text is None:
         return lambda message: True
     try:
         code = compiled(text, known=("m", *FUNCTIONS))
     except (SyntaxError, ValueError, ForbiddenError) as error:
-        raise UsageError(f"--filter {text!r} is no expression: {error}") from None
+        raise UsageError(f"--filter {text!r} is not an expression: {error}") from None
 
     def wanted(message: Any) -> bool:
         try:

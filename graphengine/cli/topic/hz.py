@@ -1,4 +1,4 @@
-"""`graphrun topic hz`."""
+"""`graphrun topic hz`: print the rate of messages."""
 
 from __future__ import annotations
 
@@ -15,16 +15,18 @@ WINDOW = 10_000
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Arguments of the verb."""
-    parser.add_argument("topic", metavar="TOPIC", help="such as /chatter")
-    parser.add_argument("-w", "--window", metavar="N", type=size, default=WINDOW, help=f"messages (default {WINDOW})")
-    parser.add_argument("--filter", metavar="EXPR", help="an expression of Python: only messages m of which it is true")
-    parser.add_argument("--wall-time", action="store_true", help="count in wall time in spite of --use-sim-time")
+    """Add the arguments of the verb."""
+    parser.add_argument("topic", metavar="TOPIC", help="topic, such as /chatter")
+    parser.add_argument(
+        "-w", "--window", metavar="N", type=size, default=WINDOW, help=f"averaged messages (default {WINDOW})"
+    )
+    parser.add_argument("--filter", metavar="EXPR", help="count only messages m with a true Python expression")
+    parser.add_argument("--wall-time", action="store_true", help="measure wall time even with --use-sim-time")
     add_live_arguments(parser, clock=True)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """0 when Ctrl-C ended it."""
+    """Print rates until Ctrl-C; return 0."""
     from graphengine.messages import messages
 
     topic, wanted = absolute(arguments.topic), make_filter(arguments.filter)

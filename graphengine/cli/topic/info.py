@@ -1,4 +1,4 @@
-"""`graphrun topic info`."""
+"""`graphrun topic info`: print writers and readers of a topic."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from graphengine.ros.network_graph import Endpoint
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Arguments of the verb."""
-    parser.add_argument("topic", metavar="TOPIC", help="such as /chatter")
-    what = "node, type, hash of the type, GID and quality of service of everyone who writes or reads it"
+    """Add the arguments of the verb."""
+    parser.add_argument("topic", metavar="TOPIC", help="topic, such as /chatter")
+    what = "print node, type, type hash, GID and quality of service of each writer and reader"
     parser.add_argument("-v", "--verbose", action="store_true", help=what)
     add_live_arguments(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """0 when somebody writes or reads the topic."""
+    """Print the endpoints; return 0 if the topic has a writer or reader."""
     topic = absolute(arguments.topic)
     with Live(arguments) as live:
         graph = live.graph(names=arguments.verbose)
@@ -37,7 +37,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def describe(end: Endpoint) -> str:
-    """Everything about a writer or reader; UNKNOWN is what its peer does not tell."""
+    """All details of a writer or reader; UNKNOWN for those its peer does not announce."""
     qos = end.qos
     history = f"KEEP_LAST ({qos.depth})" if qos.history == "keepLast" else _shouted(qos.history)
     lines = [
@@ -60,7 +60,7 @@ def describe(end: Endpoint) -> str:
 
 
 def _shouted(kind: str) -> str:
-    """`BEST_EFFORT` for `bestEffort`."""
+    """Convert `bestEffort` to `BEST_EFFORT`."""
     return "UNKNOWN" if kind == "systemDefault" else re.sub(r"(?=[A-Z])", "_", kind).upper()
 
 

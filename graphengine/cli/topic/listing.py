@@ -1,4 +1,4 @@
-"""`graphrun topic list`."""
+"""`graphrun topic list`: list topics."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from graphengine.ros.network_graph import NetworkGraph
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Arguments of the verb."""
-    parser.add_argument("-t", "--show-types", action="store_true", help="the type of each topic too")
-    parser.add_argument("-c", "--count-topics", action="store_true", help="only how many there are")
+    """Add the arguments of the verb."""
+    parser.add_argument("-t", "--show-types", action="store_true", help="print the type of each topic too")
+    parser.add_argument("-c", "--count-topics", action="store_true", help="print only the number of topics")
     parser.add_argument(
-        "--include-hidden-topics", action="store_true", help="also those with a part that begins with _"
+        "--include-hidden-topics", action="store_true", help="include topics with a name part that begins with _"
     )
-    parser.add_argument("-v", "--verbose", action="store_true", help="how many write and read each topic")
+    parser.add_argument("-v", "--verbose", action="store_true", help="count writers and readers of each topic")
     add_live_arguments(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """0, also when nobody is there."""
+    """Print the topics; return 0, also without any."""
     with Live(arguments) as live:
         graph = live.graph()
         topics = [t for t in graph.types() if arguments.include_hidden_topics or not is_hidden(t)]
@@ -40,7 +40,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _counts(graph: NetworkGraph, topics: list[str], direction: Literal["publish", "subscribe"]) -> str:
-    """A line for each topic that somebody writes, or reads."""
+    """Lines with the number of writers, or readers, of each topic."""
     lines = ["Published topics:" if direction == "publish" else "Subscribed topics:"]
     who = "publisher" if direction == "publish" else "subscriber"
     for topic in topics:

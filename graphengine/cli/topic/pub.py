@@ -1,4 +1,4 @@
-"""`graphrun topic pub`."""
+"""`graphrun topic pub`: publish messages."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ HOW_TO_LEAVE = """nobody reads it yet, and the wait has no end: press Ctrl-C, or
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Arguments of the verb."""
-    parser.add_argument("topic", metavar="TOPIC", help="such as /cmd_vel")
-    parser.add_argument("type", metavar="TYPE", help="such as geometry_msgs/msg/Twist")
+    """Add the arguments of the verb."""
+    parser.add_argument("topic", metavar="TOPIC", help="topic, such as /cmd_vel")
+    parser.add_argument("type", metavar="TYPE", help="message type, such as geometry_msgs/msg/Twist")
     source = parser.add_mutually_exclusive_group()
-    values = "YAML, such as '{linear: {x: 1.0}}'; `auto` for a header and `now` for a time mean when it is sent"
+    values = "YAML, such as '{linear: {x: 1.0}}'; `auto` (header) and `now` (time) stand for the time of sending"
     source.add_argument("values", metavar="VALUES", nargs="?", default="{}", help=values)
     source.add_argument("--stdin", action="store_true", help="read the values from the standard input")
-    parser.add_argument("-r", "--rate", metavar="HZ", type=positive, default=1.0, help="(default 1)")
+    parser.add_argument("-r", "--rate", metavar="HZ", type=positive, default=1.0, help="rate (default 1)")
     parser.add_argument(
         "-p", "--print", metavar="N", type=count, default=1, help="print every N-th message (default 1)"
     )
@@ -36,18 +36,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     number.add_argument(
         "-t", "--times", metavar="N", type=count, default=0, help="publish N messages (default: no end)"
     )
-    wait = "readers to wait for (default 1 with --once and --times, else 0)"
+    wait = "number of readers to wait for (default 1 with --once and --times, else 0)"
     parser.add_argument("-w", "--wait-matching-subscriptions", metavar="N", type=count, help=wait)
-    parser.add_argument("--max-wait-time-secs", metavar="SECONDS", type=positive, help="give up waiting after so long")
-    alive = "stay so long after the last message (default 0.1)"
+    parser.add_argument("--max-wait-time-secs", metavar="SECONDS", type=positive, help="longest wait for readers")
+    alive = "time to stay after the last message (default 0.1)"
     parser.add_argument("--keep-alive", metavar="SECONDS", type=seconds, default=0.1, help=alive)
-    parser.add_argument("-n", "--node-name", metavar="NAME", help="of the publishing node")
+    parser.add_argument("-n", "--node-name", metavar="NAME", help="name of the publishing node")
     add_quality_arguments(parser, "default")
     add_live_arguments(parser, clock=True)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """0 when all was published, or when Ctrl-C ended it."""
+    """Publish all messages, or until Ctrl-C; return 0."""
     from graphengine.messages.message_input import full_type, parse
     from graphengine.messages.message_text import TypedValue, to_expression
     from graphengine.messages.messages import encode
@@ -57,9 +57,7 @@ def execute(arguments: argparse.Namespace) -> int:
     wanted = arguments.wait_matching_subscriptions
     wanted = min(times, 1) if wanted is None else wanted
     if arguments.max_wait_time_secs is not None and not wanted:
-        raise UsageError(
-            "--max-wait-time-secs: there is no wait without --wait-matching-subscriptions, --once or --times"
-        )
+        raise UsageError("--max-wait-time-secs: waiting needs --wait-matching-subscriptions, --once or --times")
     with Live(arguments, arguments.node_name) as live:
         draft = parse(sys.stdin.read() if arguments.stdin else arguments.values, message_type, live.definitions)
         clock = live.clock(arguments)
@@ -83,10 +81,10 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _wait_for_readers(live: Live, offer: Endpoint, wanted: int, limit: float | None) -> None:
-    """Wait until so many readers match what is offered.
+    """Wait until `wanted` readers match the offered topic.
 
     Raises:
-        TransportError: they do not within so many seconds.
+        TransportError: they do not match within `limit` seconds.
     """
 
     def found(graph: NetworkGraph) -> int:
@@ -112,7 +110,7 @@ def _wait_for_readers(live: Live, offer: Endpoint, wanted: int, limit: float | N
 
 
 def _mismatches(graph: NetworkGraph, offer: Endpoint) -> str:
-    """Why readers of the topic do not match, a line for each; or which topic may be meant."""
+    """Reasons why readers of the topic do not match, one line each, or a suggestion of another topic."""
     lines = []
     for end in graph.subscribers(offer.topic):
         if end.message_type != offer.message_type:

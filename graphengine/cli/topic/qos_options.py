@@ -1,4 +1,4 @@
-"""Quality-of-service options, named as in ros2cli."""
+"""Quality of service options, as in ros2cli."""
 
 from __future__ import annotations
 
@@ -38,17 +38,17 @@ _KINDS = {
 
 
 def add_quality_arguments(parser: argparse.ArgumentParser, default: str) -> None:
-    """A profile by name, and what differs from it."""
+    """Add options for a named profile and its single policies."""
     group = parser.add_argument_group("quality of service")
-    group.add_argument("--qos-profile", choices=_PROFILES, default=default, help=f"(default {default})")
-    group.add_argument("--qos-depth", metavar="N", type=count, help="messages that are kept")
+    group.add_argument("--qos-profile", choices=_PROFILES, default=default, help=f"named profile (default {default})")
+    group.add_argument("--qos-depth", metavar="N", type=count, help="number of messages to keep")
     for policy, kinds in _KINDS.items():
         group.add_argument(f"--qos-{policy}", choices=kinds)
     group.add_argument("--qos-liveliness-lease-duration-seconds", metavar="SECONDS", type=seconds)
 
 
 def quality(arguments: argparse.Namespace) -> QoS:
-    """The quality of service that the command line asks for."""
+    """The quality of service given on the command line."""
     changes: dict[str, Any] = {
         policy: kinds.get(getattr(arguments, f"qos_{policy}")) for policy, kinds in _KINDS.items()
     }
@@ -59,7 +59,7 @@ def quality(arguments: argparse.Namespace) -> QoS:
 
 
 def quality_for(arguments: argparse.Namespace, publishers: Sequence[Endpoint]) -> QoS:
-    """The most that every publisher of a topic offers, unless the command line asks for something else."""
+    """The strictest quality of service that all publishers of a topic offer, unless the command line gives one."""
     asked = quality(arguments)
     overridden = [name for name, value in vars(arguments).items() if name.startswith("qos_") and value is not None]
     if overridden != ["qos_profile"] or not publishers:

@@ -30,7 +30,7 @@ class RobotDescription:
     fixed: tuple[tuple[str, str, Vector3, Quaternion], ...]
     """Parent frame, child frame, translation (m) and rotation of every fixed joint."""
     moving: tuple[FrameLink, ...]
-    """Links that joints move, below the links that carry them."""
+    """Links moved by joints, with their parent links."""
 
 
 def _named(kind: PrimKind) -> str:
@@ -41,13 +41,13 @@ def _expect_size(width: int, height: int) -> None:
     for pixels in (width, height):
         if not 1 <= pixels <= LARGEST_PICTURE:
             legal = f"width and height are 1 to {LARGEST_PICTURE}"
-            raise ContextError(f"there is no picture of {width} x {height} pixels", pixels, legal)
+            raise ContextError(f"a picture cannot have {width} x {height} pixels", pixels, legal)
 
 
 _RENDERED = ("lidar", "camera")
 """Kinds of device that have render products."""
 _VIEWPORTS = "/Render/viewports/"
-"""What the paths of the render products of viewports begin with."""
+"""Path prefix of the render products of viewports."""
 
 
 class WorldHandles:
@@ -119,7 +119,7 @@ class WorldHandles:
             hint, link = listing([p.path for p in stage.prims("robot")], "robots"), ""
             if owner:
                 stands = (owner.path, owner.facts.get("base_link"), owner.facts.get("articulation_root"))
-                hint = listing(dict.fromkeys(filter(None, stands)), f"what stands for {owner.path}")
+                hint = listing(dict.fromkeys(filter(None, stands)), f"prims that stand for {owner.path}")
                 link = "the robot file can name a link for it: articulation_root" if prim.kind == "link" else ""
             raise PrimError(f"{path!r} does not stand for a robot", path, hint, link)
         return robot

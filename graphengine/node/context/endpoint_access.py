@@ -22,7 +22,7 @@ class EndpointOptions(TypedDict, total=False):
     """Options of a topic or service besides its type and name."""
 
     namespace: str
-    """Used verbatim when not empty."""
+    """Namespace, used unchanged if not empty."""
     qos_profile: str
     """JSON text of a QoS profile; empty for reliable, volatile, keep-last."""
     ros_context: int
@@ -42,7 +42,7 @@ class ServiceOptions(EndpointOptions, total=False):
     """Options of a service."""
 
     collects_namespace: bool
-    """An empty namespace is collected from the prims above the node."""
+    """Whether an empty namespace is collected from the ancestor prims of the node."""
 
 
 class OwnedEndpoints:

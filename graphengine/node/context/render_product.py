@@ -18,7 +18,7 @@ class RenderProduct(Stateful):
     size: tuple[int, int]
     """Width and height of a camera's pictures, pixels."""
     camera: ProductCamera | None = None
-    """The camera that was handed out."""
+    """The camera returned to nodes, if any."""
 
     def save(self) -> tuple[str, ProductCamera | None, Camera | None]:
         """The prim, the camera and the camera's present source."""

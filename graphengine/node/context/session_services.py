@@ -27,23 +27,23 @@ class Services:
     network: Network
     seed: int = 0
     domain_id: int = 0
-    """The session's ROS 2 domain, which handle 0 means."""
+    """ROS 2 domain of the session, which has handle 0."""
     domain_from_environment: int | None = None
-    """ROS_DOMAIN_ID, where the caller found one."""
+    """ROS_DOMAIN_ID, or None if it is not set."""
     log: Callable[[str, str, str], None] = lambda severity, node, message: None
     claims: list[EndpointClaim] = field(default_factory=list)
     servers: dict[int, ServiceServer] = field(default_factory=dict)
-    """Servers that are open, by their handles."""
+    """Open servers, by handle."""
     handles: dict[tuple[str, int], int] = field(default_factory=dict)
-    """Of the n-th server of each node, by its prim path; a node that is set up again has those that it had."""
+    """Handle of each server, by prim path of the node and number of the server; kept when a node is set up again."""
     queues: dict[str, EventQueue] = field(default_factory=dict)
     permissions: Permissions = field(default_factory=Permissions)
     keys: Keyboard = field(default_factory=Keyboard)
     generators: dict[str, np.random.Generator] = field(default_factory=dict)
-    """Random numbers of each node that asked for them, by its prim path."""
+    """Random generators, by prim path of the node."""
     render_products: dict[str, RenderProduct] = field(default_factory=dict)
     dropped: DroppedValues | None = field(default_factory=DroppedValues)
-    """Values from wires that nodes could not use; None where such a value ends the run."""
+    """Counts of values that nodes could not use; None if such a value ends the run."""
 
     @property
     def stage(self) -> Stage:

@@ -19,7 +19,7 @@ from graphengine.format.wording import shown
 STRONGEST_GRAVITY = 1000.0
 """m/s2, some forty times that of Jupiter."""
 BRIGHTEST = 1e6
-"""Of intensities and colours: far more than any picture shows, and their product is a number to OpenGL."""
+"""Limit of intensities and colours: far beyond what pictures show, and their product is finite in OpenGL."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +51,7 @@ def numbers(value: Any, count: int) -> list[float]:
     what = "a finite number" if count == 1 else f"an array of {count} finite numbers"
     several = isinstance(value, list) and len(value) == count
     given = f"[{', '.join(map(shown, value))}]" if several and count > 1 else shown(value[0] if several else value)
-    raise ContextError(f"it has to be {what}, not {given}", value)
+    raise ContextError(f"must be {what}, not {given}", value)
 
 
 class _Pose:
@@ -216,12 +216,12 @@ def of_light(world: World, prim: Prim) -> dict[str, Attribute]:
 def _bright(found: list[float]) -> list[float]:
     for number in found:
         if not 0 <= number <= BRIGHTEST:
-            raise ContextError(f"it has to be 0 to {BRIGHTEST:g}, not {shown(number)}", number)
+            raise ContextError(f"must be 0 to {BRIGHTEST:g}, not {shown(number)}", number)
     return found
 
 
 def _not_negative(value: Any) -> float:
     (number,) = numbers([value], 1)
     if number < 0:
-        raise ContextError(f"it has to be 0 or more, not {shown(value)}", value)
+        raise ContextError(f"must be 0 or more, not {shown(value)}", value)
     return number

@@ -33,7 +33,7 @@ def read_description(file: RobotFile, files: Files, findings: Findings) -> Urdf 
         root = xacro.expand(path, arguments, packages, findings, places)
     elif file.spec.xacro_arguments:
         span = file.key_span("xacro_arguments")
-        findings.add("G109", f"xacro_arguments: there is no xacro in {file.spec.urdf!r}", span)
+        findings.add("G109", f"xacro_arguments: no xacro syntax in {file.spec.urdf!r}", span)
         return None
     return read_urdf(root, packages, findings) if root is not None else None
 

@@ -21,7 +21,7 @@ def transport_helps(*, reaching_others: bool = False) -> dict[str, str]:
     kinds, broken = _load_all()
     ranked = ", ".join(kind.name for kind in kinds if kind.auto is not None)
     shown = {kind.name: kind.help for kind in kinds if kind.reaches_others or not reaching_others}
-    return {AUTO: f"the first that can be used of {ranked}", **shown, **broken}
+    return {AUTO: f"the first usable one of {ranked}", **shown, **broken}
 
 
 def find_transport(name: str) -> TransportKind:

@@ -85,7 +85,7 @@ def test_modules_above_a_script_are_named_with_the_folder_that_may_be_allowed(
 def test_a_call_is_a_call(call: str, library: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="2"):
         main(["import", str(library), "--call", call])
-    assert "is no call; write build('/World/robot', rate=2)" in capsys.readouterr().err
+    assert "is not a call; write build('/World/robot', rate=2)" in capsys.readouterr().err
 
 
 BROKEN = """

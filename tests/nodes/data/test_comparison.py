@@ -69,7 +69,7 @@ def test_arrays_that_are_not_as_long_do_not_compare() -> None:
 
 @pytest.mark.parametrize("b", ["[1, 2]", "{type: token, value: x}", "{type: 'token[]', value: [x]}"])
 def test_in_a_graph_what_does_not_compare_is_told_with_both_ports(play: Player, b: str) -> None:
-    with pytest.raises(CheckError, match=r"Is: a is double and b is .*, which do not compare"):
+    with pytest.raises(CheckError, match=r"Is: a is double and b is .*, which cannot be compared"):
         shown(play, "bool Is.result", {"Is": f"{{type: Compare, inputs: {{a: 1.5, b: {b}}}}}"})
 
 

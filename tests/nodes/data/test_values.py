@@ -70,7 +70,7 @@ def test_arrays_of_other_lengths_are_not_selected_from() -> None:
 
 
 def test_values_that_do_not_go_together_are_told(play: Player) -> None:
-    with pytest.raises(CheckError, match="ifTrue is double and ifFalse is token, which do not go together"):
+    with pytest.raises(CheckError, match="ifTrue is double and ifFalse is token, which have no common type"):
         play.graph(
             "nodes:\n  S: {type: SelectIf, inputs: {condition: true, ifTrue: 1.5, ifFalse: a}}\nconnections: []\n"
         )

@@ -77,7 +77,7 @@ def a_wrong_width_applies_nothing(case: Case, play: Player) -> None:
         position_command=case["inputs"]["positionCommand"],
         effort_command=case["inputs"]["effortCommand"],
     )
-    with pytest.raises(ValueError, match="must be one a joint") as caught:
+    with pytest.raises(ValueError, match="must be one per joint") as caught:
         node.compute()
     assert all(word in str(caught.value) for word in case["expect"]["one error mentioning"])
     assert all(math.isnan(target) for targets in robot.targets.values() for target in targets)

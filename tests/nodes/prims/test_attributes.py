@@ -53,7 +53,7 @@ def test_what_is_written_is_read(name: str, value: Any, read: Any) -> None:
     [
         ((1.0, 2.0), r"is a double\[3\]: expected 3 values, got 2"),
         ("up", r"is a double\[3\]: expected a list of 3 values, got 'up'"),
-        ((1.0, 2.0, math.nan), r"xformOp:translate of /World/box: it has to be .*, not \[1.0, 2.0, nan\]"),
+        ((1.0, 2.0, math.nan), r"xformOp:translate of /World/box: must be .*, not \[1.0, 2.0, nan\]"),
     ],
 )
 def test_a_value_that_does_not_fit_says_what_would(value: Any, told: str) -> None:
@@ -149,7 +149,7 @@ def test_a_drive_is_told_where_to_go_in_degrees_and_goes_there(play: Player) -> 
 
 def test_a_wrong_value_stops_the_run_and_names_the_attribute(play: Player) -> None:
     playing = arm(play, READING.replace("[7, 8, 9]", "[7, 8, .nan]"), READING_WIRES)
-    with pytest.raises(NodeError, match="it has to be an array of 3 finite numbers"):
+    with pytest.raises(NodeError, match="must be an array of 3 finite numbers"):
         playing.tick()
 
 

@@ -25,4 +25,4 @@ def _missing() -> str | None:
     return None
 
 
-TRANSPORT = TransportKind("dds", "ROS 2 programs on DDS, without an installed ROS 2", _open, auto=2, missing=_missing)
+TRANSPORT = TransportKind("dds", "ROS 2 programs over DDS, without an installed ROS 2", _open, auto=2, missing=_missing)

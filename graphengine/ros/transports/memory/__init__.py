@@ -9,4 +9,4 @@ def _open(options: JoinOptions) -> Transport:
     return MemoryTransport(keeps=False, definitions=options.definitions)
 
 
-TRANSPORT = TransportKind("memory", "nobody: messages stay in the process", _open, reaches_others=False)
+TRANSPORT = TransportKind("memory", "no connection: messages stay in the process", _open, reaches_others=False)

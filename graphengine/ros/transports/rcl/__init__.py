@@ -23,4 +23,4 @@ def _open(options: JoinOptions) -> Transport:
     return RclTransport(options)
 
 
-TRANSPORT = TransportKind("rclpy", "ROS 2 programs by the ROS 2 that is sourced", _open, auto=1, missing=import_error)
+TRANSPORT = TransportKind("rclpy", "ROS 2 programs through the sourced ROS 2", _open, auto=1, missing=import_error)
