@@ -68,7 +68,7 @@ def test_a_condition_that_raises_leaves_the_session_usable(start: Start) -> None
 def test_ticks_cannot_be_asked_for_within_a_run(start: Start) -> None:
     sim = start(COUNTING)
     for ask in (lambda s: s.step(), lambda s: s.close()):
-        with pytest.raises(ge.StateError, match="the session runs"):
+        with pytest.raises(ge.StateError, match="the session is running"):
             sim.run(1.0, until=ask)
 
 

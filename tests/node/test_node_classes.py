@@ -228,7 +228,7 @@ def test_a_function_keeps_its_name_doc_and_defaults() -> None:
 
 
 def test_a_function_may_not_call_an_argument_like_the_output() -> None:
-    with pytest.raises(TypeError, match="value: the name is taken"):
+    with pytest.raises(TypeError, match="value: the output has this name"):
 
         @node("test.Bad")
         def Bad(value: float) -> float:

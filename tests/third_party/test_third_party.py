@@ -79,7 +79,7 @@ def test_check_node_finds_them_sound(acme: ModuleType) -> None:
 
 def test_check_node_tells_its_author_what_is_missing(acme: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(acme.ButtonEdge, "__doc__", "this node finds edges")
-    with pytest.raises(NodeClassError, match="states a fact"):
+    with pytest.raises(NodeClassError, match="must say what the node does"):
         testing.check_node(acme.ButtonEdge)
 
 
