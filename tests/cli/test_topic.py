@@ -360,7 +360,7 @@ def test_messages_of_ones_own_are_found_where_the_command_line_says(
         (["echo", "/nope"], 1, "unknown topic '/nope'"),
         (["echo", "/chatter", "std_msgs/msg/Strin"], 1, "no message type 'std_msgs/msg/Strin'"),
         (["echo", "/chatter", "--field", "dta"], 1, "no field 'dta' in 'dta'\ndid you mean 'data'?"),
-        (["echo", "/chatter", "--filter", "m +"], 2, "--filter 'm +' is no expression"),
+        (["echo", "/chatter", "--filter", "m +"], 2, "--filter 'm +' is not an expression"),
         (
             ["echo", "/chatter", "--filter", "m.x"],
             2,
