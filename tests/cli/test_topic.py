@@ -385,7 +385,7 @@ def test_messages_of_ones_own_are_found_where_the_command_line_says(
         (["pub", "/chatter", "std_msgs/Strin"], 1, "no message type 'std_msgs/msg/Strin'"),
         (["pub", "/chatter", STRING, "-r", "0"], 2, "write a number above 0"),
         (["pub", "/chatter", STRING, "-n", "a b"], 1, "node name 'a b' has ' ' at character 2"),
-        (["pub", "/chatter", STRING, "--max-wait-time-secs", "1"], 2, "waiting needs"),
+        (["pub", "/chatter", STRING, "--max-wait-time-secs", "1"], 2, "needs --wait-matching-subscriptions"),
         (["pub", "/chatter", STRING, "--msg-path", "/nowhere"], 2, "--msg-path /nowhere: no such file or folder"),
         (["list", "--transport", "zenoh"], 2, "invalid choice: 'zenoh'"),
     ],
