@@ -302,7 +302,7 @@ class Runner:
             publication.after_tick(self.session.clock.frame)
 
     def end_run(self, error: BaseException | None) -> None:
-        """Pause, and close the recording if the error ends it."""
+        """Pause after ticks, and close the recording after an error that ends the run."""
         if error is not None and (self.session.state == "failed" or isinstance(error, RecordingError)):
             self._end_recording(error)
         if self.session.state == "playing":

@@ -62,7 +62,7 @@ def made(elements: Sequence[Any], element_type: PortType) -> Any:
 
 
 def checked_length(port: str, length: int) -> int:
-    """A length, limited below to 0 and checked against the maximum.
+    """The length of a new array, with negative values replaced by 0.
 
     Args:
         port: OmniGraph's name of the input with the length.

@@ -361,7 +361,7 @@ def test_messages_of_ones_own_are_found_where_the_command_line_says(
         (["echo", "/nope"], 1, "unknown topic '/nope'"),
         (["echo", "/chatter", "std_msgs/msg/Strin"], 1, "no message type 'std_msgs/msg/Strin'"),
         (["echo", "/chatter", "--field", "dta"], 1, "no field 'dta' in 'dta'\ndid you mean 'data'?"),
-        (["echo", "/chatter", "--filter", "m +"], 2, "--filter 'm +' is no expression"),
+        (["echo", "/chatter", "--filter", "m +"], 2, "--filter 'm +' is not an expression"),
         (
             ["echo", "/chatter", "--filter", "m.x"],
             2,
@@ -386,7 +386,7 @@ def test_messages_of_ones_own_are_found_where_the_command_line_says(
         (["pub", "/chatter", "std_msgs/Strin"], 1, "no message type 'std_msgs/msg/Strin'"),
         (["pub", "/chatter", STRING, "-r", "0"], 2, "write a number above 0"),
         (["pub", "/chatter", STRING, "-n", "a b"], 1, "node name 'a b' has ' ' at character 2"),
-        (["pub", "/chatter", STRING, "--max-wait-time-secs", "1"], 2, "waiting needs"),
+        (["pub", "/chatter", STRING, "--max-wait-time-secs", "1"], 2, "needs --wait-matching-subscriptions"),
         (["pub", "/chatter", STRING, "--msg-path", "/nowhere"], 2, "--msg-path /nowhere: no such file or folder"),
         (["list", "--transport", "zenoh"], 2, "invalid choice: 'zenoh'"),
     ],

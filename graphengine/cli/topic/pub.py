@@ -57,7 +57,7 @@ def execute(arguments: argparse.Namespace) -> int:
     wanted = arguments.wait_matching_subscriptions
     wanted = min(times, 1) if wanted is None else wanted
     if arguments.max_wait_time_secs is not None and not wanted:
-        raise UsageError("--max-wait-time-secs: waiting needs --wait-matching-subscriptions, --once or --times")
+        raise UsageError("--max-wait-time-secs needs --wait-matching-subscriptions, --once or --times")
     with Live(arguments, arguments.node_name) as live:
         draft = parse(sys.stdin.read() if arguments.stdin else arguments.values, message_type, live.definitions)
         clock = live.clock(arguments)

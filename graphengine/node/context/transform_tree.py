@@ -63,7 +63,7 @@ def _fixed(stage: Stage, parent: Prim | None, child: Prim) -> Pose | None:
 
 
 def _anchor(stage: Stage, prim: Prim) -> tuple[Prim | None, Pose]:
-    """The nearest carrier of a prim that a joint or free motion moves (None: the world), and the prim's pose in it."""
+    """The nearest ancestor that a joint or free motion moves (None: the world), and the prim's pose in its frame."""
     robot = stage.robot_of(prim)
     moved = {robot.facts.get("base_link"), *robot.facts.get("moving_links", ())} if robot is not None else set[str]()
     pose: Pose = (ORIGIN, IDENTITY)
