@@ -163,7 +163,7 @@ class BoxPublisher(SensorPublisher):
         """Build the message from the bytes."""
         size = self.record.itemsize
         if len(self.data) % size:
-            raise BadValueError("data", len(self.data), f"of {size} bytes a box")
+            raise BadValueError("data", len(self.data), f"of {size} bytes per box")
         return type(self).make(self.header(), np.ascontiguousarray(self.data).view(self.record))
 
 

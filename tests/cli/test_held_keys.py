@@ -124,5 +124,5 @@ def test_the_terminal_is_given_back_as_it_was_and_ctrl_c_stays_what_it_is(termin
 def test_without_a_terminal_there_are_no_keys(monkeypatch: pytest.MonkeyPatch) -> None:
     with open(os.devnull) as nothing:
         monkeypatch.setattr(sys, "stdin", nothing)
-        with pytest.raises(UsageError, match="the standard input is none"):
+        with pytest.raises(UsageError, match="the standard input is not one"):
             HeldTerminalKeys()
