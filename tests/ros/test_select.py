@@ -8,7 +8,7 @@ import pytest
 
 from graphengine.format.errors import TransportError
 from graphengine.ros.domain import Domain
-from graphengine.ros.transport import JoinOptions
+from graphengine.ros.transport import JoinOptions, Transport, TransportKind
 from graphengine.ros.transports import rcl, select
 from graphengine.ros.transports.select import open_transport, transport_helps
 
@@ -77,6 +77,17 @@ def test_without_cyclonedds_the_error_says_what_to_do(
     monkeypatch.setitem(sys.modules, "cyclonedds", None)
     with pytest.raises(TransportError, match=r"dds needs cyclonedds, which cannot be imported[^$]*--transport memory"):
         open_transport(name, JoinOptions(domain))
+
+
+def test_a_transport_that_fails_in_its_own_way_while_joining_is_an_error_of_one_line(
+    domain: Domain, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(options: JoinOptions) -> Transport:
+        raise OSError("no antenna\nat all")
+
+    monkeypatch.setattr(select, "find_transport", lambda name: TransportKind(name, "a radio", fail))
+    with pytest.raises(TransportError, match=r"transport 'radio' cannot join domain \d+: OSError: no antenna\Z"):
+        open_transport("radio", JoinOptions(domain))
 
 
 @pytest.mark.ros

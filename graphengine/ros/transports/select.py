@@ -7,7 +7,7 @@ import pkgutil
 from dataclasses import replace
 from importlib.metadata import EntryPoint, entry_points
 
-from graphengine.format.errors import TransportError
+from graphengine.format.errors import GraphError, TransportError
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.ros import transports
 from graphengine.ros.transport import JoinOptions, Transport, TransportKind
@@ -42,7 +42,7 @@ def find_transport(name: str) -> TransportKind:
     try:
         kind = entry.load()
     except (Exception, SystemExit) as error:  # a package may fail in any way
-        why = f"{type(error).__name__}: {error}".splitlines()[0]
+        why = _line(error)
         remedy = f"install what {package} needs, or uninstall it, or take another --transport"
         raise TransportError(f"transport {name!r} of {package} cannot be imported: {why}\n{remedy}") from error
     if not isinstance(kind, TransportKind) or kind.name != name:
@@ -64,7 +64,14 @@ def open_transport(name: str, options: JoinOptions) -> Transport:
     kind, because = _chosen() if name == AUTO else (find_transport(name), "")
     if name != AUTO and (missing := _missing(kind)) is not None:
         raise TransportError(f"{name} cannot be used: {missing}")
-    return kind.open(replace(options, because=because))
+    try:
+        return kind.open(replace(options, because=because))
+    except GraphError:
+        raise
+    except Exception as error:  # a package may fail in any way
+        raise TransportError(
+            f"transport {kind.name!r} cannot join domain {options.domain.id}: {_line(error)}"
+        ) from error
 
 
 def _chosen() -> tuple[TransportKind, str]:
@@ -87,7 +94,12 @@ def _missing(kind: TransportKind) -> str | None:
     try:
         return kind.missing()
     except Exception as error:  # a package may fail in any way
-        return f"{type(error).__name__}: {error}".splitlines()[0]
+        return _line(error)
+
+
+def _line(error: BaseException) -> str:
+    """Type and first line of an error."""
+    return f"{type(error).__name__}: {error}".splitlines()[0]
 
 
 def _load_all() -> tuple[list[TransportKind], dict[str, str]]:
