@@ -48,7 +48,9 @@ def settle_types(graph: Graph, findings: Findings) -> None:
         if gives is None:
             untold.append(wire)
         elif gives == types.ANY != takes and source.cls.resolve_types is not Node.resolve_types:
-            message = f"the type of {wire.entry.source} cannot be told, as what decides it comes by a wire"
+            message = (
+                f"the type of {wire.entry.source} cannot be resolved, because a wire feeds the input that decides it"
+            )
             remedy = f"give {source.id} values instead, below `inputs:`"
             findings.add("G213", message, wire.entry.source.span, remedy, related=wire.entry.via)
         elif takes is None or converter is None:
@@ -68,10 +70,10 @@ def settle_types(graph: Graph, findings: Findings) -> None:
 
 
 def _tell_untold(graph: Graph, untold: list[Wire], findings: Findings) -> list[Wire]:
-    """Tell of wires that carry nobody knows what; those that a circle keeps from it remain, for the plan tells of the circle."""
+    """Report wires of unknown type. Wires of a circle are returned instead, because the plan reports the circle."""
     circular = _circular(graph) if untold else set()
     for wire in (wire for wire in untold if wire.source not in circular):
-        what = f"the type of {wire.entry.source} cannot be told from its wires ({wire})"
+        what = f"the type of {wire.entry.source} cannot be resolved from its wires ({wire})"
         findings.add("G213", what, wire.entry.source.span, "set a value with its type", related=wire.entry.via)
     return [wire for wire in untold if wire.source in circular]
 
@@ -189,7 +191,7 @@ def _tell_unsettled(graph: Graph, findings: Findings, refusing: set[int]) -> set
             if instance.index in unknown or (instance.id, port.name) in wired:
                 unknown.add(instance.index)
                 continue
-            message = f"the type of {instance.id}.{port.name} cannot be told: it has neither a wire nor a value"
+            message = f"the type of {instance.id}.{port.name} cannot be resolved: it has neither a wire nor a value"
             remedy = f"wire it, or write {{type: {str(port.type).partition(' ')[0]}, value: …}}"
             findings.add("G213", message, instance.span, remedy, related=instance.entry.via)
     pending = list(unknown)
