@@ -146,7 +146,7 @@ class Template:
                 parts += [value, place_of(end)[0]]
             else:
                 piece, begin = place_of(start)
-                lines.append(f"{piece}[{begin}:{begin + end - start}] = {value}.data.cast('B')")
+                lines.append(f"{piece}[{begin}:{begin + end - start}] = {value}.tobytes()")
         lines.append(f"return b''.join(({', '.join(parts)}))" if large else "return bytes(b0)")
         head = f"def encode({', '.join(['m', *(f'{name}={name}' for name in names)])}):"
         exec("\n    ".join([head, *lines]), names)  # our own text: names in it are fields of ROS's definitions

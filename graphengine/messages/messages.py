@@ -110,6 +110,7 @@ def message_type(message: Any) -> str:
     return name
 
 
+@functools.cache
 def message_class(message_type: str) -> type[Any]:
     """The dataclass of a type that is known without folders of a user.
 

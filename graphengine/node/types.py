@@ -305,6 +305,8 @@ def plain(element: Any) -> Any:
 
 def equal(one: Any, other: Any) -> bool:
     """Whether two port values, which may be arrays, are equal; NaN equals NaN."""
+    if one is other:
+        return True
     if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
         both = isinstance(one, np.ndarray) and isinstance(other, np.ndarray)
         return both and np.array_equal(one, other, equal_nan=True)

@@ -73,7 +73,8 @@ class LiveNetwork(Network):
         domain = self._domain(handle)
         if domain not in self._transports:
             self._transports[domain] = self._open_domain(domain)
-            self._watches[domain] = Watch(self._transports[domain], self.complain, definitions=self.definitions)
+            ends = partial(self._ends, domain)
+            self._watches[domain] = Watch(self._transports[domain], ends, self.complain, definitions=self.definitions)
         return self._transports[domain]
 
     def _domain(self, handle: int) -> int:
@@ -130,8 +131,8 @@ class LiveNetwork(Network):
 
     def look(self) -> None:
         """Report what keeps the session and its peers apart; for runs that make no ticks too."""
-        for domain, watch in self._watches.items():
-            watch.look(partial(self._ends, domain))
+        for watch in self._watches.values():
+            watch.look()
 
     def _ends(self, domain: int) -> Iterator[LivePublisher | LiveSubscription]:
         """The ends in a domain, of those that there are now: the iterator may be used later, and by another thread."""

@@ -31,6 +31,7 @@ class Watch:
 
     Args:
         transport: whose graph is searched.
+        ends: called in the thread of the ticks for the session's ends, which the search goes through.
         tell: called with each fault and, in a second line, the remedy.
         clock: seconds.
         buffer: bytes that the kernel keeps for a receiver; None for what this machine says.
@@ -40,12 +41,14 @@ class Watch:
     def __init__(
         self,
         transport: Transport,
+        ends: Callable[[], Iterable[End]],
         tell: Callable[[str], None],
         clock: Callable[[], float] = time.monotonic,
         buffer: int | None = None,
         definitions: Definitions = DEFINITIONS,
     ) -> None:
         self._transport = transport
+        self._ends = ends
         self._finder = Finder(transport, definitions, _receive_buffer() if buffer is None else buffer)
         self._tell = tell
         self._clock = clock
@@ -65,19 +68,16 @@ class Watch:
         """Look next time: the session has other topics than before."""
         self._due = 0.0
 
-    def look(self, ends: Callable[[], Iterable[End]]) -> None:
-        """Begin a look if it is time to, and report some of the faults that earlier looks found.
-
-        Args:
-            ends: called now for the session's ends, which the thread goes through.
-        """
+    def look(self) -> None:
+        """Begin a look if it is time to, and report some of the faults that earlier looks found."""
         if self._look is not None and self._look.done():
             self._collect(self._look)
-        for _ in range(min(len(self._found), REPORTED_A_TICK)):
-            self._tell(self._found.popleft())
+        if self._found:
+            for _ in range(min(len(self._found), REPORTED_A_TICK)):
+                self._tell(self._found.popleft())
         if self._look is None and (begun := self._clock()) >= self._due:
             self._due = math.inf
-            self._look = self._worker.submit(self._search, ends(), begun)
+            self._look = self._worker.submit(self._search, self._ends(), begun)
 
     def finish(self) -> None:
         """Wait for the look that is under way, and report all faults that are left."""

@@ -118,6 +118,8 @@ class LiveSubscription(Subscription, Stateful):
 
     def freeze(self) -> Sequence[bytes]:
         """Begin a tick; what has arrived since the last one. Only appends run at the same time, and a full queue's drops."""
+        if not self._arrived:
+            return ()
         arrived: list[bytes] = []
         for _ in range(len(self._arrived)):
             try:

@@ -71,6 +71,7 @@ class Ticker:
         self.graphs = runs
         """In the order they run: the scene's, then each robot's."""
         self._on_tick = [run.executor for run in runs if not run.on_physics_step]
+        self._variables = [variable for run in runs for variable in run.variables.values()]
         self._on_step = [run.executor for run in runs if run.on_physics_step]
 
     def run(self, inbox: ExternalInputs) -> None:
@@ -127,9 +128,8 @@ class Ticker:
         self.services.keys.freeze()
         for queue in self.services.queues.values():
             queue.freeze()
-        for run in self.graphs:
-            for variable in run.variables.values():
-                variable.freeze()
+        for variable in self._variables:
+            variable.freeze()
 
     def save(self) -> Any:
         """A copy of the state of clocks, world, network and graphs."""

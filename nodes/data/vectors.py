@@ -39,18 +39,20 @@ class _BreakVector(Node):
     x: Any = Out(type=_COMPONENTS, couple="number", component=True)
     y: Any = Out(type=_COMPONENTS, couple="number", component=True)
 
-    def compute(self) -> None:
+    def components(self) -> Any:
         """Take it apart."""
         vectors = self.tuple_in
-        components = vectors if type(vectors) is tuple else np.ascontiguousarray(vectors.T)
-        for name, component in zip("xyzw", components, strict=False):
-            setattr(self, name, component)
+        return vectors if type(vectors) is tuple else np.ascontiguousarray(vectors.T)
 
 
 class BreakVector2(_BreakVector, type="omni.graph.nodes.BreakVector2"):
     """The two components of a vector, whatever its role."""
 
     tuple_in: Any = In(type=_vectors(2), name="tuple", couple="number", required=True, doc=_VECTOR)
+
+    def compute(self) -> None:
+        """Take the vector apart."""
+        self.x, self.y = self.components()
 
 
 class BreakVector3(_BreakVector, type="omni.graph.nodes.BreakVector3"):
@@ -59,6 +61,10 @@ class BreakVector3(_BreakVector, type="omni.graph.nodes.BreakVector3"):
     tuple_in: Any = In(type=_vectors(3), name="tuple", couple="number", required=True, doc=_VECTOR)
     z: Any = Out(type=_COMPONENTS, couple="number", component=True)
 
+    def compute(self) -> None:
+        """Take the vector apart."""
+        self.x, self.y, self.z = self.components()
+
 
 class BreakVector4(_BreakVector, type="omni.graph.nodes.BreakVector4"):
     """The four components of a vector, whatever its role."""
@@ -66,6 +72,10 @@ class BreakVector4(_BreakVector, type="omni.graph.nodes.BreakVector4"):
     tuple_in: Any = In(type=_vectors(4), name="tuple", couple="number", required=True, doc=_VECTOR)
     z: Any = Out(type=_COMPONENTS, couple="number", component=True)
     w: Any = Out(type=_COMPONENTS, couple="number", component=True)
+
+    def compute(self) -> None:
+        """Take the vector apart."""
+        self.x, self.y, self.z, self.w = self.components()
 
 
 class _MakeVector(Elementwise):

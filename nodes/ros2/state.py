@@ -116,14 +116,23 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
         if not 0.0 <= self.resolution < math.inf:
             raise BadValueError("resolution", self.resolution, "0 or more")
         if self.resolution:
-            steps = 1.0 / self.resolution
-            with np.errstate(all="ignore"):
-                rounded = np.rint(values * steps) / steps
-            values = np.where(np.isfinite(rounded), rounded, values)  # too large to be rounded
+            values = _rounded(values, 1.0 / self.resolution)
         joints = len(names)
         parts = values[:joints], values[joints : 2 * joints], values[2 * joints :]
         port = "timeStamp" if time is self.time_stamp else "sensorTime"
         return messages.JointState(header(time, "", port), list(names), *parts)
+
+
+def _rounded(values: NDArray[np.float64], steps: float) -> NDArray[np.float64]:
+    """Round numbers to multiples of 1 / steps, in place where possible; those too large to be rounded stay."""
+    if max(map(abs, values.tolist()), default=0.0) * max(steps, 1.0) < 1e300:  # nothing overflows: errstate costs time
+        values *= steps
+        np.rint(values, out=values)
+        values /= steps
+        return values
+    with np.errstate(all="ignore"):
+        rounded = np.rint(values * steps) / steps
+    return np.where(np.isfinite(rounded), rounded, values)
 
 
 class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishOdometry"):

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from graphengine.devices.dry_world import ArticulationStub
@@ -233,6 +233,29 @@ def test_numbers_are_rounded_to_four_decimals(numbers: list[Decimal]) -> None:
     for number, rounded in zip(numbers, found.tolist(), strict=True):
         assert rounded == float(f"{rounded:.4f}")  # the double nearest to four decimals
         assert abs(Decimal(repr(rounded)) - number) <= Decimal("0.00005")
+
+
+@given(st.lists(st.floats(), min_size=4, max_size=4), st.floats(1e-4, 1e300))
+@example([0.12345, math.nan, -math.inf, 1e308], 1e-4)
+def test_how_a_number_is_rounded_does_not_depend_on_the_others(numbers: list[float], resolution: float) -> None:
+    context = RecordingContext()
+    robot = arm(context)
+    node = ready(ROS2PublishJointState, context, target_prim="/arm", resolution=resolution)
+
+    def rounded(positions: list[float]) -> list[float]:
+        robot.state["position"] = positions
+        found: list[float] = node.message().position.tolist()
+        return found
+
+    assert list(map(repr, rounded(numbers))) == [repr(rounded([number] * 4)[0]) for number in numbers]
+
+
+@pytest.mark.parametrize("number", [math.inf, -math.inf, 1e308, -1e308])
+def test_numbers_too_large_to_be_rounded_stay(number: float) -> None:
+    context = RecordingContext()
+    arm(context).state["position"] = [0.12345, number, math.nan, -0.12345]
+    found = ready(ROS2PublishJointState, context, target_prim="/arm").message().position.tolist()
+    assert repr(found) == repr([0.1234, number, math.nan, -0.1234])
 
 
 def test_with_a_resolution_of_0_numbers_are_as_they_are() -> None:

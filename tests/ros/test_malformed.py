@@ -96,9 +96,9 @@ class Hostile(MemoryTransport):
 def test_what_the_transport_dropped_is_told_once() -> None:
     said: list[str] = []
     now = [0.0]
-    watch = Watch(Hostile(), said.append, lambda: now[0])
+    watch = Watch(Hostile(), list, said.append, lambda: now[0])
     for now[0] in (0.0, 10.0):
-        watch.look(list)
+        watch.look()
         watch.finish()
     assert said == ["/chatter: a peer sends what is no message of the topic's type; dropped"]
     assert LiveNetwork(lambda domain: Hostile(), 0, said.append).malformed == {"/chatter": 3}
@@ -111,8 +111,8 @@ class Foreign(MemoryTransport):
 
 def test_services_of_which_it_is_known_why_are_not_told_of_twice() -> None:
     said: list[str] = []
-    watch = Watch(Foreign(), said.append)
-    watch.look(list)
+    watch = Watch(Foreign(), list, said.append)
+    watch.look()
     watch.finish()
     assert said == [
         "/reset: a client on another RMW",

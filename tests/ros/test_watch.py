@@ -49,16 +49,22 @@ class Watched:
     def __init__(self, *ends: Ours, buffer: int = BUFFER) -> None:
         self.network = Played()
         self.ends = list(ends)
+        self.seconds = 0.0
         self.said: list[str] = []
         self.now = 100.0
-        self.watch = Watch(self.network, self.said.append, lambda: self.now, buffer)
+        self.watch = Watch(self.network, self.find_ends, self.said.append, lambda: self.now, buffer)
+
+    def find_ends(self) -> list[Ours]:
+        """The session's ends, which takes some seconds."""
+        self.now += self.seconds
+        return self.ends
 
     def look(self, *present: Endpoint) -> list[str]:
         """What is said of those who are there, and were not before."""
         self.network.present = list(present)
         self.said.clear()
         self.now += PERIOD
-        self.watch.look(lambda: self.ends)
+        self.watch.look()
         self.watch.finish()
         return self.said
 
@@ -221,7 +227,7 @@ def test_looks_are_rare_unless_topics_change() -> None:
     watched = Watched(ours("publish", "/odom", ODOMETRY))
     for looks in (1, 2):
         for _ in range(100):
-            watched.watch.look(lambda: watched.ends)
+            watched.watch.look()
             watched.watch.finish()
         assert watched.network.looks == looks
         watched.watch.hurry()
@@ -230,17 +236,14 @@ def test_looks_are_rare_unless_topics_change() -> None:
 @pytest.mark.parametrize("seconds", [0.0, 0.01, 1.0])
 def test_looks_that_take_long_are_rarer_within_limits(seconds: float) -> None:
     watched = Watched(ours("publish", "/odom", ODOMETRY))
-
-    def ends() -> list[Ours]:
-        watched.now += seconds
-        return watched.ends
-
+    watched.seconds = seconds
     begun = watched.now
-    watched.watch.look(ends)
+    watched.watch.look()
     watched.watch.finish()
+    watched.seconds = 0.0
     due = begun + min(max(PERIOD, seconds / SHARE), LONGEST_PERIOD)
     for watched.now, looks in ((due - 0.01, 1), (due + 0.01, 2)):
-        watched.watch.look(lambda: watched.ends)
+        watched.watch.look()
         watched.watch.finish()
         assert watched.network.looks == looks
 
@@ -288,11 +291,11 @@ def test_faults_are_reported_a_few_in_each_tick_in_the_order_of_the_ends() -> No
     topics = [f"/robot_{number}/odom" for number in range(2 * REPORTED_A_TICK + 1)]
     watched = Watched(*(ours("publish", topic, ODOMETRY, BEST_EFFORT) for topic in topics))
     watched.network.present = [peer("subscribe", topic, ODOMETRY) for topic in reversed(topics)]
-    watched.watch.look(lambda: watched.ends)
+    watched.watch.look()
     ticks = list[list[str]]()
     while watched.network.looks < 1 or sum(map(len, ticks)) < len(topics):
         watched.said.clear()
-        watched.watch.look(lambda: watched.ends)
+        watched.watch.look()
         ticks += [[line.partition(":")[0] for line in watched.said]] if watched.said else []
     assert [len(tick) for tick in ticks] == [REPORTED_A_TICK, REPORTED_A_TICK, 1]
     assert [topic for tick in ticks for topic in tick] == topics
@@ -336,7 +339,7 @@ def test_a_transport_may_be_closed_before_the_session() -> None:
 def test_what_a_look_stumbles_over_is_raised_in_the_thread_of_the_ticks() -> None:
     watched = Watched(ours("publish", "/odom", ODOMETRY))
     watched.network.graph = None  # type: ignore[assignment]
-    watched.watch.look(lambda: watched.ends)
+    watched.watch.look()
     with pytest.raises(TypeError):
         watched.watch.finish()
 

@@ -99,7 +99,8 @@ class Joints(Handle):
         ids = np.array([model.joint(joint).id for joint in joints], np.intp)
         self._data = data
         self._control = data.ctrl if model.nu else np.zeros(1)
-        self._qpos, self.dofs = model.jnt_qposadr[ids], model.jnt_dofadr[ids]
+        # As numpy indexes: with the int32 of MuJoCo it takes four times as long.
+        self._qpos, self.dofs = model.jnt_qposadr[ids].astype(np.intp), model.jnt_dofadr[ids].astype(np.intp)
         self._children = model.jnt_bodyid[ids]
         self._trees = model.body_rootid[self._children]
         self._stiffness, self._damping = np.array([(d.stiffness, d.damping) for d in own], float).reshape(-1, 2).T
@@ -118,12 +119,12 @@ class Joints(Handle):
 
     def positions(self) -> Floats:
         """Joint positions, rad or m; a fresh array."""
-        positions: Floats = self._data.qpos.take(self._qpos)
+        positions: Floats = self._data.qpos[self._qpos]
         return positions
 
     def velocities(self) -> Floats:
         """Joint velocities, rad/s or m/s; a fresh array."""
-        velocities: Floats = self._data.qvel.take(self.dofs)
+        velocities: Floats = self._data.qvel[self.dofs]
         return velocities
 
     def set_points(self) -> tuple[Floats, Floats]:
@@ -137,10 +138,10 @@ class Joints(Handle):
         MuJoCo's own `actuator_force` belongs to the velocity before the step: under the discrete integrator 15 times the torque
         that accelerates a robot.
         """
-        force = self._damping * (self._control.take(self.velocity_servos) - self.velocities())
+        force = self._damping * (self._control[self.velocity_servos] - self.velocities())
         if self._has_springs:
-            force += self._stiffness * (self._control.take(self.position_servos) - self.positions())
-        efforts: Floats = force + self._data.qfrc_applied.take(self.dofs)
+            force += self._stiffness * (self._control[self.position_servos] - self.positions())
+        efforts: Floats = force + self._data.qfrc_applied[self.dofs]
         return efforts
 
     def wrenches(self) -> tuple[Floats, Floats]:
