@@ -21,7 +21,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.rotation import IDENTITY, NOWHERE, ORIGIN, Pose, Quaternion, Vector3, compose
 from graphengine.format.errors import AmbiguousPrimError, PrimError
 from graphengine.format.stateful import Shared
 from graphengine.format.wording import did_you_mean, listing
@@ -31,8 +31,6 @@ PrimKind = str
 
 PHYSICS_SCENE = "/physicsScene"
 """Path of the prim with the physics settings, as in Isaac Sim; scenes have their gravity there."""
-IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
-ORIGIN: Vector3 = (0.0, 0.0, 0.0)
 
 
 @dataclass(slots=True, eq=False)
@@ -68,6 +66,15 @@ class Prim(Shared):
     def frame_name(self) -> str:
         """Name in TF: `isaac:nameOverride`, or else the last element of the path."""
         return self.name_override or self.name
+
+    def carrier(self) -> tuple[str | None, Pose]:
+        """Name of the physics body that carries the prim (None: the world), and the prim's pose in the body's frame."""
+        pose = NOWHERE
+        for prim in self.ancestors():
+            if prim.body is not None:
+                return prim.body, pose
+            pose = compose((prim.position, prim.orientation), pose)
+        return None, pose
 
     def ancestors(self) -> Iterator[Prim]:
         """The prim itself, then its parents up to the root."""

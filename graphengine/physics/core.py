@@ -10,8 +10,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from graphengine.devices.rotation import Pose
-from graphengine.devices.sensor import Friction, Light, Vector3
+from graphengine.devices.backend import Friction, Light
+from graphengine.devices.rotation import Pose, Vector3
 from graphengine.devices.stage import Prim, PrimKind, Stage, at_or_below
 from graphengine.format.errors import PrimError
 from graphengine.format.stateful import Stateful

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-from graphengine.devices.poses import NOWHERE
+from graphengine.devices.rotation import NOWHERE
 from graphengine.devices.stage import PHYSICS_SCENE, Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import PhysicsError

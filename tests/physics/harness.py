@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from graphengine.devices.sensor import Quaternion
+from graphengine.devices.rotation import Quaternion
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
 from graphengine.format.spec import SceneSpec

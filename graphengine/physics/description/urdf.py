@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from graphengine.devices.poses import NOWHERE
-from graphengine.devices.rotation import Pose, compose, from_rpy, rotate
-from graphengine.devices.sensor import Vector3
+from graphengine.devices.rotation import NOWHERE, Pose, Vector3, compose, from_rpy, rotate
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.xml import Element, numbers
 

@@ -13,7 +13,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from graphengine.devices.sensor import Friction, Light
+from graphengine.devices.backend import Friction, Light
 from graphengine.devices.stage import Prim, Stage
 from graphengine.format.spec import MaterialSpec
 from graphengine.physics.engine import mujoco

@@ -13,9 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.devices.backend import select_joints
-from graphengine.devices.poses import NOWHERE, carrier
-from graphengine.devices.rotation import multiply, rotate
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.rotation import NOWHERE, Quaternion, Vector3, multiply, rotate
 from graphengine.format.errors import BadValueError
 from graphengine.format.stateful import Shared
 from graphengine.physics.dynamics.command_limits import Kind, command_limits
@@ -35,7 +33,7 @@ class CarriedPrim(Handle):
     def bind(self) -> None:
         """Find the body, and where the prim is in it."""
         model, data = self._simulation.model, self._simulation.data
-        name, pose = carrier(self._prim)
+        name, pose = self._prim.carrier()
         self.body = body = model.body(name).id if name is not None else 0
         self._offset = pose if pose != NOWHERE else None
         self._position, self._rotation = data.xpos[body], data.xquat[body]

@@ -13,8 +13,7 @@ import numpy as np
 
 from graphengine.devices.entity import Box, Entity, EntityKind, EntityState, Move, Overlap
 from graphengine.devices.poses import pose_of, vector
-from graphengine.devices.rotation import Pose, compose, relative, unrotate
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.rotation import Pose, Quaternion, Vector3, compose, relative, unrotate
 from graphengine.devices.stage import Prim
 from graphengine.format.errors import PhysicsError, UnknownEntityError, UsageError
 from graphengine.format.wording import did_you_mean, listing

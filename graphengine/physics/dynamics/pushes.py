@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.devices.sensor import Vector3
+from graphengine.devices.rotation import Vector3
 from graphengine.format.stateful import Stateful
 from graphengine.physics.engine import mujoco
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from graphengine.devices.poses import NOWHERE
+from graphengine.devices.rotation import NOWHERE
 from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import shipped

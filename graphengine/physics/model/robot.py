@@ -6,8 +6,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from graphengine.devices.rotation import rotate
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.rotation import Quaternion, Vector3, rotate
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.files import Files
 from graphengine.format.spec import RobotSpec

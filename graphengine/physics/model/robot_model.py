@@ -5,8 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Collection
 
-from graphengine.devices.poses import NOWHERE
-from graphengine.devices.rotation import Pose, relative
+from graphengine.devices.rotation import NOWHERE, Pose, relative
 from graphengine.format.diagnostics import Findings
 from graphengine.physics.description.for_mujoco import for_mujoco
 from graphengine.physics.description.mjcf import parse

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.devices.poses import pose_of
-from graphengine.devices.rotation import Pose, rotate
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.rotation import Pose, Quaternion, Vector3, rotate
 from graphengine.devices.stage import Prim
 from graphengine.physics.engine import mujoco
 from graphengine.physics.pictures import opengl

@@ -15,8 +15,7 @@ import numpy as np
 from pydantic import Field
 
 from graphengine.devices.imu import Imu, ImuSample
-from graphengine.devices.rotation import unrotate
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.rotation import Quaternion, Vector3, unrotate
 from graphengine.devices.stage import Prim
 from graphengine.physics.dynamics.handle_table import Handle
 from graphengine.physics.dynamics.motion_handles import CarriedPrim

@@ -17,7 +17,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from graphengine.devices.lidar import Lidar, Scan, beam_directions
-from graphengine.devices.sensor import Quaternion
+from graphengine.devices.rotation import Quaternion
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive, Spec
 from graphengine.physics.sensors.implementations import Deviation, Profile, Rate, check_less, implements

@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from graphengine.devices.rotation import unrotate
-from graphengine.devices.sensor import Vector3
+from graphengine.devices.rotation import Vector3, unrotate
 from graphengine.format.errors import BadValueError, JointError, PhysicsError
 from graphengine.physics.loading import LoadedWorld
 from tests.physics.conftest import Ship

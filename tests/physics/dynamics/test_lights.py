@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from graphengine.devices.rotation import rotate
-from graphengine.devices.sensor import Vector3
+from graphengine.devices.rotation import Vector3, rotate
 from graphengine.devices.stage import Prim, Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import PrimError

@@ -11,8 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.devices.rotation import compose, from_rpy, multiply
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.rotation import Quaternion, Vector3, compose, from_rpy, multiply
 from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import PhysicsError

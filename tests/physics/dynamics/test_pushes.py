@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from graphengine.devices.sensor import Vector3
+from graphengine.devices.rotation import Vector3
 from graphengine.devices.stage import Stage
 from graphengine.format.errors import UsageError
 from graphengine.physics.robot_spawner import Population

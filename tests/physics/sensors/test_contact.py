@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from graphengine.devices.sensor import Vector3
-from graphengine.devices.stage import ORIGIN, Stage
+from graphengine.devices.rotation import ORIGIN, Vector3
+from graphengine.devices.stage import Stage
 from graphengine.physics.engine import mujoco
 from graphengine.physics.sensors.contact import BodyContactSensor
 from graphengine.physics.simulation import Simulation

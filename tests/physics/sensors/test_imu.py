@@ -13,9 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from graphengine.devices.imu import ImuSample
-from graphengine.devices.rotation import from_rpy, rotate, unrotate
-from graphengine.devices.sensor import Quaternion, Vector3
-from graphengine.devices.stage import IDENTITY, ORIGIN, Stage
+from graphengine.devices.rotation import IDENTITY, ORIGIN, Quaternion, Vector3, from_rpy, rotate, unrotate
+from graphengine.devices.stage import Stage
 from graphengine.format.errors import PrimError
 from graphengine.physics.engine import mujoco
 from graphengine.physics.sensors.imu import InertialUnit
