@@ -11,6 +11,7 @@ import re
 import warnings
 
 import numpy as np
+from numpy.typing import NDArray
 
 from graphengine.format.errors import PhysicsError, UsageError
 
@@ -26,6 +27,10 @@ if tuple(map(int, re.findall(r"\d+", mujoco.__version__)[:3])) < OLDEST:
     reason = "4.0.1 is the first whose solver is right where many contacts meet"
     remedy = "pip uninstall mujoco mujoco-core, then pip install 'mujoco-core>=4.0.1,<4.1'"
     raise UsageError(f"MuJoCo {mujoco.__version__} is installed; {reason}\n  {remedy}")
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+Bools = NDArray[np.bool_]
 
 REFUSALS = (ValueError, RuntimeError, MemoryError, mujoco.FatalError, mujoco.UnexpectedError)
 """What MuJoCo raises of a model that it cannot read, build or find memory for."""

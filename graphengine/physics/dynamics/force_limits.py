@@ -21,15 +21,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from graphengine.format.diagnostics import Findings
 from graphengine.format.stateful import Stateful
-from graphengine.physics.engine import mujoco
+from graphengine.physics.engine import Floats, mujoco
 from graphengine.physics.model.drives import Drive, position_servo, servos, velocity_servo
 from graphengine.physics.model.robot import RobotInstance
-
-Floats = NDArray[np.float64]
 
 _NOTHING = 1e-9
 """Share of a maximum force below which a force tells nothing about how freely a joint moves."""

@@ -12,7 +12,6 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from graphengine.devices import rotation
 from graphengine.devices.poses import pose_of, vector
@@ -20,12 +19,11 @@ from graphengine.devices.rotation import NOWHERE, Pose, Quaternion, Vector3
 from graphengine.devices.stage import Prim, Stage
 from graphengine.format.errors import PhysicsError
 from graphengine.physics.dynamics.handle_table import Handle
-from graphengine.physics.engine import mujoco
+from graphengine.physics.engine import Floats, Indices, mujoco
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
 
-Floats = NDArray[np.float64]
 
 _FREE, _SLIDE = mujoco.mjtJoint.mjJNT_FREE.value, mujoco.mjtJoint.mjJNT_SLIDE.value
 _PLACEABLE = (_FREE, _SLIDE, mujoco.mjtJoint.mjJNT_HINGE.value)
@@ -123,7 +121,7 @@ class PlacedBody(Handle):
         for array, where, factor, more in self._weights():
             array[where] = array[where] * factor + more
 
-    def _weights(self) -> list[tuple[Floats, slice | NDArray[np.intp], float, float]]:
+    def _weights(self) -> list[tuple[Floats, slice | Indices, float, float]]:
         """What MuJoCo knows of how easily the body is moved, and how that changes: by a factor and a summand.
 
         First the joint's inertia, then what contacts are softened by: with 0 the contact of a body that is held in the ground

@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from graphengine.devices.backend import select_joints
 from graphengine.devices.rotation import NOWHERE, Quaternion, Vector3, multiply, rotate
@@ -18,13 +17,11 @@ from graphengine.format.errors import BadValueError
 from graphengine.format.stateful import Shared
 from graphengine.physics.dynamics.command_limits import Kind, command_limits
 from graphengine.physics.dynamics.handle_table import Handle
-from graphengine.physics.engine import mujoco
+from graphengine.physics.engine import Floats, Indices, mujoco
 from graphengine.physics.model.drives import Drive, position_servo, servos, velocity_servo
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
-
-Floats = NDArray[np.float64]
 
 
 class CarriedPrim(Handle):
@@ -181,7 +178,7 @@ class SelectedJoints(Shared):
         """
         points, joints = self._simulation.set_points, self._joints
         found: list[tuple[Floats, int, float]] = []
-        commands: Sequence[tuple[Kind, Sequence[float] | None, NDArray[np.intp], Floats]] = (
+        commands: Sequence[tuple[Kind, Sequence[float] | None, Indices, Floats]] = (
             ("position", positions, joints.position_servos, points.targets),
             ("velocity", velocities, joints.velocity_servos, points.targets),
             ("effort", efforts, joints.dofs, points.efforts),

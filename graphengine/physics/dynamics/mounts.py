@@ -11,13 +11,12 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
 from graphengine.devices.rotation import Pose
 from graphengine.format.stateful import Stateful
-from graphengine.physics.engine import mujoco
+from graphengine.physics.engine import Floats, mujoco
 
-Place = NDArray[np.float64]
+Place = Floats
 """Position, then the quaternion with its real part first."""
 
 

@@ -9,13 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from graphengine.devices.rotation import Vector3
 from graphengine.format.stateful import Stateful
-from graphengine.physics.engine import mujoco
-
-Floats = NDArray[np.float64]
+from graphengine.physics.engine import Floats, mujoco
 
 
 @dataclass(slots=True)

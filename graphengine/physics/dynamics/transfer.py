@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from graphengine.physics.dynamics.set_points import SetPoints
-from graphengine.physics.engine import mujoco
+from graphengine.physics.engine import Indices, mujoco
 
 _SIZES = {mujoco.mjtJoint.mjJNT_FREE: (7, 6), mujoco.mjtJoint.mjJNT_BALL: (4, 3)}
 """Coordinates and degrees of freedom of joints that have more than one."""
 
-_Pairs = tuple[NDArray[np.intp], NDArray[np.intp]]
+_Pairs = tuple[Indices, Indices]
 
 
 class Transfer:

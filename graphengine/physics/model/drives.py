@@ -14,10 +14,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from graphengine.format.spec import JointSpec
-from graphengine.physics.engine import mujoco
+from graphengine.physics.engine import Floats, Indices, mujoco
 
 DEGREES = 180 / math.pi
 """Degrees in a radian: USD stores angular drives per degree, which PhysX multiplies by this."""
@@ -76,7 +75,7 @@ def velocity_servo(joint: str) -> str:
     return f"{joint}.velocity"
 
 
-def servos(model: mujoco.MjModel, names: Iterable[str], gains: NDArray[np.float64]) -> NDArray[np.intp]:
+def servos(model: mujoco.MjModel, names: Iterable[str], gains: Floats) -> Indices:
     """Ids of actuators, -1 where a gain is zero and there is none."""
     found = [model.actuator(name).id if gain > 0 else -1 for name, gain in zip(names, gains, strict=True)]
     return np.array(found, np.intp)

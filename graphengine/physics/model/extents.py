@@ -5,11 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from graphengine.physics.engine import mujoco
-
-Floats = NDArray[np.float64]
+from graphengine.physics.engine import Floats, mujoco
 
 _GEOM = mujoco.mjtGeom
 _ORIGIN, _AXES = np.zeros(3), np.eye(3)

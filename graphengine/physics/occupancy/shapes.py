@@ -14,8 +14,8 @@ from typing import Protocol
 
 import numpy as np
 
-from graphengine.physics.engine import mujoco
-from graphengine.physics.occupancy.grid import MARGIN, Bools, Canvas, Floats, Integers, Window
+from graphengine.physics.engine import Bools, Floats, Indices, mujoco
+from graphengine.physics.occupancy.grid import MARGIN, Canvas, Window
 from graphengine.physics.occupancy.polyhedra import Triangles
 from graphengine.physics.occupancy.quadrics import Cylinders, Ellipsoids
 from graphengine.physics.sensors.rays import visible_geoms
@@ -73,7 +73,7 @@ def seen_or_solid(model: mujoco.MjModel) -> tuple[Bools, Bools]:
     return seen, solid
 
 
-def shapes(model: mujoco.MjModel, data: mujoco.MjData, geoms: Integers) -> Iterator[Shape]:
+def shapes(model: mujoco.MjModel, data: mujoco.MjData, geoms: Indices) -> Iterator[Shape]:
     """The given geoms, in the world frame.
 
     Args:
@@ -132,7 +132,7 @@ def _margin(points: Floats) -> float:
     return MARGIN + float(np.finfo(np.float32).eps * np.abs(points).max(initial=0.0))
 
 
-def _boxes(model: mujoco.MjModel, data: mujoco.MjData, geoms: Integers) -> Iterator[Shape]:
+def _boxes(model: mujoco.MjModel, data: mujoco.MjData, geoms: Indices) -> Iterator[Shape]:
     if not len(geoms):
         return
     rotations = data.geom_xmat[geoms].reshape(-1, 3, 3)
@@ -141,7 +141,7 @@ def _boxes(model: mujoco.MjModel, data: mujoco.MjData, geoms: Integers) -> Itera
     yield Triangles(triangles, np.repeat(np.arange(len(geoms)), len(_CUBE_TRIANGLES)))
 
 
-def _round(model: mujoco.MjModel, data: mujoco.MjData, geoms: Integers) -> Iterator[Shape]:
+def _round(model: mujoco.MjModel, data: mujoco.MjData, geoms: Indices) -> Iterator[Shape]:
     """Spheres, ellipsoids and cylinders; a capsule is a cylinder and two spheres."""
     kinds, kind = mujoco.mjtGeom, model.geom_type[geoms]
     rotations = data.geom_xmat.reshape(-1, 3, 3)
@@ -171,18 +171,18 @@ def _vertices(model: mujoco.MjModel, mesh: int) -> Floats:
     return vertices
 
 
-def _faces(model: mujoco.MjModel, mesh: int) -> Integers:
+def _faces(model: mujoco.MjModel, mesh: int) -> Indices:
     start = model.mesh_faceadr[mesh]
-    faces: Integers = model.mesh_face[start : start + model.mesh_facenum[mesh]]
+    faces: Indices = model.mesh_face[start : start + model.mesh_facenum[mesh]]
     return faces
 
 
-def _hull(model: mujoco.MjModel, mesh: int) -> Integers:
+def _hull(model: mujoco.MjModel, mesh: int) -> Indices:
     """Triangles of a mesh's convex hull: the last part of its graph (MuJoCo's XML reference, mesh_graph)."""
     graph = model.mesh_graph[model.mesh_graphadr[mesh] :]
     vertices, faces = graph[:2].tolist()
     start = 2 + 3 * vertices + 3 * faces
-    triangles: Integers = graph[start : start + 3 * faces].reshape(-1, 3)
+    triangles: Indices = graph[start : start + 3 * faces].reshape(-1, 3)
     return triangles
 
 

@@ -9,7 +9,6 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from graphengine.devices.contact import ContactReading, ContactSensor
@@ -17,13 +16,11 @@ from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive
 from graphengine.physics.dynamics.handle_table import Handle
 from graphengine.physics.dynamics.motion_handles import CarriedPrim
-from graphengine.physics.engine import mujoco
+from graphengine.physics.engine import Floats, mujoco
 from graphengine.physics.sensors.implementations import Profile, check_less, implements
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
-
-Floats = NDArray[np.float64]
 
 
 class ContactProfile(Profile):

@@ -20,8 +20,9 @@ from graphengine.devices.lidar import Lidar, Scan, beam_directions
 from graphengine.devices.rotation import Quaternion
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive, Spec
+from graphengine.physics.engine import Floats
 from graphengine.physics.sensors.implementations import Deviation, Profile, Rate, check_less, implements
-from graphengine.physics.sensors.rays import Floats, Integers, geom_colours
+from graphengine.physics.sensors.rays import Integers, geom_colours
 from graphengine.physics.sensors.sampling import S, TickSampled
 
 if TYPE_CHECKING:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from graphengine.physics.engine import mujoco
-from graphengine.physics.sensors.fast.table import HFIELD, MARGIN, MESH, Floats, Indices
+from graphengine.physics.engine import Floats, Indices, mujoco
+from graphengine.physics.sensors.fast.table import HFIELD, MARGIN, MESH
 from graphengine.physics.sensors.fast.tree import NODE, Tree, build
 
 
-def count_triangles(model: mujoco.MjModel, geoms: NDArray[np.intp]) -> int:
+def count_triangles(model: mujoco.MjModel, geoms: Indices) -> int:
     """How many triangles some geoms consist of, but for the few around a height field."""
     meshes, fields = (set(model.geom_dataid[geoms[model.geom_type[geoms] == kind]].tolist()) for kind in (MESH, HFIELD))
     cells = sum(int(model.hfield_nrow[field]) * int(model.hfield_ncol[field]) for field in fields)
