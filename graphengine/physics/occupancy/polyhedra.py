@@ -117,8 +117,7 @@ def _within(start: Floats, end: Floats, low: Floats | float, high: Floats | floa
 def _between(segments: Floats, start: Floats, end: Floats) -> Floats:
     """Parts of segments, from and to a fraction of their length."""
     fractions = np.stack([start, end], axis=1)[..., None]
-    cut: Floats = segments[:, :1] * (1 - fractions) + segments[:, 1:] * fractions
-    return cut
+    return segments[:, :1] * (1 - fractions) + segments[:, 1:] * fractions
 
 
 def _blocks(counts: Indices) -> Iterator[slice]:

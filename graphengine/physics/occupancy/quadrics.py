@@ -116,8 +116,7 @@ class Cylinders(_Quadrics):
     def reach(self) -> Floats:
         """Extents of the axis and of the discs at its ends."""
         slant = np.sqrt(np.maximum(1 - self.axes**2, 0.0))
-        extent: Floats = self.halves[:, None] * np.abs(self.axes) + self.radii[:, None] * slant
-        return extent
+        return self.halves[:, None] * np.abs(self.axes) + self.radii[:, None] * slant
 
     def holds(self, which: Indices, points: Floats) -> Bools:
         """Points between the discs that are near enough to the axis."""
@@ -148,8 +147,7 @@ class Cylinders(_Quadrics):
 
 
 def _among(values: Floats, low: Floats, high: Floats) -> Bools:
-    among: Bools = (values >= low - MARGIN) & (values <= high + MARGIN)
-    return among
+    return (values >= low - MARGIN) & (values <= high + MARGIN)
 
 
 def _sections(ellipse: Ellipses, ys: Sequence[Floats], zs: Sequence[Floats]) -> Iterator[Ellipses]:

@@ -96,5 +96,4 @@ def _boxes(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Floats, Floats]:
 def _beyond(centres: Floats, halves: Floats, origin: Floats, normal: Floats, margin: float) -> Bools:
     """Whether boxes lie wholly on one side of a plane, and farther from it than a margin."""
     reach: Floats = np.abs(halves @ normal).sum(axis=-1)
-    beyond: Bools = np.abs((centres - origin) @ normal) > reach + margin
-    return beyond
+    return np.abs((centres - origin) @ normal) > reach + margin
