@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from graphengine.format.diagnostics import Findings
-from graphengine.format.errors import PrimError
 from graphengine.format.spec import RobotUse
 from graphengine.physics.loading import LoadedWorld
 from graphengine.physics.robot_spawner import Population
@@ -167,14 +166,6 @@ def test_settling_gives_up_on_what_never_rests(project: Project) -> None:
     assert world is not None
     assert world.simulation.settled_after is None
     assert "not at rest after 5 s" in findings.items[-1].message
-
-
-def test_a_handle_of_the_wrong_kind_of_prim_is_refused_with_the_right_ones(ship: Ship) -> None:
-    world = ship("dd100_flat.yaml")
-    with pytest.raises(PrimError, match=r"sim_lidar is a sensor, not a lidar\neach lidar: /dd100/.*/sim_lidar/Lidar"):
-        world.simulation.device(RayLidar, world.stage.find(LIDAR.removesuffix("/Lidar")))
-    with pytest.raises(PrimError, match=r"is a link, not a robot\neach robot: /dd100"):
-        world.simulation.articulation(world.stage.find("/dd100/base_link"))
 
 
 def test_closing_twice_is_safe(ship: Ship) -> None:

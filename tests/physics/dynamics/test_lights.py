@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from graphengine.devices.rotation import Vector3, rotate
 from graphengine.devices.stage import Prim, Stage
 from graphengine.format.diagnostics import Findings
-from graphengine.format.errors import PrimError
 from graphengine.format.spec import RobotUse
 from graphengine.node.prims.stage_prims import Prims
 from graphengine.physics.engine import mujoco
@@ -102,9 +101,3 @@ def test_a_light_that_was_changed_stays_so_when_robots_come_and_go_until_a_reset
     simulation.reset()
     assert simulation.model.light("bulb").diffuse.tolist() == [0.5, 0.5, 0.5]
     assert simulation.light(bulb) == (1.0, (0.5, 0.5, 0.5))
-
-
-def test_what_is_no_light_is_told() -> None:
-    simulation = lit()
-    with pytest.raises(PrimError, match="/World/lamp is a body, not a light"):
-        simulation.light(simulation.stage.find("/World/lamp"))

@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 
 from graphengine.devices.camera import Picture
-from graphengine.format.errors import PrimError
 from graphengine.physics.engine import mujoco
 from graphengine.physics.pictures.frame_capture import Shot
 from graphengine.physics.pictures.rendering import Image
@@ -308,12 +307,6 @@ def test_nothing_is_drawn_and_no_thread_begun_where_nobody_asks() -> None:
         simulation.begin_tick(tick)
         assert camera.delivered() is None
     assert drawing_threads() == before
-
-
-def test_only_a_camera_prim_has_a_camera() -> None:
-    simulation = simulation_of(FALLING)
-    with pytest.raises(PrimError, match=r"/World/ball is a body, not a camera\neach camera: /Camera"):
-        simulation.device(PinholeCamera, simulation.stage.find("/World/ball"))
 
 
 def test_the_d455_sees_the_warehouse_in_front_of_the_robot(ship: Ship) -> None:

@@ -15,7 +15,6 @@ from hypothesis import strategies as st
 from graphengine.devices.imu import ImuSample
 from graphengine.devices.rotation import IDENTITY, ORIGIN, Quaternion, Vector3, from_rpy, rotate, unrotate
 from graphengine.devices.stage import Stage
-from graphengine.format.errors import PrimError
 from graphengine.physics.engine import mujoco
 from graphengine.physics.sensors.imu import InertialUnit
 from graphengine.physics.simulation import Simulation
@@ -216,13 +215,6 @@ def test_before_the_first_step_it_feels_gravity_alone() -> None:
     assert rotate(turn, sample.gravity) == pytest.approx((0.0, 0.0, G))
     assert sample.linear_acceleration == (0.0, 0.0, 0.0)  # no noise: that belongs to samples
     assert (sample.time, sample.index) == (0.0, -1)
-
-
-def test_a_prim_of_another_kind_is_refused_with_the_units_that_there_are() -> None:
-    simulation = carried(TURNTABLE)._simulation
-    assert isinstance(simulation, Simulation)
-    with pytest.raises(PrimError, match="is a body, not a imu\neach imu: /it/Imu"):
-        simulation.device(InertialUnit, simulation.stage.find("/it"))
 
 
 def test_the_unit_of_a_camera_on_a_robot_that_stands_feels_gravity_in_its_own_frame(ship: Ship) -> None:
