@@ -42,7 +42,7 @@ class Simulation(SimulationCore):
     @cached_property
     def entities(self) -> MujocoEntities:
         """Its robots and objects as wholes."""
-        return MujocoEntities(self, self.body)
+        return MujocoEntities(self)
 
     def save(self) -> Any:
         """A copy of the present state; pictures that are being drawn are waited for."""

@@ -21,12 +21,8 @@ class Handle(Stateful):
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         self._simulation = simulation
         self._prim = prim
+        self.prim_path = prim.path
         self.bind()
-
-    @property
-    def prim_path(self) -> str:
-        """Path of the prim."""
-        return self._prim.path
 
     @classmethod
     def key(cls, prim: Prim, **options: Any) -> str:

@@ -13,12 +13,13 @@ import numpy as np
 
 from graphengine.devices.backend import select_joints
 from graphengine.devices.rotation import NOWHERE, Quaternion, Vector3, multiply, rotate
+from graphengine.devices.stage import Prim
 from graphengine.format.errors import BadValueError
 from graphengine.format.stateful import Shared
 from graphengine.physics.dynamics.command_limits import Kind, command_limits
 from graphengine.physics.dynamics.handle_table import Handle
 from graphengine.physics.engine import Floats, Indices, mujoco
-from graphengine.physics.model.drives import Drive, position_servo, servos, velocity_servo
+from graphengine.physics.model.drives import Drive, servo_ids
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
@@ -66,21 +67,12 @@ class CarriedPrim(Handle):
 class Joints(Handle):
     """The moving joints of a robot prim."""
 
-    @property
-    def joint_names(self) -> tuple[str, ...]:
+    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
+        self.joint_names: tuple[str, ...] = prim.facts["joints"]
         """Names in the articulation's order, without the robot's prefix."""
-        names: tuple[str, ...] = self._prim.facts["joints"]
-        return names
-
-    def path(self, joint: int) -> str:
-        """The name of a joint in messages: its robot's path and its own name."""
-        return f"{self.prim_path}/{self.joint_names[joint]}"
-
-    @property
-    def prismatic(self) -> tuple[bool, ...]:
+        self.prismatic: tuple[bool, ...] = prim.facts["prismatic"]
         """For each joint, whether it slides."""
-        sliding: tuple[bool, ...] = self._prim.facts["prismatic"]
-        return sliding
+        super().__init__(simulation, prim)
 
     def bind(self) -> None:
         """Find the joints and the servos that drive them."""
@@ -100,8 +92,7 @@ class Joints(Handle):
         self._stiffness, self._damping = np.array([(d.stiffness, d.damping) for d in own], float).reshape(-1, 2).T
         self.limits = command_limits(model, robot, ids.tolist())
         self._has_springs = bool(self._stiffness.any())
-        self.position_servos = servos(model, map(position_servo, joints), self._stiffness)
-        self.velocity_servos = servos(model, map(velocity_servo, joints), self._damping)
+        self.position_servos, self.velocity_servos = servo_ids(model, zip(joints, own, strict=True))
 
     def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> SelectedJoints:
         """Joints by name, else by index, else all.
@@ -202,6 +193,7 @@ class SelectedJoints(Shared):
         if lowest <= value <= highest or not self._simulation.clamps_commands:
             return value
         counts = self._simulation.clamped_commands
-        what = f"{kind} of {self._joints.path(joint)} beyond {lowest:g} to {highest:g}"
+        name = f"{self._joints.prim_path}/{self._joints.joint_names[joint]}"
+        what = f"{kind} of {name} beyond {lowest:g} to {highest:g}"
         counts[what] = counts.get(what, 0) + 1
         return min(max(value, lowest), highest)

@@ -16,18 +16,15 @@ from graphengine.devices.rotation import Pose
 from graphengine.format.stateful import Stateful
 from graphengine.physics.engine import Floats, mujoco
 
-Place = Floats
-"""Position, then the quaternion with its real part first."""
-
 
 class Mounts(Stateful):
     """Which bodies stand elsewhere than the model was compiled with."""
 
     kept = ("_moved",)
 
-    def __init__(self, moved: Mapping[str, tuple[Place, Place]] = MappingProxyType({})) -> None:
+    def __init__(self, moved: Mapping[str, tuple[Floats, Floats]] = MappingProxyType({})) -> None:
         self._moved = dict(moved)
-        """By name of the body: where it was built, and where it is."""
+        """By name of the body: where it was built, and where it is; position, then the quaternion (w, x, y, z)."""
 
     def __bool__(self) -> bool:
         return bool(self._moved)
@@ -35,7 +32,7 @@ class Mounts(Stateful):
     def moved(self, model: mujoco.MjModel, body: int, pose: Pose) -> tuple[Mounts, mujoco.MjModel]:
         """These with a topmost body elsewhere, and a copy of the model in which it is."""
         name, (position, (x, y, z, w)) = model.body(body).name, pose
-        built, _ = self._moved.get(name, (_place(model, body), None))
+        built, _ = self._moved.get(name, (np.concatenate((model.body_pos[body], model.body_quat[body])), None))
         mounts, found = Mounts({**self._moved, name: (built, np.array((*position, w, x, y, z)))}), copy.copy(model)
         mounts.carry_over(found)
         return mounts, found
@@ -58,7 +55,3 @@ class Mounts(Stateful):
         self.carry_over(found)
         self._moved.clear()
         return found
-
-
-def _place(model: mujoco.MjModel, body: int) -> Place:
-    return np.concatenate((model.body_pos[body], model.body_quat[body]))

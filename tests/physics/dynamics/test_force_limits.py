@@ -14,7 +14,7 @@ from graphengine.format.spec import RobotUse
 from graphengine.physics.dynamics.force_limits import ForceLimits
 from graphengine.physics.engine import mujoco
 from graphengine.physics.loading import LoadedWorld
-from graphengine.physics.model.drives import Drive, position_servo, velocity_servo
+from graphengine.physics.model.drives import Drive, servos
 from graphengine.physics.robot_spawner import Population
 from tests.physics.harness import CART, ROBOT, Project
 
@@ -29,9 +29,7 @@ def rotor(
 ) -> tuple[mujoco.MjModel, mujoco.MjData, ForceLimits]:
     """One joint with a drive as `robot_model` makes it; a mass of 1 kg on a lever weighs on it, or stops hold it."""
     actuators = "".join(
-        f'<general name="{name}" joint="j" gainprm="{gain}"/>'
-        for name, gain in ((position_servo("j"), drive.stiffness), (velocity_servo("j"), drive.damping))
-        if gain
+        f'<general name="{name}" joint="j" gainprm="{gain}"/>' for name, gain in servos("j", drive) if gain
     )
     stops = 'limited="true" range="-.001 .001" solreflimit=".004 1" solimplimit=".99 .999 .001"' if held else ""
     model = mujoco.MjModel.from_xml_string(
