@@ -10,7 +10,8 @@ from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
 from graphengine.format.spec import SceneSpec
 from graphengine.format.spec_reader import read
-from graphengine.physics.loading import LoadedWorld, load_world
+from graphengine.physics.loaded_world import LoadedWorld
+from graphengine.physics.loading import load_world
 
 SHIPPED = Path(__file__).resolve().parents[2] / "scenes"
 

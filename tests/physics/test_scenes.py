@@ -12,7 +12,7 @@ import pytest
 from graphengine.devices.stage import Prim
 from graphengine.format.diagnostics import Findings
 from graphengine.format.spec_reader import read
-from graphengine.physics.loading import LoadedWorld
+from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.model.profiles import SensorProfile
 from graphengine.physics.occupancy.flood_fill import reached
 from graphengine.physics.occupancy.occupancy_map import FREE, OCCUPIED, MapRequest, OccupancyMap, Point, make_map

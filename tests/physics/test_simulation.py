@@ -10,10 +10,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from graphengine.format.diagnostics import Findings
 from graphengine.format.spec import RobotUse
-from graphengine.physics.loading import LoadedWorld
-from graphengine.physics.robot_spawner import Population
+from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.sensors.contact import BodyContactSensor
 from graphengine.physics.sensors.lidar import RayLidar
 from tests.physics.conftest import Ship
@@ -121,7 +119,7 @@ def test_handles_outlive_a_model_that_is_compiled_anew(project: Project) -> None
         simulation.device(RayLidar, world.stage.find("/bot/base_link/eye/Lidar")),
     )
     before = base.pose()
-    Population(world).add("other", RobotUse(use="bot.yaml", position=(2.0, 0.0, 0.1)), Findings())
+    world.add("other", RobotUse(use="bot.yaml", position=(2.0, 0.0, 0.1)))
     assert base.pose() == before
     simulation.reset()
     assert base.pose() == before
@@ -140,7 +138,7 @@ def test_a_joint_whose_limits_leave_out_zero_begins_at_the_nearer_one(project: P
     world = project.load()
     arm = world.simulation.articulation(world.stage.find("/bot"))
     assert arm.positions().tolist() == [0.4]
-    Population(world).add("other", RobotUse(use="bot.yaml", position=(2.0, 0.0, 0.1)), Findings())
+    world.add("other", RobotUse(use="bot.yaml", position=(2.0, 0.0, 0.1)))
     assert world.simulation.articulation(world.stage.find("/other")).positions().tolist() == [0.4]
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from graphengine.format.errors import UsageError
 from graphengine.physics.engine import Bools, Indices, mujoco
-from graphengine.physics.loading import LoadedWorld
+from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.occupancy.flood_fill import reached
 from graphengine.physics.occupancy.grid import Canvas, Grid, Window
 from graphengine.physics.occupancy.shapes import seen_or_solid, shapes

@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from graphengine.devices.entity import Move
-from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import CheckError, UsageError
 from graphengine.format.spec import RobotUse
-from graphengine.physics.loading import LoadedWorld
-from graphengine.physics.robot_spawner import Population
+from graphengine.physics.loaded_world import LoadedWorld
 from tests.physics.harness import CART, Project
 
 BOX = """<robot name="crate">
@@ -26,7 +24,7 @@ TABLE = BOX.replace('<robot name="crate">', '<robot name="table"><link name="wor
 
 
 def spawn(loaded: LoadedWorld, name: str, use: str) -> None:
-    Population(loaded).add(name, RobotUse(use=use, position=(3.0, 0.0, 1.0)), Findings())
+    loaded.add(name, RobotUse(use=use, position=(3.0, 0.0, 1.0)))
 
 
 @pytest.mark.parametrize(("text", "kind"), [(CART, "robot"), (BOX, "object"), (TABLE, "static")])
@@ -93,7 +91,7 @@ def test_texts_of_things_that_are_gone_are_not_kept(project: Project) -> None:
     loaded = project.load()
     for mass in range(3, 6):
         spawn(loaded, "crate", BOX.replace('mass value="3"', f'mass value="{mass}"'))
-        Population(loaded).remove("crate")
+        loaded.remove("crate")
     spawn(loaded, "crate", BOX)
     assert len(loaded.scenery._kinds) == 2
 
@@ -131,7 +129,7 @@ def test_a_mujoco_model_of_one_body_stands_in_a_scene(project: Project, from_fil
     for _ in range(24):
         simulation.step()
     assert simulation.entities.state("can").linear_velocity[2] == pytest.approx(-0.981)
-    Population(loaded).remove("can")
+    loaded.remove("can")
     assert simulation.entities.state("other").linear_velocity[2] == pytest.approx(-0.981)
     bounds = simulation.entities.bounds("other", own=True)
     assert bounds is not None

@@ -10,7 +10,7 @@ import pytest
 
 from graphengine.devices.rotation import Vector3, unrotate
 from graphengine.format.errors import BadValueError, JointError, PhysicsError
-from graphengine.physics.loading import LoadedWorld
+from graphengine.physics.loaded_world import LoadedWorld
 from tests.physics.conftest import Ship
 from tests.physics.harness import Project
 

@@ -9,13 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from graphengine.format.diagnostics import Findings
 from graphengine.format.spec import RobotUse
 from graphengine.physics.dynamics.force_limits import ForceLimits
 from graphengine.physics.engine import mujoco
-from graphengine.physics.loading import LoadedWorld
+from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.model.drives import Drive, servos
-from graphengine.physics.robot_spawner import Population
 from tests.physics.harness import CART, ROBOT, Project
 
 STEP = 1 / 240
@@ -136,7 +134,7 @@ def test_a_joint_that_pushes_goes_on_as_before_when_a_robot_is_added(project: Pr
         efforts = []
         for count in range(60):
             if spawned and count == 20:
-                Population(world).add("other", RobotUse(use="bot.yaml", position=(3.0, 0.0, 0.1)), Findings())
+                world.add("other", RobotUse(use="bot.yaml", position=(3.0, 0.0, 0.1)))
             world.simulation.step()
             efforts.append(float(joints.efforts()[0]))
         seen.append(efforts)

@@ -13,13 +13,11 @@ from hypothesis import strategies as st
 
 from graphengine.devices.rotation import Quaternion, Vector3, compose, from_rpy, multiply
 from graphengine.devices.stage import Stage
-from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import PhysicsError
 from graphengine.format.spec import RobotUse
 from graphengine.physics.dynamics.held_bodies import PlacedBody
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.world_prims import add_world
-from graphengine.physics.robot_spawner import Population
 from graphengine.physics.simulation import Simulation
 from tests.physics.conftest import Ship
 from tests.physics.harness import CART, Project, yaw_of
@@ -236,15 +234,15 @@ def test_what_is_held_is_held_on_when_a_robot_comes_and_another_goes(tmp_path: P
         "scene.yaml", (tmp_path / "scene.yaml").read_text() + "  other: {use: bot.yaml, position: [9, 0, 0.1]}\n"
     )
     loaded = project.load()
-    simulation, population = loaded.simulation, Population(loaded)
+    simulation = loaded.simulation
     prims = [loaded.stage.find(f"/{name}/base_link") for name in ("bot", "other")]
     there = ((4.0, 5.0, 1.0), IDENTITY)
     for prim in prims:
         found = simulation.placement(prim)
         assert found is not None
         found.place(*there)
-    population.remove("other")
-    population.add("third", RobotUse(use="bot.yaml", position=(-4.0, 0.0, 0.1)), Findings())
+    loaded.remove("other")
+    loaded.add("third", RobotUse(use="bot.yaml", position=(-4.0, 0.0, 0.1)))
     steps(simulation, 60)
     assert simulation.frame(prims[0]).pose() == there
     assert [body.prim_path for body in simulation.held] == ["/bot/Geometry/base_link"]

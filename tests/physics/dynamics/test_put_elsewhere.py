@@ -8,7 +8,6 @@ import pytest
 
 from graphengine.devices.entity import Move
 from graphengine.format.errors import PhysicsError, UsageError
-from graphengine.physics.robot_spawner import Population
 from graphengine.physics.sensors.imu import InertialUnit
 from graphengine.physics.sensors.lidar import RayLidar
 from tests.physics.conftest import Ship
@@ -121,7 +120,7 @@ def test_a_shelf_stays_where_it_was_put_when_robots_come_and_go_and_reset_puts_i
     simulation.entities.place("shelf", Move((7, 7, 7), (0, 0, 1, 0)))
     add(loaded, "late")
     assert simulation.entities.state("shelf").position == (7, 7, 7)
-    Population(loaded).remove("late")
+    loaded.remove("late")
     assert simulation.entities.state("shelf").position == (7, 7, 7)
     simulation.reset()
     state = simulation.entities.state("shelf")

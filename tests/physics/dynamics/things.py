@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from graphengine.format.diagnostics import Findings
 from graphengine.format.spec import RobotUse
-from graphengine.physics.loading import LoadedWorld
-from graphengine.physics.robot_spawner import Population
+from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.simulation import Simulation
 from tests.physics.harness import Project
 
@@ -28,4 +26,4 @@ def run(simulation: Simulation, seconds: float) -> None:
 
 
 def add(loaded: LoadedWorld, name: str, x: float = -4.0) -> None:
-    Population(loaded).add(name, RobotUse(use="bot.yaml", position=(x, 0.0, 0.1)), Findings())
+    loaded.add(name, RobotUse(use="bot.yaml", position=(x, 0.0, 0.1)))

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from graphengine.devices.rotation import Pose, relative
-from graphengine.physics.loading import LoadedWorld
+from graphengine.physics.loaded_world import LoadedWorld
 from tests.physics.conftest import Ship
 from tests.physics.harness import CART, ROBOT, SCENE, Project
 

@@ -9,11 +9,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from graphengine.format.diagnostics import Findings
 from graphengine.format.spec import RobotUse
-from graphengine.physics.loading import LoadedWorld
+from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.model.sensor_bodies import housing_of
-from graphengine.physics.robot_spawner import Population
 from graphengine.physics.sensors.contact import BodyContactSensor
 from graphengine.physics.sensors.lidar import RayLidar
 from graphengine.physics.sensors.rays import RaysChoice
@@ -113,10 +111,9 @@ def test_who_comes_is_seen_until_it_goes(project: Project) -> None:
     guest = RobotUse.model_validate({"use": "bot.yaml", "position": [0.0, 3.0, 0.1]})
     left, lidar = 270, world.simulation.device(RayLidar, world.stage.find("/bot/base_link/eye/Lidar"))
     before = lidar.scan().ranges
-    population = Population(world)
-    population.add("guest", guest, Findings())
+    world.add("guest", guest)
     assert lidar.scan().ranges[left] == pytest.approx(3.0 - 0.1, abs=1e-6)
-    population.remove("guest")
+    world.remove("guest")
     assert np.array_equal(lidar.scan().ranges, before)
     assert math.isinf(before[left])
 

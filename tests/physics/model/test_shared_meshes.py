@@ -10,11 +10,9 @@ import pytest
 import trimesh
 from PIL import Image
 
-from graphengine.format.diagnostics import Findings
 from graphengine.format.spec import RobotUse
 from graphengine.physics.engine import mujoco
-from graphengine.physics.loading import LoadedWorld
-from graphengine.physics.robot_spawner import Population
+from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.sensors.camera import PinholeCamera
 from graphengine.physics.sensors.lidar import RayLidar
 from tests.physics.harness import CART, Project
@@ -93,9 +91,8 @@ def test_a_shared_mesh_looks_as_one_of_its_own(project: Project) -> None:
 def test_who_comes_shares_the_mesh_and_who_goes_leaves_it_to_the_others(project: Project, gone: str) -> None:
     worlds = robots(project, own=False), robots(project, own=True)
     for world, kind in zip(worlds, ("one", gone), strict=True):
-        findings = Findings()
-        Population(world).add("fourth", RobotUse(use=f"{kind}.yaml", position=(2.0, 2.0, 0.3)), findings)
-        Population(world).remove(gone)
+        world.add("fourth", RobotUse(use=f"{kind}.yaml", position=(2.0, 2.0, 0.3)))
+        world.remove(gone)
         for _ in range(60):
             world.simulation.step()
     shared, own = (world.simulation for world in worlds)

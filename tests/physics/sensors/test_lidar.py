@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from graphengine.devices.rotation import compose, from_rpy, relative, rotate
 from graphengine.devices.stage import Stage
 from graphengine.physics.engine import mujoco
-from graphengine.physics.loading import LoadedWorld
+from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.sensors.lidar import RayLidar
 from graphengine.physics.sensors.rays import RaysChoice
 from graphengine.physics.simulation import Simulation

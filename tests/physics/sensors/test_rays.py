@@ -14,12 +14,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import UsageError
 from graphengine.format.spec import RobotUse
 from graphengine.physics.engine import mujoco, sort_geoms
-from graphengine.physics.loading import LoadedWorld
-from graphengine.physics.robot_spawner import Population
+from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.sensors.ray_caster_choice import select_rays
 from graphengine.physics.sensors.rays import Caster, RaysChoice
 from graphengine.physics.simulation import Simulation
@@ -69,7 +67,7 @@ def assert_agree(world: World, origin: Floats, rays: Floats, found: Floats, expe
 @pytest.mark.parametrize("name", SCENES)
 def test_on_the_scenes_that_ship_both_rays_agree_while_robots_drive_come_and_go(ship: Ship, name: str) -> None:
     loaded, generator = ship(name), np.random.default_rng(11)
-    simulation, population = loaded.simulation, Population(loaded)
+    simulation = loaded.simulation
     guest = RobotUse.model_validate({"use": "robots/dd100.yaml", "position": [0.3, 0.1, 0.05]})
     both_agree(simulation, generator)
     for robot in simulation.stage.prims("robot"):
@@ -77,10 +75,10 @@ def test_on_the_scenes_that_ship_both_rays_agree_while_robots_drive_come_and_go(
         wheels.command(velocities=generator.uniform(-20, 20, len(wheels.names)).tolist())
     run(simulation, 240)
     both_agree(simulation, generator)
-    population.add("guest", guest, Findings())
+    loaded.add("guest", guest)
     run(simulation, 10)
     both_agree(simulation, generator)
-    population.remove("guest")
+    loaded.remove("guest")
     run(simulation, 10)
     both_agree(simulation, generator)
 
