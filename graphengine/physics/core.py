@@ -112,7 +112,7 @@ class SimulationCore(Stateful):
         """Number of commands that were clamped, by kind, joint and limit."""
         self._rays_choice = rays
         self._rays: Rays | None = None
-        self._handles = HandleTable()
+        self._handles = HandleTable(self)
         self._mounts = Mounts()
         self._frictions = Frictions(stage)
         self._lights = Lights(stage)
@@ -359,17 +359,13 @@ class SimulationCore(Stateful):
         for part, state in zip(self._parts(), saved.parts, strict=True):
             part.restore(state)
         self._handles.restore(saved.handles)
-        self.held = [self._placed(path) for path in saved.held]
+        self.held = [self._handles.find(PlacedBody, self.stage.find(path)) for path in saved.held]
         for body in self.held:
             body.bind()
         self.forces.forget()
 
     def _parts(self) -> tuple[Stateful, ...]:
         return self.set_points, self.limits, self.pushes
-
-    def _placed(self, path: str) -> PlacedBody:
-        prim = self.stage.find(path)
-        return self._handles.find(PlacedBody, prim.path, lambda: PlacedBody(self, prim))
 
     def close(self) -> None:
         """Forget the handles."""

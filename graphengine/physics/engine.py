@@ -51,15 +51,21 @@ OWN = 5
 """Geom group that a robot's geoms are in while its own sensors cast rays."""
 
 
+def collides(model: mujoco.MjModel) -> Bools:
+    """For each geom whether it collides with anything."""
+    solid: Bools = (model.geom_contype | model.geom_conaffinity) != 0
+    return solid
+
+
 def sort_geoms(model: mujoco.MjModel) -> None:
     """Give each geom one of the groups above, so that a ray meets everything once.
 
     Rays see colliders; of a body without any they see the visuals. Cameras see what they saw before: groups 0 to 2.
     """
-    collides = (model.geom_contype | model.geom_conaffinity) != 0
-    solid_bodies = set(model.geom_bodyid[collides].tolist())
+    solid = collides(model)
+    solid_bodies = set(model.geom_bodyid[solid].tolist())
     for geom in range(model.ngeom):
-        rays = bool(collides[geom]) or int(model.geom_bodyid[geom]) not in solid_bodies
+        rays = bool(solid[geom]) or int(model.geom_bodyid[geom]) not in solid_bodies
         pictures = model.geom_group[geom] <= 2
         if rays:
             model.geom_group[geom] = RAYS_AND_PICTURES if pictures else RAYS

@@ -12,7 +12,6 @@ from graphengine.devices.poses import vector
 from graphengine.devices.rotation import Vector3
 from graphengine.devices.stage import Prim
 from graphengine.physics.core import SimulationCore
-from graphengine.physics.dynamics.handle_table import Handle
 from graphengine.physics.dynamics.held_bodies import PlacedBody, find_mover
 from graphengine.physics.dynamics.motion_handles import CarriedPrim, Joints
 from graphengine.physics.dynamics.mujoco_entities import MujocoEntities
@@ -21,7 +20,6 @@ from graphengine.physics.pictures.render_thread import RenderThread
 from graphengine.physics.sensors.implementations import IMPLEMENTATIONS
 
 D = TypeVar("D")
-H = TypeVar("H", bound=Handle)
 
 
 class Simulation(SimulationCore):
@@ -61,7 +59,7 @@ class Simulation(SimulationCore):
 
     def body(self, prim: Prim) -> CarriedPrim:
         """The rigid body at, or carrying, a prim, which also has the pose of the prim."""
-        return self._handle(CarriedPrim, prim)
+        return self._handles.find(CarriedPrim, prim)
 
     frame = body
 
@@ -105,16 +103,13 @@ class Simulation(SimulationCore):
 
     def placement(self, prim: Prim) -> PlacedBody | None:
         """What puts a prim's body somewhere and holds it there; None where nothing can move it, or only with another body."""
-        return self._handle(PlacedBody, prim) if find_mover(self.model, self.stage, prim) is not None else None
+        return self._handles.find(PlacedBody, prim) if find_mover(self.model, self.stage, prim) is not None else None
 
     def articulation(self, robot: Prim) -> Joints:
         """The joints of a robot prim."""
-        return self._handle(Joints, robot)
+        return self._handles.find(Joints, robot)
 
     def device(self, interface: Callable[..., D], prim: Prim, **options: Any) -> D:
         """The device at a prim of its kind; always the same for the same options."""
-        found: D = self._handle(IMPLEMENTATIONS.all[device_of(interface).kind].handle, prim, **options)
+        found: D = self._handles.find(IMPLEMENTATIONS.all[device_of(interface).kind].handle, prim, **options)
         return found
-
-    def _handle(self, make: type[H], prim: Prim, **options: Any) -> H:
-        return self._handles.find(make, make.key(prim, **options), lambda: make(self, prim, **options))

@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.format.errors import UsageError
-from graphengine.physics.engine import Bools, Indices, mujoco
+from graphengine.physics.engine import Bools, Indices, collides, mujoco
 from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.occupancy.flood_fill import reached
 from graphengine.physics.occupancy.grid import Canvas, Grid, Window
-from graphengine.physics.occupancy.shapes import seen_or_solid, shapes
+from graphengine.physics.occupancy.shapes import shapes
+from graphengine.physics.sensors.rays import visible_geoms
 
 OCCUPIED, FREE, UNKNOWN = 100, 0, -1
 """As in nav_msgs/OccupancyGrid."""
@@ -142,8 +143,10 @@ def _obstacles(world: LoadedWorld, request: MapRequest) -> Indices:
 
 
 def _there(model: mujoco.MjModel) -> Bools:
-    seen, solid = seen_or_solid(model)
-    return seen | solid
+    """Which geoms rays see or contacts feel."""
+    there = collides(model)
+    there[visible_geoms(model)] = True
+    return there
 
 
 def _geoms(world: LoadedWorld, path: str) -> Indices:
