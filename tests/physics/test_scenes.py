@@ -17,7 +17,7 @@ from graphengine.physics.model.profiles import SensorProfile
 from graphengine.physics.occupancy.flood_fill import reached
 from graphengine.physics.occupancy.occupancy_map import FREE, OCCUPIED, MapRequest, OccupancyMap, Point, make_map
 from tests.physics.conftest import Ship
-from tests.physics.harness import SHIPPED, Project, try_load
+from tests.physics.harness import SHIPPED, Project, steps, try_load
 from tests.physics.make_worlds import write_worlds
 
 SCENES = sorted(
@@ -233,8 +233,7 @@ def test_loose_things_lie_on_the_floor_and_sleep(ship: Ship, name: str) -> None:
     things = loose_things(world)
     assert {"box", "cone", "barrel"} == {prim.name.partition("_")[0] for prim in things}
     before = data.qpos.copy()
-    for _ in range(240):
-        world.simulation.step()
+    steps(world.simulation, 240)
     for prim in things:
         body = model.body(prim.body)
         assert 2.0 <= body.mass[0] <= 10.0
@@ -260,8 +259,7 @@ def test_the_dd100_pushes_what_is_loose(project: Project, world: str, thing: str
         ("front_left_wheel_joint", "front_right_wheel_joint")
     )
     wheels.command(velocities=[0.5 / 0.049] * 2)
-    for _ in range(4 * 240):
-        loaded.simulation.step()
+    steps(loaded.simulation, 4 * 240)
     (east, north, up), _ = body.pose()
     assert north - y > 0.5
     assert abs(east - x) < 0.3

@@ -9,7 +9,7 @@ from graphengine.devices.entity import Move
 from graphengine.format.errors import CheckError, UsageError
 from graphengine.format.spec import RobotUse
 from graphengine.physics.loaded_world import LoadedWorld
-from tests.physics.harness import CART, Project
+from tests.physics.harness import CART, Project, steps
 
 BOX = """<robot name="crate">
   <link name="crate">
@@ -38,8 +38,7 @@ def test_a_description_stands_in_a_scene_as_it_is(project: Project, text: str, k
     bounds = simulation.entities.bounds("thing")
     assert bounds is not None
     assert np.add(bounds.low, bounds.high)[0] / 2 == pytest.approx(3.0, abs=0.05)
-    for _ in range(24):
-        simulation.step()
+    steps(simulation, 24)
     fallen = simulation.entities.state("thing").position[2] < 0.99
     assert fallen == (kind != "static")
 
@@ -126,8 +125,7 @@ def test_a_mujoco_model_of_one_body_stands_in_a_scene(project: Project, from_fil
     assert simulation.entities.state("can").position == pytest.approx((3, 0, 1))
     assert (simulation.model.opt.timestep, simulation.model.opt.gravity[2]) == (timestep, -9.81)
     simulation.entities.place("other", Move((0, 3, 1)))
-    for _ in range(24):
-        simulation.step()
+    steps(simulation, 24)
     assert simulation.entities.state("can").linear_velocity[2] == pytest.approx(-0.981)
     loaded.remove("can")
     assert simulation.entities.state("other").linear_velocity[2] == pytest.approx(-0.981)

@@ -6,7 +6,7 @@ import pytest
 
 from graphengine.physics.engine import mujoco
 from tests.physics.conftest import Ship
-from tests.physics.harness import CART, FLOOR, ROBOT, SCENE, SHIPPED, Project, try_load
+from tests.physics.harness import CART, FLOOR, ROBOT, SCENE, SHIPPED, Project, steps, try_load
 
 
 def test_a_file_that_extends_another_merges_mappings_and_replaces_the_rest(project: Project) -> None:
@@ -46,7 +46,7 @@ def test_files_that_extend_each_other_are_told(project: Project) -> None:
 
 
 def test_the_scenes_namespace_replaces_the_one_on_the_base_link(project: Project) -> None:
-    project.write("bot.yaml", ROBOT + "namespaces: {base_link: one, arm: two}\n")
+    project.robot("namespaces: {base_link: one, arm: two}")
     assert project.load().stage.namespaces("/bot/base_link/arm/graph") == ["one", "two"]
     project.write("scene.yaml", SCENE.replace("0.1]}", "0.1], namespace: three}"))
     assert project.load().stage.namespaces("/bot/base_link/arm/graph") == ["three", "two"]
@@ -61,7 +61,7 @@ def test_one_robot_file_makes_several_robots(project: Project) -> None:
 
 
 def test_a_name_override_is_the_frames_name(project: Project) -> None:
-    project.write("bot.yaml", ROBOT + "name_overrides: {arm: the arm}\n")
+    project.robot("name_overrides: {arm: the arm}")
     assert project.load().stage.find("/bot/base_link/arm").frame_name == "the arm"
 
 
@@ -75,17 +75,16 @@ def test_a_link_whose_name_usd_does_not_allow_keeps_it_as_its_frames_name(projec
 @pytest.mark.parametrize("name", ["root", "a.b", "1", "arm joint", "Ärm"])
 def test_a_joint_may_be_called_anything(project: Project, name: str) -> None:
     project.write("bot.urdf", CART.replace('"arm_joint"', f'"{name}"'))
-    project.write("bot.yaml", ROBOT + f'joints: {{"{name}": {{drive: {{stiffness: 100, damping: 10}}}}}}\n')
+    project.robot(f'joints: {{"{name}": {{drive: {{stiffness: 100, damping: 10}}}}}}')
     world = project.load()
     joints = world.simulation.articulation(world.stage.find("/bot"))
     joints.select([name]).command(positions=[0.5])
-    for _ in range(240):
-        world.simulation.step()
+    steps(world.simulation, 240)
     assert joints.positions()[0] == pytest.approx(0.5, abs=1e-3)
 
 
 def test_a_joint_can_be_put_elsewhere(project: Project) -> None:
-    project.write("bot.yaml", ROBOT + "joints: {arm_joint: {position: [0, 0, 0.5]}}\n")
+    project.robot("joints: {arm_joint: {position: [0, 0, 0.5]}}")
     world = project.load()
     assert world.simulation.body(world.stage.find("/bot/base_link/arm")).pose()[0] == pytest.approx((0, 0, 0.6))
 
@@ -107,8 +106,7 @@ def test_the_worlds_timestep_and_integrator_are_overruled_and_told(project: Proj
     project.write("world.xml", FLOOR.replace("<mujoco>", option)).write(
         "scene.yaml", SCENE + "physics: {tick_rate: 50, substeps: 2}\n"
     )
-    loaded, findings = project.try_load()
-    assert loaded is not None
+    loaded, findings = project.load_with_findings()
     assert loaded.simulation.model.opt.timestep == 0.01
     lint, note = findings.items
     assert lint.code == "W204"
@@ -141,7 +139,7 @@ def test_what_others_keep_in_a_description_stays_in_its_text(project: Project) -
 
 def test_links_of_one_robot_do_not_collide_and_those_of_two_do(project: Project) -> None:
     """The arm's ball, moved into the cart's box, stays in peace; the other cart in the same place does not."""
-    project.write("bot.yaml", ROBOT + "joints: {arm_joint: {position: [0, 0, -0.2]}}\n")
+    project.robot("joints: {arm_joint: {position: [0, 0, -0.2]}}")
     assert project.load().simulation.data.ncon == 0
     project.write("scene.yaml", SCENE + "  other: {use: bot.yaml, position: [0.1, 0, 0.1]}\n")
     assert project.load().simulation.data.ncon > 0
@@ -180,14 +178,12 @@ def test_links_of_one_robot_collide_if_its_file_says_so_but_not_with_those_that_
 def test_what_drives_are_made_of_cannot_be_disabled_by_a_world(project: Project) -> None:
     option = '<mujoco><option><flag spring="disable" damper="disable" actuation="disable"/></option>'
     project.write("world.xml", FLOOR.replace("<mujoco>", option))
-    project.write("bot.yaml", ROBOT + "joints: {arm_joint: {drive: {stiffness: 100, damping: 10}}}\n")
-    world, findings = project.try_load()
-    assert world is not None
+    project.robot("joints: {arm_joint: {drive: {stiffness: 100, damping: 10}}}")
+    world, findings = project.load_with_findings()
     assert [note.message.partition(" ")[0] for note in findings.items] == ["spring", "damper", "actuation"]
     joints = world.simulation.articulation(world.stage.find("/bot"))
     joints.select().command(positions=[0.5])
-    for _ in range(240):
-        world.simulation.step()
+    steps(world.simulation, 240)
     assert joints.positions()[0] == pytest.approx(0.5, abs=1e-3)
 
 
@@ -211,7 +207,7 @@ def test_what_drives_are_made_of_cannot_be_disabled_by_a_world(project: Project)
     ],
 )
 def test_settings_that_no_joint_has_are_errors_at_their_place(project: Project, joint: str, told: str) -> None:
-    project.write("bot.yaml", ROBOT + f"joints: {{arm_joint: {{{joint}}}}}\n")
+    project.robot(f"joints: {{arm_joint: {{{joint}}}}}")
     assert told in project.error()
     assert project.error().startswith("bot.yaml:3:")
 
@@ -220,7 +216,7 @@ def test_a_drive_of_its_own_replaces_what_the_description_says_of_effort_and_add
     project: Project,
 ) -> None:
     project.write("bot.urdf", CART.replace("<limit", '<dynamics damping="0.25" friction="0.5"/><limit'))
-    project.write("bot.yaml", ROBOT + "joints: {arm_joint: {drive: {damping: 2, stiffness: 3, max_force: 7}}}\n")
+    project.robot("joints: {arm_joint: {drive: {damping: 2, stiffness: 3, max_force: 7}}}")
     world = project.load()
     model = world.simulation.model
     joint = model.joint("bot/arm_joint")

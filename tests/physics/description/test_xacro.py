@@ -16,7 +16,7 @@ from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.xml import Element
 from graphengine.sandbox import confinement
 from tests.physics.files.forging import forged
-from tests.physics.harness import ROBOT, Project
+from tests.physics.harness import Project
 
 HEAD = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="cart">\n'
 BODY = """  <link name="base_link">
@@ -89,7 +89,7 @@ def test_a_mistake_in_what_a_macro_made_is_told_in_the_line_that_was_written(car
 
 
 def test_a_file_that_needs_xacro_is_expanded_whatever_its_name(cart: Project) -> None:
-    cart.write("bot.urdf", CART).write("bot.yaml", ROBOT + "xacro_arguments: {radius: 0.3}\n")
+    cart.write("bot.urdf", CART).robot("xacro_arguments: {radius: 0.3}")
     assert cart.load().robots["bot"].wheel_radii["left_wheel_joint"] == 0.3
 
 
@@ -134,7 +134,7 @@ def test_an_argument_that_the_file_does_not_take_is_told(cart: Project) -> None:
 
 
 def test_arguments_for_a_file_without_xacro_are_told(project: Project) -> None:
-    project.write("bot.yaml", ROBOT + "xacro_arguments: {radius: 1}\n")
+    project.robot("xacro_arguments: {radius: 1}")
     assert "bot.yaml:3:1: error G109: xacro_arguments: no xacro syntax in 'bot.urdf'" in project.error()
 
 

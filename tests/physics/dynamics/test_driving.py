@@ -12,7 +12,7 @@ from graphengine.devices.rotation import Vector3, unrotate
 from graphengine.format.errors import BadValueError, JointError, PhysicsError
 from graphengine.physics.loaded_world import LoadedWorld
 from tests.physics.conftest import Ship
-from tests.physics.harness import Project
+from tests.physics.harness import Project, steps
 
 WHEELS = ("front_left_wheel_joint", "front_right_wheel_joint")
 TRUE = (0.049, 0.4523232)  # m: radius and track of the dd100's wheels
@@ -100,16 +100,13 @@ def test_the_tutorials_quick_test_moves_the_robot(project: Project) -> None:
         "scene.yaml",
         "scene: test\nworld: worlds/flat_grid.xml\nsettle: true\nrobots: {dd100: {use: bot.yaml}}\n",
     )
-    world, findings = project.try_load()
-    assert world is not None
+    world, findings = project.load_with_findings()
     notes = [finding.message for finding in findings.items if "USD" in finding.message]
     assert notes[0].endswith("in SI it is damping 572958 N m s/rad, target velocity 1.74533 rad/s")
     base = world.simulation.body(world.stage.find("/dd100/base_link/chassis_link"))
-    for _ in range(240):
-        world.simulation.step()
+    steps(world.simulation, 240)
     start = base.pose()[0]
-    for _ in range(960):
-        world.simulation.step()
+    steps(world.simulation, 960)
     moved = np.subtract(base.pose()[0], start) / 4.0
     assert moved == pytest.approx([math.radians(100) * 0.049, 0.0, 0.0], abs=0.0005)
     assert math.radians(100) * 0.049 == pytest.approx(0.0855, abs=5e-5)

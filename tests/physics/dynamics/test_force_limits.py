@@ -14,7 +14,7 @@ from graphengine.physics.dynamics.force_limits import ForceLimits
 from graphengine.physics.engine import mujoco
 from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.model.drives import Drive, servos
-from tests.physics.harness import CART, ROBOT, Project
+from tests.physics.harness import CART, Project
 
 STEP = 1 / 240
 MASS, RADIUS = 10.323, 0.049  # kg and m: the dd100 and its wheels
@@ -125,7 +125,7 @@ def test_a_commanded_effort_is_not_limited_but_what_the_drive_does_against_it() 
 
 
 def test_a_joint_that_pushes_goes_on_as_before_when_a_robot_is_added(project: Project) -> None:
-    project.write("bot.yaml", ROBOT + "joints: {arm_joint: {drive: {stiffness: 1000, damping: 100}}}\n")
+    project.robot("joints: {arm_joint: {drive: {stiffness: 1000, damping: 100}}}")
     seen = []
     for spawned in (False, True):
         world = project.load()
@@ -180,14 +180,13 @@ def test_the_force_that_accelerates_a_robot_is_its_wheels_maximum(project: Proje
 
 
 def test_maximum_forces_are_told_with_what_they_come_to(project: Project) -> None:
-    project.write("bot.yaml", ROBOT + "joints: {arm_joint: {drive: {damping: 1, max_force: 3}}}\n")
-    world, findings = project.try_load()
-    assert world is not None
+    project.robot("joints: {arm_joint: {drive: {damping: 1, max_force: 3}}}")
+    findings = project.load_with_findings()[1]
     # the arm: 0.01 kg m2 about its middle, which is at the joint
     (note,) = findings.items
     assert note.message == "joint 'arm_joint': max_force 3 N m accelerates its 0.01 kg m2 by at most 300 rad/s2"
     usd = "{usd_drive: {damping: 0.001, max_force: 3}}"
-    _, findings = project.write("bot.yaml", ROBOT + f"joints: {{arm_joint: {usd}}}\n").try_load()
+    _, findings = project.robot(f"joints: {{arm_joint: {usd}}}").try_load()
     assert findings.items[-1].message == note.message  # a force is no angle
 
 
@@ -195,7 +194,7 @@ def test_maximum_forces_are_told_with_what_they_come_to(project: Project) -> Non
 def test_the_effort_of_a_description_is_a_maximum_unless_the_drive_has_one(
     project: Project, drive: str, most: float
 ) -> None:
-    world = project.write("bot.yaml", ROBOT + f"joints: {{arm_joint: {{drive: {{{drive}}}}}}}\n").load()
+    world = project.robot(f"joints: {{arm_joint: {{drive: {{{drive}}}}}}}").load()
     joints = world.simulation.articulation(world.stage.find("/bot"))
     joints.select().command(velocities=[1e6])
     world.simulation.step()
@@ -203,17 +202,15 @@ def test_the_effort_of_a_description_is_a_maximum_unless_the_drive_has_one(
 
 
 def test_an_effort_of_zero_limits_nothing_and_one_of_the_description_is_no_news(project: Project) -> None:
-    project.write("bot.yaml", ROBOT + "joints: {arm_joint: {drive: {damping: 1000}}}\n")
-    world, findings = project.try_load()
-    assert world is not None
+    project.robot("joints: {arm_joint: {drive: {damping: 1000}}}")
+    world, findings = project.load_with_findings()
     assert (world.simulation.limits.joints, findings.items) == (["bot/arm_joint"], [])
     assert project.write("bot.urdf", CART.replace('effort="40"', 'effort="0"')).load().simulation.limits.joints == []
 
 
 def test_one_robot_file_used_twice_is_told_once(project: Project) -> None:
-    project.write("bot.yaml", ROBOT + "joints: {arm_joint: {drive: {damping: 0.1, max_force: 3}}}\n")
+    project.robot("joints: {arm_joint: {drive: {damping: 0.1, max_force: 3}}}")
     scene = "scene: t\nworld: world.xml\nrobots: {bot: {use: bot.yaml, count: 3, spacing: [2, 2]}}\n"
-    world, findings = project.write("scene.yaml", scene).try_load()
-    assert world is not None
+    world, findings = project.write("scene.yaml", scene).load_with_findings()
     assert len(world.simulation.limits.joints) == 3
     assert len(findings.items) == 1

@@ -15,7 +15,7 @@ from graphengine.node.prims.stage_prims import Prims
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.world_prims import add_world
 from graphengine.physics.simulation import Simulation
-from tests.physics.harness import FLOOR, Project
+from tests.physics.harness import Project
 from tests.physics.pictures.harness import EYE, FORWARD, camera_of, needs_opengl
 
 LIT = """
@@ -87,7 +87,7 @@ def test_lights_have_the_types_of_usd() -> None:
 
 def test_a_light_that_was_changed_stays_so_when_robots_come_and_go_until_a_reset(project: Project) -> None:
     dim = '<body name="lamp"><light name="bulb" diffuse=".5 .5 .5"/><geom size=".1" pos="9 9 9"/></body>'
-    project.write("world.xml", FLOOR.replace("</worldbody>", f"{dim}</worldbody>"))
+    project.world(dim)
     loaded = project.load()
     simulation = loaded.simulation
     bulb = simulation.stage.find("/World/lamp/bulb")

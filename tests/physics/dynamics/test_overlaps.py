@@ -6,7 +6,7 @@ import pytest
 
 from graphengine.devices.entity import Move
 from tests.physics.dynamics.things import add, run, world
-from tests.physics.harness import ROBOT, Project
+from tests.physics.harness import Project
 
 BLOCK = '<body name="{}" pos="{} 0 .5"><freejoint/><geom type="box" size=".5 .5 .5" mass="10"/></body>'
 
@@ -46,7 +46,7 @@ def test_a_robot_that_comes_into_something_overlaps_with_it(project: Project) ->
 
 
 def test_an_arm_that_is_bolted_to_the_world_does_not_overlap_with_itself(project: Project) -> None:
-    project.write("bot.yaml", ROBOT + "fixed_base: true\n")
+    project.robot("fixed_base: true")
     loaded = world(project, BLOCK.format("block", 2))
     loaded.simulation.entities.place("bot", Move((1.4, 0, 0.5)))
     (found,) = loaded.simulation.entities.overlaps("bot")

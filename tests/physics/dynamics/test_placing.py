@@ -211,7 +211,7 @@ def test_whatever_stands_for_a_robot_puts_all_of_it_where_that_prim_shall_be(
     project = Project(tmp_path).write(
         "bot.urdf", CART.replace("</robot>", f'{top}<origin xyz="0 0 1"/></joint></robot>')
     )
-    project.write("bot.yaml", "robot: bot\nurdf: bot.urdf\narticulation_root: top\n")
+    project.robot("articulation_root: top")
     loaded = project.load()
     simulation, stage = loaded.simulation, loaded.stage
     fresh = steps(simulation, 20)

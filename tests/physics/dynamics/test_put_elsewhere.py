@@ -102,7 +102,7 @@ def test_what_lies_on_a_thing_that_is_taken_away_falls_even_from_sleep(project: 
 
 @pytest.mark.parametrize("fast", [True, False])
 def test_a_lidar_sees_a_shelf_where_it_was_put(project: Project, fast: bool) -> None:
-    project.write("bot.yaml", ROBOT + "sensors: {eye: {type: lidar, profile: lidar_360, parent: base_link}}\n")
+    project.robot("sensors: {eye: {type: lidar, profile: lidar_360, parent: base_link}}")
     loaded = world(project, '<body name="shelf" pos="3 0 0"><geom type="box" size=".5 1 1"/></body>')
     simulation = loaded.simulation
     simulation._rays_choice = "fast" if fast else "mujoco"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from graphengine.format.spec import RobotUse
 from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.simulation import Simulation
-from tests.physics.harness import Project
+from tests.physics.harness import Project, steps
 
 BALL = '<body name="ball" pos="5 0 1"><freejoint/><geom size=".1" mass="2"/></body>'
 SHELF = '<body name="shelf" pos="1 2 3"><geom type="box" size=".1 .2 .3"/></body>'
@@ -21,8 +21,7 @@ def world(project: Project, *bodies: str, options: str = "") -> LoadedWorld:
 
 
 def run(simulation: Simulation, seconds: float) -> None:
-    for _ in range(round(seconds / simulation.model.opt.timestep)):
-        simulation.step()
+    steps(simulation, round(seconds / simulation.model.opt.timestep))
 
 
 def add(loaded: LoadedWorld, name: str, x: float = -4.0) -> None:

@@ -218,8 +218,7 @@ def test_nodes_that_multiply_are_bounded(monkeypatch: pytest.MonkeyPatch) -> Non
 def draw(project: Project, visual: str) -> tuple[list[list[float]], list[str]]:
     """Colours of the arm's visuals, and what was told."""
     project.write("bot.urdf", CART.replace('<link name="plate"/>', f'<link name="plate">{visual}</link>'))
-    world, findings = project.try_load()
-    assert world is not None, [finding.message for finding in findings.errors]
+    world, findings = project.load_with_findings()
     model = world.simulation.model
     drawn = [i for i in range(model.ngeom) if model.body(int(model.geom_bodyid[i])).name == "bot/plate"]
     return model.geom_rgba[drawn].round(3).tolist(), [finding.message for finding in findings.items]

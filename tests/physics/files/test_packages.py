@@ -113,7 +113,7 @@ def test_a_missing_mesh_says_where_it_looked(project: Project) -> None:
 def test_a_missing_package_says_where_it_looked_and_what_there_is(project: Project) -> None:
     package(project.folder / "src/cart", "cart")
     project.write("bot.urdf", robot_with("package://crt/meshes/body.obj"))
-    project.write("bot.yaml", "robot: bot\nurdf: bot.urdf\npackage_paths: [src]\n")
+    project.robot("package_paths: [src]")
     error = project.error()
     assert "did you mean 'cart'?" in error
     assert "no package 'crt'; looked for it: around " in error
@@ -130,7 +130,7 @@ def test_a_missing_package_says_where_it_looked_and_what_there_is(project: Proje
     ],
 )
 def test_package_paths_that_lead_nowhere_or_outside_are_told(project: Project, path: str, told: str) -> None:
-    project.write("bot.yaml", f"robot: bot\nurdf: bot.urdf\npackage_paths: [{path}]\n")
+    project.robot(f"package_paths: [{path}]")
     assert told in project.error()
 
 

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from tests.physics.harness import CART, SCENE, Project
+from tests.physics.harness import CART, SCENE, Project, steps
 
 ARM = """<robot name="arm">
   <link name="base_link"><inertial><mass value="5"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
@@ -24,26 +24,19 @@ ARM_ROBOT = (
 def test_target_velocity_in_usd_is_degrees_a_second(project: Project) -> None:
     description = CART.replace('type="revolute"', 'type="continuous"')
     project.write("bot.urdf", description)
-    project.write(
-        "bot.yaml",
-        "robot: bot\nurdf: bot.urdf\njoints: {arm_joint: {usd_drive: {damping: 100, target_velocity: 100}}}\n",
-    )
+    project.robot("joints: {arm_joint: {usd_drive: {damping: 100, target_velocity: 100}}}")
     world = project.load()
     joints = world.simulation.articulation(world.stage.find("/bot"))
-    for _ in range(60):
-        world.simulation.step()
+    steps(world.simulation, 60)
     assert joints.velocities()[0] == pytest.approx(math.radians(100), rel=1e-3)
     world.simulation.zero_commands()
-    for _ in range(60):
-        world.simulation.step()
+    steps(world.simulation, 60)
     assert joints.velocities()[0] == pytest.approx(0.0, abs=1e-3)
 
 
 def test_max_acceleration_is_the_slope_of_the_velocity_set_point(project: Project) -> None:
     description = CART.replace('type="revolute"', 'type="continuous"')
-    project.write("bot.urdf", description).write(
-        "bot.yaml", "robot: bot\nurdf: bot.urdf\njoints: {arm_joint: {drive: {damping: 1000, max_acceleration: 2}}}\n"
-    )
+    project.write("bot.urdf", description).robot("joints: {arm_joint: {drive: {damping: 1000, max_acceleration: 2}}}")
     world = project.load()
     joints = world.simulation.articulation(world.stage.find("/bot"))
     joints.select().command(velocities=[1.0])
@@ -56,39 +49,31 @@ def test_max_acceleration_is_the_slope_of_the_velocity_set_point(project: Projec
 
 
 def test_a_spring_and_damper_hold_a_position_and_nan_leaves_a_joint_alone(project: Project) -> None:
-    project.write(
-        "bot.yaml", "robot: bot\nurdf: bot.urdf\njoints: {arm_joint: {drive: {stiffness: 500, damping: 50}}}\n"
-    )
+    project.robot("joints: {arm_joint: {drive: {stiffness: 500, damping: 50}}}")
     world = project.load()
     joints = world.simulation.articulation(world.stage.find("/bot"))
     selection = joints.select(("arm_joint",))
     selection.command(positions=[0.5])
     selection.command(positions=[math.nan], velocities=None)
-    for _ in range(480):
-        world.simulation.step()
+    steps(world.simulation, 480)
     assert joints.positions()[0] == pytest.approx(0.5, abs=0.001)  # the arm's mass is at its joint
 
 
 def test_efforts_are_what_moves_a_joint(project: Project) -> None:
     """A torque of 0.5 N m on the arm, and what the drive gives back to stand still."""
-    project.write(
-        "bot.yaml",
-        "robot: bot\nurdf: bot.urdf\njoints: {arm_joint: {drive: {stiffness: 500, damping: 50}}}\n",
-    )
+    project.robot("joints: {arm_joint: {drive: {stiffness: 500, damping: 50}}}")
     world = project.load()
     joints = world.simulation.articulation(world.stage.find("/bot"))
     joints.select().command(efforts=[0.5])
-    for _ in range(720):
-        world.simulation.step()
+    steps(world.simulation, 720)
     assert joints.efforts()[0] == pytest.approx(0.0, abs=1e-3)
     assert joints.positions()[0] == pytest.approx(0.5 / 500, rel=0.01)
 
 
 @pytest.mark.parametrize("gains", ["{}", "{target_velocity: 3}", "{max_force: 5}"])
 def test_a_drive_that_can_do_nothing_is_told_and_harms_nothing(project: Project, gains: str) -> None:
-    project.write("bot.yaml", f"robot: bot\nurdf: bot.urdf\njoints: {{arm_joint: {{drive: {gains}}}}}\n")
-    world, findings = project.try_load()
-    assert world is not None
+    project.robot(f"joints: {{arm_joint: {{drive: {gains}}}}}")
+    world, findings = project.load_with_findings()
     (note,) = findings.items
     assert note.message == "joint 'arm_joint': a drive without damping and stiffness does nothing"
     joints = world.simulation.articulation(world.stage.find("/bot"))
@@ -109,8 +94,7 @@ def test_an_arm_droops_by_its_torque_over_its_stiffness(
     world = project.write("bot.yaml", ARM_ROBOT.format(stiffness, damping)).load()
     joints = world.simulation.articulation(world.stage.find("/bot"))
     joints.select().command(positions=[target])
-    for _ in range(1200):
-        world.simulation.step()
+    steps(world.simulation, 1200)
     angle = joints.positions()[0]
     torque = 2 * 9.81 * 0.5 * math.cos(angle)
     assert angle - target == pytest.approx(torque / stiffness, rel=1e-3)
@@ -124,8 +108,7 @@ def test_a_lift_sags_by_its_weight_over_its_stiffness_and_counts_metres_in_usd(p
         world = project.load()
         joints = world.simulation.articulation(world.stage.find("/bot"))
         joints.select().command(positions=[0.5])
-        for _ in range(1200):
-            world.simulation.step()
+        steps(world.simulation, 1200)
         assert joints.positions()[0] == pytest.approx(0.5 - 2 * 9.81 / 1000)
 
 
@@ -136,8 +119,7 @@ def test_a_target_velocity_beside_a_stiffness_shifts_the_position(project: Proje
         "bot.yaml", ARM_ROBOT.format(200.0, 20.0).replace("damping: 20.0", "damping: 20.0, target_velocity: 0.5")
     )
     world = project.load()
-    for _ in range(1200):
-        world.simulation.step()
+    steps(world.simulation, 1200)
     joints = world.simulation.articulation(world.stage.find("/bot"))
     assert joints.positions()[0] == pytest.approx(20.0 * 0.5 / 200.0)
 
@@ -153,7 +135,6 @@ def test_a_drive_does_not_push_a_joint_through_its_limit(
     world = project.load()
     joints = world.simulation.articulation(world.stage.find("/bot"))
     joints.select().command(positions=[2.0], velocities=[0.0 if stiffness else 1.0])
-    for _ in range(360 * substeps):
-        world.simulation.step()
+    steps(world.simulation, 360 * substeps)
     assert joints.positions()[0] == pytest.approx(1.0, abs=1.1e-3)
     assert joints.velocities()[0] == pytest.approx(0.0, abs=1e-6)

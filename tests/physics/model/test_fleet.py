@@ -65,7 +65,7 @@ def test_a_namespace_of_a_single_robot_may_be_a_pattern_too(project: Project) ->
 
 
 def test_what_is_resolved_about_a_robot_file_is_told_once(project: Project) -> None:
-    project.write("bot.yaml", "robot: bot\nurdf: bot.urdf\nmaterials:\n  Rubber: {bind: [base_link]}\n")
+    project.robot("materials:\n  Rubber: {bind: [base_link]}")
     fleet(project, "  bot: {use: bot.yaml, count: 4, spacing: [2, 2]}\n")
     _, findings = project.try_load()
     assert sum("Rubber" in finding.message for finding in findings.items) == 1

@@ -16,7 +16,7 @@ from graphengine.physics.sensors.contact import BodyContactSensor
 from graphengine.physics.sensors.lidar import RayLidar
 from graphengine.physics.sensors.rays import RaysChoice
 from graphengine.physics.simulation import Simulation
-from tests.physics.harness import FLOOR, ROBOT, SCENE, Project
+from tests.physics.harness import FLOOR, ROBOT, SCENE, Project, steps
 from tests.physics.sensors.casters import either_rays
 
 LIDAR = """sensor: mine
@@ -123,8 +123,7 @@ def test_a_sensor_that_is_mounted_on_another_hangs_on_the_link(project: Project)
     project.write("bot.yaml", f"{ROBOT}sensors:\n{EYE % ''}{bumper}").write("sensors/mine.yaml", LIDAR + APPEARANCE)
     simulation = project.load().simulation
     sensor = simulation.device(BodyContactSensor, simulation.stage.find("/bot/base_link/eye/bumper"))
-    for _ in range(400):
-        simulation.step()
+    steps(simulation, 400)
     assert sensor.reading().in_contact
 
 

@@ -7,7 +7,7 @@ import pytest
 from graphengine.format.diagnostics import Findings
 from graphengine.format.spec_reader import read
 from graphengine.physics.model.profiles import SensorProfile
-from tests.physics.harness import ROBOT, SHIPPED, Project
+from tests.physics.harness import SHIPPED, Project
 
 FIELD = "fov_deg: a pinhole camera sees from 0.1 to 179 degrees"
 CLIP = "clip: write [nearest, farthest], from 0.001 to 1000000 m"
@@ -16,7 +16,7 @@ CLIP = "clip: write [nearest, farthest], from 0.001 to 1000000 m"
 def mistake(project: Project, kind: str, profile: str) -> str:
     """What the only error says of a profile that is written in one line, the third of its file."""
     project.write("sensors/mine.yaml", f"format: 1\nsensor: mine\n{profile}\n")
-    project.write("bot.yaml", f"{ROBOT}sensors:\n  it: {{type: {kind}, profile: mine, parent: arm}}\n")
+    project.robot(f"sensors:\n  it: {{type: {kind}, profile: mine, parent: arm}}")
     place, _, message = project.error().partition(": error ")
     assert place.startswith("sensors/mine.yaml:3:")
     return message.partition("\n")[0]

@@ -15,7 +15,7 @@ from graphengine.physics.engine import mujoco
 from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.sensors.camera import PinholeCamera
 from graphengine.physics.sensors.lidar import RayLidar
-from tests.physics.harness import CART, Project
+from tests.physics.harness import CART, Project, steps
 from tests.physics.pictures.harness import needs_opengl
 
 PLACES = {"first": (0.0, 0.0), "second": (0.0, 1.0), "third": (1.0, 0.5)}
@@ -63,8 +63,7 @@ def test_a_shared_mesh_moves_and_is_seen_by_lidars_as_one_of_its_own_bit_by_bit(
     seen = []
     for world in (shared, own):
         simulation, stage = world.simulation, world.stage
-        for _ in range(120):
-            simulation.step()
+        steps(simulation, 120)
         scans = [simulation.device(RayLidar, stage.find(f"/{name}/base_link/scanner/Lidar")).scan() for name in PLACES]
         assert all(np.isfinite(scan.ranges).any() for scan in scans)
         assert simulation.data.ncon
@@ -93,8 +92,7 @@ def test_who_comes_shares_the_mesh_and_who_goes_leaves_it_to_the_others(project:
     for world, kind in zip(worlds, ("one", gone), strict=True):
         world.add("fourth", RobotUse(use=f"{kind}.yaml", position=(2.0, 2.0, 0.3)))
         world.remove(gone)
-        for _ in range(60):
-            world.simulation.step()
+        steps(world.simulation, 60)
     shared, own = (world.simulation for world in worlds)
     assert (shared.model.nmesh, own.model.nmesh) == (1, 3)
     assert bodies_and_joints(shared.model) == bodies_and_joints(own.model)

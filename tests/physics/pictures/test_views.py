@@ -9,7 +9,7 @@ import pytest
 
 from graphengine.physics.pictures import opengl, views
 from graphengine.physics.pictures.rendering import Renderer
-from tests.physics.harness import CART, ROBOT, SCENE, Project
+from tests.physics.harness import CART, SCENE, Project
 from tests.physics.pictures.harness import needs_opengl, simulation_of
 
 
@@ -37,7 +37,7 @@ def test_a_robot_whose_root_link_is_the_world_is_in_the_picture(project: Project
         '<link name="plate"/><link name="world"/>'
         '<joint name="bolts" type="fixed"><parent link="world"/><child link="base_link"/></joint>',
     )
-    project.write("bot.urdf", bolted).write("bot.yaml", f"{ROBOT}base_link: world\n")
+    project.write("bot.urdf", bolted).robot("base_link: world")
     project.write("scene.yaml", SCENE.replace("[0, 0, 0.1]", "[30, 0, 0.1]"))
     simulation = project.load().simulation
     image = views.draw(simulation, views.find_view(simulation, name, (160, 120)), segmentation=True)

@@ -14,7 +14,7 @@ from graphengine.devices.stage import Stage
 from graphengine.physics.engine import mujoco
 from graphengine.physics.sensors.contact import BodyContactSensor
 from graphengine.physics.simulation import Simulation
-from tests.physics.harness import ROBOT, Project
+from tests.physics.harness import Project, steps
 
 G = 9.81
 FACTS: dict[str, Any] = {"threshold": 0.0, "limit": 1e5, "radius": 0.0}
@@ -42,8 +42,7 @@ def tick(sensor: BodyContactSensor, ticks: int = 1) -> float:
     """Run; the force after the last tick."""
     simulation = sensor._simulation
     for _ in range(ticks):
-        for _ in range(simulation.substeps):
-            simulation.step()
+        steps(simulation, simulation.substeps)
         simulation.begin_tick(simulation.tick + 1)
     return sensor.reading().force
 
@@ -131,7 +130,7 @@ def test_after_a_reset_nothing_is_felt_until_it_is_the_same_again() -> None:
 
 
 def test_a_sensor_of_a_robot_file_feels_its_link(project: Project) -> None:
-    project.write("bot.yaml", f"{ROBOT}sensors:\n  bumper: {{type: contact, parent: base_link}}\n")
+    project.robot("sensors:\n  bumper: {type: contact, parent: base_link}")
     world = project.load()
     simulation = world.simulation
     sensor = simulation.device(BodyContactSensor, world.stage.find("/bot/base_link/bumper"))

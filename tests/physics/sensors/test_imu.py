@@ -19,6 +19,7 @@ from graphengine.physics.engine import mujoco
 from graphengine.physics.sensors.imu import InertialUnit
 from graphengine.physics.simulation import Simulation
 from tests.physics.conftest import Ship
+from tests.physics.harness import steps
 
 G = 9.81
 FREE = '<body name="it" pos="0 0 {height}"><freejoint/><geom type="{shape}" size=".1 .2 .3" mass="2"/></body>'
@@ -68,8 +69,7 @@ def moving(imu: InertialUnit, *velocity: float) -> InertialUnit:
 def tick(imu: InertialUnit, ticks: int = 1, each: Callable[[], object] = lambda: None) -> None:
     simulation = imu._simulation
     for _ in range(ticks):
-        for _ in range(simulation.substeps):
-            simulation.step()
+        steps(simulation, simulation.substeps)
         simulation.begin_tick(simulation.tick + 1)
         each()
 

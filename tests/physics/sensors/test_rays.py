@@ -73,19 +73,14 @@ def test_on_the_scenes_that_ship_both_rays_agree_while_robots_drive_come_and_go(
     for robot in simulation.stage.prims("robot"):
         wheels = simulation.articulation(robot).select()
         wheels.command(velocities=generator.uniform(-20, 20, len(wheels.names)).tolist())
-    run(simulation, 240)
+    steps(simulation, 240)
     both_agree(simulation, generator)
     loaded.add("guest", guest)
-    run(simulation, 10)
+    steps(simulation, 10)
     both_agree(simulation, generator)
     loaded.remove("guest")
-    run(simulation, 10)
+    steps(simulation, 10)
     both_agree(simulation, generator)
-
-
-def run(simulation: Simulation, steps: int) -> None:
-    for _ in range(steps):
-        simulation.step()
 
 
 def both_agree(simulation: Simulation, generator: np.random.Generator, poses: int = 8) -> None:
