@@ -11,8 +11,10 @@ from graphengine.format.files import Files
 from graphengine.format.spec import SceneSpec
 from graphengine.format.spec_reader import read
 from graphengine.physics.core import SimulationCore
+from graphengine.physics.dynamics.motion_handles import Joints
 from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.loading import load_world
+from graphengine.physics.simulation import Simulation
 
 SHIPPED = Path(__file__).resolve().parents[2] / "scenes"
 
@@ -67,6 +69,11 @@ class Project:
 
     def load(self, seed: int = 0) -> LoadedWorld:
         return load(self.folder / "scene.yaml", seed)
+
+    def load_joints(self) -> tuple[Simulation, Joints]:
+        """The simulation, and the joints of its robot."""
+        simulation = self.load().simulation
+        return simulation, simulation.articulation(simulation.stage.find("/bot"))
 
     def load_with_findings(self) -> tuple[LoadedWorld, Findings]:
         loaded, findings = self.try_load()

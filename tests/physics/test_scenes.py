@@ -10,10 +10,7 @@ import numpy as np
 import pytest
 
 from graphengine.devices.stage import Prim
-from graphengine.format.diagnostics import Findings
-from graphengine.format.spec_reader import read
 from graphengine.physics.loaded_world import LoadedWorld
-from graphengine.physics.model.profiles import SensorProfile
 from graphengine.physics.occupancy.flood_fill import reached
 from graphengine.physics.occupancy.occupancy_map import FREE, OCCUPIED, MapRequest, OccupancyMap, Point, make_map
 from tests.physics.conftest import Ship
@@ -23,7 +20,6 @@ from tests.physics.make_worlds import write_worlds
 SCENES = sorted(
     str(path.relative_to(SHIPPED)) for path in SHIPPED.rglob("*.yaml") if "\nscene:" in path.read_text(encoding="utf-8")
 )
-PROFILES = sorted(path.stem for path in (SHIPPED / "sensors").glob("*.yaml"))
 CHASSIS = "/dd100/Geometry/base_link/chassis_link"
 
 
@@ -52,14 +48,6 @@ def test_the_worlds_are_what_their_program_writes(tmp_path: Path) -> None:
     assert written == sorted(path.name for path in (SHIPPED / "worlds").glob("*.xml"))
     for name in written:
         assert (tmp_path / name).read_bytes() == (SHIPPED / "worlds" / name).read_bytes()
-
-
-@pytest.mark.parametrize("name", PROFILES)
-def test_a_sensor_profile_is_named_as_its_file(name: str) -> None:
-    findings = Findings()
-    profile = read(SensorProfile, SHIPPED / "sensors" / f"{name}.yaml", findings)
-    assert profile is not None
-    assert profile.spec.sensor == name
 
 
 @pytest.mark.parametrize("name", SCENES)

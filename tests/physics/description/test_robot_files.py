@@ -76,10 +76,9 @@ def test_a_link_whose_name_usd_does_not_allow_keeps_it_as_its_frames_name(projec
 def test_a_joint_may_be_called_anything(project: Project, name: str) -> None:
     project.write("bot.urdf", CART.replace('"arm_joint"', f'"{name}"'))
     project.robot(f'joints: {{"{name}": {{drive: {{stiffness: 100, damping: 10}}}}}}')
-    world = project.load()
-    joints = world.simulation.articulation(world.stage.find("/bot"))
+    simulation, joints = project.load_joints()
     joints.select([name]).command(positions=[0.5])
-    steps(world.simulation, 240)
+    steps(simulation, 240)
     assert joints.positions()[0] == pytest.approx(0.5, abs=1e-3)
 
 

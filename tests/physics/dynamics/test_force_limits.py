@@ -194,10 +194,9 @@ def test_maximum_forces_are_told_with_what_they_come_to(project: Project) -> Non
 def test_the_effort_of_a_description_is_a_maximum_unless_the_drive_has_one(
     project: Project, drive: str, most: float
 ) -> None:
-    world = project.robot(f"joints: {{arm_joint: {{drive: {{{drive}}}}}}}").load()
-    joints = world.simulation.articulation(world.stage.find("/bot"))
+    simulation, joints = project.robot(f"joints: {{arm_joint: {{drive: {{{drive}}}}}}}").load_joints()
     joints.select().command(velocities=[1e6])
-    world.simulation.step()
+    simulation.step()
     assert joints.efforts()[0] == pytest.approx(most, rel=0.01)
 
 

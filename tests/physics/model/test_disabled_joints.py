@@ -177,11 +177,3 @@ def test_a_joint_that_others_mimic_cannot_be_welded_without_them(project: Projec
 def test_weld_on_a_joint_that_is_enabled_is_an_error(project: Project) -> None:
     project.robot("joints: {arm_joint: {weld: true}}")
     assert "error G109: joint 'arm_joint' is not disabled: weld is for what a disabled joint holds" in project.error()
-
-
-def test_joints_that_are_not_there_are_told_with_the_nearest(project: Project) -> None:
-    project.robot("keep_only_joints: [arm_jont]\njoints: {plate_jont: {enabled: false}}")
-    one, other = project.errors()
-    assert "the robot has no joint 'plate_jont'" in one
-    assert "did you mean 'plate_joint'" in one
-    assert "the robot has no joint 'arm_jont'" in other

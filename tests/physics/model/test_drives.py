@@ -16,33 +16,29 @@ ARM = """<robot name="arm">
     <limit lower="-3" upper="1" effort="0" velocity="1"/></joint>
 </robot>
 """
+ENDLESS = CART.replace('type="revolute"', 'type="continuous"')
 ARM_ROBOT = (
     "robot: bot\nurdf: bot.urdf\nfixed_base: true\njoints: {{shoulder: {{drive: {{stiffness: {}, damping: {}}}}}}}\n"
 )
 
 
 def test_target_velocity_in_usd_is_degrees_a_second(project: Project) -> None:
-    description = CART.replace('type="revolute"', 'type="continuous"')
-    project.write("bot.urdf", description)
-    project.robot("joints: {arm_joint: {usd_drive: {damping: 100, target_velocity: 100}}}")
-    world = project.load()
-    joints = world.simulation.articulation(world.stage.find("/bot"))
-    steps(world.simulation, 60)
+    project.write("bot.urdf", ENDLESS).robot("joints: {arm_joint: {usd_drive: {damping: 100, target_velocity: 100}}}")
+    simulation, joints = project.load_joints()
+    steps(simulation, 60)
     assert joints.velocities()[0] == pytest.approx(math.radians(100), rel=1e-3)
-    world.simulation.zero_commands()
-    steps(world.simulation, 60)
+    simulation.zero_commands()
+    steps(simulation, 60)
     assert joints.velocities()[0] == pytest.approx(0.0, abs=1e-3)
 
 
 def test_max_acceleration_is_the_slope_of_the_velocity_set_point(project: Project) -> None:
-    description = CART.replace('type="revolute"', 'type="continuous"')
-    project.write("bot.urdf", description).robot("joints: {arm_joint: {drive: {damping: 1000, max_acceleration: 2}}}")
-    world = project.load()
-    joints = world.simulation.articulation(world.stage.find("/bot"))
+    project.write("bot.urdf", ENDLESS).robot("joints: {arm_joint: {drive: {damping: 1000, max_acceleration: 2}}}")
+    simulation, joints = project.load_joints()
     joints.select().command(velocities=[1.0])
     seen = []
     for _ in range(240):
-        world.simulation.step()
+        simulation.step()
         seen.append(joints.velocities()[0])
     assert seen[59] == pytest.approx(0.5, rel=0.02)  # after a quarter of a second
     assert seen[239] == pytest.approx(1.0, rel=0.002)
@@ -50,22 +46,20 @@ def test_max_acceleration_is_the_slope_of_the_velocity_set_point(project: Projec
 
 def test_a_spring_and_damper_hold_a_position_and_nan_leaves_a_joint_alone(project: Project) -> None:
     project.robot("joints: {arm_joint: {drive: {stiffness: 500, damping: 50}}}")
-    world = project.load()
-    joints = world.simulation.articulation(world.stage.find("/bot"))
+    simulation, joints = project.load_joints()
     selection = joints.select(("arm_joint",))
     selection.command(positions=[0.5])
     selection.command(positions=[math.nan], velocities=None)
-    steps(world.simulation, 480)
+    steps(simulation, 480)
     assert joints.positions()[0] == pytest.approx(0.5, abs=0.001)  # the arm's mass is at its joint
 
 
 def test_efforts_are_what_moves_a_joint(project: Project) -> None:
     """A torque of 0.5 N m on the arm, and what the drive gives back to stand still."""
     project.robot("joints: {arm_joint: {drive: {stiffness: 500, damping: 50}}}")
-    world = project.load()
-    joints = world.simulation.articulation(world.stage.find("/bot"))
+    simulation, joints = project.load_joints()
     joints.select().command(efforts=[0.5])
-    steps(world.simulation, 720)
+    steps(simulation, 720)
     assert joints.efforts()[0] == pytest.approx(0.0, abs=1e-3)
     assert joints.positions()[0] == pytest.approx(0.5 / 500, rel=0.01)
 
@@ -91,10 +85,9 @@ def test_an_arm_droops_by_its_torque_over_its_stiffness(
     project: Project, stiffness: float, damping: float, target: float
 ) -> None:
     project.write("bot.urdf", ARM.format(type="revolute", axis="0 1 0"))
-    world = project.write("bot.yaml", ARM_ROBOT.format(stiffness, damping)).load()
-    joints = world.simulation.articulation(world.stage.find("/bot"))
+    simulation, joints = project.write("bot.yaml", ARM_ROBOT.format(stiffness, damping)).load_joints()
     joints.select().command(positions=[target])
-    steps(world.simulation, 1200)
+    steps(simulation, 1200)
     angle = joints.positions()[0]
     torque = 2 * 9.81 * 0.5 * math.cos(angle)
     assert angle - target == pytest.approx(torque / stiffness, rel=1e-3)
@@ -132,9 +125,8 @@ def test_a_drive_does_not_push_a_joint_through_its_limit(
     project.write("bot.urdf", ARM.format(type="revolute", axis="0 0 1"))
     project.write("bot.yaml", ARM_ROBOT.format(stiffness, damping))
     project.write("scene.yaml", SCENE + f"physics: {{tick_rate: 60, substeps: {substeps}}}\n")
-    world = project.load()
-    joints = world.simulation.articulation(world.stage.find("/bot"))
+    simulation, joints = project.load_joints()
     joints.select().command(positions=[2.0], velocities=[0.0 if stiffness else 1.0])
-    steps(world.simulation, 360 * substeps)
+    steps(simulation, 360 * substeps)
     assert joints.positions()[0] == pytest.approx(1.0, abs=1.1e-3)
     assert joints.velocities()[0] == pytest.approx(0.0, abs=1e-6)

@@ -139,15 +139,6 @@ def test_a_friction_that_is_written_is_mixed_as_one_that_was_built(
     assert told(simulation) == built
 
 
-def test_a_link_has_one_material_and_a_collider_to_bind_it_to(project: Project) -> None:
-    project.robot("materials: {A: {bind: [arm]}, B: {bind: [arm, plate, arn]}}")
-    errors = project.errors()
-    assert any("link 'arm' has two materials" in error for error in errors)
-    assert any("the robot has no link 'arn'" in error and "did you mean 'arm'" in error for error in errors)
-    project.robot("materials: {B: {bind: [plate]}}")
-    assert "link 'plate' has no collider to bind a material to" in project.error()
-
-
 @pytest.mark.parametrize(
     ("value", "told"),
     [

@@ -22,7 +22,7 @@ from graphengine.physics.sensors.ray_caster_choice import select_rays
 from graphengine.physics.sensors.rays import Caster, RaysChoice
 from graphengine.physics.simulation import Simulation
 from tests.physics.conftest import Ship
-from tests.physics.harness import SHIPPED
+from tests.physics.harness import SHIPPED, steps
 from tests.physics.sensors.casters import either_rays, fan, needs_numba, one_by_one, sphere, turned
 
 FAR = 64.0
